@@ -1,0 +1,90 @@
+# Every target but lock, clean and help works in .venv, which is built from requirements.lock when it is
+# missing or out of date. Another interpreter: make setup PYTHON=python3.12 (after make clean).
+
+PYTHON ?= python3
+UV ?= uv
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
+LOCKED := $(VENV)/.locked
+READY := $(VENV)/.ready
+
+# One core, so that times compare from machine to machine.
+ONE_CORE := NPROC=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 \
+	XLA_FLAGS="$$XLA_FLAGS --xla_cpu_multi_thread_eigen=false"
+
+MAKEFLAGS += --no-print-directory
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: setup demo test test-all lint bench figures docs lock clean help
+
+help: ## List the targets
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1	\2/p' Makefile | expand -t 18
+
+setup: $(READY) ## Build .venv from the lock file, with all that the other targets need
+	@echo "$(VENV) is ready"
+
+$(LOCKED): requirements.lock
+	@command -v "$(PYTHON)" >/dev/null || { echo "No $(PYTHON) here: install Python 3.11 or newer, or name one with make PYTHON=..." >&2; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "$(PYTHON) is older than Python 3.11: name a newer one with make PYTHON=..." >&2; exit 1; }
+	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make virtual environments: install its venv module (Debian: python3-venv)" >&2; exit 1; }
+	@echo "Setting up $(VENV) (one time, about a minute)"
+	@"$(PYTHON)" -m venv --clear $(VENV)
+	@$(PIP) install -qq --require-hashes --requirement requirements.lock
+	@touch $@
+
+$(READY): $(LOCKED) pyproject.toml
+	@echo "Installing kerrcaustics into $(VENV)"
+	@$(PIP) install -qq --no-deps --no-build-isolation --editable .
+	@found=$$($(PIP) check) || { echo "$$found" >&2; echo "requirements.lock and pyproject.toml disagree: run make lock" >&2; exit 1; }
+	@touch $@
+
+demo: $(READY) ## Draw the caustics seen from r = 6.03 and r = 2.6 into demo/
+	@echo "Drawing the demo into demo/"
+	@$(BIN)/kerrcaustics demo
+
+test: $(READY) ## Run the fast tests
+	@echo "Running the fast tests"
+	@$(BIN)/python -m pytest
+
+test-all: $(READY) ## Run all tests, the slow ones too
+	@echo "Running all tests, the slow ones too"
+	@$(BIN)/python -m pytest -m ""
+
+lint: $(READY) ## Check style, formatting and types
+	@echo "Checking style"
+	@$(BIN)/ruff check --quiet .
+	@echo "Checking formatting"
+	@$(BIN)/ruff format --quiet --check .
+	@echo "Checking types"
+	@$(BIN)/basedpyright
+
+bench: $(READY) ## Time the benchmarks on one core
+	@echo "Timing tests/bench on one core"
+	@$(ONE_CORE) $(BIN)/python -m pytest tests/bench --benchmark-only
+
+figures: $(READY) ## Run every script in figures/
+	@for script in $(sort $(wildcard figures/*.py)); do \
+		echo "Running $$script"; \
+		$(BIN)/python "$$script" || exit 1; \
+	done
+
+docs: $(READY) ## Build the documentation into docs/_build/html
+	@echo "Building docs/_build/html"
+	@$(BIN)/sphinx-build -q -W -b html docs docs/_build/html
+
+# Versions in the file are kept where they still fit; remove it first for newer ones.
+lock: ## Bring requirements.lock in line with pyproject.toml (needs uv)
+	@command -v "$(UV)" >/dev/null || { echo "No $(UV) here: install uv, or name it with make lock UV=..." >&2; exit 1; }
+	@echo "Resolving requirements.lock"
+	@$(UV) pip compile pyproject.toml --quiet --no-config \
+		--universal --python-version 3.11 --fork-strategy fewest --generate-hashes \
+		--extra test --extra docs --extra lint --group build \
+		--custom-compile-command "make lock" --output-file requirements.lock
+
+clean: ## Remove .venv, builds and caches
+	@echo "Removing .venv, builds and caches"
+	@rm -rf $(VENV) build dist docs/_build docs/gallery .benchmarks .hypothesis .pytest_cache .ruff_cache
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +

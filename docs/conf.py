@@ -1,0 +1,49 @@
+"""Sphinx configuration of the documentation."""
+
+import re
+from importlib.metadata import version as installed_version
+
+project = "kerrcaustics"
+author = "The kerrcaustics developers"
+copyright = "2026, The kerrcaustics developers"
+release = version = installed_version("kerrcaustics")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    # Copies MathJax and its fonts beside the pages, so that they need no network.
+    "sphinx-mathjax-offline",
+]
+exclude_patterns = ["_build"]
+# Single backticks in docstrings are code.
+default_role = "code"
+
+myst_enable_extensions = ["amsmath", "dollarmath"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+# The docstrings state the types, with shapes and units.
+autodoc_typehints = "none"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_custom_sections = ["Errors"]
+
+html_theme = "furo"
+html_title = f"kerrcaustics {release}"
+html_copy_source = False
+
+
+def read_as_text(app, what, name, obj, options, lines):
+    """Take docstrings as their authors write them, ahead of napoleon."""
+    # |x| is an absolute value, and no substitution.
+    lines[:] = [re.sub(r"\|(\S[^|`]*)\|", r"\\|\1\\|", line) for line in lines]
+    # An empty start (an escaped line end), or the first line of a property is read as "type: description".
+    if what == "property":
+        lines.insert(0, "\\")
+
+
+def setup(app):
+    """Connect what this file adds to Sphinx."""
+    app.connect("autodoc-process-docstring", read_as_text, priority=400)

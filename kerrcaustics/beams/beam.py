@@ -1,0 +1,113 @@
+"""What tracing returns: rays, and beams with their first variation. Both engines return the same."""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+
+
+class Status(IntEnum):
+    """What became of a ray; `sentence` says it to a person."""
+
+    ESCAPED = 0
+    CAPTURED = 1
+    INACCURATE = 2
+
+    @property
+    def sentence(self) -> str:
+        """The status in words."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Status.ESCAPED: "The ray reaches the celestial sphere, and its error is within the tolerance.",
+    Status.CAPTURED: "The ray, followed backward, ends at the horizon: the camera sees the shadow there.",
+    Status.INACCURATE: (
+        "The ray reaches the celestial sphere, but double precision cannot hold its error within the tolerance "
+        "(it passes too close to the shadow edge); `error` says how large it is."
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Where each camera-sky direction comes from. Arrays of one batch shape (...).
+
+    direction (..., 3): unit vector n' on the celestial sphere; azimuth (...,): unwrapped phi' in radians,
+    continuous along the ray (only modulo 2 pi for a ray through the spin axis); status: `Status` values;
+    error: estimated error of n' in radians; engine: the one that traced them. Captured rays hold NaN.
+    """
+
+    direction: np.ndarray
+    azimuth: np.ndarray
+    status: np.ndarray
+    error: np.ndarray
+    engine: str
+
+    @property
+    def escaped(self) -> np.ndarray:
+        """True where the ray reaches the celestial sphere, (...,) bool."""
+        return self.status != Status.CAPTURED
+
+
+@dataclass(frozen=True)
+class Beams(Rays):
+    """Rays with the first variation of their end point.
+
+    jacobian (..., 2, 2): from camera-sky displacements along `sphere.tangent_basis(N)` (columns) to
+    celestial-sphere displacements along e_theta', e_phi' (rows), both orthonormal;
+    jacobian_error (...,): estimated error, relative to delta_plus, of its columns as vectors in space, and of the
+    diameters (close to a celestial pole e_theta' and e_phi' themselves turn by error / sin theta', and with them the
+    entries and the position angle);
+    index: Morse index, the number of conjugate points on the ray; crossings: of the equatorial plane;
+    redshift: nu_camera / nu_source for a source at rest at infinity. The last three are None when left out.
+    """
+
+    jacobian: np.ndarray
+    jacobian_error: np.ndarray
+    index: np.ndarray | None = field(default=None)
+    crossings: np.ndarray | None = field(default=None)
+    redshift: np.ndarray | None = field(default=None)
+
+    @property
+    def determinant(self) -> np.ndarray:
+        """det J (...,): solid angle on the celestial sphere per solid angle on the camera sky, signed."""
+        j = self.jacobian
+        return j[..., 0, 0] * j[..., 1, 1] - j[..., 0, 1] * j[..., 1, 0]
+
+    @property
+    def delta_plus(self) -> np.ndarray:
+        """Major diameter (...,) of the image on the celestial sphere of a beam of unit diameter."""
+        even, odd = self._rotations()
+        return np.abs(even) + np.abs(odd)
+
+    @property
+    def delta_minus(self) -> np.ndarray:
+        """Minor diameter (...,), with the sign of det J: it passes smoothly through zero at critical curves."""
+        even, odd = self._rotations()
+        return np.abs(even) - np.abs(odd)
+
+    @property
+    def position_angle(self) -> np.ndarray:
+        """Angle (...,) in radians, in (-pi/2, pi/2], from e_theta' toward e_phi' to the major axis."""
+        even, odd = self._rotations()
+        angle = (np.angle(even) + np.angle(odd)) / 2
+        return angle - np.pi * np.ceil(angle / np.pi - 0.5)
+
+    @property
+    def magnification(self) -> np.ndarray:
+        """1 / |det J| (...,): how much brighter a small source is than in empty flat space, redshift aside."""
+        with np.errstate(divide="ignore"):
+            return 1 / np.abs(self.determinant)
+
+    @property
+    def parity(self) -> np.ndarray:
+        """Sign of det J (...,)."""
+        return np.sign(self.determinant)
+
+    def _rotations(self) -> tuple[np.ndarray, np.ndarray]:
+        """J as z -> even z + odd conj(z): a circle becomes an ellipse of semi-axes |even| +- |odd|."""
+        j = self.jacobian
+        even = (j[..., 0, 0] + j[..., 1, 1]) + 1j * (j[..., 1, 0] - j[..., 0, 1])
+        odd = (j[..., 0, 0] - j[..., 1, 1]) + 1j * (j[..., 1, 0] + j[..., 0, 1])
+        return even / 2, odd / 2

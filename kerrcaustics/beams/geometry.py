@@ -1,0 +1,70 @@
+"""What is read off a path step by step: the beam's area, the azimuth, and passages through zero."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import jax.numpy as jnp
+
+from kerrcaustics.beams.nystroem import Path
+
+Array = Any
+
+
+def length(parts: Any) -> Array:
+    """Euclidean length of a vector given by its components."""
+    return jnp.sqrt(sum(p * p for p in parts))
+
+
+def dot(p: Any, q: Any) -> Array:
+    """Scalar product of two vectors given by their components."""
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+
+
+def cross(p: Any, q: Any) -> tuple[Array, Array, Array]:
+    """Vector product p x q."""
+    return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
+
+
+def turned(m: Any, change: Any, angle: Array) -> tuple[Array, Array, Array]:
+    """A change of m together with a turn about the spin axis by a small angle."""
+    return change[0] - angle * m[1], change[1] + angle * m[0], change[2]
+
+
+def azimuth_step(b: Array, before: tuple[Array, ...], after: tuple[Array, ...]) -> Array:
+    """Change of the azimuth of m over a step, which has the sign of -b and is less than a turn."""
+    x, y = before[1:3]
+    on_axis = (x == 0) & (y == 0)
+    turn = jnp.arctan2(x * after[2] - y * after[1], x * after[1] + y * after[2])
+    sense = jnp.where(b > 0, -1.0, 1.0)
+    return jnp.where(on_axis, 0.0, jnp.where(sense * turn < -0.5, turn + 2 * math.pi * sense, turn))
+
+
+def area(psi_rate: Array, paths: Sequence[Path]) -> Array:
+    """Signed area of the beam: the determinant of the ray's direction and its two variations.
+
+    In components of (u, the two directions along the sphere at the turned point); zero at conjugate points.
+    Parameters: psi_rate, that of the ray; paths, the ray and its two variations.
+    """
+    m = paths[0].position[1:]
+    speed = turned(m, paths[0].rate[1:], psi_rate)
+    first, second = (turned(m, path.position[1:], path.psi) for path in paths[1:])
+    # At the camera the variations themselves vanish: their rates span the beam.
+    starting = (paths[1].position[0] == 0) & (dot(first, first) == 0)
+    first = tuple(jnp.where(starting, r, d) for r, d in zip(paths[1].rate[1:], first, strict=True))
+    second = tuple(jnp.where(starting, r, d) for r, d in zip(paths[2].rate[1:], second, strict=True))
+    du = [jnp.where(starting, path.rate[0], path.position[0]) for path in paths[1:]]
+    return (
+        paths[0].rate[0] * dot(m, cross(first, second))
+        + du[0] * dot(m, cross(second, speed))
+        + du[1] * dot(m, cross(speed, first))
+    )
+
+
+def changed_sign(before: Array, value: Array) -> tuple[Array, Array]:
+    """Whether a quantity has passed through zero since its sign was `before`, and its sign from now on.
+
+    A value of exactly zero keeps the sign it had: touching is not passing.
+    """
+    sign = jnp.sign(value)
+    return sign * before < 0, jnp.where(sign == 0, before, sign)

@@ -1,0 +1,79 @@
+"""One step of the Runge-Kutta-Nystroem pair 12(10) for several second-order paths and a first-order angle each."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from kerrcaustics.beams import tableau
+
+Array = Any
+
+
+class Path(NamedTuple):
+    """A point of a path, or of its variation: position (several components), its rate, and an angle psi.
+
+    The position obeys a second-order equation, psi a first-order one; neither right-hand side holds the rate.
+    """
+
+    position: tuple[Array, ...]
+    rate: tuple[Array, ...]
+    psi: Array
+
+
+Positions = list[tuple[Array, ...]]
+Rates = Callable[[Positions], tuple[Positions, list[Array]]]
+
+
+def nystroem_step(rates: Rates, paths: tuple[Path, ...], h: Array) -> tuple[tuple[Path, ...], Path]:
+    """The paths one step later, and the first path's local error, as a Path.
+
+    Parameters: rates, from the positions of all paths to their second derivatives and to the first derivatives of
+    their angles; h, the step, one for each entry of the arrays.
+
+    Errors: of order 12; the local error returned is the order 12 minus the order 10 result.
+    """
+    accelerations: list[Positions] = []
+    psi_rates: list[list[Array]] = []
+
+    def weighted(weights: dict[int, float], path: int, i: int) -> Array:
+        return sum(weight * accelerations[stage - 1][path][i] for stage, weight in weights.items())
+
+    def weighted_psi(weights: dict[int, float], path: int) -> Array:
+        return sum(weight * psi_rates[stage - 1][path] for stage, weight in weights.items())
+
+    def moved(time: Array, weights: dict[int, float]) -> Positions:
+        """Positions after a time, along the rate and the weighted accelerations."""
+        return [
+            tuple(
+                path.position[i] + time * path.rate[i] + (h * h * weighted(weights, p, i) if weights else 0)
+                for i in range(len(path.position))
+            )
+            for p, path in enumerate(paths)
+        ]
+
+    for node, weights in zip(tableau.NODES, tableau.STAGES.values(), strict=True):
+        acceleration, psi_rate = rates(moved(h * node, weights))
+        accelerations.append(acceleration)
+        psi_rates.append(psi_rate)
+    after = tuple(
+        Path(
+            position=position,
+            rate=tuple(r + h * weighted(tableau.VELOCITY, p, i) for i, r in enumerate(path.rate)),
+            psi=path.psi + h * weighted_psi(tableau.VELOCITY, p),
+        )
+        for p, (path, position) in enumerate(zip(paths, moved(h, tableau.POSITION), strict=True))
+    )
+    components = range(len(paths[0].position))
+    error = Path(
+        position=tuple(h * h * weighted(_POSITION_GAP, 0, i) for i in components),
+        rate=tuple(h * weighted(_VELOCITY_GAP, 0, i) for i in components),
+        psi=h * weighted_psi(_VELOCITY_GAP, 0),
+    )
+    return after, error
+
+
+def _gap(high: dict[int, float], low: dict[int, float]) -> dict[int, float]:
+    return {stage: high.get(stage, 0.0) - low.get(stage, 0.0) for stage in high | low}
+
+
+_POSITION_GAP = _gap(tableau.POSITION, tableau.EMBEDDED_POSITION)
+_VELOCITY_GAP = _gap(tableau.VELOCITY, tableau.EMBEDDED_VELOCITY)

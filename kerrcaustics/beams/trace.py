@@ -1,0 +1,204 @@
+"""Tracing rays and beams: engine, batches and retries are decided here, once."""
+
+from functools import partial
+from typing import Any
+
+import jax
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams import integrated
+from kerrcaustics.beams.beam import Beams, Rays, Status
+from kerrcaustics.spacetime.camera import Camera, Frame, redshift as sky_redshift
+
+ENGINES = ("auto", "integrated")
+
+# (rays in one call, rays that run side by side in it). On a CPU those should fit in the cache, and run as long
+# as the slowest of them; calls that are queued run on all cores. A GPU wants one large batch.
+_BATCH = {"cpu": (256, 128)}
+_LARGE_BATCH = (1 << 16, 1 << 16)
+_MAX_ROUNDS = 5
+
+_survey = jax.jit(integrated.survey)
+
+
+@partial(jax.jit, static_argnames=("lanes", "beams", "index", "crossings"))
+def _trace(
+    frame: Frame,
+    sky: tuple[jax.Array, ...],
+    refinement: jax.Array,
+    tolerance: float,
+    *,
+    lanes: int,
+    **wanted: bool,
+) -> integrated.End:
+    """One call: `lanes` rays at a time, so that slow rays hold up few others."""
+    split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
+    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, **wanted), split)
+    return jax.tree.map(lambda values: values.reshape(-1), ends)
+
+
+def trace_rays(camera: Camera, sky: ArrayLike, engine: str = "auto", tolerance: float = 1e-10) -> Rays:
+    """Where the light comes from that the camera sees in each direction: rays without their variation.
+
+    Parameters
+    ----------
+    camera : Camera
+    sky : (..., 3) array
+        Unit vectors N on the camera sky, in the camera basis. They are normalised here.
+    engine : str
+        "auto" or "integrated".
+    tolerance : float
+        Wanted error of n' in radians, 1e-14 to 1e-2.
+
+    Returns
+    -------
+    Rays
+        Of batch shape (...).
+
+    Errors: `Rays.error`, at most `tolerance` except where the status is INACCURATE.
+    """
+    directions, shape, engine = _checked(camera, sky, engine, tolerance)
+    ends = _follow(camera.frame(), directions, tolerance, beams=False)
+    return Rays(engine=engine, **_ray_fields(ends, shape, tolerance))
+
+
+def trace_beams(
+    camera: Camera,
+    sky: ArrayLike,
+    engine: str = "auto",
+    tolerance: float = 1e-10,
+    *,
+    index: bool = True,
+    crossings: bool = True,
+    redshift: bool = True,
+) -> Beams:
+    """Rays with the ellipse that each makes of a small circular beam.
+
+    Parameters
+    ----------
+    camera, sky, engine, tolerance
+        As for `trace_rays`.
+    index, crossings, redshift : bool
+        Whether to compute the Morse index, the equator crossings, the frequency ratio: what is left out
+        costs nothing and is None in the result.
+
+    Returns
+    -------
+    Beams
+        Of batch shape (...).
+    """
+    directions, shape, engine = _checked(camera, sky, engine, tolerance)
+    ends = _follow(camera.frame(), directions, tolerance, beams=True, index=index, crossings=crossings)
+    escaped = ~ends["captured"]
+    shift = None
+    if redshift:
+        shift = np.where(escaped, sky_redshift(camera, directions), np.nan).reshape(shape)
+    return Beams(
+        engine=engine,
+        jacobian=ends["jacobian"].reshape((*shape, 2, 2)),
+        jacobian_error=ends["jacobian_error"].reshape(shape),
+        index=ends["index"].astype(int).reshape(shape) if index else None,
+        crossings=ends["crossings"].astype(int).reshape(shape) if crossings else None,
+        redshift=shift,
+        **_ray_fields(ends, shape, tolerance),
+    )
+
+
+def _checked(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> tuple[np.ndarray, tuple[int, ...], str]:
+    if not isinstance(camera, Camera):
+        raise ValueError(f"Argument `camera` must be a Camera, but is {type(camera).__name__}.")
+    if engine not in ENGINES:
+        raise ValueError(f"Argument `engine` must be one of {', '.join(ENGINES)}, but is {engine!r}.")
+    if not 1e-14 <= tolerance <= 1e-2:
+        raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {tolerance!r}.")
+    directions = np.asarray(sky, float)
+    if directions.ndim == 0 or directions.shape[-1] != 3:
+        raise ValueError(f"Argument `sky` must have shape (..., 3), but has {directions.shape}.")
+    shape = directions.shape[:-1]
+    directions = directions.reshape(-1, 3)
+    length = np.linalg.norm(directions, axis=1, keepdims=True)
+    if not (np.isfinite(length).all() and (length > 0).all()):
+        raise ValueError("Argument `sky` must hold finite vectors that are not zero.")
+    # A unit vector is left as it is: dividing by 1 + 1e-16 would move a ray close to the shadow edge.
+    off = np.abs(length - 1) > 1e-15
+    return np.where(off, directions / length, directions), shape, "integrated"
+
+
+def _ray_fields(ends: dict[str, np.ndarray], shape: tuple[int, ...], tolerance: float) -> dict[str, Any]:
+    status = np.where(ends["error"] > tolerance, Status.INACCURATE, Status.ESCAPED)
+    status = np.where(ends["captured"], Status.CAPTURED, status)
+    return {
+        "direction": ends["direction"].reshape((*shape, 3)),
+        "azimuth": ends["azimuth"].reshape(shape),
+        "status": status.reshape(shape),
+        "error": ends["error"].reshape(shape),
+    }
+
+
+def _follow(frame: Frame, sky: np.ndarray, tolerance: float, **wanted: bool) -> dict[str, np.ndarray]:
+    """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
+    captured, work = _batched(partial(_survey, frame), [sky])
+    order = np.argsort(work, kind="stable")
+    sky, captured = sky[order], captured[order]
+    refinement = np.ones(len(sky))
+    kernel = partial(_trace, frame, tolerance=tolerance, lanes=_batch()[1], **wanted)
+    ends = _as_fields(_batched(kernel, [sky, refinement]))
+    for _ in range(_MAX_ROUNDS):
+        with np.errstate(invalid="ignore"):
+            goal = np.maximum(tolerance, 2 * ends["noise"])
+            loose = np.flatnonzero((ends["error"] > goal) & (refinement > 0))
+        if loose.size == 0:
+            break
+        before = ends["error"][loose]
+        refinement[loose] *= np.maximum(1.5, 1.15 * (before / goal[loose]) ** (1 / 12))
+        again = _as_fields(_batched(kernel, [sky[loose], refinement[loose]]))
+        better = again["error"] < before
+        for name, values in again.items():
+            ends[name][loose[better]] = values[better]
+        # Shorter steps that do not halve the error show that round-off is what is left.
+        refinement[loose[~(again["error"] < before / 2)]] = 0
+    back = np.argsort(order, kind="stable")
+    return {name: values[back] for name, values in ends.items()}
+
+
+def _batch() -> tuple[int, int]:
+    return _BATCH.get(jax.default_backend(), _LARGE_BATCH)
+
+
+def _batched(function: Any, arrays: list[np.ndarray]) -> Any:
+    """`function` of sky directions (and more arrays), over calls of one fixed size; the last is filled up."""
+    count, size = len(arrays[0]), _batch()[0]
+    if count == 0:
+        arrays = [np.ones((1, *a.shape[1:])) for a in arrays]
+    results = []
+    for start in range(0, max(count, 1), size):
+        sky, *others = (a[start : start + size] for a in arrays)
+        missing = size - len(sky)
+        if missing:
+            # Rays with no refinement take one step: filling up costs next to nothing.
+            sky = np.concatenate([sky, np.repeat(sky[:1], missing, axis=0)])
+            others = [np.concatenate([o, np.zeros(missing)]) for o in others]
+        results.append(function(tuple(sky.T), *others))
+    return jax.tree.map(lambda *parts: np.concatenate([np.asarray(p) for p in parts])[:count], *results)
+
+
+def _as_fields(ends: integrated.End) -> dict[str, np.ndarray]:
+    """The ends of rays as plain arrays that can be written to, without those that were left out."""
+    fields = {
+        "direction": np.stack(ends.direction, axis=-1),
+        "azimuth": ends.azimuth,
+        "error": ends.error,
+        "noise": ends.noise,
+        "captured": ends.captured,
+    }
+    if ends.jacobian is not None:
+        fields["jacobian"] = np.stack([np.stack(row, axis=-1) for row in ends.jacobian], axis=-2)
+    for name, values in (
+        ("jacobian_error", ends.jacobian_error),
+        ("index", ends.conjugate_points),
+        ("crossings", ends.crossings),
+    ):
+        if values is not None:
+            fields[name] = values
+    return {name: np.array(values) for name, values in fields.items()}

@@ -1,0 +1,1 @@
+"""Critical curves on the camera sky, and their images, the caustics on the celestial sphere."""

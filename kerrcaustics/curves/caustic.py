@@ -1,0 +1,227 @@
+"""Caustics: what users keep of a critical curve and its image. The result types, and the function that makes them."""
+
+import math
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from kerrcaustics.curves.critical import Search
+from kerrcaustics.curves.features import Feature, find_features
+from kerrcaustics.curves.follow import Course, Progress, follow
+from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+
+HIGHEST_ORDER = 10
+
+
+@dataclass(frozen=True)
+class Cusp:
+    """A cusp of a caustic.
+
+    sky (3,): direction N on the camera sky; celestial (2,): (theta', phi') in radians, phi' unwrapped;
+    error: of celestial, in radians.
+    """
+
+    sky: np.ndarray
+    celestial: np.ndarray
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class Caustic:
+    """A critical curve on the camera sky and its image on the celestial sphere.
+
+    Attributes
+    ----------
+    order : int
+        1 primary, 2 secondary, 3 tertiary, and on: between Morse index order - 1 and order.
+    sky : (n, 3) array
+        Points N of the critical curve, in order along it, the first not repeated.
+    celestial : (n, 2) array
+        Their images (theta', phi') in radians. phi' is unwrapped: rays with b > 0 carry 2 pi order more, so
+        that the curve closes.
+    cusps : tuple of Cusp
+        In the order of the curve.
+    theta_min, theta_max, phi_min, phi_max : float
+        Extremes of the caustic in radians, refined between the points.
+    kind : str
+        "astroid" (four cusps), "point" (no larger than its error), or "curve with N cusps".
+    closed : bool
+        True when the whole curve was found and its ends meet.
+    error : float
+        Estimated error of celestial and of the extremes, in radians.
+    residual : float
+        Largest |delta_minus| / delta_plus on the critical curve.
+    remarks : tuple of str
+        What was missed or is unusual, in words; empty when there is nothing to say.
+    """
+
+    order: int
+    sky: np.ndarray
+    celestial: np.ndarray
+    cusps: tuple[Cusp, ...]
+    theta_min: float
+    theta_max: float
+    phi_min: float
+    phi_max: float
+    kind: str
+    closed: bool
+    error: float
+    residual: float
+    remarks: tuple[str, ...]
+
+    @property
+    def theta_extent(self) -> float:
+        """Full width in theta', radians."""
+        return self.theta_max - self.theta_min
+
+    @property
+    def phi_extent(self) -> float:
+        """Full width in unwrapped phi', radians."""
+        return self.phi_max - self.phi_min
+
+    @property
+    def circuits(self) -> float:
+        """How many times the caustic goes round the celestial sphere: phi_extent / 2 pi."""
+        return self.phi_extent / (2 * math.pi)
+
+    def __eq__(self, other: object) -> bool:
+        """True when every number is the same."""
+        return isinstance(other, Caustic) and _same(vars(self), vars(other))
+
+
+class CausticSet(tuple[Caustic, ...]):
+    """The caustics of one camera, primary first: a tuple, with what produced it.
+
+    camera, engine, tolerance (radians), seconds it took, beams traced, versions of the packages used, and
+    missing: orders that were asked for and not found.
+    """
+
+    camera: Camera
+    engine: str
+    tolerance: float
+    seconds: float
+    beams: int
+    versions: dict[str, str]
+    missing: tuple[int, ...]
+
+    def __new__(cls, curves: Iterable[Caustic], **made: Any) -> "CausticSet":
+        """A set of the given caustics; `made` holds the attributes above."""
+        self = super().__new__(cls, curves)
+        for name in cls.__annotations__:
+            setattr(self, name, made[name])
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        """True when the caustics and all that produced them are the same."""
+        return isinstance(other, CausticSet) and tuple.__eq__(self, other) and vars(self) == vars(other)
+
+
+def caustics(
+    camera: Camera,
+    orders: int = 3,
+    engine: str = "auto",
+    tolerance: float = 1e-12,
+    progress: Progress | None = None,
+) -> CausticSet:
+    """Critical curves and caustics of order 1 to `orders` seen by a camera, primary first.
+
+    Parameters
+    ----------
+    camera : Camera
+        Its velocity moves the critical curves on the sky by aberration, and leaves the caustics alone.
+    orders : int
+        How many, 1 to 10. Double precision reaches order 8 or so on the retrograde side.
+    engine, tolerance
+        As for `trace_beams`; tolerance is the wanted error of a beam in radians.
+    progress : callable, optional
+        Called with a word for what is being done and the part that is done, 0 to 1.
+
+    Returns
+    -------
+    CausticSet
+        A tuple of Caustic.
+
+    Errors
+    ------
+    `Caustic.error`, dominated at high order by round-off of the camera-sky direction (about 1e-15 times the
+    beam's major diameter). What was missed is in `Caustic.remarks` and `CausticSet.missing`.
+    """
+    if not (isinstance(orders, int | np.integer) and 1 <= orders <= HIGHEST_ORDER):
+        raise ValueError(f"Argument `orders` must be a whole number from 1 to {HIGHEST_ORDER}, but is {orders!r}.")
+    began = time.perf_counter()
+    report = progress or (lambda _what, _part: None)
+    search = Search(camera, engine, tolerance)
+    courses = follow(search, int(orders), report)
+    report("cusps and extremes refined", 0.8)
+    features = find_features(search, courses)
+    report("done", 1.0)
+    curves = [_caustic(camera, course, features[course.order]) for course in courses]
+    return CausticSet(
+        curves,
+        camera=camera,
+        engine="integrated",
+        tolerance=float(tolerance),
+        seconds=time.perf_counter() - began,
+        beams=search.beams_traced,
+        versions={name: version(name) for name in ("kerrcaustics", "jax", "numpy")},
+        missing=tuple(k for k in range(1, orders + 1) if k not in {course.order for course in courses}),
+    )
+
+
+def _caustic(camera: Camera, course: Course, features: dict[str, list[Feature]]) -> Caustic:
+    points = course.points
+    frame = camera.frame()
+
+    def on_sky(looking: np.ndarray) -> np.ndarray:
+        return sky_from_fido(frame, -looking)
+
+    theta, phi = points.theta, points.azimuth
+    ends = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}
+    error = points.error.max()
+    for name in ends:
+        for feature in features[name]:
+            ends[name] = feature.theta if name.startswith("theta") else feature.azimuth
+            error = max(error, feature.error)
+    cusps = tuple(Cusp(on_sky(f.looking), np.array([f.theta, f.azimuth]), f.error) for f in features["cusps"])
+    remarks = list(course.remarks)
+    if course.is_point:
+        remarks.append("the caustic is a point: it is not larger than its error")
+    elif len(cusps) != 4:
+        remarks.append(f"{len(cusps)} cusps instead of the four of an astroid")
+    if course.on_axis:
+        remarks.append("the point lies on the spin axis: phi' has no meaning and is given as 0")
+        ends["phi_min"] = ends["phi_max"] = 0.0
+        phi = np.zeros_like(phi)
+    kind = "point" if course.is_point else "astroid" if len(cusps) == 4 else f"curve with {len(cusps)} cusps"
+    return Caustic(
+        order=course.order,
+        sky=on_sky(points.looking),
+        celestial=np.stack([theta, phi], axis=-1),
+        cusps=cusps,
+        **{name: float(value) for name, value in ends.items()},
+        kind=kind,
+        closed=not course.remarks,
+        error=float(error),
+        residual=float(np.abs(points.ratio).max()),
+        remarks=tuple(remarks),
+    )
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray):
+        return isinstance(other, np.ndarray) and np.array_equal(one, other)
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(_same(one[k], other[k]) for k in one)
+    if isinstance(one, tuple) and not isinstance(one, str):
+        return len(one) == len(other) and all(map(_same_pair, zip(one, other, strict=True)))
+    if isinstance(one, Cusp):
+        return isinstance(other, Cusp) and _same(vars(one), vars(other))
+    return bool(one == other)
+
+
+def _same_pair(pair: tuple[Any, Any]) -> bool:
+    return _same(*pair)

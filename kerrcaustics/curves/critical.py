@@ -1,0 +1,232 @@
+"""Points of critical curves, refined to round-off on the lines of sky_lines.py.
+
+The Morse index brackets a curve, the signed minor diameter pins it down: on a line, the curve of order k lies
+where the index grows from k - 1 to k, and there delta_minus passes through zero.
+"""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from scipy.optimize import elementwise
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves import sky_lines
+from kerrcaustics.spacetime.camera import Camera, photon, sky_from_fido
+from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
+
+# Spacing in depth of the first search along a line.
+_SEARCH_STEP = 0.5
+# The bracketing search needs the topology, not the digits.
+_COARSE_TOLERANCE = 1e-6
+_COARSE_DEPTH = 1e-6
+# Secant steps on the full beams: first difference in depth, longest and shortest step, most steps,
+# and when to stop.
+_SLOPE_STEP = 1e-4
+_LONGEST_SECANT = 0.2
+_SHORTEST_SECANT = 1e-8
+_MOST_SECANTS = 7
+_SECANT_PRODUCT = 1e-13
+# |delta_minus| / delta_plus of a point that is taken as found.
+_RESIDUAL = 1e-10
+# Distance in depth at which the index on both sides of a curve is looked at.
+_LABEL_STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points near critical curves, arrays of one length n.
+
+    turn, depth: place on the sky; looking (n, 3): FIDO components; direction (n, 3), theta, azimuth: the
+    celestial sphere, azimuth joined over b = 0 (see `joined_azimuth`); major (n, 3): unit vector along the
+    image's major axis, sign arbitrary; ratio: delta_minus / delta_plus; error: of direction, radians.
+    """
+
+    turn: np.ndarray
+    depth: np.ndarray
+    looking: np.ndarray
+    direction: np.ndarray
+    theta: np.ndarray
+    azimuth: np.ndarray
+    major: np.ndarray
+    ratio: np.ndarray
+    error: np.ndarray
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.turn)
+
+    def __getitem__(self, chosen: np.ndarray | slice) -> "Points":
+        """The chosen points."""
+        return Points(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
+
+    def on_curve(self) -> np.ndarray:
+        """True where the minor diameter has vanished; false too where the beam is captured."""
+        return np.abs(self.ratio) < _RESIDUAL
+
+    def each(self) -> list["Points"]:
+        """The points one by one."""
+        return [self[i : i + 1] for i in range(len(self))]
+
+    def joined(self, *others: "Points") -> "Points":
+        """These points, followed by the others."""
+        sets = (self, *others)
+        return Points(**{f.name: np.concatenate([getattr(s, f.name) for s in sets]) for f in fields(self)})
+
+    def shifted(self, turns: int) -> "Points":
+        """The same points, named by parameters that are whole turns larger."""
+        return replace(self, turn=self.turn + 2 * np.pi * turns)
+
+    def mirrored(self) -> "Points":
+        """The points reflected in the equatorial plane, turn -> 2 pi - turn, in the order of `turn`."""
+        flip = np.array([1.0, 1.0, -1.0])
+        image = replace(
+            self,
+            turn=2 * np.pi - self.turn,
+            looking=self.looking * np.array([1.0, -1.0, 1.0]),
+            direction=self.direction * flip,
+            theta=np.pi - self.theta,
+            major=self.major * flip,
+        )
+        return image[::-1]
+
+
+class Search:
+    """Traces beams for the search at one event, and counts them."""
+
+    def __init__(self, camera: Camera, engine: str, tolerance: float) -> None:
+        """Search with the camera at rest at the same event."""
+        self.camera = camera.at_rest()
+        self.engine = engine
+        self.tolerance = tolerance
+        self.beams_traced = 0
+        self._frame = self.camera.frame()
+
+    def index_and_ratio(self, turn: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth)."""
+        beams = self._trace(sky_lines.looking(self.camera, turn, depth), _COARSE_TOLERANCE, index=True)
+        captured = ~beams.escaped
+        index = np.where(captured, 1 << 20, np.asarray(beams.index))
+        ratio = np.where(captured, -1.0, beams.delta_minus / beams.delta_plus)
+        return index, ratio
+
+    def points(self, turn: np.ndarray, depth: np.ndarray, order: np.ndarray) -> Points:
+        """Everything about beams at (turn, depth) that are taken to lie on the curve of the given order."""
+        looking = sky_lines.looking(self.camera, turn, depth)
+        beams = self._trace(looking, self.tolerance)
+        e_theta, e_phi = polar_basis(beams.direction)
+        angle = beams.position_angle[..., None]
+        sky = sky_from_fido(self._frame, -looking)
+        b = photon(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2])).b
+        return Points(
+            turn=turn,
+            depth=depth,
+            looking=looking,
+            direction=beams.direction,
+            theta=polar_angle(beams.direction),
+            azimuth=joined_azimuth(beams.azimuth, b, order),
+            major=np.cos(angle) * e_theta + np.sin(angle) * e_phi,
+            ratio=beams.delta_minus / beams.delta_plus,
+            error=beams.error,
+        )
+
+    def brackets(self, turn: np.ndarray, orders: int) -> tuple[np.ndarray, np.ndarray, list[str]]:
+        """Depths (orders, n) above and below the curves of order 1 .. orders on each line, and remarks.
+
+        The search goes down the lines by itself until every curve has been passed. NaN where it was not.
+        """
+        depth = np.arange(0, 4, _SEARCH_STEP)
+        index = np.empty((0, len(turn)), int)
+        depths = np.empty(0)
+        remarks = []
+        while True:
+            grid_turn, grid_depth = np.meshgrid(turn, depth)
+            found = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
+            index, depths = np.concatenate([index, found]), np.concatenate([depths, depth])
+            if (index[-1] >= orders).all() or depths[-1] >= sky_lines.DEEPEST:
+                break
+            depth = depths[-1] + np.arange(1, 5) * _SEARCH_STEP
+        if (np.diff(index, axis=0) < 0).any():
+            remarks.append("the Morse index falls toward the shadow edge on some line")
+        low, high = np.full((2, orders, len(turn)), np.nan)
+        for k in range(1, orders + 1):
+            passed = (index >= k) & (index < 1 << 20)
+            first = passed.argmax(axis=0)
+            known = passed.any(axis=0) & (first > 0)
+            low[k - 1, known] = depths[first[known] - 1]
+            high[k - 1, known] = depths[first[known]]
+        return low, high, remarks
+
+    def refined(
+        self, turn: np.ndarray, order: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> tuple[Points, np.ndarray]:
+        """Points on the curves of the given orders, one on each line, between depths low and high.
+
+        A bracketing root-finder on coarse beams first, then secant steps on beams at the full tolerance.
+        Returns the points whose bracket held a root, and which of the requested ones they are (bool).
+        """
+
+        def side(depth: np.ndarray, turn: np.ndarray, order: np.ndarray) -> np.ndarray:
+            index, ratio = self.index_and_ratio(turn, depth)
+            near = (index == order) | (index == order - 1)
+            size = np.where(near, np.abs(ratio), 1.0)
+            return np.where(index >= order, -size, size)
+
+        root = elementwise.find_root(side, (low, high), args=(turn, order), tolerances={"xatol": _COARSE_DEPTH})
+        found = np.asarray(root.success)
+        points = self.polished(turn[found], order[found], np.asarray(root.x)[found])
+        sharp = points.on_curve()
+        found[found] = sharp
+        return points[sharp], found
+
+    def polished(self, turn: np.ndarray, order: np.ndarray, depth: np.ndarray) -> Points:
+        """Points on the curves from depths that are close already: secant steps down to round-off."""
+        depth = depth.copy()
+        ratio = self._ratio(turn, depth)
+        slope = (self._ratio(turn, depth + _SLOPE_STEP) - ratio) / _SLOPE_STEP
+        step = _secant(ratio, slope)
+        active = np.arange(len(turn))
+        for _ in range(_MOST_SECANTS):
+            depth[active] += step[active]
+            new, last = self._ratio(turn[active], depth[active]), step[active]
+            # A difference over a very short step is round-off: the last slope serves.
+            long = np.abs(last) > _SHORTEST_SECANT
+            slope[active[long]] = (new - ratio[active])[long] / last[long]
+            ratio[active] = new
+            step[active] = _secant(new, slope[active])
+            # The next step misses by about the product of the last two: below this it lands on round-off.
+            active = active[long & (np.abs(step[active] * last) > _SECANT_PRODUCT)]
+            if active.size == 0:
+                break
+        return self.points(turn, depth + step, order)
+
+    def labels_hold(self, points: Points, order: int) -> bool:
+        """True when the index is order - 1 on the outer side of every point, and order on the inner side."""
+        outer = self.index_and_ratio(points.turn, points.depth - _LABEL_STEP)[0]
+        inner = self.index_and_ratio(points.turn, points.depth + _LABEL_STEP)[0]
+        return bool((outer == order - 1).all() and (inner == order).all())
+
+    def _ratio(self, turn: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        beams = self._trace(sky_lines.looking(self.camera, turn, depth), self.tolerance)
+        return beams.delta_minus / beams.delta_plus
+
+    def _trace(self, looking: np.ndarray, tolerance: float, index: bool = False) -> Beams:
+        sky = sky_from_fido(self._frame, -looking)
+        self.beams_traced += sky.size // 3
+        return trace_beams(self.camera, sky, self.engine, tolerance, index=index, crossings=False, redshift=False)
+
+
+def _secant(ratio: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Step to the root of a straight line; none where beams beyond double precision leave no slope."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = np.clip(-ratio / slope, -_LONGEST_SECANT, _LONGEST_SECANT)
+    return np.where(np.isfinite(step), step, 0.0)
+
+
+def joined_azimuth(azimuth: np.ndarray, b: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """Azimuth of critical points, joined over b = 0, where the ray meets the spin axis.
+
+    A critical ray of order k meets the axis k times as b passes through zero, and each meeting takes its
+    azimuth from one side of the axis to the other: rays with b > 0 get k turns more, and the curve closes.
+    """
+    return azimuth + 2 * np.pi * np.asarray(order) * (b > 0)

@@ -1,0 +1,177 @@
+"""Cusps and extremes of caustics, from a polynomial model of a short piece of the curve around each.
+
+Around a cusp or an extreme the curve is traced at Chebyshev nodes of its parameter. All that is read off is a
+smooth function there, so the interpolating polynomial is as accurate as the beams themselves.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from kerrcaustics.curves.critical import Points, Search
+from kerrcaustics.curves.follow import Course, between
+
+_NODES = 17
+_EXTREMES = {
+    "theta_min": ("theta", -1),
+    "theta_max": ("theta", 1),
+    "phi_min": ("azimuth", -1),
+    "phi_max": ("azimuth", 1),
+}
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A cusp or an extreme: its direction on the fiducial sky, and (theta', azimuth) with their error (radians)."""
+
+    looking: np.ndarray
+    theta: float
+    azimuth: float
+    error: float
+
+
+# Order, parameter and depth of a cusp, and the error of its tip that comes from the parameter.
+_Tip = tuple[int, float, float, float]
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A short piece of one curve: its middle and half-width in `turn`, and what is looked for in it."""
+
+    order: int
+    what: str
+    middle: float
+    half: float
+
+
+def find_features(search: Search, courses: list[Course]) -> dict[int, dict[str, list[Feature]]]:
+    """The cusps and the four extremes of each curve, by order."""
+    found = {course.order: _nothing() for course in courses}
+    around = {course.order: course.around() for course in courses if not course.is_point}
+    pieces = [piece for course in courses if not course.is_point for piece in _pieces(course, around[course.order])]
+    models = _models(search, around, pieces)
+    tips: list[_Tip] = []
+    for piece, points in zip(pieces, models, strict=True):
+        if points is None:
+            continue
+        if piece.what == "cusps":
+            tips += _cusp(piece, points)
+        else:
+            found[piece.order][piece.what].append(_extreme(points, *_EXTREMES[piece.what]))
+    if tips:
+        order, turn, depth, error = (np.array(column) for column in zip(*tips, strict=True))
+        for k, point, missed in zip(order, search.polished(turn, order, depth).each(), error, strict=True):
+            found[k]["cusps"].append(_feature(point, missed))
+    return found
+
+
+def _nothing() -> dict[str, list[Feature]]:
+    return {name: [] for name in (*_EXTREMES, "cusps")}
+
+
+def _feature(point: Points, missed: float) -> Feature:
+    return Feature(point.looking[0], float(point.theta[0]), float(point.azimuth[0]), float(point.error[0] + missed))
+
+
+def _pieces(course: Course, around: Points) -> list[_Piece]:
+    points, n = course.points, len(course.points)
+    pieces = []
+    for name, (field, sign) in _EXTREMES.items():
+        pieces.append(_piece(course.order, name, around, n + int(np.argmax(sign * getattr(points, field)))))
+    for i in _reversals(points):
+        pieces.append(_piece(course.order, "cusps", around, n + i))
+    return pieces
+
+
+def _piece(order: int, what: str, around: Points, i: int) -> _Piece:
+    """The piece from the point before point i to the one after it."""
+    low, high = around.turn[i - 1], around.turn[i + 1]
+    return _Piece(order, what, (low + high) / 2, (high - low) / 2)
+
+
+def _reversals(points: Points) -> list[int]:
+    """Points next to which the caustic turns back on itself against its continuous tangent, the major axis."""
+    n = len(points)
+    major = _oriented(np.concatenate([points.major, points.major[:1]]))
+    chord = np.diff(np.concatenate([points.direction, points.direction[:1]]), axis=0)
+    along = np.einsum("ij,ij->i", chord, major[:-1] + major[1:]) > 0
+    # The axis may come back reversed after one turn: the last chord meets the first one with that sign.
+    flipped = np.dot(major[-1], major[0]) < 0
+    turned = along[1:] != along[:-1]
+    reversals = [i + 1 for i in range(n - 1) if turned[i]]
+    if (along[0] != along[-1]) != flipped:
+        reversals.insert(0, 0)
+    return reversals
+
+
+def _oriented(axes: np.ndarray) -> np.ndarray:
+    """Axes (n, 3) with signs chosen so that each agrees with the one before."""
+    agree = np.sign(np.einsum("ij,ij->i", axes[1:], axes[:-1]))
+    return axes * np.concatenate([[1.0], np.cumprod(np.where(agree == 0, 1.0, agree))])[:, None]
+
+
+def _models(search: Search, around: dict[int, Points], pieces: list[_Piece]) -> list[Points | None]:
+    """The points of every piece at its Chebyshev nodes, in one go."""
+    if not pieces:
+        return []
+    nodes = chebyshev.chebpts1(_NODES)
+    turns = {
+        order: np.unique(np.concatenate([p.middle + p.half * nodes for p in pieces if p.order == order]))
+        for order in around
+    }
+    traced = between(search, around, turns)
+    models: list[Points | None] = []
+    for piece in pieces:
+        points = traced[piece.order]
+        wanted = piece.middle + piece.half * nodes
+        at = np.searchsorted(points.turn, wanted)
+        whole = (at < len(points)).all() and np.array_equal(points.turn[np.minimum(at, len(points) - 1)], wanted)
+        models.append(points[at] if whole else None)
+    return models
+
+
+def _fit(values: np.ndarray) -> np.ndarray:
+    return chebyshev.chebfit(chebyshev.chebpts1(_NODES), values, _NODES - 1)
+
+
+def _roots(coefficients: np.ndarray) -> np.ndarray:
+    """Real roots in [-1, 1], a little round-off allowed."""
+    if not np.abs(coefficients[1:]).max() > 0:
+        return np.empty(0)
+    roots = chebyshev.chebroots(coefficients)
+    real = roots.real[np.abs(roots.imag) < 1e-7]
+    return real[np.abs(real) <= 1 + 1e-9]
+
+
+def _tail(coefficients: np.ndarray) -> float:
+    """How far the polynomial is from having converged: its last coefficients."""
+    return float(np.abs(coefficients[-3:]).max())
+
+
+def _extreme(points: Points, field: str, sign: int) -> Feature:
+    """The largest value of sign * field on the piece."""
+    values = _fit(getattr(points, field))
+    places = np.concatenate([_roots(chebyshev.chebder(values)), [-1.0, 1.0]])
+    best = places[np.argmax(sign * chebyshev.chebval(places, values))]
+    at = {name: float(chebyshev.chebval(best, _fit(getattr(points, name)))) for name in ("theta", "azimuth")}
+    looking = chebyshev.chebval(best, _fit(points.looking))
+    error = points.error.max() + _tail(values)
+    return Feature(looking / np.linalg.norm(looking), at["theta"], at["azimuth"], float(error))
+
+
+def _cusp(piece: _Piece, points: Points) -> list[_Tip]:
+    """Where the caustic's speed along its tangent changes sign, if it does on this piece.
+
+    The caustic's velocity is along the major axis everywhere; at a cusp its component there vanishes.
+    """
+    velocity = chebyshev.chebval(chebyshev.chebpts1(_NODES), chebyshev.chebder(_fit(points.direction))).T
+    speed = _fit(np.einsum("ij,ij->i", velocity, _oriented(points.major)))
+    roots = _roots(speed)
+    if roots.size == 0:
+        return []
+    place = float(roots[np.argmin(np.abs(roots))])
+    slope = abs(float(chebyshev.chebval(place, chebyshev.chebder(speed))))
+    depth = float(chebyshev.chebval(place, _fit(points.depth)))
+    # The tip moves with the square of the parameter's error, _tail / slope.
+    return [(piece.order, piece.middle + piece.half * place, depth, _tail(speed) ** 2 / slope)]

@@ -1,0 +1,165 @@
+"""Whole critical curves: sampled so that the curve and its caustic are smooth to the eye, closed, and checked."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from kerrcaustics.curves.critical import Points, Search
+from kerrcaustics.spacetime.sphere import angle_between
+
+Progress = Callable[[str, float], None]
+
+_LINES = 64
+_CROWDING = 0.9
+# Longest step between neighbours on either sphere, as an angle and as a part of the caustic's size.
+_LONGEST_STEP = np.radians(2.0)
+_LONGEST_PART = 1 / 80
+_MOST_HALVINGS = 14
+_MOST_POINTS = 40_000
+# Depth by which a bracket reaches beyond the neighbours it is made from, at first and after a miss.
+_REACH, _FAR_REACH = 1e-3, 0.6
+
+
+@dataclass(frozen=True)
+class Course:
+    """One critical curve: points in the order of `turn` over one turn, the first not repeated.
+
+    remarks: what was missed, in words; empty when the curve is whole.
+    """
+
+    order: int
+    points: Points
+    remarks: tuple[str, ...]
+
+    @property
+    def is_point(self) -> bool:
+        """True when the caustic is no larger than its error: a = 0, or a camera on the axis."""
+        direction = self.points.direction
+        spread = np.linalg.norm(direction - direction.mean(axis=0), axis=1).max()
+        return bool(spread <= 3 * self.points.error.max())
+
+    @property
+    def on_axis(self) -> bool:
+        """True when the caustic is a point on the spin axis, where phi' has no meaning."""
+        return self.is_point and float(np.sin(self.points.theta).max()) < 1e-6
+
+    def around(self) -> Points:
+        """The points with their neighbours across the ends, over three turns."""
+        return self.points.shifted(-1).joined(self.points, self.points.shifted(1))
+
+
+def follow(search: Search, orders: int, progress: Progress) -> list[Course]:
+    """Critical curves of order 1 .. orders, as far as they can be found.
+
+    On the equator half of each curve is computed and the other half is its mirror image.
+    """
+    half = search.camera.on_equator
+    line = np.linspace(0, np.pi, _LINES // 2 + 1) if half else np.linspace(0, 2 * np.pi, _LINES, endpoint=False)
+    # The prograde side of a fast hole, where the caustics wind, asks for more lines.
+    turn = line - _CROWDING * search.camera.spin**4 * np.sin(line)
+    progress("critical curves found", 0.1)
+    low, high, remarks = search.brackets(turn, orders)
+    order = np.repeat(np.arange(1, orders + 1), len(turn))
+    start = np.isfinite(low.ravel())
+    all_turn = np.tile(turn, orders)
+    points, found = search.refined(all_turn[start], order[start], low.ravel()[start], high.ravel()[start])
+    order = order[start][found]
+    curves = {k: points[order == k] for k in range(1, orders + 1) if (order == k).any()}
+    whole = {k: len(curve) == len(turn) for k, curve in curves.items()}
+    missed = _sample(search, curves, half, progress)
+    courses = []
+    for k, curve in curves.items():
+        notes = list(remarks)
+        if not whole[k]:
+            notes.append(f"{len(turn) - int((order == k).sum())} of {len(turn)} lines of the search hold no point")
+        if missed[k]:
+            notes.append(f"{missed[k]} points between neighbours could not be found")
+        if not search.labels_hold(curve, k):
+            notes.append(f"the Morse index does not grow from {k - 1} to {k} everywhere across the curve")
+        if half:
+            curve = curve.joined(curve[(curve.turn > 0) & (curve.turn < np.pi)].mirrored())
+        if len(curve) > 1 and not _closes(curve):
+            notes.append("the ends of the curve do not meet")
+        courses.append(Course(k, curve, tuple(notes)))
+    return courses
+
+
+def _bracket(points: Points, turn: np.ndarray, reach: float = _REACH) -> tuple[np.ndarray, np.ndarray]:
+    """Depths (low, high) that should enclose the curve at the given parameters, from the points around them."""
+    right = np.clip(np.searchsorted(points.turn, turn), 1, len(points) - 1)
+    pair = np.stack([points.depth[right - 1], points.depth[right]])
+    margin = np.abs(pair[1] - pair[0]) + reach
+    return pair.min(axis=0) - margin, pair.max(axis=0) + margin
+
+
+def between(search: Search, curves: dict[int, Points], turns: dict[int, np.ndarray]) -> dict[int, Points]:
+    """Points at new parameters between those of the curves, all orders at once; missed ones are left out.
+
+    `curves` must reach beyond the new parameters. Secant steps from a spline through the known points, and a
+    bracketing search where they fail.
+    """
+    order = np.concatenate([np.full(len(turn), k) for k, turn in turns.items()])
+    turn = np.concatenate(list(turns.values()))
+    guess = np.concatenate([_spline(curves[k])(turn) for k, turn in turns.items()])
+    new = search.polished(turn, order, guess)
+    new_points = {}
+    for k in turns:
+        here = order == k
+        # A search that wandered off, to another curve or nowhere, shows in the residual or in the distance.
+        low, high = _bracket(curves[k], turn[here])
+        good = new.on_curve()[here] & (new.depth[here] > low) & (new.depth[here] < high)
+        points = new[here][good]
+        lost = turn[here][~good]
+        if len(lost):
+            low, high = _bracket(curves[k], lost, _FAR_REACH)
+            points = points.joined(search.refined(lost, np.full(len(lost), k), low, high)[0])
+        new_points[k] = points[np.argsort(points.turn, kind="stable")]
+    return new_points
+
+
+def _sample(search: Search, curves: dict[int, Points], half: bool, progress: Progress) -> dict[int, int]:
+    """Halve steps that are too long, in place, all curves at once; returns how many points were missed."""
+    missed = dict.fromkeys(curves, 0)
+    for halving in range(_MOST_HALVINGS):
+        progress("curves sampled", 0.15 + 0.6 * halving / _MOST_HALVINGS)
+        wanted = {k: _middles(curve, half) for k, curve in curves.items() if len(curve) > 3}
+        wanted = {k: turn for k, turn in wanted.items() if len(turn) and len(curves[k]) < _MOST_POINTS}
+        if not wanted:
+            break
+        closed = {k: curves[k] if half else curves[k].joined(curves[k][:1].shifted(1)) for k in wanted}
+        for k, new in between(search, closed, wanted).items():
+            missed[k] += len(wanted[k]) - len(new)
+            merged = curves[k].joined(new)
+            curves[k] = merged[np.argsort(merged.turn, kind="stable")]
+    return missed
+
+
+def _spline(points: Points) -> CubicSpline:
+    return CubicSpline(points.turn, points.depth)
+
+
+def steps(points: Points) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths of the steps from each point to the next, on the celestial sphere unrolled, and on the sky."""
+    d_theta, d_azimuth = np.diff(points.theta), np.diff(points.azimuth)
+    middle = (points.theta[1:] + points.theta[:-1]) / 2
+    return np.hypot(d_theta, np.sin(middle) * d_azimuth), angle_between(points.looking[1:], points.looking[:-1])
+
+
+def _middles(points: Points, half: bool) -> np.ndarray:
+    """Parameters halfway along the steps that are too long."""
+    if not half:
+        points = points.joined(points[:1].shifted(1))
+    on_caustic, on_sky = steps(points)
+    size = max(np.ptp(points.theta), np.sin(points.theta).max() * min(np.ptp(points.azimuth), 2 * np.pi))
+    # A caustic smaller than its error is a point, and needs no finer sampling.
+    longest = max(min(_LONGEST_STEP, size * _LONGEST_PART), 3 * points.error.max())
+    long = (on_caustic > longest) | (on_sky > _LONGEST_STEP)
+    return ((points.turn[1:] + points.turn[:-1]) / 2)[long]
+
+
+def _closes(points: Points) -> bool:
+    """True when the step across the ends is as short as the others."""
+    on_caustic = steps(points.joined(points[:1].shifted(1)))[0]
+    return bool(on_caustic[-1] <= 3 * max(on_caustic[:-1].max(), points.error.max()))

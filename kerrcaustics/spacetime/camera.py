@@ -1,0 +1,301 @@
+"""Cameras: place and velocity, the camera's frame, and the photon behind each direction of its sky."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kerrcaustics.spacetime import kerr
+
+Velocity = str | tuple[float, float, float]
+
+VELOCITY_NAMES = ("circular", "fiducial", "static")
+
+
+class Frame(NamedTuple):
+    """The numbers of a camera that rays need, as a tree of floats that can go into compiled code.
+
+    basis is the camera basis, rows e_x, e_y, e_z, in FIDO components (r, theta, phi); speed is the camera's
+    speed beta measured by the FIDO, along e_y; the rest are metric functions at the camera.
+    """
+
+    spin: float
+    radius: float
+    sin_theta: float
+    cos_theta: float
+    lapse: float
+    shift: float
+    cylindrical_scale: float
+    root_sigma: float
+    root_sigma_delta: float
+    speed: float
+    basis: tuple[tuple[float, float, float], ...]
+
+
+class Photon(NamedTuple):
+    """Constants and first values of a photon of unit energy at infinity, followed backward in Mino time.
+
+    b axial angular momentum; k = q + b^2; kappa = q + (b - a)^2; q Carter constant; u = 1/r and its rate;
+    m = (x, y, z), the unit vector that carries theta and the smooth part of phi, and its rate.
+    energy_ratio = E_infinity / E_FIDO: at or below zero there is no such photon from infinity.
+    """
+
+    b: Any
+    k: Any
+    kappa: Any
+    q: Any
+    position: tuple[Any, Any, Any, Any]
+    rate: tuple[Any, Any, Any, Any]
+    energy_ratio: Any
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera at rest in its own frame at one event outside the horizon of a Kerr black hole.
+
+    Parameters
+    ----------
+    spin : float
+        Spin a of the hole, 0 <= a < 1, along +z (units of the mass).
+    radius : float
+        Boyer-Lindquist radius, outside the horizon.
+    inclination : float
+        Polar angle of the camera in radians, 0 to pi; pi/2 is the equator.
+    velocity : str or (float, float, float), optional
+        "circular" (prograde equatorial geodesic), "fiducial" (at rest with respect to the FIDO), "static"
+        (at rest in Boyer-Lindquist coordinates), or a vector (v_r, v_theta, v_phi) measured by the FIDO.
+        Left out, it becomes "circular" where there is such an orbit, else "fiducial".
+
+    Notes
+    -----
+    The camera's azimuth is 0. Camera basis, with B the unit direction of motion: e_y = B, e_x perpendicular
+    to B in the plane of e_r and e_phi, e_z = e_x x e_y (JTFT A.1, step i). At rest, and for azimuthal
+    motion, e_x = e_r, e_y = e_phi, e_z = -e_theta.
+
+    References: JTFT appendix A.1.
+    """
+
+    spin: float
+    radius: float
+    inclination: float = math.pi / 2
+    velocity: Velocity | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a camera that cannot be there."""
+        object.__setattr__(self, "spin", _number("spin", self.spin))
+        object.__setattr__(self, "radius", _number("radius", self.radius))
+        object.__setattr__(self, "inclination", _number("inclination", self.inclination))
+        if not 0 <= self.spin < 1:
+            raise ValueError(f"Argument `spin` must lie in [0, 1), but is {self.spin:g}.")
+        if not self.radius > kerr.horizon(self.spin):
+            raise ValueError(
+                f"Argument `radius` must be larger than the horizon radius {kerr.horizon(self.spin):.6g}, "
+                f"but is {self.radius:g}."
+            )
+        if not 0 <= self.inclination <= math.pi:
+            raise ValueError(
+                f"Argument `inclination` must lie in [0, 180] degrees, but is {math.degrees(self.inclination):g}."
+            )
+        if self.velocity is None:
+            orbits = self.on_equator and self.radius > kerr.photon_orbits(self.spin)[0]
+            object.__setattr__(self, "velocity", "circular" if orbits else "fiducial")
+        elif not isinstance(self.velocity, str):
+            object.__setattr__(self, "velocity", _velocity_vector(self.velocity))
+        self.fido_velocity()
+
+    def fido_velocity(self) -> tuple[float, float, float]:
+        """Velocity (v_r, v_theta, v_phi) of the camera as measured by the fiducial observer (FIDO).
+
+        References: JTFT eqs. A.6, A.7 for "circular".
+        """
+        if isinstance(self.velocity, tuple):
+            return self.velocity
+        if self.velocity not in VELOCITY_NAMES:
+            raise ValueError(
+                "Argument `velocity` must be circular, fiducial, static or a vector (v_r, v_theta, v_phi), "
+                f"but is {self.velocity!r}."
+            )
+        if self.velocity == "fiducial":
+            return (0.0, 0.0, 0.0)
+        at = kerr.metric(self.spin, self.radius, self.cos_theta)
+        varpi = at.cylindrical_scale * self.sin_theta
+        if self.velocity == "static":
+            limit = kerr.ergosphere(self.spin, self.cos_theta)
+            if not self.radius > limit:
+                raise ValueError(
+                    f"Argument `velocity` must not be static inside the ergosphere (radius {self.radius:g} is not "
+                    f"above {limit:.6g})."
+                )
+            return (0.0, 0.0, -at.shift * varpi / at.lapse)
+        if self.cos_theta != 0:
+            raise ValueError(
+                "Argument `velocity` must not be circular off the equator "
+                f"(inclination {math.degrees(self.inclination):g} degrees is not 90)."
+            )
+        photon_orbit = kerr.photon_orbits(self.spin)[0]
+        if not self.radius > photon_orbit:
+            raise ValueError(
+                "Argument `velocity` must not be circular at or inside the photon orbit "
+                f"(radius {self.radius:g} is not above {photon_orbit:.6g})."
+            )
+        orbital = 1 / (self.spin + self.radius**1.5)
+        return (0.0, 0.0, varpi * (orbital - at.shift) / at.lapse)
+
+    @property
+    def cos_theta(self) -> float:
+        """Cosine of the inclination, exactly 0 at math.pi / 2."""
+        return math.sin(math.pi / 2 - self.inclination)
+
+    @property
+    def sin_theta(self) -> float:
+        """Sine of the inclination, exactly 0 at math.pi as at 0."""
+        return math.sin(math.pi - self.inclination) if self.inclination > math.pi / 2 else math.sin(self.inclination)
+
+    @property
+    def on_equator(self) -> bool:
+        """True when the camera lies in the equatorial plane, so that its sky has a mirror symmetry."""
+        return self.cos_theta == 0
+
+    @property
+    def on_axis(self) -> bool:
+        """True when the camera lies on the spin axis, so that its sky has an axial symmetry."""
+        return self.sin_theta == 0
+
+    def at_rest(self) -> "Camera":
+        """The fiducial camera at the same event: same caustics, another sky."""
+        return Camera(self.spin, self.radius, self.inclination, "fiducial")
+
+    def frame(self) -> Frame:
+        """The camera's numbers for compiled code."""
+        at = kerr.metric(self.spin, self.radius, self.cos_theta)
+        speed, basis = _basis(self.fido_velocity())
+        return Frame(
+            spin=self.spin,
+            radius=self.radius,
+            sin_theta=self.sin_theta,
+            cos_theta=self.cos_theta,
+            lapse=at.lapse,
+            shift=at.shift,
+            cylindrical_scale=at.cylindrical_scale,
+            root_sigma=math.sqrt(at.sigma),
+            root_sigma_delta=math.sqrt(at.sigma * at.delta),
+            speed=speed,
+            basis=basis,
+        )
+
+
+def fido_from_sky(frame: Frame, sky: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+    """Direction of motion (n_r, n_theta, n_phi) of the photon seen in camera-sky direction N (JTFT eq. A.8).
+
+    sky holds the components N_x, N_y, N_z, floats or arrays.
+    """
+    x, y, z = sky
+    beta = frame.speed
+    doppler = 1 - beta * y
+    shrink = -((1 - beta**2) ** 0.5)
+    along = (shrink * x / doppler, (beta - y) / doppler, shrink * z / doppler)
+    r, theta, phi = (sum(along[i] * frame.basis[i][j] for i in range(3)) for j in range(3))
+    return r, theta, phi
+
+
+def sky_from_fido(frame: Frame, direction: np.ndarray) -> np.ndarray:
+    """Camera-sky direction N (..., 3) of photons that move along `direction` (..., 3) = (n_r, n_theta, n_phi).
+
+    The inverse of `fido_from_sky`.
+    """
+    along = np.asarray(direction) @ np.asarray(frame.basis).T
+    beta = frame.speed
+    doppler = 1 - beta * along[..., 1]
+    shrink = -math.sqrt(1 - beta**2)
+    parts = [
+        shrink * along[..., 0] / doppler,
+        (beta - along[..., 1]) / doppler,
+        shrink * along[..., 2] / doppler,
+    ]
+    sky = np.stack(parts, axis=-1)
+    return sky / np.linalg.norm(sky, axis=-1, keepdims=True)
+
+
+def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
+    """The photon that arrives from camera-sky direction N, with unit energy at infinity.
+
+    sky holds the components N_x, N_y, N_z, floats or arrays of one shape. The rates are those of the
+    photon's path followed backward in Mino time.
+
+    References: JTFT eqs. A.8 to A.12; K and kappa are written as sums of squares, so that they keep their
+    digits near the principal null directions.
+    """
+    n_r, n_theta, n_phi = fido_from_sky(frame, sky)
+    a, s, c = frame.spin, frame.sin_theta, frame.cos_theta
+    energy_ratio = frame.lapse + frame.shift * frame.cylindrical_scale * s * n_phi
+    energy = 1 / energy_ratio
+    p_theta = energy * frame.root_sigma * n_theta
+    p_phi = energy * frame.cylindrical_scale * n_phi
+    b = p_phi * s
+    u = 1 / frame.radius
+    u_rate = u * u * energy * frame.root_sigma_delta * n_r
+    zero = 0 * b
+    return Photon(
+        b=b,
+        k=p_theta**2 + p_phi**2 - (a * c) ** 2,
+        kappa=p_theta**2 + (p_phi - a * s) ** 2,
+        q=p_theta**2 + c * c * (p_phi - a) * (p_phi + a),
+        position=(u + zero, s + zero, zero, c + zero),
+        rate=(u_rate, -c * p_theta, -p_phi, s * p_theta),
+        energy_ratio=energy_ratio,
+    )
+
+
+def redshift(camera: Camera, sky: np.ndarray) -> np.ndarray:
+    """Frequency ratio nu_camera / nu_source of light from a source at rest at infinity (JTFT eq. A.13).
+
+    Parameters: sky (..., 3), unit vectors. Returns (...,); exact to round-off.
+    """
+    frame = camera.frame()
+    parts = (sky[..., 0], sky[..., 1], sky[..., 2])
+    n_phi = fido_from_sky(frame, parts)[2]
+    energy_ratio = frame.lapse + frame.shift * frame.cylindrical_scale * frame.sin_theta * n_phi
+    return math.sqrt(1 - frame.speed**2) / ((1 - frame.speed * parts[1]) * energy_ratio)
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(f"Argument `{name}` must be a finite number, but is {value!r}.")
+    return number
+
+
+def _velocity_vector(value: Any) -> tuple[float, float, float]:
+    try:
+        parts = tuple(float(v) for v in value)
+    except (TypeError, ValueError):
+        parts = ()
+    if len(parts) != 3 or not all(math.isfinite(v) for v in parts):
+        raise ValueError(
+            f"Argument `velocity` must be circular, fiducial, static or three finite numbers, but is {value!r}."
+        )
+    speed = math.hypot(*parts)
+    if not speed < 1:
+        raise ValueError(f"Argument `velocity` must have a speed below 1 (light), but has {speed:g}.")
+    return parts
+
+
+def _basis(velocity: tuple[float, float, float]) -> tuple[float, tuple[tuple[float, float, float], ...]]:
+    """Speed and camera basis, rows (e_x, e_y, e_z), for a FIDO velocity (JTFT A.1, step i)."""
+    speed = math.hypot(*velocity)
+    if speed == 0:
+        return 0.0, ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
+    # Twice, so that the direction is a unit vector for the smallest numbers too.
+    direction = [v / speed for v in velocity]
+    b_r, b_theta, b_phi = (v / math.hypot(*direction) for v in direction)
+    # Azimuthal motion keeps its sign in the speed, so that the basis does not turn over between the two senses.
+    if b_r == 0 and b_theta == 0:
+        return velocity[2], ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
+    kappa = math.hypot(b_r, b_phi)
+    # Motion along e_theta alone leaves e_x undetermined: e_r is the limit of the azimuthal case.
+    c, s = (b_phi / kappa, b_r / kappa) if kappa > 0 else (1.0, 0.0)
+    return speed, ((c, 0.0, -s), (b_r, b_theta, b_phi), (b_theta * s, -kappa, b_theta * c))

@@ -1,0 +1,103 @@
+"""The Kerr metric in Boyer-Lindquist coordinates, G = c = M = 1, and its special orbits.
+
+Every function takes floats or arrays and returns the same. Radii are in units of the mass, angles in
+radians, 0 <= spin < 1.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class Metric(NamedTuple):
+    """Metric functions at one event (JTFT eqs. A.2 to A.4).
+
+    lapse (alpha), shift (omega, the angular velocity of the fiducial observers), cylindrical_scale
+    (varpi / sin(theta), finite on the axis), sigma (rho^2 = r^2 + a^2 cos^2 theta), delta.
+    """
+
+    lapse: float
+    shift: float
+    cylindrical_scale: float
+    sigma: float
+    delta: float
+
+
+def metric(spin: float, radius: float, cos_theta: float) -> Metric:
+    """Metric functions at one event (JTFT eqs. A.2 to A.4)."""
+    sigma = radius**2 + (spin * cos_theta) ** 2
+    delta = (radius - horizon(spin)) * (radius - inner_horizon(spin))
+    big = (radius**2 + spin**2) ** 2 - spin**2 * delta * (1 - cos_theta**2)
+    return Metric(
+        lapse=math.sqrt(sigma * delta / big),
+        shift=2 * spin * radius / big,
+        cylindrical_scale=math.sqrt(big / sigma),
+        sigma=sigma,
+        delta=delta,
+    )
+
+
+def horizon(spin: float) -> float:
+    """Radius of the outer horizon, r_+."""
+    return 1 + math.sqrt((1 - spin) * (1 + spin))
+
+
+def inner_horizon(spin: float) -> float:
+    """Radius of the inner horizon, r_-, written so that it keeps its digits at small spin."""
+    return spin**2 / horizon(spin)
+
+
+def ergosphere(spin: float, cos_theta: float) -> float:
+    """Radius of the static limit at a polar angle: nothing can be at rest at or below it."""
+    return 1 + math.sqrt(1 - (spin * cos_theta) ** 2)
+
+
+def isco(spin: float, prograde: bool = True) -> float:
+    """Radius of the innermost stable circular equatorial orbit (Bardeen, Press & Teukolsky 1972, eq. 2.21)."""
+    z1 = 1 + ((1 - spin) * (1 + spin)) ** (1 / 3) * ((1 + spin) ** (1 / 3) + (1 - spin) ** (1 / 3))
+    z2 = math.sqrt(3 * spin**2 + z1**2)
+    root = math.sqrt((3 - z1) * (3 + z1 + 2 * z2))
+    return 3 + z2 - root if prograde else 3 + z2 + root
+
+
+def photon_orbits(spin: float) -> tuple[float, float]:
+    """Radii (r_1, r_2) of the prograde and the retrograde circular photon orbit in the equatorial plane.
+
+    The spherical photon orbits fill r_1 <= r_o <= r_2 (JTFT eq. A.9).
+    """
+    third = 2 / 3
+    return (
+        2 * (1 + math.cos(third * math.acos(-spin))),
+        2 * (1 + math.cos(third * math.acos(spin))),
+    )
+
+
+def spherical_orbit_impact(spin: float, orbit_radius: float) -> float:
+    """Axial angular momentum b_o(r_o) of the spherical photon orbit of radius r_o, spin > 0 (JTFT eq. A.10)."""
+    a, r = spin, orbit_radius
+    return -(r**3 - 3 * r**2 + a**2 * r + a**2) / (a * (r - 1))
+
+
+def spherical_orbit_of_impact(spin: float, b: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Radius and Carter constant (r_o, q_o) of the spherical photon orbit with axial angular momentum b.
+
+    The inverse of JTFT eq. A.10, regular at spin 0: r_o = 1 + x where x is the largest root of
+    x^3 - 3 p x - 2 (1 - a^2) = 0 with 3 p = 3 - a^2 - a b.
+
+    Errors: relative 1e-15 away from the extremal corner (spin -> 1, b -> 2), where x itself tends to 0.
+    """
+    a, b = spin, np.asarray(b, float)
+    p = 1 - (a**2 + a * b) / 3
+    h = (1 - a) * (1 + a)
+    disc = h**2 - p**3
+    grown = np.cbrt(h + np.sqrt(np.maximum(disc, 0)))
+    angle = np.arctan2(np.sqrt(np.maximum(-disc, 0)), h)
+    root_p = np.sqrt(np.maximum(p, 0))
+    x = np.where(disc >= 0, grown + p / np.where(grown == 0, 1, grown), 2 * root_p * np.cos(angle / 3))
+    for _ in range(2):
+        x = x - (x**3 - 3 * p * x - 2 * h) / np.where(x**2 > p, 3 * (x**2 - p), np.inf)
+    r = 1 + x
+    q = (2 * r**3 + (a**2 - b**2) * r + (b - a) ** 2) / x
+    return r, q

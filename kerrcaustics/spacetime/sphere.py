@@ -1,0 +1,55 @@
+"""Geometry of the unit sphere: frames, angles. No physics. Works on NumPy and on JAX arrays."""
+
+from typing import Any
+
+import numpy as np
+
+Array = Any
+
+
+def tangent_basis(n: Array, xp: Any = np) -> tuple[Array, Array]:
+    """Two unit tangents (e_1, e_2) at each point n of the sphere, with e_1 x e_2 = n.
+
+    Parameters: n (..., 3), unit vectors; xp, the array module (numpy or jax.numpy).
+    Returns: e_1 and e_2, each (..., 3).
+    Errors: orthonormal to round-off everywhere, poles included; discontinuous only across n_z = 0.
+    References: Duff et al. 2017, J. Comput. Graph. Tech. 6(1).
+    """
+    x, y, z = n[..., 0], n[..., 1], n[..., 2]
+    sign = xp.where(z >= 0, 1.0, -1.0)
+    c = -1 / (sign + z)
+    d = x * y * c
+    e_1 = xp.stack([1 + sign * x * x * c, sign * d, -sign * x], axis=-1)
+    e_2 = xp.stack([d, sign + y * y * c, -y], axis=-1)
+    return e_1, e_2
+
+
+def polar_basis(n: Array, xp: Any = np) -> tuple[Array, Array]:
+    """Unit tangents (e_theta, e_phi) of spherical coordinates at each point n (..., 3).
+
+    On the axis, where they are not defined, the limit along phi = 0 is returned.
+    """
+    x, y, z = n[..., 0], n[..., 1], n[..., 2]
+    s = xp.hypot(x, y)
+    on_axis = s == 0
+    safe = xp.where(on_axis, 1.0, s)
+    c, d = xp.where(on_axis, 1.0, x / safe), y / safe
+    return xp.stack([z * c, z * d, -s], axis=-1), xp.stack([-d, c, 0 * z], axis=-1)
+
+
+def polar_angle(n: Array, xp: Any = np) -> Array:
+    """Polar angle theta in [0, pi] of each unit vector n (..., 3), accurate at the poles too."""
+    return xp.arctan2(xp.hypot(n[..., 0], n[..., 1]), n[..., 2])
+
+
+def angle_between(m: Array, n: Array) -> Array:
+    """Angle in [0, pi] between unit vectors m and n (..., 3), accurate for small and for straight angles."""
+    m, n = np.asarray(m), np.asarray(n)
+    return 2 * np.arctan2(np.linalg.norm(m - n, axis=-1), np.linalg.norm(m + n, axis=-1))
+
+
+def from_angles(theta: Array, phi: Array) -> np.ndarray:
+    """Unit vectors (..., 3) with polar angle theta and azimuth phi."""
+    theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
+    s = np.sin(theta)
+    return np.stack([s * np.cos(phi), s * np.sin(phi), np.cos(theta)], axis=-1)

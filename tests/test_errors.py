@@ -1,0 +1,140 @@
+"""Is the reported error honest, and has the integrator the order that it claims?"""
+
+import math
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from kerrcaustics.beams import integrated
+from kerrcaustics.beams.beam import Beams, Rays
+from kerrcaustics.beams.nystroem import nystroem_step
+from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.sphere import polar_basis
+
+
+def random_camera(rng: np.random.Generator) -> Camera:
+    """Any spin, radius, inclination and velocity; the special and the extreme ones often."""
+    spin = rng.choice([0.0, rng.uniform(0, 1), 1 - 10 ** rng.uniform(-5, -1)])
+    outside = rng.choice([10 ** rng.uniform(-2, 0), 10 ** rng.uniform(0, 1.3), 10 ** rng.uniform(1, 6)])
+    inclination = rng.choice([math.pi / 2, math.acos(rng.uniform(-1, 1)), 10 ** rng.uniform(-6, -1)])
+    velocity = rng.normal(size=3)
+    velocity *= rng.uniform(0, 0.9) / np.linalg.norm(velocity)
+    return Camera(spin, kerr.horizon(spin) + outside, inclination, tuple(velocity))
+
+
+def outside_edge(camera: Camera, turn: np.ndarray, fraction: np.ndarray) -> np.ndarray:
+    """Directions N (n, 3) beyond the shadow edge by a fraction of its angular distance from the hole."""
+    edge = -edge_photons(camera, turn)
+    centre = np.array([-1.0, 0.0, 0.0])
+    away = edge * (edge @ centre)[:, None] - centre
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    distance = (fraction * np.arccos(np.clip(edge @ centre, -1, 1)))[:, None]
+    return sky_from_fido(camera.frame(), -(edge * np.cos(distance) + away * np.sin(distance)))
+
+
+def random_sky(camera: Camera, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Directions N (count, 3): half from the whole sky, half near the shadow edge, down to 1e-7."""
+    sky = rng.normal(size=(count, 3))
+    sky /= np.linalg.norm(sky, axis=1, keepdims=True)
+    half = count // 2
+    sky[:half] = outside_edge(camera, rng.uniform(0, 2 * math.pi, half), 10 ** rng.uniform(-7, 0, half))
+    return sky
+
+
+def direction_error(ends: Rays, exact: Rays) -> np.ndarray:
+    return np.linalg.norm(ends.direction - exact.direction, axis=-1)[exact.escaped]
+
+
+def columns_in_space(beams: Beams) -> np.ndarray:
+    """The Jacobian's columns as vectors (n, 3, 2): near a pole, e_theta' itself turns by the error of n'."""
+    basis = np.stack(polar_basis(beams.direction), axis=-1)
+    return basis @ beams.jacobian
+
+
+def jacobian_error(beams: Beams, exact: Beams) -> np.ndarray:
+    size = np.linalg.norm(columns_in_space(beams) - columns_in_space(exact), axis=(1, 2))
+    return (size / exact.delta_plus)[exact.escaped]
+
+
+def assert_honest(camera: Camera, sky: np.ndarray) -> None:
+    """Compare tolerance 1e-10 with 1e-14: errors within ten times what was reported, integers equal."""
+    beams, rays = trace_beams(camera, sky), trace_rays(camera, sky)
+    exact = trace_beams(camera, sky, tolerance=1e-14)
+    escaped = exact.escaped
+    assert np.array_equal(beams.escaped, escaped)
+    assert np.array_equal(rays.escaped, escaped)
+    for ends in (beams, rays):
+        assert np.all(direction_error(ends, exact) <= 10 * ends.error[escaped])
+    assert np.all(jacobian_error(beams, exact) <= 10 * beams.jacobian_error[escaped])
+    assert np.array_equal(beams.index[escaped], exact.index[escaped])
+    assert np.array_equal(beams.crossings[escaped], exact.crossings[escaped])
+    assert np.array_equal(beams.parity[escaped], (-1.0) ** beams.index[escaped])
+
+
+def test_honest_on_random_cameras():
+    rng = np.random.default_rng(1963)
+    for _ in range(12):
+        camera = random_camera(rng)
+        assert_honest(camera, random_sky(camera, 256, rng))
+
+
+@pytest.mark.slow
+def test_honest_on_many_random_cameras():
+    rng = np.random.default_rng(1972)
+    for _ in range(100):
+        camera = random_camera(rng)
+        assert_honest(camera, random_sky(camera, 512, rng))
+
+
+def test_captured_rays_hold_nan_and_escaping_ones_do_not():
+    rng = np.random.default_rng(5)
+    camera = Camera(0.9, 5.0, 1.0, "fiducial")
+    beams = trace_beams(camera, random_sky(camera, 512, rng))
+    assert 0 < beams.escaped.sum() < 512
+    for values in (beams.direction, beams.azimuth, beams.error, beams.jacobian, beams.redshift):
+        finite = np.isfinite(values).reshape(512, -1)
+        assert finite[beams.escaped].all()
+        assert not finite[~beams.escaped].any()
+
+
+def paths_in_equal_steps(camera: Camera, n: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """End (u, x, y, z, psi) (n, 5) of one ray after three quarters of its Mino time, in `counts` steps."""
+    sky = tuple(jnp.full(len(counts), part) for part in n)
+    constants, path, aim = integrated._start(camera.frame(), sky)
+    h = 0.75 * aim.mino_time / counts
+    paths, variations = integrated._with_instability(constants, path)
+    step = jax.jit(partial(nystroem_step, partial(integrated._all_rates, camera.spin, constants, variations)))
+    for i in range(max(counts)):
+        paths, _ = step(paths, jnp.where(i < counts, h, 0.0))
+    return np.stack([*paths[0].position, paths[0].psi], axis=-1)
+
+
+def test_order_of_the_integrator():
+    """Fit the slope of error against step: the claim is order 12."""
+    counts = np.array([4, 5, 6, 7, 8, 40])
+    camera = Camera(0.9, 6.0, 1.1, "fiducial")
+    sky = outside_edge(camera, np.array([2.0]), np.array([0.003]))[0]
+    ends = paths_in_equal_steps(camera, sky, counts)
+    errors = np.linalg.norm(ends[:-1] - ends[-1], axis=1)
+    # Above round-off, which is 2e-14 here.
+    assert errors[-1] > 1e-13
+    slope = np.polyfit(np.log(1 / counts[:-1]), np.log(errors), 1)[0]
+    assert 11 <= slope <= 14
+
+
+def test_variation_of_the_rates_is_their_derivative():
+    """The derivative that is written out for speed equals the automatic one."""
+    rng = np.random.default_rng(3)
+    constants = integrated.Constants(*rng.normal(size=5))
+    position = tuple(rng.uniform(0.1, 0.5, size=4))
+    change = (integrated.Constants(*rng.normal(size=5)), tuple(rng.normal(size=4)))
+    _, expected = jax.jvp(lambda c, p: integrated._rates(0.8, c, p), (constants, position), change)
+    accelerations, psi_rates = integrated._rates_with_variation(0.8, constants, position, [change])
+    np.testing.assert_allclose(accelerations[1], expected[0], rtol=1e-12)
+    np.testing.assert_allclose(psi_rates[1], expected[1], rtol=1e-12)
