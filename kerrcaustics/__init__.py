@@ -44,7 +44,22 @@ _HOMES = {
     "trace_rays": "beams.trace",
 }
 
-__all__ = sorted(_HOMES)
+__all__ = [
+    "Beams",
+    "Camera",
+    "Caustic",
+    "CausticSet",
+    "Cusp",
+    "Rays",
+    "Status",
+    "caustics",
+    "load_caustics",
+    "save_caustics",
+    "shadow_edge",
+    "to_xarray",
+    "trace_beams",
+    "trace_rays",
+]
 __version__ = metadata.version("kerrcaustics")
 
 

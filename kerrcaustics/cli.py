@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import cyclopts
+from rich import box
 from rich.console import Console
 from rich.table import Table
 
@@ -21,9 +22,13 @@ app = cyclopts.App(
     name="kerrcaustics",
     help="Caustics and critical curves of a spinning (Kerr) black hole, on the sky of a camera near it.",
     version=lambda: version("kerrcaustics"),
+    suppress_keyboard_interrupt=False,
 )
 
 _FIGURE_ENDINGS = (".png", ".pdf", ".svg")
+_DOTS_PER_INCH = 200
+# The unrolled sky shows distances from the edge down to 1e-9 rad: a spline through as many points is good to 1e-15.
+_EDGE_POINTS = 6000
 _DEMO_SPIN, _DEMO_RADII = 0.999, (6.03, 2.6)
 
 
@@ -34,7 +39,7 @@ class BadInput(ValueError):
 def main() -> None:
     """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
     try:
-        app(exit_on_error=False, print_error=False)
+        app(sys.argv[1:], exit_on_error=False, print_error=False)
     except cyclopts.CycloptsError as error:
         _stop(2, _one_line(str(error)))
     except BadInput as error:
@@ -215,16 +220,16 @@ def _draw(found: "CausticSet", path: Path) -> None:
     from kerrcaustics.draw.plots import overview
     from kerrcaustics.spacetime.shadow import shadow_edge
 
-    picture = overview(found, shadow_edge(found.camera, 20_000))
+    picture = overview(found, shadow_edge(found.camera, _EDGE_POINTS))
     with writing(path) as file:
-        picture.savefig(file, format=path.suffix[1:].lower())
+        picture.savefig(file, format=path.suffix[1:].lower(), dpi=_DOTS_PER_INCH)
 
 
 def _print_table(found: "CausticSet", console: Console) -> None:
     camera = found.camera
     where = f"a = {camera.spin:g}, r = {camera.radius:g}, inclination {math.degrees(camera.inclination):g} deg"
     console.print(f"{where}, {camera.velocity} camera: full extents of the caustics", soft_wrap=True, highlight=False)
-    table = Table()
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name in ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)"):
         table.add_column(name, justify="left" if name == "kind" else "right", no_wrap=True)
     for curve in found:

@@ -15,7 +15,7 @@ ENGINES = ("auto", "integrated")
 
 # (rays in one call, rays that run side by side in it). On a CPU those should fit in the cache, and run as long
 # as the slowest of them; calls that are queued run on all cores. A GPU wants one large batch.
-_BATCH = {"cpu": (256, 128)}
+_BATCH = {"cpu": (512, 128)}
 _LARGE_BATCH = (1 << 16, 1 << 16)
 _MAX_ROUNDS = 5
 
@@ -56,7 +56,13 @@ def trace_rays(camera: Camera, sky: ArrayLike, engine: str = "auto", tolerance: 
     Rays
         Of batch shape (...).
 
-    Errors: `Rays.error`, at most `tolerance` except where the status is INACCURATE.
+    Errors
+    ------
+    `Rays.error`, at most `tolerance` except where the status is INACCURATE.
+
+    References
+    ----------
+    JTFT appendix A.1, in the variables of docs/conventions.md.
     """
     directions, shape, engine = _checked(camera, sky, engine, tolerance)
     ends = _follow(camera.frame(), directions, tolerance, beams=False)
@@ -87,6 +93,14 @@ def trace_beams(
     -------
     Beams
         Of batch shape (...).
+
+    Errors
+    ------
+    `Beams.error` for the end point, `Beams.jacobian_error` for the ellipse.
+
+    References
+    ----------
+    JTFT section 2 and appendix A.2; here the first variation of the ray replaces their beam equations.
     """
     directions, shape, engine = _checked(camera, sky, engine, tolerance)
     ends = _follow(camera.frame(), directions, tolerance, beams=True, index=index, crossings=crossings)

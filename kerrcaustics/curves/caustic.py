@@ -115,6 +115,10 @@ class CausticSet(tuple[Caustic, ...]):
             setattr(self, name, made[name])
         return self
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """How to copy and to send the set to another process."""
+        return _set_of, (list(self), vars(self))
+
     def __eq__(self, other: object) -> bool:
         """True when the caustics and all that produced them are the same."""
         return isinstance(other, CausticSet) and tuple.__eq__(self, other) and vars(self) == vars(other)
@@ -211,17 +215,17 @@ def _caustic(camera: Camera, course: Course, features: dict[str, list[Feature]])
     )
 
 
+def _set_of(curves: list[Caustic], made: dict[str, Any]) -> CausticSet:
+    return CausticSet(curves, **made)
+
+
 def _same(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray):
         return isinstance(other, np.ndarray) and np.array_equal(one, other)
     if isinstance(one, dict):
         return one.keys() == other.keys() and all(_same(one[k], other[k]) for k in one)
-    if isinstance(one, tuple) and not isinstance(one, str):
-        return len(one) == len(other) and all(map(_same_pair, zip(one, other, strict=True)))
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(_same(a, b) for a, b in zip(one, other, strict=True))
     if isinstance(one, Cusp):
         return isinstance(other, Cusp) and _same(vars(one), vars(other))
     return bool(one == other)
-
-
-def _same_pair(pair: tuple[Any, Any]) -> bool:
-    return _same(*pair)

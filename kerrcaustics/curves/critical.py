@@ -104,7 +104,7 @@ class Search:
 
     def index_and_ratio(self, turn: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth)."""
-        beams = self._trace(sky_lines.looking(self.camera, turn, depth), _COARSE_TOLERANCE, index=True)
+        beams = self._trace(sky_lines.looking(self.camera, turn, depth), _COARSE_TOLERANCE)
         captured = ~beams.escaped
         index = np.where(captured, 1 << 20, np.asarray(beams.index))
         ratio = np.where(captured, -1.0, beams.delta_minus / beams.delta_plus)
@@ -210,10 +210,10 @@ class Search:
         beams = self._trace(sky_lines.looking(self.camera, turn, depth), self.tolerance)
         return beams.delta_minus / beams.delta_plus
 
-    def _trace(self, looking: np.ndarray, tolerance: float, index: bool = False) -> Beams:
+    def _trace(self, looking: np.ndarray, tolerance: float) -> Beams:
         sky = sky_from_fido(self._frame, -looking)
         self.beams_traced += sky.size // 3
-        return trace_beams(self.camera, sky, self.engine, tolerance, index=index, crossings=False, redshift=False)
+        return trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
 
 
 def _secant(ratio: np.ndarray, slope: np.ndarray) -> np.ndarray:

@@ -13,10 +13,12 @@ from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
     """Directions N (n, 3) on the camera sky of n points of the shadow edge, a closed curve.
 
-    The curve is counter-clockwise as seen looking at the hole with the spin axis up; the last point is not
-    the first one repeated.
+    The curve runs clockwise as seen looking at the hole with the spin axis up, from its prograde end on the left;
+    the last point is not the first one repeated.
 
-    Errors: about 1e-15 rad, from closed formulas (JTFT A.1, step v).
+    Errors
+    ------
+    About 1e-15 rad, from closed formulas (JTFT A.1, step v).
     """
     if not (isinstance(n, int | np.integer) and n > 0):
         raise ValueError(f"Argument `n` must be a positive whole number, but is {n!r}.")

@@ -1,0 +1,1 @@
+"""Pictures: plots of critical curves and caustics, and the style they share."""

@@ -1,0 +1,397 @@
+"""Plots of critical curves on the camera sky and of caustics on the celestial sphere.
+
+Every function draws on the axes it is given and returns them; `overview` makes a figure. Curves that belong
+together have one colour, and matching points of a critical curve and its caustic, the cusps, one letter.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
+from scipy.interpolate import make_interp_spline
+from scipy.spatial import KDTree
+
+from kerrcaustics.curves.caustic import Caustic, CausticSet
+from kerrcaustics.draw import style
+from kerrcaustics.spacetime.sphere import angle_between
+
+_MOTIONS = {"circular": "circular orbit", "fiducial": "fiducial observer", "static": "static"}
+_HIGHEST_LETTERED = 3
+# Nearer to the shadow edge than this (degrees), round-off of the camera-sky direction is all there is.
+_ROUND_OFF = 5e-14
+# Degrees of position angle that the unrolled camera sky shows at both of its ends.
+_OVERLAP = 14
+
+
+def camera_sky(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axes:
+    """The camera sky as the camera sees it, looking at the hole: shadow and critical curves, in degrees.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    caustics : CausticSet
+        Their critical curves, one line an order. Cusps up to order 3 are lettered in the curve's order; those
+        of higher order have no room here, and their letters stand on `camera_sky_unrolled`.
+    edge : (n, 3) array
+        Directions N of the shadow edge, as `shadow_edge` returns them.
+
+    Notes
+    -----
+    The projection is azimuthal equidistant about the shadow's centre: angles from the centre are true. Up is
+    -e_theta, the projected spin axis, and right is forward x up: +e_phi for a camera that moves along e_phi.
+    Light with b > 0, which moves along +phi, comes from the left: there is the prograde, flat, edge.
+    """
+    axes = _view_axes(caustics, edge)
+    outline = _azimuthal_equidistant(edge, axes)
+    ax.fill(*outline.T, label="shadow", **style.SHADOW)
+    curves = [_azimuthal_equidistant(caustic.sky, axes) for caustic in caustics]
+    span = float(np.ptp(np.concatenate([outline, *curves]), axis=0).max())
+    for i, (caustic, curve) in enumerate(zip(caustics, curves, strict=True)):
+        _draw_curve(ax, curve, caustic)
+        if caustic.order <= _HIGHEST_LETTERED and caustic.cusps:
+            cusps = _azimuthal_equidistant(np.array([cusp.sky for cusp in caustic.cusps]), axes)
+            outer = curves[i - 1] if i else None
+            offsets = _camera_sky_offsets(cusps, caustic.order, outer, span)
+            style.draw_letters(ax, cusps, offsets, caustic.order, leader=True)
+    _frame(ax, np.concatenate([outline, *curves]), 1.0, 1.0)
+    ax.set_xlabel("to the right (deg, azimuthal equidistant)")
+    ax.set_ylabel("up, along the spin axis (deg)")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MultipleLocator(style.tick_step(span, 7)))
+    return ax
+
+
+def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axes:
+    """Distance of the critical curves to the shadow edge against position angle, in degrees.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw; the distance axis is made logarithmic.
+    caustics : CausticSet
+        Their critical curves, one line an order, all cusps lettered.
+    edge : (n, 3) array
+        Directions N of the shadow edge, a smooth closed curve; n = 2000, above order 6 n = 6000, or more.
+
+    Notes
+    -----
+    The position angle is measured at the shadow's centre on the picture of `camera_sky`, from the right (0)
+    over up (90) to the left, prograde, side (180); a little more is shown at both ends. The distance is the
+    angle to the nearest point of the edge.
+
+    Errors: the edge is a periodic spline of degree five through its points. Measured at spin 0.999, distances
+    are good to 2e-8 rad for n = 360, 3e-13 for 2000, 2e-15 for 6000. Points nearer than 1e-15 rad are left out.
+    """
+    axes = _view_axes(caustics, edge)
+    nearest = []
+    for caustic in caustics:
+        angle = _position_angle(caustic.sky, axes)
+        distance = _distance_to_edge(caustic.sky, edge)
+        nearest.append(distance)
+        line = _unrolled(angle, distance, caustic.closed)
+        ax.plot(*line.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
+        if caustic.cusps:
+            cusps = np.array([cusp.sky for cusp in caustic.cusps])
+            points = np.stack([_position_angle(cusps, axes), _distance_to_edge(cusps, edge)], axis=-1)
+            offsets = style.LETTER_DISTANCE * np.outer(_free_side(points, line), (0, 1))
+            for turn in (-360, 0, 360):
+                here = (np.abs(points[:, 0] + turn - 180) < 180 + _OVERLAP) & np.isfinite(points[:, 1])
+                style.draw_letters(ax, points + np.array([turn, 0]), offsets, caustic.order, shown=here)
+    ax.set_xlim(-_OVERLAP, 360 + _OVERLAP)
+    _distance_axis(ax, np.concatenate([[], *nearest]))
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    ax.set_xlabel("position angle (deg; 0 right, 90 up, 180 left)")
+    ax.set_ylabel("distance to shadow edge (deg)")
+    return ax
+
+
+def celestial_sphere(ax: Axes, caustic: Caustic) -> Axes:
+    """A caustic on the celestial sphere: theta' (0 at the top) against unwrapped phi', in degrees.
+
+    phi' grows to the right, as on a globe seen from outside. Cusps are lettered in the curve's order, and
+    multiples of 360 degrees (of 3600 where there are very many) are faint verticals. A caustic that is a
+    point is a cross.
+    """
+    curve = np.degrees(caustic.celestial[:, ::-1])
+    if caustic.kind == "point":
+        curve = curve[:1]
+        style.draw_cross(ax, curve[0], caustic.order)
+    else:
+        _draw_curve(ax, curve, caustic)
+        _letter_around(ax, _cusp_angles(caustic), curve, caustic.order, flat=0.35)
+    low, high = curve[:, 0].min(), curve[:, 0].max()
+    margin = max(0.055 * (high - low), (60 - (high - low)) / 2)
+    left, right = low - margin, high + margin
+    circuits = 360 if right - left < 9000 else 3600
+    for turn in range(math.ceil(left / circuits), math.floor(right / circuits) + 1):
+        ax.axvline(circuits * turn, color=style.GUIDE_COLOUR, linewidth=0.5, zorder=0.5)
+    ax.set_xlim(left, right)
+    ax.set_ylim(187, -7)
+    ax.xaxis.set_major_locator(MultipleLocator(style.tick_step(right - left, 8)))
+    ax.yaxis.set_major_locator(MultipleLocator(45))
+    ax.set_xlabel("φ′ (deg)")
+    ax.set_ylabel("θ′ (deg)")
+    return ax
+
+
+def primary_zoom(ax: Axes, caustic: Caustic) -> Axes:
+    """A small caustic, such as the primary, in its true shape: theta' (down) and phi' from its centre.
+
+    Angles are in degrees from the centre that the axis labels name; degrees of phi' are drawn shorter by
+    sin(theta'), as they are on the sky (by 0.05 near a pole). Cusps are lettered; a caustic that is a point
+    is a cross.
+    """
+    curve = np.degrees(caustic.celestial[:, ::-1])
+    if caustic.kind == "point":
+        curve = curve[:1]
+    low, high = curve.min(axis=0), curve.max(axis=0)
+    width = float((high - low).max())
+    digits = min(max(0, 1 - math.floor(math.log10(width))), 12) if width > 0 else 3
+    centre = np.round((low + high) / 2, digits)
+    if caustic.kind == "point":
+        style.draw_cross(ax, curve[0] - centre, caustic.order)
+        width = 1.0
+        ax.set_xlim(-0.5, 0.5)
+        ax.set_ylim(-0.5, 0.5)
+    else:
+        _draw_curve(ax, curve - centre, caustic)
+        _letter_around(ax, _cusp_angles(caustic) - centre, curve - centre, caustic.order)
+        _frame(ax, curve - centre, max(math.sin(math.radians(centre[1])), 0.05), 1.3)
+    ax.invert_yaxis()
+    _name_offsets(ax, centre, digits, width)
+    return ax
+
+
+def overview(caustics: CausticSet, edge: np.ndarray) -> Figure:
+    """Figure of all that `caustics` found for one camera: its sky, plain and unrolled, and every caustic.
+
+    Parameters
+    ----------
+    caustics : CausticSet
+        Of one camera, any number of orders.
+    edge : (n, 3) array
+        `shadow_edge(camera, n)`, n = 2000 or more, 6000 above order 6.
+
+    Returns
+    -------
+    Figure
+        7 inches wide, text of 7 points or more; save it with `figure.savefig`. Caustics below 10 degrees are
+        drawn by `primary_zoom`, the others by `celestial_sphere`.
+    """
+    rows = _panel_rows(caustics)
+    heights = [3.1] + [1.9] * len(rows)
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, sum(heights) + 0.75), layout="constrained")
+        grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
+        top = grid[0].subgridspec(1, 2)
+        sky = camera_sky(figure.add_subplot(top[0]), caustics, edge)
+        sky.set_title("critical curves, camera sky")
+        unrolled = camera_sky_unrolled(figure.add_subplot(top[1]), caustics, edge)
+        unrolled.set_title("critical curves, unrolled")
+        for i, row in enumerate(rows, start=1):
+            widths = [_panel_width(caustic, len(caustics)) for caustic in row]
+            places = grid[i].subgridspec(1, len(row), width_ratios=widths)
+            for column, caustic in enumerate(row):
+                _caustic_panel(figure.add_subplot(places[column]), caustic)
+        handles, labels = sky.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), 6))
+        figure.suptitle(_headline(caustics))
+    return figure
+
+
+def _caustic_panel(ax: Axes, caustic: Caustic) -> None:
+    draw = primary_zoom if _is_small(caustic) and caustic.kind != "point" else celestial_sphere
+    draw(ax, caustic)
+    remark = ", a point" if caustic.kind == "point" else ""
+    if caustic.circuits > 0.5:
+        remark = f", {caustic.circuits:.2f} circuits"
+    ax.set_title(f"{style.order_name(caustic.order)} caustic{remark}")
+
+
+def _is_small(caustic: Caustic) -> bool:
+    return max(caustic.theta_extent, caustic.phi_extent) < math.radians(10)
+
+
+def _panel_width(caustic: Caustic, count: int) -> float:
+    """Part of the page's width, in sixths, for one of `count` caustics; all of it for a few that wind."""
+    if _is_small(caustic):
+        return 2
+    return 6 if count <= 4 and caustic.circuits > 1.1 else 3
+
+
+def _panel_rows(caustics: Sequence[Caustic]) -> list[list[Caustic]]:
+    """The caustics in rows that are no wider than the page."""
+    rows: list[list[Caustic]] = []
+    room = 0.0
+    for caustic in caustics:
+        width = _panel_width(caustic, len(caustics))
+        if width > room:
+            rows.append([])
+            room = 6.0
+        rows[-1].append(caustic)
+        room -= width
+    return rows
+
+
+def _headline(caustics: CausticSet) -> str:
+    camera = caustics.camera
+    if isinstance(camera.velocity, str):
+        motion = _MOTIONS[camera.velocity]
+    else:
+        motion = "velocity (r, θ, φ) = (" + ", ".join(f"{v:.4g}" for v in camera.fido_velocity()) + ")"
+    inclination = f"{math.degrees(camera.inclination):.6g} deg"
+    text = f"spin {camera.spin:g}, radius {camera.radius:g}, inclination {inclination}, {motion}"
+    if caustics.missing:
+        text += "\nnot found: " + ", ".join(style.order_name(order) for order in caustics.missing)
+    return text
+
+
+def _draw_curve(ax: Axes, curve: np.ndarray, caustic: Caustic) -> None:
+    line = np.concatenate([curve, curve[:1]]) if caustic.closed else curve
+    ax.plot(*line.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
+
+
+def _camera_sky_offsets(cusps: np.ndarray, order: int, outer: np.ndarray | None, span: float) -> np.ndarray:
+    """Offsets (n, 2) of letters from cusps (n, 2): outward where there is room, else into the shadow.
+
+    outer (m, 2): the next critical curve outward, if there is one; span: the width of the picture.
+    """
+    outward = cusps / np.maximum(np.hypot(*cusps.T), 1e-9)[:, None]
+    if order == 1 or outer is None:
+        return style.LETTER_DISTANCE * outward
+    room = np.hypot(*(cusps[:, None] - outer[None]).T).min(axis=0)
+    # Turned aside, so that the letters that had to go in do not meet those of the next order.
+    aside = 0.0 if order > 2 else math.radians(65)
+    turn = np.array([[math.cos(aside), -math.sin(aside)], [math.sin(aside), math.cos(aside)]])
+    inside = -2 * style.LETTER_DISTANCE * outward @ turn
+    return np.where(((room > 0.075 * span) & (order == 2))[:, None], style.LETTER_DISTANCE * outward, inside)
+
+
+def _free_side(points: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """+1 or -1 (n,): whether there is room above or below points (n, 2) of a line (m, 2)."""
+    line = line if line[-1, 0] > line[0, 0] else line[::-1]
+    height = np.log10(line[:, 1])
+    left, right = (np.interp(points[:, 0] + side * _OVERLAP, line[:, 0], height) for side in (-1, 1))
+    return np.where((left + right) / 2 - np.log10(points[:, 1]) > 0.02, -1.0, 1.0)
+
+
+def _distance_axis(ax: Axes, distances: np.ndarray) -> None:
+    """A logarithmic vertical axis for distances (n,), plain numbers as long as they are short."""
+    ax.set_yscale("log")
+    seen = distances[np.isfinite(distances)]
+    if len(seen):
+        room = max(2.5, (seen.max() / seen.min()) ** 0.1)
+        ax.set_ylim(seen.min() / room, seen.max() * room)
+    low, high = ax.get_ylim()
+    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,), numticks=8))
+    ax.yaxis.set_minor_locator(NullLocator())
+    if low > 1e-4:
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
+
+
+def _letter_around(ax: Axes, cusps: np.ndarray, curve: np.ndarray, order: int, flat: float = 1.0) -> None:
+    """Letters of cusps (n, 2) on the side away from the middle of the curve; the vertical axis points down.
+
+    flat: below 1 moves the letters beside the cusps rather than above or below them.
+    """
+    low, high = curve.min(axis=0), curve.max(axis=0)
+    away = (cusps - (low + high) / 2) / np.maximum(high - low, 1e-300) * (1, -flat)
+    away /= np.maximum(np.hypot(*away.T), 1e-9)[:, None]
+    style.draw_letters(ax, cusps, style.LETTER_DISTANCE * away, order)
+
+
+def _cusp_angles(caustic: Caustic) -> np.ndarray:
+    return np.degrees([cusp.celestial[::-1] for cusp in caustic.cusps]).reshape(-1, 2)
+
+
+def _name_offsets(ax: Axes, centre: np.ndarray, digits: int, width: float) -> None:
+    """Axis labels that name the centre and, for a very small caustic, the power of ten of the ticks."""
+    power = 0 if width >= 0.01 else 3 * math.floor(math.log10(width) / 3)
+    unit = "deg" if power == 0 else f"$10^{{{power}}}$ deg"
+    for axis, name, value in ((ax.xaxis, "φ′", centre[0]), (ax.yaxis, "θ′", centre[1])):
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+        axis.set_major_formatter(FuncFormatter(lambda x, _: f"{round(x / 10.0**power, 9) + 0.0:.4g}".replace("-", "−")))
+        shift = np.format_float_positional(abs(value), precision=digits, trim="-")
+        axis.set_label_text(f"{name} {'+' if value < 0 else '−'} {shift} ({unit})")
+
+
+def _frame(ax: Axes, points: np.ndarray, shrink: float, wide: float) -> None:
+    """Limits with room for letters round points (n, 2) on a panel whose sides are as `wide` to 1.
+
+    shrink: the length on the picture of a unit of x over that of a unit of y.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, (width, height) = (low + high) / 2, high - low
+    reach = 0.64 * max(width * shrink / wide, height)
+    ax.set_xlim(middle[0] - wide * reach / shrink, middle[0] + wide * reach / shrink)
+    ax.set_ylim(middle[1] - reach, middle[1] + reach)
+    ax.set_aspect(1 / shrink, adjustable="box")
+
+
+def _view_axes(caustics: CausticSet, edge: np.ndarray) -> np.ndarray:
+    """Forward, right and up (3, 3), rows in camera-sky components: forward to the centre of the shadow.
+
+    The centre is the direction of the vector area of the edge, which has no trouble with a shadow of about
+    half the sky; of its two senses the one farther from the outermost critical curve than from the edge.
+    """
+    e_r, e_theta = np.asarray(caustics.camera.frame().basis)[:, :2].T
+    area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
+    forward = area / np.linalg.norm(area)
+    if caustics:
+        turned_away = angle_between(caustics[0].sky, forward).mean() < angle_between(edge, forward).mean()
+    else:
+        turned_away = forward @ e_r > 0
+    forward = -forward if turned_away else forward
+    up = -e_theta + (e_theta @ forward) * forward
+    up /= np.linalg.norm(up)
+    return np.stack([forward, np.cross(forward, up), up])
+
+
+def _azimuthal_equidistant(directions: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Plane coordinates (..., 2), right and up in degrees, of directions (..., 3)."""
+    along, right, up = np.moveaxis(directions @ axes.T, -1, 0)
+    across = np.hypot(right, up)
+    scale = np.degrees(np.arctan2(across, along)) / np.where(across > 0, across, 1.0)
+    return np.stack([right * scale, up * scale], axis=-1)
+
+
+def _position_angle(directions: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Angle (...,) in [0, 360) degrees about the forward axis, from right over up."""
+    right, up = np.moveaxis(directions @ axes[1:].T, -1, 0)
+    return np.degrees(np.arctan2(up, right)) % 360
+
+
+def _distance_to_edge(directions: np.ndarray, edge: np.ndarray) -> np.ndarray:
+    """Angle (n,) in degrees from directions (n, 3) to the nearest point of the edge; NaN below round-off."""
+    closed = np.concatenate([edge, edge[:1]])
+    # Arc length, rather than the number of the point: points displaced along the edge then do no harm.
+    arc = np.concatenate([[0.0], np.cumsum(angle_between(closed[1:], closed[:-1]))])
+    curve = make_interp_spline(arc, closed, k=5, bc_type="periodic")
+    velocity, acceleration = curve.derivative(1), curve.derivative(2)
+    place = arc[KDTree(edge).query(directions)[1]]
+    longest = np.diff(arc).max()
+    for _ in range(5):
+        gap, speed = curve(place) - directions, velocity(place)
+        slope = (speed**2).sum(-1) + (gap * acceleration(place)).sum(-1)
+        step = (gap * speed).sum(-1) / np.where(slope > 0.1, slope, 1.0)
+        place = (place - np.clip(step, -longest, longest)) % arc[-1]
+    distance = np.degrees(angle_between(curve(place), directions))
+    return np.where(distance > _ROUND_OFF, distance, np.nan)
+
+
+def _unrolled(angle: np.ndarray, distance: np.ndarray, closed: bool) -> np.ndarray:
+    """Line (m, 2) of a curve round the shadow; a closed one runs through the whole of 0 to 360 degrees."""
+    if not closed:
+        jump = np.flatnonzero(np.abs(np.diff(angle)) > 180) + 1
+        return np.insert(np.stack([angle, distance], axis=-1), jump, np.nan, axis=0)
+    smooth = np.unwrap(np.append(angle, angle[0]), period=360)
+    circuit = 360 * round((smooth[-1] - smooth[0]) / 360)
+    thrice = np.concatenate([smooth[:-1] + turn * circuit for turn in (-1, 0, 1)])
+    wanted = np.flatnonzero(np.abs(thrice - 180) < 185 + _OVERLAP)
+    part = slice(wanted[0], wanted[-1] + 1)
+    return np.stack([thrice[part], np.tile(distance, 3)[part]], axis=-1)

@@ -1,0 +1,120 @@
+"""The look of every plot: fonts, sizes, one colour for each order, letters and crosses."""
+
+import math
+import string
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+PAGE_WIDTH = 7.0
+"""Width in inches of a picture that fills a journal page."""
+
+SMALLEST_TEXT = 7.0
+"""Size in points of the smallest text, when the picture is printed at its own size."""
+
+LETTER_DISTANCE = 7.0
+"""Points of type from a cusp to the middle of its letter."""
+
+SHADOW = {"facecolor": "#e4e4e4", "edgecolor": "#8c8c8c", "linewidth": 0.6}
+GUIDE_COLOUR = "#c8c8c8"
+
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Colours of Okabe and Ito that are told apart by colour-blind readers; the yellow is too pale for lines."""
+
+DASHES = ("-", (0, (4, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
+
+RC: dict[Any, Any] = {
+    "axes.edgecolor": "#555555",
+    "axes.labelpad": 3.0,
+    "axes.labelsize": 8.0,
+    "axes.linewidth": 0.6,
+    "axes.titlepad": 4.0,
+    "axes.titlesize": 8.5,
+    "figure.titlesize": 9.5,
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.1,
+    "lines.solid_capstyle": "round",
+    "lines.solid_joinstyle": "round",
+    "savefig.dpi": 200,
+    "xtick.labelsize": 7.5,
+    "xtick.major.size": 3.0,
+    "xtick.major.width": 0.6,
+    "ytick.labelsize": 7.5,
+    "ytick.major.size": 3.0,
+    "ytick.major.width": 0.6,
+}
+"""Settings for `matplotlib.rc_context`, under which the figure and its artists are made."""
+
+_STEPS = (1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1080, 1800, 3600, 7200, 18000)
+_NAMES = ("primary", "secondary", "tertiary")
+
+
+def order_colour(order: int) -> str:
+    """Colour of an order (1, 2, 3, ...), the same in every plot; repeats after the palette's seven."""
+    return PALETTE[(order - 1) % len(PALETTE)]
+
+
+def order_line(order: int) -> dict[str, Any]:
+    """Line settings of an order: its colour, and its dashes, which differ where colours repeat."""
+    return {"color": order_colour(order), "linestyle": DASHES[(order - 1) // len(PALETTE) % len(DASHES)]}
+
+
+def order_name(order: int) -> str:
+    """Name of an order: primary, secondary, tertiary, 4th order, 5th order, ..."""
+    return _NAMES[order - 1] if order <= len(_NAMES) else f"{order}th order"
+
+
+def tick_step(span: float, most: int) -> float:
+    """Smallest round number of degrees that puts at most `most` ticks in a span."""
+    return next((step for step in _STEPS if span / step <= most), _STEPS[-1])
+
+
+def draw_cross(ax: Axes, point: np.ndarray, order: int) -> None:
+    """A cross at a point (2,), for a caustic that is one."""
+    ax.plot(
+        *point[:, None],
+        linestyle="none",
+        marker="x",
+        markersize=7,
+        markeredgewidth=1.4,
+        clip_on=False,
+        color=order_colour(order),
+        label=order_name(order),
+    )
+
+
+def draw_letters(
+    ax: Axes,
+    points: np.ndarray,
+    offsets: np.ndarray,
+    order: int,
+    leader: bool = False,
+    shown: np.ndarray | None = None,
+) -> None:
+    """Dots at points (n, 2) and the letters A, B, ... at offsets (n, 2) in points of type from them.
+
+    leader: letters that are not beside their dots are joined to them by a thin line; shown (n,): which.
+    """
+    colour = order_colour(order)
+    arrow = {"arrowstyle": "-", "color": colour, "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
+    for i, (point, offset) in enumerate(zip(points, offsets, strict=True)):
+        if shown is not None and not shown[i]:
+            continue
+        ax.plot(*point[:, None], linestyle="none", marker="o", markersize=2.6, color=colour)
+        text = ax.annotate(
+            string.ascii_uppercase[i % 26],
+            point,
+            xytext=tuple(offset),
+            textcoords="offset points",
+            ha="center",
+            va="center_baseline",
+            fontsize=SMALLEST_TEXT,
+            color=colour,
+            arrowprops=arrow if leader and math.hypot(*offset) > 1.2 * LETTER_DISTANCE else None,
+        )
+        # A letter outside its panel, on limits chosen by others, must not squeeze the layout.
+        text.set_in_layout(False)

@@ -1,0 +1,140 @@
+"""The command line as a user meets it: its output, its complaints, and what it leaves behind."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics import cli
+
+COMMAND = [sys.executable, "-m", "kerrcaustics"]
+
+
+def run(capsys, *arguments):
+    """Exit status, standard output and standard error of the command line, run in this process."""
+    status = 0
+    old, sys.argv = sys.argv, ["kerrcaustics", *map(str, arguments)]
+    try:
+        cli.main()
+    except SystemExit as stop:
+        status = stop.code or 0
+    finally:
+        sys.argv = old
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def caustics(capsys, *arguments, spin=0.5, radius=6.0):
+    return run(capsys, "caustics", "--spin", spin, "--radius", radius, *arguments)
+
+
+def test_table_json_figure_and_file_agree(capsys, tmp_path):
+    numbers, picture, stored = (tmp_path / name for name in ("out.json", "out.png", "out.npz"))
+    status, out, err = caustics(
+        capsys, "--orders", 2, "--json", numbers, "--figure", picture, "--save", stored, spin=0.999, radius=6.03
+    )
+    assert (status, err) == (0, "")
+    assert "0.4232688" in out and "263.0179664" in out and "astroid" in out
+    entry = json.loads(numbers.read_text())
+    assert [curve["order"] for curve in entry["curves"]] == [1, 2]
+    assert entry["curves"][1]["phi_extent_deg"] == pytest.approx(263.0179664, abs=1e-7)
+    assert entry["velocity"] == "circular" and entry["beams"] > 1000
+    assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert kc.load_caustics(stored)[1].circuits == entry["curves"][1]["circuits"]
+    assert sorted(f.name for f in tmp_path.iterdir()) == ["out.json", "out.npz", "out.png"]
+
+
+def test_json_on_standard_output_is_alone_there(capsys):
+    status, out, err = caustics(capsys, "--orders", 1, "--json", "-", "--points", "--inclination", 60)
+    assert status == 0
+    entry = json.loads(out)
+    assert entry["inclination_deg"] == 60 and entry["velocity"] == "fiducial"
+    assert len(entry["curves"][0]["sky"]) == len(entry["curves"][0]["celestial_deg"]) > 100
+    assert "astroid" in err
+
+
+def test_a_point_is_said_to_be_one(capsys):
+    status, out, _ = caustics(capsys, "--orders", 1, spin=0)
+    assert status == 0 and "point" in out and "not larger than its error" in out
+
+
+BAD = [
+    (("caustics", "--spin", "1", "--radius", "6"), "--spin must lie in [0, 1), but is 1."),
+    (("caustics", "--spin", "-0.1", "--radius", "6"), "--spin must lie in [0, 1), but is -0.1."),
+    (("caustics", "--spin", "nan", "--radius", "6"), "--spin must be a finite number, but is nan."),
+    (("caustics", "--spin", "fast", "--radius", "6"), "--spin"),
+    (("caustics", "--spin", "0.9", "--radius", "1.4"), "--radius must be larger than the horizon radius 1.43589"),
+    (("caustics", "--spin", "0.9", "--radius", "inf"), "--radius must be a finite number, but is inf."),
+    (("caustics", "--spin", "0.9"), "--radius"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--inclination", "181"), "--inclination must lie in [0, 180] deg"),
+    (("caustics", "--spin", "0.9", "--radius", "1.9", "--velocity", "static"), "--velocity must not be static inside"),
+    (
+        ("caustics", "--spin", "0.9", "--radius", "6", "--inclination", "60", "--velocity", "circular"),
+        "--velocity must not be circular off the equator",
+    ),
+    (
+        ("caustics", "--spin", "0.9", "--radius", "1.5", "--velocity", "circular"),
+        "--velocity must not be circular at or inside the photon orbit",
+    ),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--velocity", "warp"), "--velocity"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--orders", "0"), "--orders must be a whole number from 1 to 10"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--tolerance", "0"), "--tolerance must lie in [1e-14, 1e-2]"),
+    (
+        ("caustics", "--spin", "0.9", "--radius", "6", "--json", "/nowhere/x.json"),
+        "--json must name a file in a folder",
+    ),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--save", "/"), "--save must name a file, but / is a folder."),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--figure", "x.bmp"), "--figure must end in .png, .pdf, .svg"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--colour", "red"), "--colour"),
+    (("paint",), "paint"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "complaint"), BAD, ids=lambda value: " ".join(value)[:70])
+def test_bad_input_gets_one_line_and_exit_status_2(arguments, complaint, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = run(capsys, *arguments)
+    assert status == 2 and out == ""
+    assert err.count("\n") == 1 and complaint in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_a_folder_without_permission_is_refused(capsys, tmp_path):
+    tmp_path.chmod(0o500)
+    status, _, err = caustics(capsys, "--save", tmp_path / "x.npz")
+    assert status == 2 and "--save must name a file that can be written" in err
+
+
+def test_anything_else_is_exit_status_1_and_one_line(capsys, monkeypatch):
+    def fail(*_, **__):
+        raise RuntimeError("the sky\nis falling")
+
+    monkeypatch.setattr("kerrcaustics.curves.caustic.caustics", fail)
+    status, _, err = caustics(capsys)
+    assert status == 1 and err.count("\n") == 1 and "RuntimeError: the sky is falling" in err
+
+
+def test_interrupt_leaves_no_file(tmp_path):
+    target = tmp_path / "out.json"
+    command = [*COMMAND, "caustics", "--spin", "0.999", "--radius", "2.6", "--orders", "6", "--json", str(target)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    time.sleep(2.5)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=60) == 1
+    assert b"Interrupted" in process.stderr.read()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_version_and_help_are_quick():
+    for option, expected in (("--version", kc.__version__), ("--help", "caustics")):
+        began = time.perf_counter()
+        done = subprocess.run([*COMMAND, option], capture_output=True, text=True, check=True)
+        assert expected in done.stdout
+        # A generous limit: importing JAX alone would take longer on a slow machine.
+        assert time.perf_counter() - began < 10
