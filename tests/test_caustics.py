@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.curves.critical import Search, _islands
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
 
 REFERENCE = {
@@ -218,3 +219,26 @@ def test_orders_beyond_double_precision_are_reported_missing():
 def test_bad_orders(orders):
     with pytest.raises(ValueError, match="Argument `orders` must be a whole number from 1 to 10"):
         kc.caustics(kc.Camera(0.9, 6.0), orders)
+
+
+def test_an_island_of_the_index_is_reported():
+    index = np.tile(np.arange(6)[:, None], (1, 12))
+    assert _islands(index, 3) == []
+    index[1:3, 5] = [3, 2]
+    remarks = _islands(index, 3)
+    assert "falls" in remarks[0] and "order 3" in remarks[1]
+
+
+def test_a_curve_that_is_not_whole_says_so(monkeypatch):
+    """Blind the search on some lines: the result must not look complete."""
+    seen = Search.brackets
+
+    def blinded(self, turn, orders):
+        low, high, remarks = seen(self, turn, orders)
+        low[1, 3:6] = np.nan
+        return low, high, remarks
+
+    monkeypatch.setattr(Search, "brackets", blinded)
+    primary, secondary = kc.caustics(kc.Camera(0.9, 6.0), 2)
+    assert primary.closed and not primary.remarks
+    assert not secondary.closed and "3 of 33 lines" in secondary.remarks[0]

@@ -14,7 +14,7 @@ from kerrcaustics.beams.nystroem import nystroem_step
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
-from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.shadow import edge_photons, shadow_edge
 from kerrcaustics.spacetime.sphere import polar_basis
 
 
@@ -138,3 +138,33 @@ def test_variation_of_the_rates_is_their_derivative():
     accelerations, psi_rates = integrated._rates_with_variation(0.8, constants, position, [change])
     np.testing.assert_allclose(accelerations[1], expected[0], rtol=1e-12)
     np.testing.assert_allclose(psi_rates[1], expected[1], rtol=1e-12)
+
+
+SPINS = (0.0, 1e-12, 1e-6, 0.5, 0.999, 1 - 1e-6)
+INCLINATIONS = (0.0, 1e-9, 1e-3, 0.5, np.pi / 2, np.pi)
+
+
+def extreme_sky(camera: Camera) -> np.ndarray:
+    """The shadow edge itself, random directions, and the radial and transverse ones."""
+    random = np.random.default_rng(1).normal(size=(100, 3))
+    axes = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    return np.concatenate([shadow_edge(camera, 64), random, axes])
+
+
+@pytest.mark.parametrize("spin", SPINS)
+@pytest.mark.parametrize("radius", [None, 1.01, 6.0, 1e3, 1e9])
+def test_extreme_cameras_give_finite_answers(spin, radius):
+    """Cameras at the horizon, on the axis, very far away: no NaN, no false parity, no unexplained error."""
+    horizon = kerr.horizon(spin)
+    for inclination in INCLINATIONS:
+        camera = Camera(
+            spin, horizon * (1 + 1e-6) if radius is None else max(radius, horizon * 1.01), inclination, "fiducial"
+        )
+        beams = trace_beams(camera, extreme_sky(camera))
+        for values in (beams.direction, beams.azimuth, beams.error, beams.jacobian, beams.redshift):
+            assert np.isfinite(values[beams.escaped]).all()
+        known = beams.escaped & (beams.jacobian_error < 0.1)
+        assert (beams.parity[known] == (-1.0) ** beams.index[known]).all()
+        # Only directions on the shadow edge itself, and nearly extremal holes from close by, may cost digits.
+        if spin < 1 - 1e-4:
+            assert (beams.error[64:][beams.escaped[64:]] < 1e-6).all()

@@ -322,7 +322,7 @@ def _land(
         rows = [tuple(e[..., i] for i in range(3)) for e in (e_theta, e_phi)]
         jacobian = tuple(tuple(dot(row, column) for column in columns) for row in rows)
         spread = length([entry for row in jacobian for entry in row])
-        opening = length(start[1].rate[1:])
+        opening = length((*start[1].rate[1:], *start[2].rate[1:]))
         growth = spread * _polar_rapidity(constants) / opening
     else:
         growth = spread = jnp.abs(others[0].position[0])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.optimize import elementwise
+from skimage.measure import label
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
@@ -138,7 +139,6 @@ class Search:
         depth = np.arange(0, 4, _SEARCH_STEP)
         index = np.empty((0, len(turn)), int)
         depths = np.empty(0)
-        remarks = []
         while True:
             grid_turn, grid_depth = np.meshgrid(turn, depth)
             found = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
@@ -146,8 +146,6 @@ class Search:
             if (index[-1] >= orders).all() or depths[-1] >= sky_lines.DEEPEST:
                 break
             depth = depths[-1] + np.arange(1, 5) * _SEARCH_STEP
-        if (np.diff(index, axis=0) < 0).any():
-            remarks.append("the Morse index falls toward the shadow edge on some line")
         low, high = np.full((2, orders, len(turn)), np.nan)
         for k in range(1, orders + 1):
             passed = (index >= k) & (index < 1 << 20)
@@ -155,7 +153,7 @@ class Search:
             known = passed.any(axis=0) & (first > 0)
             low[k - 1, known] = depths[first[known] - 1]
             high[k - 1, known] = depths[first[known]]
-        return low, high, remarks
+        return low, high, _islands(index, orders)
 
     def refined(
         self, turn: np.ndarray, order: np.ndarray, low: np.ndarray, high: np.ndarray
@@ -214,6 +212,22 @@ class Search:
         sky = sky_from_fido(self._frame, -looking)
         self.beams_traced += sky.size // 3
         return trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
+
+
+def _islands(index: np.ndarray, orders: int) -> list[str]:
+    """What the Morse index on the grid (depths, lines) says about critical curves beside the ones that are followed.
+
+    The index must grow along every line toward the shadow edge, and the region where it is k or more, and the one
+    where it is less, must each be in one piece: an island would be bounded by another curve of order k.
+    """
+    remarks = []
+    if (np.diff(index, axis=0) < 0).any():
+        remarks.append("the Morse index falls toward the shadow edge on some line")
+    for k in range(1, orders + 1):
+        pieces = [label(region, connectivity=1, return_num=True)[1] for region in (index >= k, index < k)]
+        if max(pieces) > 1:
+            remarks.append(f"the Morse index shows an island: there is more than one critical curve of order {k}")
+    return remarks
 
 
 def _secant(ratio: np.ndarray, slope: np.ndarray) -> np.ndarray:

@@ -13,6 +13,8 @@ from kerrcaustics.spacetime.camera import Frame, Photon
 Array = Any
 
 _SMALLEST = 1e-300
+# Relative distance (squared) of the outer roots below which double precision does not know their sign.
+_UNDECIDED = 2e-15
 
 
 class Quartic(NamedTuple):
@@ -34,28 +36,45 @@ def potential_coefficients(spin: Array, photon: Photon) -> tuple[Array, Array, A
 def factor(a2: Array, a1: Array, a0: Array) -> Quartic:
     """The two real quadratic factors of the radial potential.
 
-    z = 4 h^2 is the largest root of the resolvent z (z + a2)^2 - 4 a0 z - a1^2, by Cardano's formula and
-    Newton steps.
+    z = 4 h^2 is the largest root of the resolvent z (z + a2)^2 - 4 a0 z - a1^2.
 
     Errors: the factors to about 1e-15; d, which vanishes at the shadow edge, to 1e-15 of h^2.
     """
+    z = _largest_resolvent_root(a2, a1, a0)
+    z = jnp.maximum(z, _SMALLEST)
+    # g = a1 / sqrt(z), whose square is also (z + a2)^2 - 4 a0: a form for rays close to the principal null
+    # directions, where a1 and z vanish together.
+    vanishing = z < 1e-12 * (jnp.abs(a2) + jnp.sqrt(jnp.abs(a0)))
+    g = jnp.where(vanishing, jnp.sqrt(jnp.maximum((z + a2) ** 2 - 4 * a0, 0)), a1 / jnp.sqrt(z))
+    h = jnp.sqrt(z) / 2
+    return Quartic(h=h, d=-(a2 + z / 2 + g) / 2, e=-(a2 + z / 2 - g) / 2)
+
+
+def _largest_resolvent_root(a2: Array, a1: Array, a0: Array) -> Array:
+    """The largest real root of z (z + a2)^2 - 4 a0 z - a1^2: Cardano's formula, then Newton steps.
+
+    Where the two larger roots nearly coincide (cameras far away) the formula cannot tell whether they are real: the
+    value at the minimum between them can, and gives the start.
+    """
+
+    def value(z: Array) -> Array:
+        return z * (z + a2) ** 2 - 4 * a0 * z - a1**2
+
     p = -(a2**2 / 3 + 4 * a0) / 3
     half = (-2 * a2**3 / 27 + 8 * a2 * a0 / 3 - a1**2) / 2
     disc = half**2 + p**3
+    root_p = jnp.sqrt(jnp.maximum(-p, 0))
     cube = jnp.cbrt(-half - jnp.sign(half) * jnp.sqrt(jnp.maximum(disc, 0)))
-    one_root = cube - p / jnp.where(cube == 0, 1, cube)
-    angle = jnp.arctan2(jnp.sqrt(jnp.maximum(-disc, 0)), -half)
-    three_roots = 2 * jnp.sqrt(jnp.maximum(-p, 0)) * jnp.cos(angle / 3)
-    z = jnp.where(disc > 0, one_root, three_roots) - 2 * a2 / 3
+    only = cube - p / jnp.where(cube == 0, 1, cube)
+    of_three = 2 * root_p * jnp.cos(jnp.arctan2(jnp.sqrt(jnp.maximum(-disc, 0)), -half) / 3)
+    least = value(root_p - 2 * a2 / 3)
+    of_pair = root_p + jnp.sqrt(jnp.maximum(-least, 0) / jnp.where(root_p == 0, 1, 3 * root_p))
+    paired = (half > 0) & (p < 0) & (least <= 0) & (disc > -1e-8 * half**2)
+    z = jnp.where(paired, of_pair, jnp.where(disc > 0, only, of_three)) - 2 * a2 / 3
     for _ in range(3):
-        value = z * (z + a2) ** 2 - 4 * a0 * z - a1**2
         slope = (z + a2) * (3 * z + a2) - 4 * a0
-        z = z - jnp.where(slope == 0, 0, value / jnp.where(slope == 0, 1, slope))
-    z = jnp.maximum(z, _SMALLEST)
-    # a1 vanishes with z on the principal null rays, and so does a1 / sqrt(z).
-    g = a1 / jnp.sqrt(z)
-    h = jnp.sqrt(z) / 2
-    return Quartic(h=h, d=-(a2 + z / 2 + g) / 2, e=-(a2 + z / 2 - g) / 2)
+        z = z - jnp.where(slope == 0, 0, value(z) / jnp.where(slope == 0, 1, slope))
+    return z
 
 
 def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
@@ -63,15 +82,17 @@ def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
 
     A ray that starts inward comes back only from a turning point between the horizon and the camera; a ray
     that starts outward falls back from a turning point above the camera. Rays with no positive energy at
-    infinity (inside the ergosphere) come from the hole.
+    infinity (inside the ergosphere) come from the hole. A ray that cannot be told from one that winds for ever,
+    within round-off of the shadow edge, counts as captured.
 
     References: JTFT A.1, step v, extended to cameras inside the photon region.
     """
     horizon = 1 + jnp.sqrt((1 - frame.spin) * (1 + frame.spin))
     outer_root = quartic.h + jnp.sqrt(jnp.maximum(quartic.d, 0))
     inward = photon.rate[0] > 0
-    turns_below = (quartic.d > 0) & (outer_root > horizon) & (outer_root <= frame.radius)
-    falls_back = (quartic.d > 0) & (outer_root > frame.radius)
+    least = _UNDECIDED * quartic.h**2
+    turns_below = (quartic.d > least) & (outer_root > horizon) & (outer_root <= frame.radius)
+    falls_back = (quartic.d > -least) & (outer_root > frame.radius)
     return jnp.where(inward, ~turns_below, falls_back) | (photon.energy_ratio <= 0)
 
 
