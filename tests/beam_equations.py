@@ -81,7 +81,7 @@ def photon(event: Event, sky) -> Photon:
 
 
 class Metric:
-    """Metric functions of JTFT eqs. A.2 to A.4 at one point, and logarithmic derivatives (d_r, d_theta)."""
+    """Metric functions of JTFT A.1 at one point, and logarithmic derivatives (d_r, d_theta)."""
 
     def __init__(self, a: float, r: float, theta: float) -> None:
         # At inclination pi/2 the cosine is exactly 0.
@@ -174,7 +174,7 @@ def _area_zeros(path) -> int:
 
 
 def pineault_roeder_beam(event: Event, sky) -> Ellipse:
-    """Beam by JTFT eqs. A.15 to A.18 in affine parameter, to a radius of a million.
+    """Beam by JTFT A.2 in affine parameter, to a radius of a million.
 
     With xi = u + i v, eta = g + i h the equations are xi'' = -Psi_0* exp(-2 i chi) conj(eta), and its twin.
     Errors: the slopes have converged as kappa / r^3, 1e-15 here; chi as 1 / r, whose first term is added.
@@ -216,7 +216,7 @@ def _pineault_roeder_rates(a: float, light: Photon, state: np.ndarray) -> list[f
 
 
 def _hamilton(a: float, light: Photon, at: Metric, r: float, p_r: float, p_theta: float) -> tuple[float, ...]:
-    """(r', theta', p_r', p_theta') with respect to the affine parameter (JTFT eqs. A.14)."""
+    """(r', theta', p_r', p_theta') with respect to the affine parameter (JTFT A.2)."""
     b, kappa = light.b, (light.b - a) ** 2 + light.q
     rho2, delta, c, s = at.rho**2, at.delta, at.cosine, at.sine
     # F = (R + Delta Theta) / (2 Delta rho^2) holds b and q through these two functions of position.
@@ -240,7 +240,7 @@ def _screen(n: tuple[float, float, float]) -> tuple[tuple[float, float, float], 
 
 
 def _psi_0(a: float, at: Metric, r: float, energy: float, n: tuple[float, float, float]) -> complex:
-    """Psi_0* from the tidal field of the fiducial observers (JTFT eq. A.19 and what follows)."""
+    """Psi_0* from the tidal field of the fiducial observers (JTFT A.2)."""
     w = a * a * at.delta * at.sine**2 / (r * r + a * a) ** 2
     m_r, m_theta, m_phi = (complex(x, y) for x, y in zip(*_screen(n), strict=True))
     tidal = -(2 + w) * m_r**2 + (1 + 2 * w) * m_theta**2 + (1 - w) * m_phi**2

@@ -34,8 +34,9 @@ class Rays:
     """Where each camera-sky direction comes from. Arrays of one batch shape (...).
 
     direction (..., 3): unit vector n' on the celestial sphere; azimuth (...,): unwrapped phi' in radians,
-    continuous along the ray (only modulo 2 pi for a ray through the spin axis); status: `Status` values;
-    error: estimated error of n' in radians; engine: the one that traced them. Captured rays hold NaN.
+    continuous along the ray (only modulo 2 pi for a ray through the spin axis), in error by error / sin theta';
+    status: `Status` values; error: estimated error of n' in radians; engine: the one that traced them. Captured rays
+    hold NaN.
     """
 
     direction: np.ndarray

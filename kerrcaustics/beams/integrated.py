@@ -91,8 +91,7 @@ def trace(
     """
     constants, ray, aim = _start(frame, sky)
     paths, variations = _with_variations(frame, sky, ray) if beams else _with_instability(constants, ray)
-    density = _density(tolerance, index) * _near_edge(constants, aim.mino_time)
-    density = jnp.minimum(density, _DENSEST) * refinement
+    density = refinement * jnp.minimum(_density(tolerance, index) * _near_edge(constants, aim.mino_time), _DENSEST)
     idle = aim.captured | (refinement <= 0)
     goal = jnp.where(idle, 0.0, aim.mino_time)
     rates = partial(_all_rates, frame.spin, constants, variations)
@@ -141,15 +140,21 @@ def trace(
         side=jnp.where(ray.position[3] == 0, jnp.sign(ray.rate[3]), jnp.sign(ray.position[3])),
     )
     last = jax.lax.while_loop(lambda now: jnp.any(remaining(now) != 0), step, first)
-    end = _land(frame, constants, aim.captured, paths, last, beams=beams)
+    end = _land(frame, constants, aim, paths, last, beams=beams)
     return end._replace(
         conjugate_points=last.conjugate_points if index else None, crossings=last.crossings if crossings else None
     )
 
 
 class _Aim(NamedTuple):
+    """Where a ray is going: captured or not, the Mino time to infinity, and how much it magnifies round-off in N.
+
+    Deep in the field the energy at infinity is a small difference of large numbers.
+    """
+
     captured: Array
     mino_time: Array
+    conditioning: Array
 
 
 class _Progress(NamedTuple):
@@ -169,7 +174,9 @@ def _start(frame: Frame, sky: tuple[Array, Array, Array]) -> tuple[Constants, Pa
     a2, a1, a0 = radial.potential_coefficients(frame.spin, light)
     quartic = radial.factor(a2, a1, a0)
     captured = radial.is_captured(frame, light, quartic)
-    aim = _Aim(captured, jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic)))
+    time = jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic))
+    terms = frame.lapse + jnp.abs(light.energy_ratio - frame.lapse)
+    aim = _Aim(captured, time, terms / jnp.abs(light.energy_ratio))
     return Constants(a2, a1, a0, light.k, light.b), Path(light.position, light.rate, 0 * light.b), aim
 
 
@@ -178,8 +185,14 @@ def _rates(spin: float, constants: Constants, position: tuple[Array, ...]) -> tu
     a2, a1, a0, k, b = constants
     u, x, y, z = position
     pull = k + 2 * spin**2 * z * z
-    psi_rate = -spin * u * (2 - spin * b * u) / (1 - (2 - spin**2 * u) * u)
+    psi_rate = -spin * u * (2 - spin * b * u) / _horizon_function(spin, u)
     return ((a2 + (1.5 * a1 + 2 * a0 * u) * u) * u, -pull * x, -pull * y, (spin**2 - pull) * z), psi_rate
+
+
+def _horizon_function(spin: float, u: Array) -> Array:
+    """Delta / r^2 = 1 - 2 u + a^2 u^2, in factors that keep their digits close to a nearly extremal hole."""
+    outer = 1 + jnp.sqrt((1 - spin) * (1 + spin))
+    return (1 - outer * u) * (1 - spin**2 / outer * u)
 
 
 def _rates_with_variation(
@@ -197,7 +210,7 @@ def _rates_with_variation(
     accelerations, psi_rate = _rates(spin, constants, position)
     pull = k + 2 * spin**2 * z * z
     slope = a2 + (3 * a1 + 6 * a0 * u) * u
-    inverse = 1 / (1 - (2 - spin**2 * u) * u)
+    inverse = 1 / _horizon_function(spin, u)
     psi_by_u = (2 * inverse) * (psi_rate * (1 - spin**2 * u) - spin * (1 - spin * b * u))
     psi_by_b = spin**2 * u * u * inverse
     all_accelerations, all_psi_rates = [accelerations], [psi_rate]
@@ -297,7 +310,7 @@ def _advanced(spin: float, path: Path, time: Array) -> Path:
 def _land(
     frame: Frame,
     constants: Constants,
-    captured: Array,
+    aim: _Aim,
     start: tuple[Path, ...],
     last: _Progress,
     *,
@@ -325,12 +338,13 @@ def _land(
         opening = length((*start[1].rate[1:], *start[2].rate[1:]))
         growth = spread * _polar_rapidity(constants) / opening
     else:
-        growth = spread = jnp.abs(others[0].position[0])
+        growth = jnp.abs(others[0].position[0])
+        spread = growth * aim.conditioning
     missed = last.steps >= MAX_STEPS
     drift = last.local_error * jnp.maximum(growth, 1)
     # Round-off of 1e-16 in N, or in a step, is seen magnified by the spread of the beam.
     noise = 1e-15 * (1 + spread) * (1 + 0.1 * last.steps)
-    hidden = jnp.where(captured, jnp.nan, 0.0)
+    hidden = jnp.where(aim.captured, jnp.nan, 0.0)
     turning = last.azimuth + azimuth_step(constants.b, before.position, ray.position) + ray.psi
     return End(
         direction=tuple(p + hidden for p in n),
@@ -339,6 +353,6 @@ def _land(
         noise=noise,
         jacobian_error=jnp.where(missed, 1.0, drift + noise) + hidden if beams else None,
         steps=last.steps,
-        captured=captured,
+        captured=aim.captured,
         jacobian=None if jacobian is None else tuple(tuple(e + hidden for e in row) for row in jacobian),
     )

@@ -167,7 +167,7 @@ def caustics(
     return CausticSet(
         curves,
         camera=camera,
-        engine="integrated",
+        engine=search.engine_used,
         tolerance=float(tolerance),
         seconds=time.perf_counter() - began,
         beams=search.beams_traced,

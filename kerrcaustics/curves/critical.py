@@ -100,6 +100,7 @@ class Search:
         self.camera = camera.at_rest()
         self.engine = engine
         self.tolerance = tolerance
+        self.engine_used = ""
         self.beams_traced = 0
         self._frame = self.camera.frame()
 
@@ -211,7 +212,9 @@ class Search:
     def _trace(self, looking: np.ndarray, tolerance: float) -> Beams:
         sky = sky_from_fido(self._frame, -looking)
         self.beams_traced += sky.size // 3
-        return trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
+        beams = trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
+        self.engine_used = beams.engine
+        return beams
 
 
 def _islands(index: np.ndarray, orders: int) -> list[str]:

@@ -107,7 +107,7 @@ class Camera:
     def fido_velocity(self) -> tuple[float, float, float]:
         """Velocity (v_r, v_theta, v_phi) of the camera as measured by the fiducial observer (FIDO).
 
-        References: JTFT eqs. A.6, A.7 for "circular".
+        References: JTFT A.1 for "circular".
         """
         if isinstance(self.velocity, tuple):
             return self.velocity
@@ -186,7 +186,7 @@ class Camera:
 
 
 def fido_from_sky(frame: Frame, sky: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-    """Direction of motion (n_r, n_theta, n_phi) of the photon seen in camera-sky direction N (JTFT eq. A.8).
+    """Direction of motion (n_r, n_theta, n_phi) of the photon seen in camera-sky direction N (JTFT A.1).
 
     sky holds the components N_x, N_y, N_z, floats or arrays.
     """
@@ -223,7 +223,7 @@ def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
     sky holds the components N_x, N_y, N_z, floats or arrays of one shape. The rates are those of the
     photon's path followed backward in Mino time.
 
-    References: JTFT eqs. A.8 to A.12; K and kappa are written as sums of squares, so that they keep their
+    References: JTFT A.1; K and kappa are written as sums of squares, so that they keep their
     digits near the principal null directions.
     """
     n_r, n_theta, n_phi = fido_from_sky(frame, sky)
@@ -248,7 +248,7 @@ def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
 
 
 def redshift(camera: Camera, sky: np.ndarray) -> np.ndarray:
-    """Frequency ratio nu_camera / nu_source of light from a source at rest at infinity (JTFT eq. A.13).
+    """Frequency ratio nu_camera / nu_source of light from a source at rest at infinity (JTFT A.1).
 
     Parameters: sky (..., 3), unit vectors. Returns (...,); exact to round-off.
     """

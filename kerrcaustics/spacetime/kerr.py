@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 
 class Metric(NamedTuple):
-    """Metric functions at one event (JTFT eqs. A.2 to A.4).
+    """Metric functions at one event (JTFT A.1).
 
     lapse (alpha), shift (omega, the angular velocity of the fiducial observers), cylindrical_scale
     (varpi / sin(theta), finite on the axis), sigma (rho^2 = r^2 + a^2 cos^2 theta), delta.
@@ -26,7 +26,7 @@ class Metric(NamedTuple):
 
 
 def metric(spin: float, radius: float, cos_theta: float) -> Metric:
-    """Metric functions at one event (JTFT eqs. A.2 to A.4)."""
+    """Metric functions at one event (JTFT A.1)."""
     sigma = radius**2 + (spin * cos_theta) ** 2
     delta = (radius - horizon(spin)) * (radius - inner_horizon(spin))
     big = (radius**2 + spin**2) ** 2 - spin**2 * delta * (1 - cos_theta**2)
@@ -65,7 +65,7 @@ def isco(spin: float, prograde: bool = True) -> float:
 def photon_orbits(spin: float) -> tuple[float, float]:
     """Radii (r_1, r_2) of the prograde and the retrograde circular photon orbit in the equatorial plane.
 
-    The spherical photon orbits fill r_1 <= r_o <= r_2 (JTFT eq. A.9).
+    The spherical photon orbits fill r_1 <= r_o <= r_2 (JTFT A.1).
     """
     third = 2 / 3
     return (
@@ -75,7 +75,7 @@ def photon_orbits(spin: float) -> tuple[float, float]:
 
 
 def spherical_orbit_impact(spin: float, orbit_radius: float) -> float:
-    """Axial angular momentum b_o(r_o) of the spherical photon orbit of radius r_o, spin > 0 (JTFT eq. A.10)."""
+    """Axial angular momentum b_o(r_o) of the spherical photon orbit of radius r_o, spin > 0 (JTFT A.1)."""
     a, r = spin, orbit_radius
     return -(r**3 - 3 * r**2 + a**2 * r + a**2) / (a * (r - 1))
 
@@ -83,7 +83,7 @@ def spherical_orbit_impact(spin: float, orbit_radius: float) -> float:
 def spherical_orbit_of_impact(spin: float, b: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Radius and Carter constant (r_o, q_o) of the spherical photon orbit with axial angular momentum b.
 
-    The inverse of JTFT eq. A.10, regular at spin 0: r_o = 1 + x where x is the largest root of
+    The inverse of JTFT A.1, regular at spin 0: r_o = 1 + x where x is the largest root of
     x^3 - 3 p x - 2 (1 - a^2) = 0 with 3 p = 3 - a^2 - a b.
 
     Errors: relative 1e-15 away from the extremal corner (spin -> 1, b -> 2), where x itself tends to 0.

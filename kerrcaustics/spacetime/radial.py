@@ -29,7 +29,7 @@ class Quartic(NamedTuple):
 
 
 def potential_coefficients(spin: Array, photon: Photon) -> tuple[Array, Array, Array]:
-    """(a2, a1, a0) of R(r) = r^4 + a2 r^2 + a1 r + a0 (JTFT eq. A.5 with E = 1)."""
+    """(a2, a1, a0) of R(r) = r^4 + a2 r^2 + a1 r + a0 (JTFT A.1 with E = 1)."""
     return spin**2 - photon.k, 2 * photon.kappa, -(spin**2) * photon.q
 
 
