@@ -4,7 +4,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
@@ -52,6 +52,14 @@ def main() -> None:
         _stop(1, f"{type(error).__name__}: {_one_line(str(error))} (KERRCAUSTICS_TRACEBACK=1 shows where)")
 
 
+def _whole_number(_type: type, tokens: Sequence[cyclopts.Token]) -> int:
+    """The number itself: 2.5 is refused, and not rounded."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise BadInput(f"Argument --orders must be a whole number, but is {tokens[0].value}.") from None
+
+
 @app.command
 def caustics(
     *,
@@ -59,7 +67,7 @@ def caustics(
     radius: float,
     inclination: float = 90.0,
     velocity: Literal["circular", "fiducial", "static"] | None = None,
-    orders: int = 3,
+    orders: Annotated[int, cyclopts.Parameter(converter=_whole_number)] = 3,
     engine: Literal["auto", "integrated"] = "auto",
     tolerance: float = 1e-12,
     figure: Path | None = None,
@@ -99,10 +107,12 @@ def caustics(
         raise BadInput(f"Argument --json must be a file name or -, but is {json_}.")
     _check_outputs({"--figure": figure, "--save": save, "--json": None if json_ in (None, "-") else Path(json_)})
     _check_ending(figure)
+    if not 0 <= inclination <= 180:
+        raise BadInput(f"Argument --inclination must lie in [0, 180] degrees, but is {inclination:g}.")
     with _plain_errors():
         from kerrcaustics.spacetime.camera import Camera
 
-        camera = Camera(spin, radius, _radians(inclination), velocity)
+        camera = Camera(spin, radius, math.radians(inclination), velocity)
     with _plain_errors(), _progress() as report:
         from kerrcaustics.curves.caustic import caustics as find
 
@@ -148,15 +158,13 @@ def demo(*, output: Path = Path("demo")) -> None:
         console.print(f"  {picture}", soft_wrap=True, highlight=False)
 
 
-def _radians(degrees: float) -> float:
-    return math.radians(degrees)
-
-
 def _check_outputs(paths: dict[str, Path | None]) -> None:
     """Refuse output files that cannot be written, before any work is done."""
-    for argument, path in paths.items():
-        if path is None:
-            continue
+    named = {argument: path for argument, path in paths.items() if path is not None}
+    for argument, path in named.items():
+        twin = next(other for other in named if named[other].absolute() == path.absolute())
+        if twin != argument:
+            raise BadInput(f"Argument {argument} must name another file than {twin}, but both are {path}.")
         if path.is_dir():
             raise BadInput(f"Argument {argument} must name a file, but {path} is a folder.")
         if not path.parent.is_dir():
@@ -233,16 +241,14 @@ def _print_table(found: "CausticSet", console: Console) -> None:
     for name in ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)"):
         table.add_column(name, justify="left" if name == "kind" else "right", no_wrap=True)
     for curve in found:
-        error = math.degrees(curve.error)
-        digits = max(0, min(7, math.floor(-math.log10(error))))
         table.add_row(
             str(curve.order),
             curve.kind,
-            f"{math.degrees(curve.theta_extent):.{digits}f}",
-            f"{math.degrees(curve.phi_extent):.{digits}f}",
+            _sized(curve.theta_extent, curve.error),
+            _sized(curve.phi_extent, curve.error),
             f"{curve.circuits:.4f}",
             str(len(curve.cusps)),
-            f"{error:.0e}",
+            f"{math.degrees(curve.error):.0e}",
         )
     console.print(table)
     for curve in found:
@@ -256,6 +262,15 @@ def _print_table(found: "CausticSet", console: Console) -> None:
         soft_wrap=True,
         highlight=False,
     )
+
+
+def _sized(angle: float, error: float) -> str:
+    """An angle in degrees with the digits that its error leaves, ten at most."""
+    value, doubt = math.degrees(angle), math.degrees(error)
+    if value < 1e-4:
+        return f"{value:.2e}"
+    digits = min(math.floor(-math.log10(doubt)), 9 - math.floor(math.log10(value)))
+    return f"{value:.{max(digits, 0)}f}"
 
 
 def _one_line(text: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.curves import features
 from kerrcaustics.curves.critical import Search, _islands
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
 
@@ -71,14 +72,13 @@ def test_extents_and_cusps_against_another_program(case):
         other = next(o for o in REFERENCE[case] if o["order"] == curve.order)
         ours = np.degrees([curve.theta_min, curve.theta_max, curve.phi_min, curve.phi_max])
         theirs = [other[name] for name in ("theta_min", "theta_max", "phi_min", "phi_max")]
-        # The reference's own extremes of winding curves are good to 1e-9 deg.
-        np.testing.assert_allclose(ours, theirs, atol=10 * math.degrees(curve.error) + 1e-9)
+        np.testing.assert_allclose(ours, theirs, atol=2 * math.degrees(curve.error))
         assert len(curve.cusps) == other["n_cusps"] == 4
         for cusp in other["cusps"]:
             place = np.radians([cusp["theta_deg"], cusp["phi_deg"]])
             gaps = [np.abs(c.celestial - place) for c in curve.cusps]
             nearest = min(range(4), key=lambda i: gaps[i].max())
-            assert gaps[nearest].max() < 10 * curve.cusps[nearest].error + 1e-10
+            assert gaps[nearest].max() < 2 * curve.cusps[nearest].error
             # The tip hardly moves when the point on the sky does: the place on the sky is less sharp.
             assert angle_between(curve.cusps[nearest].sky, np.array(cusp["N"])) < 1e-6
 
@@ -90,7 +90,7 @@ def test_points_of_another_program_lie_on_the_caustics():
         n, sky = (np.array([p[name] for p in samples]) for name in ("n_inf", "N"))
         theta = np.arctan2(np.hypot(n[:, 0], n[:, 1]), n[:, 2])
         celestial = np.stack([theta, np.radians([p["phi_deg"] for p in samples])], axis=1)
-        assert max(distances_to_curve(curve.celestial, celestial)) < 1e-3
+        assert max(distances_to_curve(curve.celestial, celestial)) < 1e-3 * curve.theta_extent
         assert max(distances_to_curve(curve.sky, sky)) < 1e-3
 
 
@@ -181,7 +181,7 @@ def test_every_caustic_is_a_closed_astroid(spin, radius, inclination_deg):
     curves = kc.caustics(kc.Camera(spin, radius, math.radians(inclination_deg)), 4)
     assert [curve.order for curve in curves] == [1, 2, 3, 4]
     for curve in curves:
-        assert (curve.kind == "astroid" and curve.closed) or curve.remarks
+        assert curve.kind == "astroid" and curve.closed and not curve.remarks
         assert curve.residual < 1e-10
 
 
@@ -193,10 +193,12 @@ def test_a_cusp_is_where_the_critical_curve_runs_along_the_null_direction():
             beams = kc.trace_beams(camera, cusp.sky, tolerance=1e-12)
             null = np.linalg.svd(beams.jacobian)[2][1]
             e_1, e_2 = tangent_basis(cusp.sky)
-            nearest = np.argsort(np.linalg.norm(curve.sky - cusp.sky, axis=1))[:2]
-            chord = curve.sky[nearest[0]] - curve.sky[nearest[1]]
-            chord /= np.linalg.norm(chord)
-            assert abs(np.array([e_1 @ chord, e_2 @ chord]) @ null) > 0.995
+            nearest = np.argmin(np.linalg.norm(curve.sky - cusp.sky, axis=1))
+            around = np.take(curve.sky, range(nearest - 3, nearest + 4), axis=0, mode="wrap") - cusp.sky
+            # Slope, at the cusp, of the curve against the null direction.
+            flat = around @ np.stack([e_1, e_2], axis=1)
+            along, across = flat @ null, flat @ np.array([-null[1], null[0]])
+            assert abs(np.polyfit(along, across, 4)[-2]) < 1e-3
 
 
 def test_reported_error_is_honest_at_a_loose_tolerance():
@@ -208,11 +210,11 @@ def test_reported_error_is_honest_at_a_loose_tolerance():
 
 def test_orders_beyond_double_precision_are_reported_missing():
     curves = found(0.0, 6.0, orders=10)
-    assert len(curves) + len(curves.missing) == 10
+    orders = tuple(curve.order for curve in curves)
+    assert orders + curves.missing == tuple(range(1, 11))
+    assert len(orders) >= 7 and curves.missing
     for curve in curves:
-        # What is found is right within its error, or says that it is not whole.
-        place = np.abs(curve.celestial[:, 1] - curve.order * math.pi).max()
-        assert place <= 10 * curve.error or curve.remarks
+        assert np.abs(curve.celestial[:, 1] - curve.order * math.pi).max() <= 2 * curve.error
 
 
 @pytest.mark.parametrize("orders", [0, -1, 11, 2.5, "3"])
@@ -221,12 +223,52 @@ def test_bad_orders(orders):
         kc.caustics(kc.Camera(0.9, 6.0), orders)
 
 
-def test_an_island_of_the_index_is_reported():
+def test_an_island_of_the_index_is_reported_for_its_order():
     index = np.tile(np.arange(6)[:, None], (1, 12))
-    assert _islands(index, 3) == []
+    assert not any(_islands(index, 5).values())
     index[1:3, 5] = [3, 2]
-    remarks = _islands(index, 3)
-    assert "falls" in remarks[0] and "order 3" in remarks[1]
+    remarks = _islands(index, 5)
+    assert "more than one critical curve of order 3" in remarks[3][0]
+    assert not remarks[1] and not remarks[4]
+
+
+def test_a_cusp_or_an_extreme_that_cannot_be_traced_is_reported(monkeypatch):
+    """Lose every polynomial model of the secondary caustic: no silent answer from the coarse points."""
+    models = features._models
+
+    def lost(search, around, pieces):
+        found = models(search, around, pieces)
+        return [None if piece.order == 2 else model for piece, model in zip(pieces, found, strict=True)]
+
+    monkeypatch.setattr(features, "_models", lost)
+    primary, secondary = kc.caustics(kc.Camera(0.999, 6.03), 2)
+    assert primary.kind == "astroid" and not primary.remarks
+    assert secondary.kind == "unresolved" and "cusps could not be traced" in secondary.remarks[-1]
+    assert sum("could not be refined" in remark for remark in secondary.remarks) == 4
+    exact = found(0.999, 6.03)[1]
+    for name in ("theta_min", "theta_max", "phi_min", "phi_max"):
+        assert abs(getattr(secondary, name) - getattr(exact, name)) <= secondary.error
+
+
+@pytest.mark.parametrize(("spin", "inclination_deg"), [(3e-6, 57.3), (1e-5, 57.3), (1e-5, 90), (1e-4, 90), (1e-3, 30)])
+def test_caustics_of_slow_holes_are_astroids_or_unresolved(spin, inclination_deg):
+    for curve in found(spin, 6.0, inclination_deg):
+        assert curve.kind in ("astroid", "point", "unresolved")
+        assert (len(curve.cusps) == 4) == (curve.kind == "astroid")
+
+
+@pytest.mark.parametrize("inclination", [1e-5, 1e-4, 1e-2])
+def test_azimuths_close_to_the_axis_have_an_honest_error(inclination):
+    camera = kc.Camera(0.9, 6.0, inclination)
+    for loose, tight in zip(kc.caustics(camera, 3), kc.caustics(camera, 3, tolerance=2e-13), strict=True):
+        for name in ("theta_min", "theta_max", "phi_min", "phi_max"):
+            assert abs(getattr(loose, name) - getattr(tight, name)) <= 2 * (loose.error + tight.error)
+
+
+def test_cameras_next_to_the_horizon_find_whole_curves():
+    for camera in (kc.Camera(0.999, 1.05), kc.Camera(0.999848, 1.04996, 1.163)):
+        for curve in kc.caustics(camera, 2):
+            assert curve.kind == "astroid" and curve.closed and not curve.remarks
 
 
 def test_a_curve_that_is_not_whole_says_so(monkeypatch):

@@ -72,7 +72,10 @@ BAD = [
     (("caustics", "--spin", "0.9", "--radius", "inf"), "--radius must be a finite number, but is inf."),
     (("caustics", "--spin", "0.9"), "--radius"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--inclination", "181"), "--inclination must lie in [0, 180] deg"),
-    (("caustics", "--spin", "0.9", "--radius", "1.9", "--velocity", "static"), "--velocity must not be static inside"),
+    (
+        ("caustics", "--spin", "0.9", "--radius", "1.9", "--velocity", "static"),
+        "--velocity must not be static at or inside",
+    ),
     (
         ("caustics", "--spin", "0.9", "--radius", "6", "--inclination", "60", "--velocity", "circular"),
         "--velocity must not be circular off the equator",
@@ -83,6 +86,8 @@ BAD = [
     ),
     (("caustics", "--spin", "0.9", "--radius", "6", "--velocity", "warp"), "--velocity"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--orders", "0"), "--orders must be a whole number from 1 to 10"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--orders", "2.5"), "--orders must be a whole number, but is 2.5."),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--json", "x", "--save", "x"), "--json must name another file"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--tolerance", "0"), "--tolerance must lie in [1e-14, 1e-2]"),
     (
         ("caustics", "--spin", "0.9", "--radius", "6", "--json", "/nowhere/x.json"),
@@ -122,9 +127,15 @@ def test_anything_else_is_exit_status_1_and_one_line(capsys, monkeypatch):
 
 def test_interrupt_leaves_no_file(tmp_path):
     target = tmp_path / "out.json"
-    command = [*COMMAND, "caustics", "--spin", "0.999", "--radius", "2.6", "--orders", "6", "--json", str(target)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    time.sleep(2.5)
+    command = [*COMMAND, "caustics", "--spin", "0.999", "--radius", "2.6", "--orders", "1", "--json", str(target)]
+    # The command says when it has begun, and then takes far longer than a test waits.
+    code = (
+        "import sys; from kerrcaustics import cli; import kerrcaustics.curves.caustic as c; find = c.find_features\n"
+        "def slow(*a):\n    print('begun', flush=True)\n    import time; time.sleep(60)\n    return find(*a)\n"
+        f"c.find_features = slow; sys.argv = {command[2:]!r}; cli.main()"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout.readline() == b"begun\n"
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=60) == 1
     assert b"Interrupted" in process.stderr.read()

@@ -212,8 +212,8 @@ def camera_margin(spin: float, radius: float) -> float:
         ({"radius": 1.0}, "Argument `radius` must be larger than the horizon radius"),
         ({"radius": math.inf}, "Argument `radius` must be a finite number, but is inf."),
         ({"radius": None}, "Argument `radius` must be a finite number, but is None."),
-        ({"inclination": -0.1}, "Argument `inclination` must lie in [0, 180] degrees"),
-        ({"inclination": 3.2}, "Argument `inclination` must lie in [0, 180] degrees"),
+        ({"inclination": -0.1}, "Argument `inclination` must lie in [0, pi] radians"),
+        ({"inclination": 3.2}, "Argument `inclination` must lie in [0, pi] radians"),
         ({"inclination": math.nan}, "Argument `inclination` must be a finite number"),
         ({"velocity": "orbiting"}, "Argument `velocity` must be circular, fiducial, static or a vector"),
         (
@@ -233,7 +233,7 @@ def camera_margin(spin: float, radius: float) -> float:
         ),
         (
             {"velocity": "static", "radius": 1.9},
-            "Argument `velocity` must not be static inside the ergosphere",
+            "Argument `velocity` must not be static at or inside the ergosphere",
         ),
     ],
     ids=str,

@@ -1,1 +1,1 @@
-"""Which star direction does a camera-sky direction see, and how magnified? Two engines, one answer."""
+"""Rays and beams: which star direction a camera-sky direction sees, and how magnified."""

@@ -1,4 +1,4 @@
-"""What tracing returns: rays, and beams with their first variation. Both engines return the same."""
+"""What tracing returns: rays, and beams with their first variation."""
 
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -20,7 +20,7 @@ class Status(IntEnum):
 
 
 _SENTENCES = {
-    Status.ESCAPED: "The ray reaches the celestial sphere, and its error is within the tolerance.",
+    Status.ESCAPED: "The ray reaches the celestial sphere, and its estimated error is within the tolerance.",
     Status.CAPTURED: "The ray, followed backward, ends at the horizon: the camera sees the shadow there.",
     Status.INACCURATE: (
         "The ray reaches the celestial sphere, but double precision cannot hold its error within the tolerance "
@@ -29,14 +29,14 @@ _SENTENCES = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rays:
     """Where each camera-sky direction comes from. Arrays of one batch shape (...).
 
     direction (..., 3): unit vector n' on the celestial sphere; azimuth (...,): unwrapped phi' in radians,
     continuous along the ray (only modulo 2 pi for a ray through the spin axis), in error by error / sin theta';
     status: `Status` values; error: estimated error of n' in radians; engine: the one that traced them. Captured rays
-    hold NaN.
+    hold NaN, and -1 for whole numbers.
     """
 
     direction: np.ndarray
@@ -51,7 +51,7 @@ class Rays:
         return self.status != Status.CAPTURED
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Beams(Rays):
     """Rays with the first variation of their end point.
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams import integrated
 from kerrcaustics.beams.beam import Beams, Rays, Status
-from kerrcaustics.spacetime.camera import Camera, Frame, redshift as sky_redshift
+from kerrcaustics.spacetime.camera import Camera, Frame, check_camera, redshift as sky_redshift
 
 ENGINES = ("auto", "integrated")
 
@@ -112,31 +112,46 @@ def trace_beams(
         engine=engine,
         jacobian=ends["jacobian"].reshape((*shape, 2, 2)),
         jacobian_error=ends["jacobian_error"].reshape(shape),
-        index=ends["index"].astype(int).reshape(shape) if index else None,
-        crossings=ends["crossings"].astype(int).reshape(shape) if crossings else None,
+        index=_whole(ends["index"], escaped, shape) if index else None,
+        crossings=_whole(ends["crossings"], escaped, shape) if crossings else None,
         redshift=shift,
         **_ray_fields(ends, shape, tolerance),
     )
 
 
-def _checked(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> tuple[np.ndarray, tuple[int, ...], str]:
-    if not isinstance(camera, Camera):
-        raise ValueError(f"Argument `camera` must be a Camera, but is {type(camera).__name__}.")
+def check_request(camera: Camera, engine: str, tolerance: float) -> None:
+    """Refuse what cannot be traced, with one clear ValueError."""
+    check_camera(camera)
     if engine not in ENGINES:
         raise ValueError(f"Argument `engine` must be one of {', '.join(ENGINES)}, but is {engine!r}.")
-    if not 1e-14 <= tolerance <= 1e-2:
+    if not (isinstance(tolerance, int | float) and 1e-14 <= tolerance <= 1e-2):
         raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {tolerance!r}.")
-    directions = np.asarray(sky, float)
+
+
+def _checked(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> tuple[np.ndarray, tuple[int, ...], str]:
+    check_request(camera, engine, tolerance)
+    try:
+        directions = np.asarray(sky, float)
+    except (TypeError, ValueError):
+        raise ValueError("Argument `sky` must be an array of numbers of shape (..., 3).") from None
     if directions.ndim == 0 or directions.shape[-1] != 3:
         raise ValueError(f"Argument `sky` must have shape (..., 3), but has {directions.shape}.")
     shape = directions.shape[:-1]
     directions = directions.reshape(-1, 3)
-    length = np.linalg.norm(directions, axis=1, keepdims=True)
-    if not (np.isfinite(length).all() and (length > 0).all()):
+    largest = np.abs(directions).max(axis=1, initial=0, keepdims=True)
+    if not (np.isfinite(largest).all() and (largest > 0).all()):
         raise ValueError("Argument `sky` must hold finite vectors that are not zero.")
+    length = np.linalg.norm(directions, axis=1, keepdims=True)
+    extreme = ~((length > 1e-100) & (length < 1e100))
+    directions = np.where(extreme, directions / largest, directions)
+    length = np.linalg.norm(directions, axis=1, keepdims=True)
     # A unit vector is left as it is: dividing by 1 + 1e-16 would move a ray close to the shadow edge.
     off = np.abs(length - 1) > 1e-15
     return np.where(off, directions / length, directions), shape, "integrated"
+
+
+def _whole(counts: np.ndarray, escaped: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    return np.where(escaped, counts, -1).astype(int).reshape(shape)
 
 
 def _ray_fields(ends: dict[str, np.ndarray], shape: tuple[int, ...], tolerance: float) -> dict[str, Any]:

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.curves.critical import Search
-from kerrcaustics.curves.features import Feature, find_features
-from kerrcaustics.curves.follow import Course, Progress, follow
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.curves.features import Features, find_features
+from kerrcaustics.curves.follow import Course, Progress, follow, steps
+from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
 
 HIGHEST_ORDER = 10
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cusp:
     """A cusp of a caustic.
 
@@ -28,6 +28,10 @@ class Cusp:
     sky: np.ndarray
     celestial: np.ndarray
     error: float
+
+    def __eq__(self, other: object) -> bool:
+        """True when every number is the same."""
+        return isinstance(other, Cusp) and _same(vars(self), vars(other))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +52,8 @@ class Caustic:
     theta_min, theta_max, phi_min, phi_max : float
         Extremes of the caustic in radians, refined between the points.
     kind : str
-        "astroid" (four cusps), "point" (no larger than its error), or "curve with N cusps".
+        "astroid" (four cusps), "curve with N cusps", "point" (no larger than its error), or "unresolved" (not so
+        much larger that its cusps could be told, or cusps lost).
     closed : bool
         True when the whole curve was found and its ends meet.
     error : float
@@ -123,6 +128,10 @@ class CausticSet(tuple[Caustic, ...]):
         """True when the caustics and all that produced them are the same."""
         return isinstance(other, CausticSet) and tuple.__eq__(self, other) and vars(self) == vars(other)
 
+    def __ne__(self, other: object) -> bool:
+        """The opposite of equal; a tuple would compare the curves alone."""
+        return not self == other
+
 
 def caustics(
     camera: Camera,
@@ -138,7 +147,8 @@ def caustics(
     camera : Camera
         Its velocity moves the critical curves on the sky by aberration, and leaves the caustics alone.
     orders : int
-        How many, 1 to 10. Double precision reaches order 8 or so on the retrograde side.
+        How many, 1 to 10. Double precision reaches order 7 or so on the retrograde side; orders beyond it are in
+        `CausticSet.missing`.
     engine, tolerance
         As for `trace_beams`; tolerance is the wanted error of a beam in radians.
     progress : callable, optional
@@ -154,7 +164,8 @@ def caustics(
     `Caustic.error`, dominated at high order by round-off of the camera-sky direction (about 1e-15 times the
     beam's major diameter). What was missed is in `Caustic.remarks` and `CausticSet.missing`.
     """
-    if not (isinstance(orders, int | np.integer) and 1 <= orders <= HIGHEST_ORDER):
+    check_camera(camera)
+    if not (isinstance(orders, int | np.integer) and not isinstance(orders, bool) and 1 <= orders <= HIGHEST_ORDER):
         raise ValueError(f"Argument `orders` must be a whole number from 1 to {HIGHEST_ORDER}, but is {orders!r}.")
     began = time.perf_counter()
     report = progress or (lambda _what, _part: None)
@@ -176,7 +187,7 @@ def caustics(
     )
 
 
-def _caustic(camera: Camera, course: Course, features: dict[str, list[Feature]]) -> Caustic:
+def _caustic(camera: Camera, course: Course, features: Features) -> Caustic:
     points = course.points
     frame = camera.frame()
 
@@ -185,22 +196,24 @@ def _caustic(camera: Camera, course: Course, features: dict[str, list[Feature]])
 
     theta, phi = points.theta, points.azimuth
     ends = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}
-    error = points.error.max()
-    for name in ends:
-        for feature in features[name]:
-            ends[name] = feature.theta if name.startswith("theta") else feature.azimuth
-            error = max(error, feature.error)
-    cusps = tuple(Cusp(on_sky(f.looking), np.array([f.theta, f.azimuth]), f.error) for f in features["cusps"])
+    error = points.error.max() if course.on_axis else points.angle_error.max()
     remarks = list(course.remarks)
-    if course.is_point:
-        remarks.append("the caustic is a point: it is not larger than its error")
-    elif len(cusps) != 4:
-        remarks.append(f"{len(cusps)} cusps instead of the four of an astroid")
+    for name in ends:
+        extreme = features.extremes.get(name)
+        if extreme is not None:
+            ends[name] = extreme.theta if name.startswith("theta") else extreme.azimuth
+            error = max(error, extreme.error)
+        elif course.is_resolved:
+            remarks.append(f"{name} could not be refined between the points")
+            error += steps(points)[0].max()
+    cusps = tuple(Cusp(on_sky(f.looking), np.array([f.theta, f.azimuth]), f.error) for f in features.cusps)
+    kind, remark = _kind(course, len(cusps), lost=features.lost_cusps)
+    if remark:
+        remarks.append(remark)
     if course.on_axis:
         remarks.append("the point lies on the spin axis: phi' has no meaning and is given as 0")
         ends["phi_min"] = ends["phi_max"] = 0.0
         phi = np.zeros_like(phi)
-    kind = "point" if course.is_point else "astroid" if len(cusps) == 4 else f"curve with {len(cusps)} cusps"
     return Caustic(
         order=course.order,
         sky=on_sky(points.looking),
@@ -208,11 +221,24 @@ def _caustic(camera: Camera, course: Course, features: dict[str, list[Feature]])
         cusps=cusps,
         **{name: float(value) for name, value in ends.items()},
         kind=kind,
-        closed=not course.remarks,
+        closed=course.closed,
         error=float(error),
         residual=float(np.abs(points.ratio).max()),
         remarks=tuple(remarks),
     )
+
+
+def _kind(course: Course, cusps: int, lost: int) -> tuple[str, str]:
+    """What the caustic is, and a remark where that is not the usual astroid."""
+    if course.is_point:
+        return "point", "the caustic is a point: it is not larger than its error"
+    if not course.is_resolved:
+        return "unresolved", f"the caustic is only {course.size_in_errors:.0f} times its error: cusps cannot be told"
+    if lost:
+        return "unresolved", f"{lost} cusps could not be traced"
+    if cusps != 4:
+        return f"curve with {cusps} cusps", f"{cusps} cusps instead of the four of an astroid"
+    return "astroid", ""
 
 
 def _set_of(curves: list[Caustic], made: dict[str, Any]) -> CausticSet:
@@ -226,6 +252,4 @@ def _same(one: Any, other: Any) -> bool:
         return one.keys() == other.keys() and all(_same(one[k], other[k]) for k in one)
     if isinstance(one, tuple):
         return len(one) == len(other) and all(_same(a, b) for a, b in zip(one, other, strict=True))
-    if isinstance(one, Cusp):
-        return isinstance(other, Cusp) and _same(vars(one), vars(other))
     return bool(one == other)

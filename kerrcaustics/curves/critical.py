@@ -11,7 +11,7 @@ from scipy.optimize import elementwise
 from skimage.measure import label
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import check_request, trace_beams
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime.camera import Camera, photon, sky_from_fido
 from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
@@ -52,6 +52,11 @@ class Points:
     major: np.ndarray
     ratio: np.ndarray
     error: np.ndarray
+
+    @property
+    def angle_error(self) -> np.ndarray:
+        """Error of (theta, azimuth) in radians: close to the spin axis the azimuth is less certain than n'."""
+        return self.error / np.maximum(np.sin(self.theta), self.error)
 
     def __len__(self) -> int:
         """Number of points."""
@@ -97,6 +102,7 @@ class Search:
 
     def __init__(self, camera: Camera, engine: str, tolerance: float) -> None:
         """Search with the camera at rest at the same event."""
+        check_request(camera, engine, tolerance)
         self.camera = camera.at_rest()
         self.engine = engine
         self.tolerance = tolerance
@@ -132,8 +138,8 @@ class Search:
             error=beams.error,
         )
 
-    def brackets(self, turn: np.ndarray, orders: int) -> tuple[np.ndarray, np.ndarray, list[str]]:
-        """Depths (orders, n) above and below the curves of order 1 .. orders on each line, and remarks.
+    def brackets(self, turn: np.ndarray, orders: int) -> tuple[np.ndarray, np.ndarray, dict[int, list[str]]]:
+        """Depths (orders, n) above and below the curves of order 1 .. orders on each line, and remarks by order.
 
         The search goes down the lines by itself until every curve has been passed. NaN where it was not.
         """
@@ -217,19 +223,21 @@ class Search:
         return beams
 
 
-def _islands(index: np.ndarray, orders: int) -> list[str]:
-    """What the Morse index on the grid (depths, lines) says about critical curves beside the ones that are followed.
+def _islands(index: np.ndarray, orders: int) -> dict[int, list[str]]:
+    """What the Morse index on the grid (depths, lines) says, by order, about curves beside those that are followed.
 
-    The index must grow along every line toward the shadow edge, and the region where it is k or more, and the one
-    where it is less, must each be in one piece: an island would be bounded by another curve of order k.
+    The region where the index is k or more, and the one where it is less, must each be in one piece, and the index must
+    pass k once on every line: anything else is bounded by another critical curve of order k.
     """
-    remarks = []
-    if (np.diff(index, axis=0) < 0).any():
-        remarks.append("the Morse index falls toward the shadow edge on some line")
-    for k in range(1, orders + 1):
-        pieces = [label(region, connectivity=1, return_num=True)[1] for region in (index >= k, index < k)]
-        if max(pieces) > 1:
-            remarks.append(f"the Morse index shows an island: there is more than one critical curve of order {k}")
+    remarks: dict[int, list[str]] = {k: [] for k in range(1, orders + 1)}
+    for k in remarks:
+        inside = index >= k
+        if not inside[-1].all():
+            # The search ended before it had passed this order on every line.
+            continue
+        pieces = [label(region, connectivity=1, return_num=True)[1] for region in (inside, ~inside)]
+        if max(pieces) > 1 or (np.diff(inside.astype(int), axis=0) < 0).any():
+            remarks[k].append(f"the Morse index shows more than one critical curve of order {k}")
     return remarks
 
 

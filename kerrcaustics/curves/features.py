@@ -31,6 +31,15 @@ class Feature:
     error: float
 
 
+@dataclass
+class Features:
+    """The features of one caustic: extremes by name, those that were found; cusps; how many cusps were not traced."""
+
+    extremes: dict[str, Feature]
+    cusps: list[Feature]
+    lost_cusps: int
+
+
 # Order, parameter and depth of a cusp, and the error of its tip that comes from the parameter.
 _Tip = tuple[int, float, float, float]
 
@@ -45,33 +54,40 @@ class _Piece:
     half: float
 
 
-def find_features(search: Search, courses: list[Course]) -> dict[int, dict[str, list[Feature]]]:
-    """The cusps and the four extremes of each curve, by order."""
-    found = {course.order: _nothing() for course in courses}
-    around = {course.order: course.around() for course in courses if not course.is_point}
-    pieces = [piece for course in courses if not course.is_point for piece in _pieces(course, around[course.order])]
+def find_features(search: Search, courses: list[Course]) -> dict[int, Features]:
+    """The cusps and the four extremes of each curve, by order.
+
+    Curves that are not much larger than their error have none: what is looked for would be noise.
+    """
+    found = {course.order: Features({}, [], 0) for course in courses}
+    courses = [course for course in courses if course.is_resolved]
+    around = {course.order: course.around() for course in courses}
+    pieces = [piece for course in courses for piece in _pieces(course, around[course.order])]
     models = _models(search, around, pieces)
     tips: list[_Tip] = []
     for piece, points in zip(pieces, models, strict=True):
         if points is None:
+            found[piece.order].lost_cusps += piece.what == "cusps"
             continue
         if piece.what == "cusps":
-            tips += _cusp(piece, points)
+            tips += [tip for tip in _cusp(piece, points) if not any(_same_tip(tip, other, piece) for other in tips)]
         else:
-            found[piece.order][piece.what].append(_extreme(points, *_EXTREMES[piece.what]))
+            found[piece.order].extremes[piece.what] = _extreme(points, *_EXTREMES[piece.what])
     if tips:
         order, turn, depth, error = (np.array(column) for column in zip(*tips, strict=True))
         for k, point, missed in zip(order, search.polished(turn, order, depth).each(), error, strict=True):
-            found[k]["cusps"].append(_feature(point, missed))
+            found[k].cusps.append(_feature(point, missed))
     return found
 
 
-def _nothing() -> dict[str, list[Feature]]:
-    return {name: [] for name in (*_EXTREMES, "cusps")}
+def _same_tip(one: _Tip, other: _Tip, piece: _Piece) -> bool:
+    """True for a root that two neighbouring pieces share."""
+    return one[0] == other[0] and abs(one[1] - other[1]) < 1e-3 * piece.half
 
 
 def _feature(point: Points, missed: float) -> Feature:
-    return Feature(point.looking[0], float(point.theta[0]), float(point.azimuth[0]), float(point.error[0] + missed))
+    error = float(point.angle_error[0] + missed / np.sin(point.theta[0]))
+    return Feature(point.looking[0], float(point.theta[0]), float(point.azimuth[0]), error)
 
 
 def _pieces(course: Course, around: Points) -> list[_Piece]:
@@ -156,7 +172,10 @@ def _extreme(points: Points, field: str, sign: int) -> Feature:
     best = places[np.argmax(sign * chebyshev.chebval(places, values))]
     at = {name: float(chebyshev.chebval(best, _fit(getattr(points, name)))) for name in ("theta", "azimuth")}
     looking = chebyshev.chebval(best, _fit(points.looking))
-    error = points.error.max() + _tail(values)
+    error = points.angle_error.max() + _tail(values)
+    # A polynomial through values that are mostly noise overshoots: then the sample is as good as it.
+    if _tail(values) > 3 * points.angle_error.max():
+        error += abs(at[field] - getattr(points, field)[np.argmax(sign * getattr(points, field))])
     return Feature(looking / np.linalg.norm(looking), at["theta"], at["azimuth"], float(error))
 
 

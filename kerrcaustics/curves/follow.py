@@ -18,6 +18,9 @@ _LONGEST_STEP = np.radians(2.0)
 _LONGEST_PART = 1 / 80
 _MOST_HALVINGS = 14
 _MOST_POINTS = 40_000
+# A caustic is called a point only if its error is below this, and its cusps are looked for only above that many errors.
+_WORST_POINT = 1e-3
+_RESOLVED = 300.0
 # Depth by which a bracket reaches beyond the neighbours it is made from, at first and after a miss.
 _REACH, _FAR_REACH = 1e-3, 0.6
 
@@ -31,19 +34,30 @@ class Course:
 
     order: int
     points: Points
+    closed: bool
     remarks: tuple[str, ...]
+
+    @property
+    def size_in_errors(self) -> float:
+        """Size of the caustic in units of the error of its points."""
+        direction = self.points.direction
+        spread = np.linalg.norm(direction - direction.mean(axis=0), axis=1).max()
+        return float(spread / self.points.error.max())
 
     @property
     def is_point(self) -> bool:
         """True when the caustic is no larger than its error: a = 0, or a camera on the axis."""
-        direction = self.points.direction
-        spread = np.linalg.norm(direction - direction.mean(axis=0), axis=1).max()
-        return bool(spread <= 3 * self.points.error.max())
+        return self.size_in_errors <= 3 and self.points.error.max() < _WORST_POINT
+
+    @property
+    def is_resolved(self) -> bool:
+        """True when the caustic is so much larger than its error that its cusps can be told."""
+        return self.size_in_errors > _RESOLVED
 
     @property
     def on_axis(self) -> bool:
         """True when the caustic is a point on the spin axis, where phi' has no meaning."""
-        return self.is_point and float(np.sin(self.points.theta).max()) < 1e-6
+        return self.is_point and bool(np.sin(self.points.theta).max() <= 3 * self.points.error.max())
 
     def around(self) -> Points:
         """The points with their neighbours across the ends, over three turns."""
@@ -67,31 +81,32 @@ def follow(search: Search, orders: int, progress: Progress) -> list[Course]:
     points, found = search.refined(all_turn[start], order[start], low.ravel()[start], high.ravel()[start])
     order = order[start][found]
     curves = {k: points[order == k] for k in range(1, orders + 1) if (order == k).any()}
-    whole = {k: len(curve) == len(turn) for k, curve in curves.items()}
-    missed = _sample(search, curves, half, progress)
+    empty = {k: len(turn) - len(curve) for k, curve in curves.items()}
+    sampled = _sample(search, curves, half, progress)
     courses = []
     for k, curve in curves.items():
-        notes = list(remarks)
-        if not whole[k]:
-            notes.append(f"{len(turn) - int((order == k).sum())} of {len(turn)} lines of the search hold no point")
-        if missed[k]:
-            notes.append(f"{missed[k]} points between neighbours could not be found")
+        # A curve that does not separate the two indices is not the one it is taken for: its order counts as missing.
         if not search.labels_hold(curve, k):
-            notes.append(f"the Morse index does not grow from {k - 1} to {k} everywhere across the curve")
+            continue
+        gaps = list(sampled[k])
+        if empty[k]:
+            gaps.append(f"{empty[k]} of {len(turn)} lines of the search hold no point")
         if half:
             curve = curve.joined(curve[(curve.turn > 0) & (curve.turn < np.pi)].mirrored())
         if len(curve) > 1 and not _closes(curve):
-            notes.append("the ends of the curve do not meet")
-        courses.append(Course(k, curve, tuple(notes)))
+            gaps.append("the ends of the curve do not meet")
+        courses.append(Course(k, curve, closed=not gaps, remarks=(*gaps, *remarks[k])))
     return courses
 
 
 def _bracket(points: Points, turn: np.ndarray, reach: float = _REACH) -> tuple[np.ndarray, np.ndarray]:
     """Depths (low, high) that should enclose the curve at the given parameters, from the points around them."""
     right = np.clip(np.searchsorted(points.turn, turn), 1, len(points) - 1)
-    pair = np.stack([points.depth[right - 1], points.depth[right]])
-    margin = np.abs(pair[1] - pair[0]) + reach
-    return pair.min(axis=0) - margin, pair.max(axis=0) + margin
+    near = points.depth[np.clip(np.arange(-2, 2)[:, None] + right, 0, len(points) - 1)]
+    # Between neighbours the curve sags by no more than it changes in the steps around.
+    margin = np.abs(np.diff(near, axis=0)).max(axis=0) + reach
+    # Above depth 0 lies nothing: the line has come to the direction opposite to the hole.
+    return np.maximum(near[1:3].min(axis=0) - margin, 0), near[1:3].max(axis=0) + margin
 
 
 def between(search: Search, curves: dict[int, Points], turns: dict[int, np.ndarray]) -> dict[int, Points]:
@@ -119,21 +134,29 @@ def between(search: Search, curves: dict[int, Points], turns: dict[int, np.ndarr
     return new_points
 
 
-def _sample(search: Search, curves: dict[int, Points], half: bool, progress: Progress) -> dict[int, int]:
-    """Halve steps that are too long, in place, all curves at once; returns how many points were missed."""
-    missed = dict.fromkeys(curves, 0)
-    for halving in range(_MOST_HALVINGS):
+def _sample(search: Search, curves: dict[int, Points], half: bool, progress: Progress) -> dict[int, list[str]]:
+    """Halve steps that are too long, in place, all curves at once; returns what stayed coarse, in words, by order."""
+    missed = {k: np.empty(0) for k in curves}
+    wanted: dict[int, np.ndarray] = {}
+    for halving in range(_MOST_HALVINGS + 1):
         progress("curves sampled", 0.15 + 0.6 * halving / _MOST_HALVINGS)
-        wanted = {k: _middles(curve, half) for k, curve in curves.items() if len(curve) > 3}
-        wanted = {k: turn for k, turn in wanted.items() if len(turn) and len(curves[k]) < _MOST_POINTS}
-        if not wanted:
+        wanted = {k: np.setdiff1d(_middles(curve, half), missed[k]) for k, curve in curves.items() if len(curve) > 3}
+        wanted = {k: turn for k, turn in wanted.items() if len(turn)}
+        if halving == _MOST_HALVINGS or not any(len(curves[k]) < _MOST_POINTS for k in wanted):
             break
+        wanted = {k: turn for k, turn in wanted.items() if len(curves[k]) < _MOST_POINTS}
         closed = {k: curves[k] if half else curves[k].joined(curves[k][:1].shifted(1)) for k in wanted}
         for k, new in between(search, closed, wanted).items():
-            missed[k] += len(wanted[k]) - len(new)
+            missed[k] = np.concatenate([missed[k], np.setdiff1d(wanted[k], new.turn)])
             merged = curves[k].joined(new)
             curves[k] = merged[np.argsort(merged.turn, kind="stable")]
-    return missed
+    notes: dict[int, list[str]] = {k: [] for k in curves}
+    for k in curves:
+        if len(missed[k]):
+            notes[k].append(f"{len(missed[k])} points between neighbours could not be found")
+        if k in wanted:
+            notes[k].append(f"{len(wanted[k])} steps between neighbours stayed longer than they should")
+    return notes
 
 
 def _spline(points: Points) -> CubicSpline:
@@ -154,7 +177,7 @@ def _middles(points: Points, half: bool) -> np.ndarray:
     on_caustic, on_sky = steps(points)
     size = max(np.ptp(points.theta), np.sin(points.theta).max() * min(np.ptp(points.azimuth), 2 * np.pi))
     # A caustic smaller than its error is a point, and needs no finer sampling.
-    longest = max(min(_LONGEST_STEP, size * _LONGEST_PART), 3 * points.error.max())
+    longest = max(min(_LONGEST_STEP, size * _LONGEST_PART), 3 * points.angle_error.max())
     long = (on_caustic > longest) | (on_sky > _LONGEST_STEP)
     return ((points.turn[1:] + points.turn[:-1]) / 2)[long]
 
@@ -162,4 +185,4 @@ def _middles(points: Points, half: bool) -> np.ndarray:
 def _closes(points: Points) -> bool:
     """True when the step across the ends is as short as the others."""
     on_caustic = steps(points.joined(points[:1].shifted(1)))[0]
-    return bool(on_caustic[-1] <= 3 * max(on_caustic[:-1].max(), points.error.max()))
+    return bool(on_caustic[-1] <= 3 * max(on_caustic[:-1].max(), points.angle_error.max()))

@@ -63,16 +63,19 @@ def load_caustics(path: str | os.PathLike[str]) -> CausticSet:
         with np.load(path, allow_pickle=False) as stored:
             arrays = dict(stored)
         head = json.loads(str(arrays["head"]))
-        schema = head["schema"]
-    except FileNotFoundError:
-        raise ValueError(f"Argument `path` must name a file that exists, but {os.fspath(path)!r} does not.") from None
+        if head["schema"] == FILE_SCHEMA:
+            return _loaded(head, arrays)
+    except OSError as error:
+        reason = error.strerror or "it is no such file"
+        raise ValueError(f"Argument `path` must name a file that can be read: {os.fspath(path)!r}: {reason}.") from None
     except Exception as error:
         raise ValueError(f"Argument `path` must name a caustics file, but {os.fspath(path)!r} is not one.") from error
-    if schema != FILE_SCHEMA:
-        raise ValueError(f"Argument `path` must name a file of schema {FILE_SCHEMA}, but this one is {schema}.")
+    raise ValueError(f"Argument `path` must name a file of schema {FILE_SCHEMA}, but this one is {head['schema']}.")
+
+
+def _loaded(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> CausticSet:
     place = head["camera"]
-    velocity = place["velocity"]
-    camera = Camera(place["spin"], place["radius"], place["inclination"], _velocity(velocity))
+    camera = Camera(place["spin"], place["radius"], place["inclination"], _velocity(place["velocity"]))
     curves = [_curve(i, entry, arrays) for i, entry in enumerate(head["curves"])]
     made = {name: head[name] for name in _MADE}
     made["missing"] = tuple(made["missing"])
@@ -147,9 +150,9 @@ def _curve_record(curve: Caustic, points: bool) -> dict[str, Any]:
 
 
 def to_xarray(caustics: CausticSet) -> "xarray.Dataset":
-    """The caustics as an xarray Dataset over (order, point, cusp), padded with NaN; angles in radians.
+    """The numbers of the caustics as an xarray Dataset over (order, point, cusp), padded with NaN; angles in radians.
 
-    References: units and long names are in the attributes of each variable.
+    Units are in the attributes of each variable; remarks and what is missing, in words, are not carried over.
     """
     import xarray
 
@@ -158,17 +161,17 @@ def to_xarray(caustics: CausticSet) -> "xarray.Dataset":
     data: dict[str, tuple[tuple[str, ...], Any, dict[str, str]]] = {
         "sky": (
             ("order", "point", "axis"),
-            [_padded(c.sky, longest) for c in caustics],
+            _stacked([c.sky for c in caustics], longest, 3),
             {"long_name": "direction N"},
         ),
         "celestial": (
             ("order", "point", "angle"),
-            [_padded(c.celestial, longest) for c in caustics],
+            _stacked([c.celestial for c in caustics], longest, 2),
             {"units": "rad", "long_name": "theta', unwrapped phi'"},
         ),
         "cusp": (
             ("order", "cusp_number", "angle"),
-            [_padded(np.array([k.celestial for k in c.cusps]).reshape(-1, 2), most_cusps) for c in caustics],
+            _stacked([np.array([k.celestial for k in c.cusps]).reshape(-1, 2) for c in caustics], most_cusps, 2),
             {"units": "rad", "long_name": "cusps"},
         ),
     }
@@ -184,10 +187,12 @@ def to_xarray(caustics: CausticSet) -> "xarray.Dataset":
     return xarray.Dataset(data, coords=coordinates, attrs=attributes)
 
 
-def _padded(values: np.ndarray, length: int) -> np.ndarray:
-    filled = np.full((length, values.shape[1]), np.nan)
-    filled[: len(values)] = values
-    return filled
+def _stacked(curves: list[np.ndarray], length: int, width: int) -> np.ndarray:
+    """Arrays (n, width) of different n as one array (curve, length, width), padded with NaN."""
+    stacked = np.full((len(curves), length, width), np.nan)
+    for filled, values in zip(stacked, curves, strict=True):
+        filled[: len(values)] = values
+    return stacked
 
 
 @contextmanager

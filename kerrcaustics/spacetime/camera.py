@@ -70,7 +70,7 @@ class Camera:
     Notes
     -----
     The camera's azimuth is 0. Camera basis, with B the unit direction of motion: e_y = B, e_x perpendicular
-    to B in the plane of e_r and e_phi, e_z = e_x x e_y (JTFT A.1, step i). At rest, and for azimuthal
+    to B in the plane of e_r and e_phi, e_z = e_x x e_y (JTFT A.1). At rest, and for azimuthal
     motion, e_x = e_r, e_y = e_phi, e_z = -e_theta.
 
     References: JTFT appendix A.1.
@@ -94,9 +94,7 @@ class Camera:
                 f"but is {self.radius:g}."
             )
         if not 0 <= self.inclination <= math.pi:
-            raise ValueError(
-                f"Argument `inclination` must lie in [0, 180] degrees, but is {math.degrees(self.inclination):g}."
-            )
+            raise ValueError(f"Argument `inclination` must lie in [0, pi] radians, but is {self.inclination:g}.")
         if self.velocity is None:
             orbits = self.on_equator and self.radius > kerr.photon_orbits(self.spin)[0]
             object.__setattr__(self, "velocity", "circular" if orbits else "fiducial")
@@ -124,8 +122,8 @@ class Camera:
             limit = kerr.ergosphere(self.spin, self.cos_theta)
             if not self.radius > limit:
                 raise ValueError(
-                    f"Argument `velocity` must not be static inside the ergosphere (radius {self.radius:g} is not "
-                    f"above {limit:.6g})."
+                    "Argument `velocity` must not be static at or inside the ergosphere "
+                    f"(radius {self.radius:g} is not above {limit:.6g})."
                 )
             return (0.0, 0.0, -at.shift * varpi / at.lapse)
         if self.cos_theta != 0:
@@ -183,6 +181,12 @@ class Camera:
             speed=speed,
             basis=basis,
         )
+
+
+def check_camera(camera: object) -> None:
+    """Refuse what is not a Camera."""
+    if not isinstance(camera, Camera):
+        raise ValueError(f"Argument `camera` must be a Camera, but is {type(camera).__name__}.")
 
 
 def fido_from_sky(frame: Frame, sky: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
@@ -285,7 +289,7 @@ def _velocity_vector(value: Any) -> tuple[float, float, float]:
 
 
 def _basis(velocity: tuple[float, float, float]) -> tuple[float, tuple[tuple[float, float, float], ...]]:
-    """Speed and camera basis, rows (e_x, e_y, e_z), for a FIDO velocity (JTFT A.1, step i)."""
+    """Speed and camera basis, rows (e_x, e_y, e_z), for a FIDO velocity (JTFT A.1)."""
     speed = math.hypot(*velocity)
     if speed == 0:
         return 0.0, ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))

@@ -1,7 +1,7 @@
 """The Kerr metric in Boyer-Lindquist coordinates, G = c = M = 1, and its special orbits.
 
-Every function takes floats or arrays and returns the same. Radii are in units of the mass, angles in
-radians, 0 <= spin < 1.
+Functions of the spin and of one event take floats, those of the spherical photon orbits arrays too.
+Radii are in units of the mass, angles in radians, 0 <= spin < 1.
 """
 
 import math
@@ -55,7 +55,7 @@ def ergosphere(spin: float, cos_theta: float) -> float:
 
 
 def isco(spin: float, prograde: bool = True) -> float:
-    """Radius of the innermost stable circular equatorial orbit (Bardeen, Press & Teukolsky 1972, eq. 2.21)."""
+    """Radius of the innermost stable circular equatorial orbit (Bardeen, Press & Teukolsky 1972)."""
     z1 = 1 + ((1 - spin) * (1 + spin)) ** (1 / 3) * ((1 + spin) ** (1 / 3) + (1 - spin) ** (1 / 3))
     z2 = math.sqrt(3 * spin**2 + z1**2)
     root = math.sqrt((3 - z1) * (3 + z1 + 2 * z2))

@@ -85,7 +85,7 @@ def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
     infinity (inside the ergosphere) come from the hole. A ray that cannot be told from one that winds for ever,
     within round-off of the shadow edge, counts as captured.
 
-    References: JTFT A.1, step v, extended to cameras inside the photon region.
+    References: JTFT A.1, extended to cameras inside the photon region.
     """
     horizon = 1 + jnp.sqrt((1 - frame.spin) * (1 + frame.spin))
     outer_root = quartic.h + jnp.sqrt(jnp.maximum(quartic.d, 0))
@@ -103,7 +103,7 @@ def mino_time(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
     so that a complex pair costs nothing special; sqrt(y z) < 0 stands for a path beyond half a period.
 
     Errors: about 1e-15 divided by the relative distance of the outer roots from each other.
-    References: Carlson 1995 (Numer. Algorithms 10, 13); DLMF 19.25(v), 19.36(i).
+    References: Carlson 1995 (Numer. Algorithms 10, 13); DLMF 19.29.4 to 19.29.6, 19.36.
     """
     r, h = frame.radius, quartic.h
     inner = jnp.sqrt((r + h) ** 2 - quartic.e)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
 
 
 def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
@@ -18,9 +18,10 @@ def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
 
     Errors
     ------
-    About 1e-15 rad, from closed formulas (JTFT A.1, step v).
+    About 1e-15 rad, from closed formulas (JTFT A.1).
     """
-    if not (isinstance(n, int | np.integer) and n > 0):
+    check_camera(camera)
+    if not (isinstance(n, int | np.integer) and not isinstance(n, bool) and n > 0):
         raise ValueError(f"Argument `n` must be a positive whole number, but is {n!r}.")
     turn = 2 * math.pi * np.arange(n) / n
     return sky_from_fido(camera.frame(), edge_photons(camera, turn))
