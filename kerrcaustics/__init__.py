@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     )
     from kerrcaustics.spacetime.camera import Camera as Camera
     from kerrcaustics.spacetime.shadow import shadow_edge as shadow_edge
+    from kerrcaustics.spacetime.sphere import tangent_basis as tangent_basis
 
 _HOMES = {
     "Beams": "beams.beam",
@@ -39,6 +40,7 @@ _HOMES = {
     "load_caustics": "curves.store",
     "save_caustics": "curves.store",
     "shadow_edge": "spacetime.shadow",
+    "tangent_basis": "spacetime.sphere",
     "to_xarray": "curves.store",
     "trace_beams": "beams.trace",
     "trace_rays": "beams.trace",
@@ -56,6 +58,7 @@ __all__ = [
     "load_caustics",
     "save_caustics",
     "shadow_edge",
+    "tangent_basis",
     "to_xarray",
     "trace_beams",
     "trace_rays",

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -38,18 +39,23 @@ class BadInput(ValueError):
 
 def main() -> None:
     """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
+    signal.signal(signal.SIGINT, _interrupted)
     try:
         app(sys.argv[1:], exit_on_error=False, print_error=False)
     except cyclopts.CycloptsError as error:
         _stop(2, _one_line(str(error)))
     except BadInput as error:
         _stop(2, str(error))
-    except KeyboardInterrupt:
-        _stop(1, "Interrupted: nothing was left half-written.")
     except Exception as error:
         if os.environ.get("KERRCAUSTICS_TRACEBACK"):
             raise
         _stop(1, f"{type(error).__name__}: {_one_line(str(error))} (KERRCAUSTICS_TRACEBACK=1 shows where)")
+
+
+def _console(stderr: bool = False) -> Console:
+    """Where tables go: never so narrow that digits would be cut off, unless a terminal is."""
+    console = Console(stderr=stderr)
+    return console if console.is_terminal else Console(stderr=stderr, width=100)
 
 
 def _whole_number(_type: type, tokens: Sequence[cyclopts.Token]) -> int:
@@ -107,6 +113,8 @@ def caustics(
         raise BadInput(f"Argument --json must be a file name or -, but is {json_}.")
     _check_outputs({"--figure": figure, "--save": save, "--json": None if json_ in (None, "-") else Path(json_)})
     _check_ending(figure)
+    if points and json_ is None:
+        raise BadInput("Argument --points must come with --json.")
     if not 0 <= inclination <= 180:
         raise BadInput(f"Argument --inclination must lie in [0, 180] degrees, but is {inclination:g}.")
     with _plain_errors():
@@ -125,7 +133,10 @@ def caustics(
         save_caustics(save, found)
     if figure is not None:
         _draw(found, figure)
-    _print_table(found, Console(stderr=json_ == "-"))
+    _print_table(found, _console(stderr=json_ == "-"))
+    if found.missing:
+        names = ", ".join(map(str, found.missing))
+        _stop(1, f"Orders not found within double precision: {names}. The others are complete.")
 
 
 @app.command
@@ -143,7 +154,7 @@ def demo(*, output: Path = Path("demo")) -> None:
         raise BadInput(f"Argument --output must be a folder that can be made: {error.strerror}.") from None
     pictures = [output / f"caustics_a{_DEMO_SPIN}_r{radius}.png" for radius in _DEMO_RADII]
     _check_outputs({"--output": pictures[0]})
-    console = Console()
+    console = _console()
     for radius, picture in zip(_DEMO_RADII, pictures, strict=True):
         with _progress(f"r = {radius}: ") as report:
             from kerrcaustics.curves.caustic import caustics as find
@@ -167,6 +178,9 @@ def _check_outputs(paths: dict[str, Path | None]) -> None:
             raise BadInput(f"Argument {argument} must name another file than {twin}, but both are {path}.")
         if path.is_dir():
             raise BadInput(f"Argument {argument} must name a file, but {path} is a folder.")
+        if path.exists() and not path.is_file():
+            # A device or a pipe.
+            continue
         if not path.parent.is_dir():
             raise BadInput(f"Argument {argument} must name a file in a folder that exists, but {path.parent} does not.")
         trial = path.parent / f".{path.name}.{os.getpid()}.part"
@@ -235,7 +249,7 @@ def _draw(found: "CausticSet", path: Path) -> None:
 
 def _print_table(found: "CausticSet", console: Console) -> None:
     camera = found.camera
-    where = f"a = {camera.spin:g}, r = {camera.radius:g}, inclination {math.degrees(camera.inclination):g} deg"
+    where = f"a = {camera.spin:.12g}, r = {camera.radius:.12g}, inclination {math.degrees(camera.inclination):.12g} deg"
     console.print(f"{where}, {camera.velocity} camera: full extents of the caustics", soft_wrap=True, highlight=False)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name in ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)"):
@@ -275,6 +289,18 @@ def _sized(angle: float, error: float) -> str:
 
 def _one_line(text: str) -> str:
     return " ".join(text.split())
+
+
+def _interrupted(*_: object) -> None:
+    """End at once: an exception could be swallowed inside a compiled library."""
+    store = sys.modules.get("kerrcaustics.curves.store")
+    for name in list(store.UNFINISHED) if store else ():
+        Path(name).unlink(missing_ok=True)
+    # A progress bar hides the cursor while it runs.
+    show_cursor = "\x1b[?25h" if sys.stderr.isatty() else ""
+    sys.stderr.write(f"{show_cursor}\nkerrcaustics: Interrupted: nothing was left half-written.\n")
+    sys.stderr.flush()
+    os._exit(1)
 
 
 def _stop(status: int, line: str) -> Any:

@@ -29,7 +29,7 @@ _SENTENCES = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Rays:
     """Where each camera-sky direction comes from. Arrays of one batch shape (...).
 
@@ -45,17 +45,22 @@ class Rays:
     error: np.ndarray
     engine: str
 
+    def __repr__(self) -> str:
+        """One line: what, how many, how many of them escaped."""
+        return f"<{type(self).__name__} of shape {self.status.shape}, {self.escaped.sum()} escaped, {self.engine}>"
+
     @property
     def escaped(self) -> np.ndarray:
         """True where the ray reaches the celestial sphere, (...,) bool."""
         return self.status != Status.CAPTURED
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Beams(Rays):
     """Rays with the first variation of their end point.
 
-    jacobian (..., 2, 2): from camera-sky displacements along `sphere.tangent_basis(N)` (columns) to
+    Beside the arrays of `Rays` (direction, azimuth, status, error):
+    jacobian (..., 2, 2): from camera-sky displacements along `kerrcaustics.tangent_basis(N)` (columns) to
     celestial-sphere displacements along e_theta', e_phi' (rows), both orthonormal;
     jacobian_error (...,): estimated error, relative to delta_plus, of its columns as vectors in space, and of the
     diameters (close to a celestial pole e_theta' and e_phi' themselves turn by error / sin theta', and with them the

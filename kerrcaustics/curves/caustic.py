@@ -120,6 +120,10 @@ class CausticSet(tuple[Caustic, ...]):
             setattr(self, name, made[name])
         return self
 
+    def __repr__(self) -> str:
+        """One line: the camera and the kinds of the caustics."""
+        return f"<CausticSet of {self.camera}: {', '.join(f'{c.order} {c.kind}' for c in self) or 'none'}>"
+
     def __reduce__(self) -> tuple[Any, ...]:
         """How to copy and to send the set to another process."""
         return _set_of, (list(self), vars(self))

@@ -17,6 +17,9 @@ from kerrcaustics.spacetime.camera import Camera
 if TYPE_CHECKING:
     import xarray
 
+# Temporary files of `writing` that are open now: who ends the process at once must remove them.
+UNFINISHED: set[str] = set()
+
 FILE_SCHEMA = "kerrcaustics/caustics-file/1"
 RECORD_SCHEMA = "kerrcaustics/caustics/1"
 
@@ -39,8 +42,15 @@ _CAMERA = ("spin", "radius", "inclination", "velocity")
 def save_caustics(path: str | os.PathLike[str], caustics: CausticSet) -> None:
     """Write a caustic set to one file: NumPy .npz with a JSON header. Nothing is left half-written.
 
-    The file gets the name as it is given: no ending is added.
+    Parameters
+    ----------
+    path : str or path
+        The file gets the name as it is given: no ending is added.
+    caustics : CausticSet
+        What `caustics` returned.
     """
+    if not isinstance(caustics, CausticSet):
+        raise ValueError(f"Argument `caustics` must be a CausticSet, but is {type(caustics).__name__}.")
     head = {
         "schema": FILE_SCHEMA,
         "camera": {name: getattr(caustics.camera, name) for name in _CAMERA},
@@ -58,7 +68,7 @@ def save_caustics(path: str | os.PathLike[str], caustics: CausticSet) -> None:
 
 
 def load_caustics(path: str | os.PathLike[str]) -> CausticSet:
-    """The caustic set that `save_caustics` wrote, equal to the one that was saved."""
+    """The CausticSet that `save_caustics` wrote to `path`, equal to the one that was saved."""
     try:
         with np.load(path, allow_pickle=False) as stored:
             arrays = dict(stored)
@@ -197,9 +207,21 @@ def _stacked(curves: list[np.ndarray], length: int, width: int) -> np.ndarray:
 
 @contextmanager
 def writing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
-    """A binary file that takes its name only when it is complete: `with writing(path) as file`."""
+    """A binary file that takes its name only when it is complete: `with writing(path) as file`.
+
+    Through a link the file it points to is replaced; a device or a pipe is written to directly.
+    """
     path = Path(path)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    if path.exists() and not path.is_file():
+        with open(path, "wb") as file:
+            yield file
+        return
+    path = Path(os.path.realpath(path))
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
+    UNFINISHED.add(name)
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
@@ -211,3 +233,5 @@ def writing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
     except BaseException:
         os.unlink(name)
         raise
+    finally:
+        UNFINISHED.discard(name)

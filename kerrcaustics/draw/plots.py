@@ -12,19 +12,22 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
-from scipy.interpolate import make_interp_spline
-from scipy.spatial import KDTree
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.spacetime.sphere import angle_between
+from kerrcaustics.draw.projection import (
+    OVERLAP,
+    azimuthal_equidistant,
+    distance_to_edge,
+    position_angle,
+    smoothed,
+    unrolled,
+    view_axes,
+)
 
 _MOTIONS = {"circular": "circular orbit", "fiducial": "fiducial observer", "static": "static"}
+# Curves of higher order lie too close together on the camera sky for letters.
 _HIGHEST_LETTERED = 3
-# Nearer to the shadow edge than this (degrees), round-off of the camera-sky direction is all there is.
-_ROUND_OFF = 5e-14
-# Degrees of position angle that the unrolled camera sky shows at both of its ends.
-_OVERLAP = 14
 
 
 def camera_sky(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axes:
@@ -46,15 +49,17 @@ def camera_sky(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axes:
     -e_theta, the projected spin axis, and right is forward x up: +e_phi for a camera that moves along e_phi.
     Light with b > 0, which moves along +phi, comes from the left: there is the prograde, flat, edge.
     """
-    axes = _view_axes(caustics, edge)
-    outline = _azimuthal_equidistant(edge, axes)
+    axes = view_axes(caustics, edge)
+    outline = azimuthal_equidistant(edge, axes)
     ax.fill(*outline.T, label="shadow", **style.SHADOW)
-    curves = [_azimuthal_equidistant(caustic.sky, axes) for caustic in caustics]
+    curves = [
+        azimuthal_equidistant(smoothed(caustic.sky) if caustic.closed else caustic.sky, axes) for caustic in caustics
+    ]
     span = float(np.ptp(np.concatenate([outline, *curves]), axis=0).max())
     for i, (caustic, curve) in enumerate(zip(caustics, curves, strict=True)):
         _draw_curve(ax, curve, caustic)
         if caustic.order <= _HIGHEST_LETTERED and caustic.cusps:
-            cusps = _azimuthal_equidistant(np.array([cusp.sky for cusp in caustic.cusps]), axes)
+            cusps = azimuthal_equidistant(np.array([cusp.sky for cusp in caustic.cusps]), axes)
             outer = curves[i - 1] if i else None
             offsets = _camera_sky_offsets(cusps, caustic.order, outer, span)
             style.draw_letters(ax, cusps, offsets, caustic.order, leader=True)
@@ -87,22 +92,22 @@ def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axe
     Errors: the edge is a periodic spline of degree five through its points. Measured at spin 0.999, distances
     are good to 2e-8 rad for n = 360, 3e-13 for 2000, 2e-15 for 6000. Points nearer than 1e-15 rad are left out.
     """
-    axes = _view_axes(caustics, edge)
+    axes = view_axes(caustics, edge)
     nearest = []
     for caustic in caustics:
-        angle = _position_angle(caustic.sky, axes)
-        distance = _distance_to_edge(caustic.sky, edge)
+        angle = position_angle(caustic.sky, axes)
+        distance = distance_to_edge(caustic.sky, edge)
         nearest.append(distance)
-        line = _unrolled(angle, distance, caustic.closed)
+        line = unrolled(angle, distance, caustic.closed)
         ax.plot(*line.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
         if caustic.cusps:
             cusps = np.array([cusp.sky for cusp in caustic.cusps])
-            points = np.stack([_position_angle(cusps, axes), _distance_to_edge(cusps, edge)], axis=-1)
+            points = np.stack([position_angle(cusps, axes), distance_to_edge(cusps, edge)], axis=-1)
             offsets = style.LETTER_DISTANCE * np.outer(_free_side(points, line), (0, 1))
             for turn in (-360, 0, 360):
-                here = (np.abs(points[:, 0] + turn - 180) < 180 + _OVERLAP) & np.isfinite(points[:, 1])
+                here = (np.abs(points[:, 0] + turn - 180) < 180 + OVERLAP) & np.isfinite(points[:, 1])
                 style.draw_letters(ax, points + np.array([turn, 0]), offsets, caustic.order, shown=here)
-    ax.set_xlim(-_OVERLAP, 360 + _OVERLAP)
+    ax.set_xlim(-OVERLAP, 360 + OVERLAP)
     _distance_axis(ax, np.concatenate([[], *nearest]))
     ax.xaxis.set_major_locator(MultipleLocator(90))
     ax.set_xlabel("position angle (deg; 0 right, 90 up, 180 left)")
@@ -244,8 +249,8 @@ def _headline(caustics: CausticSet) -> str:
         motion = _MOTIONS[camera.velocity]
     else:
         motion = "velocity (r, θ, φ) = (" + ", ".join(f"{v:.4g}" for v in camera.fido_velocity()) + ")"
-    inclination = f"{math.degrees(camera.inclination):.6g} deg"
-    text = f"spin {camera.spin:g}, radius {camera.radius:g}, inclination {inclination}, {motion}"
+    inclination = f"{math.degrees(camera.inclination):.12g} deg"
+    text = f"spin {camera.spin:.12g}, radius {camera.radius:.12g}, inclination {inclination}, {motion}"
     if caustics.missing:
         text += "\nnot found: " + ", ".join(style.order_name(order) for order in caustics.missing)
     return text
@@ -276,7 +281,7 @@ def _free_side(points: np.ndarray, line: np.ndarray) -> np.ndarray:
     """+1 or -1 (n,): whether there is room above or below points (n, 2) of a line (m, 2)."""
     line = line if line[-1, 0] > line[0, 0] else line[::-1]
     height = np.log10(line[:, 1])
-    left, right = (np.interp(points[:, 0] + side * _OVERLAP, line[:, 0], height) for side in (-1, 1))
+    left, right = (np.interp(points[:, 0] + side * OVERLAP, line[:, 0], height) for side in (-1, 1))
     return np.where((left + right) / 2 - np.log10(points[:, 1]) > 0.02, -1.0, 1.0)
 
 
@@ -331,67 +336,3 @@ def _frame(ax: Axes, points: np.ndarray, shrink: float, wide: float) -> None:
     ax.set_xlim(middle[0] - wide * reach / shrink, middle[0] + wide * reach / shrink)
     ax.set_ylim(middle[1] - reach, middle[1] + reach)
     ax.set_aspect(1 / shrink, adjustable="box")
-
-
-def _view_axes(caustics: CausticSet, edge: np.ndarray) -> np.ndarray:
-    """Forward, right and up (3, 3), rows in camera-sky components: forward to the centre of the shadow.
-
-    The centre is the direction of the vector area of the edge, which has no trouble with a shadow of about
-    half the sky; of its two senses the one farther from the outermost critical curve than from the edge.
-    """
-    e_r, e_theta = np.asarray(caustics.camera.frame().basis)[:, :2].T
-    area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
-    forward = area / np.linalg.norm(area)
-    if caustics:
-        turned_away = angle_between(caustics[0].sky, forward).mean() < angle_between(edge, forward).mean()
-    else:
-        turned_away = forward @ e_r > 0
-    forward = -forward if turned_away else forward
-    up = -e_theta + (e_theta @ forward) * forward
-    up /= np.linalg.norm(up)
-    return np.stack([forward, np.cross(forward, up), up])
-
-
-def _azimuthal_equidistant(directions: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Plane coordinates (..., 2), right and up in degrees, of directions (..., 3)."""
-    along, right, up = np.moveaxis(directions @ axes.T, -1, 0)
-    across = np.hypot(right, up)
-    scale = np.degrees(np.arctan2(across, along)) / np.where(across > 0, across, 1.0)
-    return np.stack([right * scale, up * scale], axis=-1)
-
-
-def _position_angle(directions: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Angle (...,) in [0, 360) degrees about the forward axis, from right over up."""
-    right, up = np.moveaxis(directions @ axes[1:].T, -1, 0)
-    return np.degrees(np.arctan2(up, right)) % 360
-
-
-def _distance_to_edge(directions: np.ndarray, edge: np.ndarray) -> np.ndarray:
-    """Angle (n,) in degrees from directions (n, 3) to the nearest point of the edge; NaN below round-off."""
-    closed = np.concatenate([edge, edge[:1]])
-    # Arc length, rather than the number of the point: points displaced along the edge then do no harm.
-    arc = np.concatenate([[0.0], np.cumsum(angle_between(closed[1:], closed[:-1]))])
-    curve = make_interp_spline(arc, closed, k=5, bc_type="periodic")
-    velocity, acceleration = curve.derivative(1), curve.derivative(2)
-    place = arc[KDTree(edge).query(directions)[1]]
-    longest = np.diff(arc).max()
-    for _ in range(5):
-        gap, speed = curve(place) - directions, velocity(place)
-        slope = (speed**2).sum(-1) + (gap * acceleration(place)).sum(-1)
-        step = (gap * speed).sum(-1) / np.where(slope > 0.1, slope, 1.0)
-        place = (place - np.clip(step, -longest, longest)) % arc[-1]
-    distance = np.degrees(angle_between(curve(place), directions))
-    return np.where(distance > _ROUND_OFF, distance, np.nan)
-
-
-def _unrolled(angle: np.ndarray, distance: np.ndarray, closed: bool) -> np.ndarray:
-    """Line (m, 2) of a curve round the shadow; a closed one runs through the whole of 0 to 360 degrees."""
-    if not closed:
-        jump = np.flatnonzero(np.abs(np.diff(angle)) > 180) + 1
-        return np.insert(np.stack([angle, distance], axis=-1), jump, np.nan, axis=0)
-    smooth = np.unwrap(np.append(angle, angle[0]), period=360)
-    circuit = 360 * round((smooth[-1] - smooth[0]) / 360)
-    thrice = np.concatenate([smooth[:-1] + turn * circuit for turn in (-1, 0, 1)])
-    wanted = np.flatnonzero(np.abs(thrice - 180) < 185 + _OVERLAP)
-    part = slice(wanted[0], wanted[-1] + 1)
-    return np.stack([thrice[part], np.tile(distance, 3)[part]], axis=-1)

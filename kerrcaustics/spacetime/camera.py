@@ -10,6 +10,9 @@ from kerrcaustics.spacetime import kerr
 
 Velocity = str | tuple[float, float, float]
 
+# Beyond it the hole is too small on the sky for double precision.
+LARGEST_RADIUS = 1e9
+
 VELOCITY_NAMES = ("circular", "fiducial", "static")
 
 
@@ -59,7 +62,7 @@ class Camera:
     spin : float
         Spin a of the hole, 0 <= a < 1, along +z (units of the mass).
     radius : float
-        Boyer-Lindquist radius, outside the horizon.
+        Boyer-Lindquist radius, outside the horizon, at most 1e9.
     inclination : float
         Polar angle of the camera in radians, 0 to pi; pi/2 is the equator.
     velocity : str or (float, float, float), optional
@@ -90,9 +93,11 @@ class Camera:
             raise ValueError(f"Argument `spin` must lie in [0, 1), but is {self.spin:g}.")
         if not self.radius > kerr.horizon(self.spin):
             raise ValueError(
-                f"Argument `radius` must be larger than the horizon radius {kerr.horizon(self.spin):.6g}, "
-                f"but is {self.radius:g}."
+                f"Argument `radius` must be larger than the horizon radius {kerr.horizon(self.spin):.12g}, "
+                f"but is {self.radius:.12g}."
             )
+        if self.radius > LARGEST_RADIUS:
+            raise ValueError(f"Argument `radius` must be at most {LARGEST_RADIUS:g}, but is {self.radius:g}.")
         if not 0 <= self.inclination <= math.pi:
             raise ValueError(f"Argument `inclination` must lie in [0, pi] radians, but is {self.inclination:g}.")
         if self.velocity is None:
@@ -129,7 +134,7 @@ class Camera:
         if self.cos_theta != 0:
             raise ValueError(
                 "Argument `velocity` must not be circular off the equator "
-                f"(inclination {math.degrees(self.inclination):g} degrees is not 90)."
+                f"(inclination {math.degrees(self.inclination):.12g} degrees is not 90)."
             )
         photon_orbit = kerr.photon_orbits(self.spin)[0]
         if not self.radius > photon_orbit:
@@ -266,7 +271,7 @@ def redshift(camera: Camera, sky: np.ndarray) -> np.ndarray:
 def _number(name: str, value: Any) -> float:
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
         raise ValueError(f"Argument `{name}` must be a finite number, but is {value!r}.")

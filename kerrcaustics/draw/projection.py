@@ -1,0 +1,100 @@
+"""From directions on the camera sky to the plane of a picture."""
+
+import math
+
+import numpy as np
+from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.spatial import KDTree
+
+from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.spacetime.camera import sky_from_fido
+from kerrcaustics.spacetime.sphere import angle_between
+
+# Degrees of position angle that the unrolled camera sky shows at both of its ends.
+OVERLAP = 14
+# Nearer to the shadow edge than this (degrees), round-off of the camera-sky direction is all there is.
+_ROUND_OFF = 5e-14
+# Radians between neighbours above which a curve on the camera sky is smoothed.
+_LONG_STEP = 0.05
+
+
+def view_axes(caustics: CausticSet, edge: np.ndarray) -> np.ndarray:
+    """Forward, right and up (3, 3), rows in camera-sky components: forward to the centre of the shadow.
+
+    The centre is the direction of the vector area of the edge. Where that lies outside one of the curves (close to the
+    horizon, where the shadow is nearly the whole sky) it is the direction of light that comes straight out of the hole,
+    which every critical curve encloses.
+    """
+    frame = caustics.camera.frame()
+    hole = sky_from_fido(frame, np.array([1.0, 0.0, 0.0]))
+    area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
+    centre = area / np.linalg.norm(area) * math.copysign(1, area @ hole)
+    e_theta = np.asarray(frame.basis)[:, 1]
+    for forward in (centre, hole):
+        up = -e_theta + (e_theta @ forward) * forward
+        up /= np.linalg.norm(up)
+        axes = np.stack([forward, np.cross(forward, up), up])
+        if all(_encloses_centre(curve, axes) for curve in (edge, *(caustic.sky for caustic in caustics))):
+            break
+    return axes
+
+
+def _encloses_centre(curve: np.ndarray, axes: np.ndarray) -> bool:
+    """True when a closed curve (n, 3) runs once round the forward axis."""
+    angle = position_angle(np.concatenate([curve, curve[:1]]), axes)
+    return abs(np.unwrap(angle, period=360)[-1] - angle[0]) > 180
+
+
+def smoothed(directions: np.ndarray) -> np.ndarray:
+    """A closed curve (n, 3) with ten points for one where steps are long: the projection stretches them far back."""
+    closed = np.concatenate([directions, directions[:1]])
+    if len(directions) < 32 or not angle_between(closed[1:], closed[:-1]).max() > _LONG_STEP:
+        return directions
+    curve = CubicSpline(np.arange(len(closed)), closed, bc_type="periodic")
+    dense = curve(np.linspace(0, len(directions), 10 * len(directions), endpoint=False))
+    return dense / np.linalg.norm(dense, axis=1, keepdims=True)
+
+
+def azimuthal_equidistant(directions: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Plane coordinates (..., 2), right and up in degrees, of directions (..., 3)."""
+    along, right, up = np.moveaxis(directions @ axes.T, -1, 0)
+    across = np.hypot(right, up)
+    scale = np.degrees(np.arctan2(across, along)) / np.where(across > 0, across, 1.0)
+    return np.stack([right * scale, up * scale], axis=-1)
+
+
+def position_angle(directions: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Angle (...,) in [0, 360) degrees about the forward axis, from right over up."""
+    right, up = np.moveaxis(directions @ axes[1:].T, -1, 0)
+    return np.degrees(np.arctan2(up, right)) % 360
+
+
+def distance_to_edge(directions: np.ndarray, edge: np.ndarray) -> np.ndarray:
+    """Angle (n,) in degrees from directions (n, 3) to the nearest point of the edge; NaN below round-off."""
+    closed = np.concatenate([edge, edge[:1]])
+    # Arc length, rather than the number of the point: points displaced along the edge then do no harm.
+    arc = np.concatenate([[0.0], np.cumsum(angle_between(closed[1:], closed[:-1]))])
+    curve = make_interp_spline(arc, closed, k=5, bc_type="periodic")
+    velocity, acceleration = curve.derivative(1), curve.derivative(2)
+    place = arc[KDTree(edge).query(directions)[1]]
+    longest = np.diff(arc).max()
+    for _ in range(5):
+        gap, speed = curve(place) - directions, velocity(place)
+        slope = (speed**2).sum(-1) + (gap * acceleration(place)).sum(-1)
+        step = (gap * speed).sum(-1) / np.where(slope > 0.1, slope, 1.0)
+        place = (place - np.clip(step, -longest, longest)) % arc[-1]
+    distance = np.degrees(angle_between(curve(place), directions))
+    return np.where(distance > _ROUND_OFF, distance, np.nan)
+
+
+def unrolled(angle: np.ndarray, distance: np.ndarray, closed: bool) -> np.ndarray:
+    """Line (m, 2) of a curve round the shadow; a closed one runs through the whole of 0 to 360 degrees."""
+    if not closed:
+        jump = np.flatnonzero(np.abs(np.diff(angle)) > 180) + 1
+        return np.insert(np.stack([angle, distance], axis=-1), jump, np.nan, axis=0)
+    smooth = np.unwrap(np.append(angle, angle[0]), period=360)
+    circuit = 360 * round((smooth[-1] - smooth[0]) / 360)
+    thrice = np.concatenate([smooth[:-1] + turn * circuit for turn in (-1, 0, 1)])
+    wanted = np.flatnonzero(np.abs(thrice - 180) < 185 + OVERLAP)
+    part = slice(wanted[0], wanted[-1] + 1)
+    return np.stack([thrice[part], np.tile(distance, 3)[part]], axis=-1)
