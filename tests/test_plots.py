@@ -82,7 +82,9 @@ def test_camera_sky_holds_true_angles_from_the_centre():
     """A circle about the centre of a circular shadow has its own radius in degrees on the picture."""
     ax = plots.camera_sky(new_axes(), astroids(1), ring(30))
     radius = np.hypot(*lines(ax)["primary"].get_data())
-    np.testing.assert_allclose(radius, 45.0, rtol=1e-12)
+    # Nine of ten points are a spline's.
+    np.testing.assert_allclose(radius[::10], 45.0, rtol=1e-12)
+    np.testing.assert_allclose(radius, 45.0, rtol=1e-5)
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-8])

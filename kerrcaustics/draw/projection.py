@@ -14,8 +14,8 @@ from kerrcaustics.spacetime.sphere import angle_between
 OVERLAP = 14
 # Nearer to the shadow edge than this (degrees), round-off of the camera-sky direction is all there is.
 _ROUND_OFF = 5e-14
-# Radians between neighbours above which a curve on the camera sky is smoothed.
-_LONG_STEP = 0.05
+# Curves of so many points are smoothed: fewer are drawn as they are, more need it not.
+_FEWEST_SMOOTHED, _MOST_SMOOTHED = 32, 1000
 
 
 def view_axes(caustics: CausticSet, edge: np.ndarray) -> np.ndarray:
@@ -46,9 +46,9 @@ def _encloses_centre(curve: np.ndarray, axes: np.ndarray) -> bool:
 
 
 def smoothed(directions: np.ndarray) -> np.ndarray:
-    """A closed curve (n, 3) with ten points for one where steps are long: the projection stretches them far back."""
+    """A closed curve (n, 3) with ten points for one: the projection stretches its steps where it runs far back."""
     closed = np.concatenate([directions, directions[:1]])
-    if len(directions) < 32 or not angle_between(closed[1:], closed[:-1]).max() > _LONG_STEP:
+    if not _FEWEST_SMOOTHED <= len(directions) <= _MOST_SMOOTHED:
         return directions
     curve = CubicSpline(np.arange(len(closed)), closed, bc_type="periodic")
     dense = curve(np.linspace(0, len(directions), 10 * len(directions), endpoint=False))
