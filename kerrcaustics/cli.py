@@ -136,7 +136,7 @@ def caustics(
     _print_table(found, _console(stderr=json_ == "-"))
     if found.missing:
         names = ", ".join(map(str, found.missing))
-        _stop(1, f"Orders not found within double precision: {names}. The others are complete.")
+        _stop(1, f"Orders not found within double precision: {names}.")
 
 
 @app.command
@@ -297,8 +297,8 @@ def _interrupted(*_: object) -> None:
     for name in list(store.UNFINISHED) if store else ():
         Path(name).unlink(missing_ok=True)
     # A progress bar hides the cursor while it runs.
-    show_cursor = "\x1b[?25h" if sys.stderr.isatty() else ""
-    sys.stderr.write(f"{show_cursor}\nkerrcaustics: Interrupted: nothing was left half-written.\n")
+    show_cursor = "\x1b[?25h\n" if sys.stderr.isatty() else ""
+    sys.stderr.write(f"{show_cursor}kerrcaustics: Interrupted: nothing was left half-written.\n")
     sys.stderr.flush()
     os._exit(1)
 

@@ -191,7 +191,7 @@ def _rates(spin: float, constants: Constants, position: tuple[Array, ...]) -> tu
 
 def _horizon_function(spin: float, u: Array) -> Array:
     """Delta / r^2 = 1 - 2 u + a^2 u^2, in factors that keep their digits close to a nearly extremal hole."""
-    outer = 1 + jnp.sqrt((1 - spin) * (1 + spin))
+    outer = radial.horizon(spin)
     return (1 - outer * u) * (1 - spin**2 / outer * u)
 
 
@@ -275,7 +275,7 @@ def _rapidity(spin: float, constants: Constants, path: Path) -> Array:
     psi' is infinite: it matters for rays that graze the hole and for cameras close to it.
     """
     u, w = path.position[0], path.rate[0]
-    u_horizon = 1 / (1 + jnp.sqrt((1 - spin) * (1 + spin)))
+    u_horizon = 1 / radial.horizon(spin)
     acceleration = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
     gap = jnp.maximum(u_horizon - u, 1e-300)
     to_horizon = (jnp.abs(w) + jnp.sqrt(w * w + 2 * jnp.abs(acceleration) * gap)) / (2 * gap)

@@ -141,13 +141,12 @@ def _checked(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> t
     largest = np.abs(directions).max(axis=1, initial=0, keepdims=True)
     if not (np.isfinite(largest).all() and (largest > 0).all()):
         raise ValueError("Argument `sky` must hold finite vectors that are not zero.")
-    length = np.linalg.norm(directions, axis=1, keepdims=True)
-    extreme = ~((length > 1e-100) & (length < 1e100))
-    directions = np.where(extreme, directions / largest, directions)
-    length = np.linalg.norm(directions, axis=1, keepdims=True)
+    # Divided by the largest component first, so that the squares of extreme vectors neither vanish nor overflow.
+    unit = directions / largest
+    unit /= np.linalg.norm(unit, axis=1, keepdims=True)
     # A unit vector is left as it is: dividing by 1 + 1e-16 would move a ray close to the shadow edge.
-    off = np.abs(length - 1) > 1e-15
-    return np.where(off, directions / length, directions), shape, "integrated"
+    moved = np.abs(unit - directions).max(axis=1, initial=0, keepdims=True)
+    return np.where(moved > 1e-15, unit, directions), shape, "integrated"
 
 
 def _whole(counts: np.ndarray, escaped: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:

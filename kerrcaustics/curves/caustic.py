@@ -12,7 +12,7 @@ import numpy as np
 from kerrcaustics.curves.critical import Search
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.follow import Course, Progress, follow, steps
-from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 
 HIGHEST_ORDER = 10
 
@@ -168,7 +168,6 @@ def caustics(
     `Caustic.error`, dominated at high order by round-off of the camera-sky direction (about 1e-15 times the
     beam's major diameter). What was missed is in `Caustic.remarks` and `CausticSet.missing`.
     """
-    check_camera(camera)
     if not (isinstance(orders, int | np.integer) and not isinstance(orders, bool) and 1 <= orders <= HIGHEST_ORDER):
         raise ValueError(f"Argument `orders` must be a whole number from 1 to {HIGHEST_ORDER}, but is {orders!r}.")
     began = time.perf_counter()
@@ -205,8 +204,8 @@ def _caustic(camera: Camera, course: Course, features: Features) -> Caustic:
     for name in ends:
         extreme = features.extremes.get(name)
         if extreme is not None:
-            ends[name] = extreme.theta if name.startswith("theta") else extreme.azimuth
-            error = max(error, extreme.error)
+            ends[name], doubt = extreme
+            error = max(error, doubt)
         elif course.is_resolved:
             remarks.append(f"{name} could not be refined between the points")
             error += steps(points)[0].max()

@@ -30,6 +30,8 @@ _MOST_SECANTS = 7
 _SECANT_PRODUCT = 1e-13
 # |delta_minus| / delta_plus of a point that is taken as found.
 _RESIDUAL = 1e-10
+# Stands for the index of a captured direction: more than any order.
+_CAPTURED = 1 << 20
 # Distance in depth at which the index on both sides of a curve is looked at.
 _LABEL_STEP = 1e-3
 
@@ -114,7 +116,7 @@ class Search:
         """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth)."""
         beams = self._trace(sky_lines.looking(self.camera, turn, depth), _COARSE_TOLERANCE)
         captured = ~beams.escaped
-        index = np.where(captured, 1 << 20, np.asarray(beams.index))
+        index = np.where(captured, _CAPTURED, np.asarray(beams.index))
         ratio = np.where(captured, -1.0, beams.delta_minus / beams.delta_plus)
         return index, ratio
 
@@ -155,7 +157,7 @@ class Search:
             depth = depths[-1] + np.arange(1, 5) * _SEARCH_STEP
         low, high = np.full((2, orders, len(turn)), np.nan)
         for k in range(1, orders + 1):
-            passed = (index >= k) & (index < 1 << 20)
+            passed = (index >= k) & (index < _CAPTURED)
             first = passed.argmax(axis=0)
             known = passed.any(axis=0) & (first > 0)
             low[k - 1, known] = depths[first[known] - 1]

@@ -22,8 +22,8 @@ _EXTREMES = {
 
 
 @dataclass(frozen=True)
-class Feature:
-    """A cusp or an extreme: its direction on the fiducial sky, and (theta', azimuth) with their error (radians)."""
+class CuspPlace:
+    """A cusp: its direction on the fiducial sky, and (theta', azimuth) with their error (radians)."""
 
     looking: np.ndarray
     theta: float
@@ -33,15 +33,15 @@ class Feature:
 
 @dataclass
 class Features:
-    """The features of one caustic: extremes by name, those that were found; cusps; how many cusps were not traced."""
+    """The features of one caustic: value and error of the extremes that were found, by name; cusps, found and lost."""
 
-    extremes: dict[str, Feature]
-    cusps: list[Feature]
+    extremes: dict[str, tuple[float, float]]
+    cusps: list[CuspPlace]
     lost_cusps: int
 
 
-# Order, parameter and depth of a cusp, and the error of its tip that comes from the parameter.
-_Tip = tuple[int, float, float, float]
+# Order, parameter and depth of a cusp, and the error of its place that comes from the parameter.
+_Root = tuple[int, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -64,30 +64,30 @@ def find_features(search: Search, courses: list[Course]) -> dict[int, Features]:
     around = {course.order: course.around() for course in courses}
     pieces = [piece for course in courses for piece in _pieces(course, around[course.order])]
     models = _models(search, around, pieces)
-    tips: list[_Tip] = []
+    roots: list[_Root] = []
     for piece, points in zip(pieces, models, strict=True):
         if points is None:
             found[piece.order].lost_cusps += piece.what == "cusps"
             continue
         if piece.what == "cusps":
-            tips += [tip for tip in _cusp(piece, points) if not any(_same_tip(tip, other, piece) for other in tips)]
+            roots += [r for r in _cusp(piece, points) if not any(_same_root(r, other, piece) for other in roots)]
         else:
             found[piece.order].extremes[piece.what] = _extreme(points, *_EXTREMES[piece.what])
-    if tips:
-        order, turn, depth, error = (np.array(column) for column in zip(*tips, strict=True))
+    if roots:
+        order, turn, depth, error = (np.array(column) for column in zip(*roots, strict=True))
         for k, point, missed in zip(order, search.polished(turn, order, depth).each(), error, strict=True):
-            found[k].cusps.append(_feature(point, missed))
+            found[k].cusps.append(_cusp_place(point, missed))
     return found
 
 
-def _same_tip(one: _Tip, other: _Tip, piece: _Piece) -> bool:
+def _same_root(one: _Root, other: _Root, piece: _Piece) -> bool:
     """True for a root that two neighbouring pieces share."""
     return one[0] == other[0] and abs(one[1] - other[1]) < 1e-3 * piece.half
 
 
-def _feature(point: Points, missed: float) -> Feature:
+def _cusp_place(point: Points, missed: float) -> CuspPlace:
     error = float(point.angle_error[0] + missed / np.sin(point.theta[0]))
-    return Feature(point.looking[0], float(point.theta[0]), float(point.azimuth[0]), error)
+    return CuspPlace(point.looking[0], float(point.theta[0]), float(point.azimuth[0]), error)
 
 
 def _pieces(course: Course, around: Points) -> list[_Piece]:
@@ -165,21 +165,19 @@ def _tail(coefficients: np.ndarray) -> float:
     return float(np.abs(coefficients[-3:]).max())
 
 
-def _extreme(points: Points, field: str, sign: int) -> Feature:
-    """The largest value of sign * field on the piece."""
-    values = _fit(getattr(points, field))
+def _extreme(points: Points, field: str, sign: int) -> tuple[float, float]:
+    """The largest value of sign * field on the piece, as the value of the field, and its error."""
+    samples = getattr(points, field)
+    values = _fit(samples)
     places = np.concatenate([_roots(chebyshev.chebder(values)), [-1.0, 1.0]])
-    best = places[np.argmax(sign * chebyshev.chebval(places, values))]
-    at = {name: float(chebyshev.chebval(best, _fit(getattr(points, name)))) for name in ("theta", "azimuth")}
-    looking = chebyshev.chebval(best, _fit(points.looking))
-    error = points.angle_error.max() + _tail(values)
+    best = float(chebyshev.chebval(places[np.argmax(sign * chebyshev.chebval(places, values))], values))
+    noise, tail = points.angle_error.max(), _tail(values)
     # A polynomial through values that are mostly noise overshoots: then the sample is as good as it.
-    if _tail(values) > 3 * points.angle_error.max():
-        error += abs(at[field] - getattr(points, field)[np.argmax(sign * getattr(points, field))])
-    return Feature(looking / np.linalg.norm(looking), at["theta"], at["azimuth"], float(error))
+    overshoot = abs(best - samples[np.argmax(sign * samples)]) if tail > 3 * noise else 0.0
+    return best, float(noise + tail + overshoot)
 
 
-def _cusp(piece: _Piece, points: Points) -> list[_Tip]:
+def _cusp(piece: _Piece, points: Points) -> list[_Root]:
     """Where the caustic's speed along its tangent changes sign, if it does on this piece.
 
     The caustic's velocity is along the major axis everywhere; at a cusp its component there vanishes.

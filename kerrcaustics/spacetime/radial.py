@@ -40,8 +40,7 @@ def factor(a2: Array, a1: Array, a0: Array) -> Quartic:
 
     Errors: the factors to about 1e-15; d, which vanishes at the shadow edge, to 1e-15 of h^2.
     """
-    z = _largest_resolvent_root(a2, a1, a0)
-    z = jnp.maximum(z, _SMALLEST)
+    z = jnp.maximum(_largest_resolvent_root(a2, a1, a0), _SMALLEST)
     # g = a1 / sqrt(z), whose square is also (z + a2)^2 - 4 a0: a form for rays close to the principal null
     # directions, where a1 and z vanish together.
     vanishing = z < 1e-12 * (jnp.abs(a2) + jnp.sqrt(jnp.abs(a0)))
@@ -77,6 +76,11 @@ def _largest_resolvent_root(a2: Array, a1: Array, a0: Array) -> Array:
     return z
 
 
+def horizon(spin: Array) -> Array:
+    """Radius of the outer horizon, r_+, in compiled code."""
+    return 1 + jnp.sqrt((1 - spin) * (1 + spin))
+
+
 def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
     """True where the ray, followed backward from the camera, ends at the horizon: decided by roots alone.
 
@@ -87,11 +91,10 @@ def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
 
     References: JTFT A.1, extended to cameras inside the photon region.
     """
-    horizon = 1 + jnp.sqrt((1 - frame.spin) * (1 + frame.spin))
     outer_root = quartic.h + jnp.sqrt(jnp.maximum(quartic.d, 0))
     inward = photon.rate[0] > 0
     least = _UNDECIDED * quartic.h**2
-    turns_below = (quartic.d > least) & (outer_root > horizon) & (outer_root <= frame.radius)
+    turns_below = (quartic.d > least) & (outer_root > horizon(frame.spin)) & (outer_root <= frame.radius)
     falls_back = (quartic.d > -least) & (outer_root > frame.radius)
     return jnp.where(inward, ~turns_below, falls_back) | (photon.energy_ratio <= 0)
 
