@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.beam import Beams as Beams, Rays as Rays, Status as Status
+    from kerrcaustics.beams.ends import EquatorialPlane as EquatorialPlane
     from kerrcaustics.beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
     from kerrcaustics.curves.caustic import (
         Caustic as Caustic,
@@ -34,6 +35,7 @@ _HOMES = {
     "Caustic": "curves.caustic",
     "CausticSet": "curves.caustic",
     "Cusp": "curves.caustic",
+    "EquatorialPlane": "beams.ends",
     "Rays": "beams.beam",
     "Status": "beams.beam",
     "caustics": "curves.caustic",
@@ -52,6 +54,7 @@ __all__ = [
     "Caustic",
     "CausticSet",
     "Cusp",
+    "EquatorialPlane",
     "Rays",
     "Status",
     "caustics",

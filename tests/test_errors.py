@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from kerrcaustics.beams import integrated
+from kerrcaustics.beams import equations, integrated
 from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.nystroem import nystroem_step
 from kerrcaustics.beams.trace import trace_beams, trace_rays
@@ -131,11 +131,11 @@ def test_order_of_the_integrator():
 def test_variation_of_the_rates_is_their_derivative():
     """The derivative that is written out for speed equals the automatic one."""
     rng = np.random.default_rng(3)
-    constants = integrated.Constants(*rng.normal(size=5))
+    constants = equations.Constants(*rng.normal(size=5))
     position = tuple(rng.uniform(0.1, 0.5, size=4))
-    change = (integrated.Constants(*rng.normal(size=5)), tuple(rng.normal(size=4)))
-    _, expected = jax.jvp(lambda c, p: integrated._rates(0.8, c, p), (constants, position), change)
-    accelerations, psi_rates = integrated._rates_with_variation(0.8, constants, position, [change])
+    change = (equations.Constants(*rng.normal(size=5)), tuple(rng.normal(size=4)))
+    _, expected = jax.jvp(lambda c, p: equations.ray_rates(0.8, c, p), (constants, position), change)
+    accelerations, psi_rates = equations.rates_with_variation(0.8, constants, position, [change])
     np.testing.assert_allclose(accelerations[1], expected[0], rtol=1e-12)
     np.testing.assert_allclose(psi_rates[1], expected[1], rtol=1e-12)
 

@@ -12,6 +12,7 @@ class Status(IntEnum):
     ESCAPED = 0
     CAPTURED = 1
     INACCURATE = 2
+    MISSED = 3
 
     @property
     def sentence(self) -> str:
@@ -20,23 +21,36 @@ class Status(IntEnum):
 
 
 _SENTENCES = {
-    Status.ESCAPED: "The ray reaches the celestial sphere, and its estimated error is within the tolerance.",
-    Status.CAPTURED: "The ray, followed backward, ends at the horizon: the camera sees the shadow there.",
-    Status.INACCURATE: (
-        "The ray reaches the celestial sphere, but double precision cannot hold its error within the tolerance "
-        "(it passes too close to the shadow edge); `error` says how large it is."
+    Status.ESCAPED: (
+        "The ray reaches its end (the celestial sphere, unless another was asked for), and its estimated error is "
+        "within the tolerance."
     ),
+    Status.CAPTURED: (
+        "The ray, followed backward, ends at the horizon before it reaches another end: the camera sees the shadow "
+        "there."
+    ),
+    Status.INACCURATE: (
+        "The ray reaches its end, but double precision cannot hold its error within the tolerance (it passes too "
+        "close to the shadow edge, or only grazes its end); `error` says how large it is."
+    ),
+    Status.MISSED: "The ray, followed backward, leads to infinity and never reaches the finite end asked for.",
 }
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Rays:
     """Where each camera-sky direction comes from. Arrays of one batch shape (...).
 
-    direction (..., 3): unit vector n' on the celestial sphere; azimuth (...,): unwrapped phi' in radians,
-    continuous along the ray (only modulo 2 pi for a ray through the spin axis), in error by error / sin theta';
-    status: `Status` values; error: estimated error of n' in radians; engine: the one that traced them. Captured rays
-    hold NaN, and -1 for whole numbers.
+    direction (..., 3): unit vector n' of the end, in Boyer-Lindquist angles; azimuth (...,): unwrapped phi' in
+    radians, continuous along the ray (only modulo 2 pi for a ray through the spin axis), in error by
+    error / sin theta'; status: `Status` values; error: estimated error of n' in radians, and for an end in the
+    equatorial plane also that of ln r; engine: the one that traced them. Rays that do not reach their end hold NaN,
+    and -1 for whole numbers.
+
+    None when not asked for: time (...,), the coordinate time from the end to the camera in units of M, or for ends at
+    infinity the limit of t - r - 2 ln r; time_error, its estimated error; redshift: nu_camera / nu_source for a source
+    at rest at infinity, for a static one at a finite radius (NaN where nothing can be static), for the plane's emitter
+    (NaN where there is no such orbit). radius (...,): of the end, None when that is infinity.
     """
 
     direction: np.ndarray
@@ -44,6 +58,10 @@ class Rays:
     status: np.ndarray
     error: np.ndarray
     engine: str
+    radius: np.ndarray | None = None
+    time: np.ndarray | None = None
+    time_error: np.ndarray | None = None
+    redshift: np.ndarray | None = None
 
     def __repr__(self) -> str:
         """One line: what, how many, how many of them escaped."""
@@ -51,29 +69,29 @@ class Rays:
 
     @property
     def escaped(self) -> np.ndarray:
-        """True where the ray reaches the celestial sphere, (...,) bool."""
-        return self.status != Status.CAPTURED
+        """True where the ray reaches its end, the celestial sphere or another one, (...,) bool."""
+        return (self.status != Status.CAPTURED) & (self.status != Status.MISSED)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Beams(Rays):
     """Rays with the first variation of their end point.
 
     Beside the arrays of `Rays` (direction, azimuth, status, error):
     jacobian (..., 2, 2): from camera-sky displacements along `kerrcaustics.tangent_basis(N)` (columns) to
-    celestial-sphere displacements along e_theta', e_phi' (rows), both orthonormal;
+    celestial-sphere displacements along e_theta', e_phi' (rows), both orthonormal; for an end at a finite radius the
+    same at that radius, as angles; for one in the equatorial plane to (dr, r dphi) at z = 0 (rows);
     jacobian_error (...,): estimated error, relative to delta_plus, of its columns as vectors in space, and of the
     diameters (close to a celestial pole e_theta' and e_phi' themselves turn by error / sin theta', and with them the
     entries and the position angle);
-    index: Morse index, the number of conjugate points on the ray; crossings: of the equatorial plane;
-    redshift: nu_camera / nu_source for a source at rest at infinity. The last three are None when left out.
+    index: Morse index, the number of conjugate points on the ray; crossings: of the equatorial plane, that of the end
+    itself included. They are None when left out.
     """
 
     jacobian: np.ndarray
     jacobian_error: np.ndarray
     index: np.ndarray | None = field(default=None)
     crossings: np.ndarray | None = field(default=None)
-    redshift: np.ndarray | None = field(default=None)
 
     @property
     def determinant(self) -> np.ndarray:

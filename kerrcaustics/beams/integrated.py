@@ -12,66 +12,38 @@ ray has arrived, so batches want rays of similar work (see trace.py).
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """
 
-import math
 from functools import partial
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, dot, length, turned
+from kerrcaustics.beams import clock
+from kerrcaustics.beams.ends import INFINITY, Aim, Goal, aim_at, time_left
+from kerrcaustics.beams.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
+from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, length
+from kerrcaustics.beams.landing import End, Flight, land
 from kerrcaustics.beams.nystroem import Path, nystroem_step
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, photon
-from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
+from kerrcaustics.spacetime.sphere import tangent_basis
 
 Array = Any
 
 MAX_STEPS = 3000
-# The order 12 result is better than the order 10 one, whose local errors are summed, by a factor of 25 in the worst
-# cases and by hundreds in most; its derivatives at the same steps are not. Measured: studies/error_estimates.py.
-_DIRECTION_GAIN = 0.02
 # Steps per radian of arc that bring the local error down to round-off.
 _DENSEST = 3.6
-# The remaining arc, in radians, below which the path is straight enough to land on infinity by one Taylor step.
+# The remaining arc, in radians, below which the path is straight enough to land on its end by one Taylor step.
 _LANDING_ARC = 1e-8
+# Steps onto a finite end after the computed arrival: where the ray only grazes it, round-off keeps it off for ever.
+_MOST_CORRECTIONS = 3
 
 
-class Constants(NamedTuple):
-    """What stays the same along a ray: U = 1 + a2 u^2 + a1 u^3 + a0 u^4, k = q + b^2, and b."""
-
-    a2: Array
-    a1: Array
-    a0: Array
-    k: Array
-    b: Array
-
-
-class End(NamedTuple):
-    """A ray at infinity. What was not asked for is None.
-
-    direction (x, y, z) of n'; azimuth, unwrapped; error in radians, and noise, the part of it that is round-off;
-    jacobian_error, relative; steps taken; captured; jacobian, rows e_theta', e_phi', columns the two camera-sky
-    directions; conjugate_points passed (the Morse index); crossings of the equatorial plane.
-    """
-
-    direction: tuple[Array, Array, Array]
-    azimuth: Array
-    error: Array
-    noise: Array
-    jacobian_error: Array | None
-    steps: Array
-    captured: Array
-    jacobian: tuple[tuple[Array, ...], ...] | None
-    conjugate_points: Array | None = None
-    crossings: Array | None = None
-
-
-def survey(frame: Frame, sky: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-    """Which rays are captured, and an estimate of the work of the others, without integrating."""
-    constants, path, aim = _start(frame, sky)
-    work = aim.mino_time * _rapidity(frame.spin, constants, path) * _near_edge(constants, aim.mino_time)
-    return aim.captured, jnp.where(aim.captured, 0, work)
+def survey(frame: Frame, sky: tuple[Array, Array, Array], goal: Goal = INFINITY) -> tuple[Array, Array]:
+    """Which rays do not reach their end, and an estimate of the work of the others, without integrating."""
+    constants, path, aim = _start(frame, sky, goal)
+    work = aim.mino_time * rapidity(frame.spin, constants, path) * _near_edge(constants, aim.mino_time)
+    return aim.lost, jnp.where(aim.lost, 0, work)
 
 
 def trace(
@@ -79,46 +51,58 @@ def trace(
     sky: tuple[Array, Array, Array],
     refinement: Array,
     tolerance: float,
+    goal: Goal = INFINITY,
     *,
     beams: bool,
     index: bool = False,
     crossings: bool = False,
+    time: bool = False,
 ) -> End:
-    """Rays, or beams, followed from camera-sky directions to infinity (u = 0 exactly).
+    """Rays, or beams, followed from camera-sky directions to their end (infinity is u = 0 exactly).
 
     Parameters: sky, three arrays N_x, N_y, N_z; refinement, steps are shorter by this factor per ray, and 0 leaves
-    a ray out; tolerance, the wanted error of n' in radians; beams, index, crossings: what to compute beside n'.
+    a ray out; tolerance, the wanted error of n' in radians; goal, where rays end; beams, index, crossings, time: what
+    to compute beside n'.
     """
-    constants, ray, aim = _start(frame, sky)
+    constants, ray, aim = _start(frame, sky, goal)
     paths, variations = _with_variations(frame, sky, ray) if beams else _with_instability(constants, ray)
     density = refinement * jnp.minimum(_density(tolerance, index) * _near_edge(constants, aim.mino_time), _DENSEST)
-    idle = aim.captured | (refinement <= 0)
-    goal = jnp.where(idle, 0.0, aim.mino_time)
+    idle = aim.lost | (refinement <= 0)
+    arrival = jnp.where(idle, 0.0, aim.mino_time)
     rates = partial(_all_rates, frame.spin, constants, variations)
+    if time:
+        rates = clock.with_clock(rates, frame.spin, constants)
+        paths = (*paths, clock.started(constants, ray))
 
     def beam_area(paths: tuple[Path, ...]) -> Array:
-        return area(_rates(frame.spin, constants, paths[0].position)[1], paths)
+        return area(ray_rates(frame.spin, constants, paths[0].position)[1], paths[:3])
 
     def remaining(now: _Progress) -> Array:
-        u, w = now.paths[0].position[0], now.paths[0].rate[0]
-        left = jnp.where(now.time < goal, goal - now.time, -u / w)
-        arc = jnp.abs(left) * _polar_rapidity(constants)
-        done = idle | ((now.time >= goal) & ~(arc > _LANDING_ARC)) | (now.steps >= MAX_STEPS)
+        path = now.paths[0]
+        left = jnp.where(now.time < arrival, arrival - now.time, time_left(goal, constants, aim, path))
+        pace = polar_rapidity(constants) if goal.kind == "infinity" else rapidity(frame.spin, constants, path)
+        done = idle | ((now.time >= arrival) & ~(jnp.abs(left) * pace > _LANDING_ARC)) | (now.steps >= MAX_STEPS)
+        if now.corrections is not None:
+            done = done | (now.corrections >= _MOST_CORRECTIONS)
         return jnp.where(done, 0.0, left)
 
     def step(now: _Progress) -> _Progress:
         left = remaining(now)
-        count = jnp.ceil(jnp.abs(left) * density * _rapidity(frame.spin, constants, now.paths[0]))
+        count = jnp.ceil(jnp.abs(left) * density * rapidity(frame.spin, constants, now.paths[0]))
         h = left / jnp.maximum(count, 1)
-        paths, gap = nystroem_step(rates, now.paths, h)
+        paths, gaps = nystroem_step(rates, now.paths, h, (0, len(now.paths) - 1) if time else (0,))
         turn = azimuth_step(constants.b, now.paths[0].position, paths[0].position)
         after = now._replace(
-            time=jnp.where(count <= 1, jnp.maximum(goal, now.time), now.time + h),
+            time=jnp.where(count <= 1, jnp.maximum(arrival, now.time), now.time + h),
             steps=now.steps + (h != 0),
             paths=paths,
-            local_error=now.local_error + _local_error(constants, gap),
+            local_error=now.local_error + _local_error(constants, aim, gaps[0]),
             azimuth=now.azimuth + turn,
         )
+        if now.clock_error is not None:
+            after = after._replace(clock_error=now.clock_error + clock.local_error(constants, paths[-1], gaps[1]))
+        if now.corrections is not None:
+            after = after._replace(corrections=now.corrections + ((h != 0) & (now.time >= arrival)))
         if index:
             passed, sign = changed_sign(now.area_sign, beam_area(paths))
             after = after._replace(conjugate_points=now.conjugate_points + passed, area_sign=sign)
@@ -127,7 +111,7 @@ def trace(
             after = after._replace(crossings=now.crossings + passed, side=sign)
         return after
 
-    none = jnp.zeros_like(goal)
+    none = jnp.zeros_like(arrival)
     first = _Progress(
         time=none,
         steps=none,
@@ -138,23 +122,24 @@ def trace(
         area_sign=jnp.sign(beam_area(paths)) if index else none,
         crossings=none,
         side=jnp.where(ray.position[3] == 0, jnp.sign(ray.rate[3]), jnp.sign(ray.position[3])),
+        clock_error=none if time else None,
+        corrections=None if goal.kind == "infinity" else none,
     )
     last = jax.lax.while_loop(lambda now: jnp.any(remaining(now) != 0), step, first)
-    end = _land(frame, constants, aim, paths, last, beams=beams)
+    flight = Flight(
+        start=paths,
+        paths=last.paths,
+        rates=rates,
+        local_error=last.local_error,
+        clock_error=last.clock_error,
+        azimuth=last.azimuth,
+        steps=last.steps,
+        stuck=last.steps >= MAX_STEPS,
+    )
+    end = land(frame, goal, constants, aim, flight, beams)
     return end._replace(
         conjugate_points=last.conjugate_points if index else None, crossings=last.crossings if crossings else None
     )
-
-
-class _Aim(NamedTuple):
-    """Where a ray is going: captured or not, the Mino time to infinity, and how much it magnifies round-off in N.
-
-    Deep in the field the energy at infinity is a small difference of large numbers.
-    """
-
-    captured: Array
-    mino_time: Array
-    conditioning: Array
 
 
 class _Progress(NamedTuple):
@@ -167,65 +152,16 @@ class _Progress(NamedTuple):
     area_sign: Array
     crossings: Array
     side: Array
+    clock_error: Array | None = None
+    corrections: Array | None = None
 
 
-def _start(frame: Frame, sky: tuple[Array, Array, Array]) -> tuple[Constants, Path, _Aim]:
+def _start(frame: Frame, sky: tuple[Array, Array, Array], goal: Goal = INFINITY) -> tuple[Constants, Path, Aim]:
     light = photon(frame, sky)
     a2, a1, a0 = radial.potential_coefficients(frame.spin, light)
     quartic = radial.factor(a2, a1, a0)
-    captured = radial.is_captured(frame, light, quartic)
-    time = jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic))
-    terms = frame.lapse + jnp.abs(light.energy_ratio - frame.lapse)
-    aim = _Aim(captured, time, terms / jnp.abs(light.energy_ratio))
+    aim = aim_at(goal, frame, light, quartic)
     return Constants(a2, a1, a0, light.k, light.b), Path(light.position, light.rate, 0 * light.b), aim
-
-
-def _rates(spin: float, constants: Constants, position: tuple[Array, ...]) -> tuple[tuple[Array, ...], Array]:
-    """Second derivatives of (u, x, y, z), and the first derivative of psi."""
-    a2, a1, a0, k, b = constants
-    u, x, y, z = position
-    pull = k + 2 * spin**2 * z * z
-    psi_rate = -spin * u * (2 - spin * b * u) / _horizon_function(spin, u)
-    return ((a2 + (1.5 * a1 + 2 * a0 * u) * u) * u, -pull * x, -pull * y, (spin**2 - pull) * z), psi_rate
-
-
-def _horizon_function(spin: float, u: Array) -> Array:
-    """Delta / r^2 = 1 - 2 u + a^2 u^2, in factors that keep their digits close to a nearly extremal hole."""
-    outer = radial.horizon(spin)
-    return (1 - outer * u) * (1 - spin**2 / outer * u)
-
-
-def _rates_with_variation(
-    spin: float,
-    constants: Constants,
-    position: tuple[Array, ...],
-    variations: list[tuple[Constants, tuple[Array, ...]]],
-) -> tuple[list[tuple[Array, ...]], list[Array]]:
-    """`_rates`, followed by their derivatives along each variation (of the constants, of the position).
-
-    Written out because XLA compiles it in half the time of the automatic derivative; the tests compare the two.
-    """
-    a2, a1, a0, k, b = constants
-    u, x, y, z = position
-    accelerations, psi_rate = _rates(spin, constants, position)
-    pull = k + 2 * spin**2 * z * z
-    slope = a2 + (3 * a1 + 6 * a0 * u) * u
-    inverse = 1 / _horizon_function(spin, u)
-    psi_by_u = (2 * inverse) * (psi_rate * (1 - spin**2 * u) - spin * (1 - spin * b * u))
-    psi_by_b = spin**2 * u * u * inverse
-    all_accelerations, all_psi_rates = [accelerations], [psi_rate]
-    for dc, (du, dx, dy, dz) in variations:
-        d_pull = dc.k + 4 * spin**2 * z * dz
-        all_accelerations.append(
-            (
-                slope * du + (dc.a2 + (1.5 * dc.a1 + 2 * dc.a0 * u) * u) * u,
-                -pull * dx - d_pull * x,
-                -pull * dy - d_pull * y,
-                (spin**2 - pull) * dz - d_pull * z,
-            )
-        )
-        all_psi_rates.append(psi_by_u * du + psi_by_b * dc.b)
-    return all_accelerations, all_psi_rates
 
 
 def _with_variations(frame: Frame, sky: tuple[Array, ...], ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
@@ -240,7 +176,7 @@ def _with_variations(frame: Frame, sky: tuple[Array, ...], ray: Path) -> tuple[t
 def _with_instability(constants: Constants, ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
     """The ray with a variation of u alone, of unit slope in arc: how errors made on the way grow to the end."""
     zero = jnp.zeros_like(constants.b)
-    return (ray, Path((zero,), (_polar_rapidity(constants),), zero)), []
+    return (ray, Path((zero,), (polar_rapidity(constants),), zero)), []
 
 
 def _all_rates(
@@ -249,37 +185,21 @@ def _all_rates(
     """Rates of the ray and of its variations; without variations, of the ray and of its instability."""
     if variations:
         pairs = list(zip(variations, positions[1:], strict=True))
-        return _rates_with_variation(spin, constants, positions[0], pairs)
-    (accelerations, psi_rate), u = _rates(spin, constants, positions[0]), positions[0][0]
+        return rates_with_variation(spin, constants, positions[0], pairs)
+    (accelerations, psi_rate), u = ray_rates(spin, constants, positions[0]), positions[0][0]
     slope = constants.a2 + (3 * constants.a1 + 6 * constants.a0 * u) * u
     return [accelerations, (slope * positions[1][0],)], [psi_rate, jnp.zeros_like(psi_rate)]
 
 
-def _local_error(constants: Constants, gap: Path) -> Array:
-    """What the gap between the orders means for n', in radians: u counts through the time of arrival."""
-    rapidity = _polar_rapidity(constants)
-    in_u = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / rapidity
-    in_m = length(gap.position[1:]) + length(gap.rate[1:]) / rapidity
-    return in_m + rapidity * in_u + jnp.abs(gap.psi)
-
-
-def _polar_rapidity(constants: Constants) -> Array:
-    """Radians of arc along the sphere of m in a unit of Mino time, never less than sqrt(3)."""
-    return jnp.sqrt(jnp.maximum(constants.k, 0) + 3)
-
-
-def _rapidity(spin: float, constants: Constants, path: Path) -> Array:
-    """Rate in Mino time at which the solution changes: the polar oscillation, and the pole of psi' at the horizon.
-
-    1 / (the second part) is the time the path would need, in the complex plane, to reach the horizon, where
-    psi' is infinite: it matters for rays that graze the hole and for cameras close to it.
-    """
-    u, w = path.position[0], path.rate[0]
-    u_horizon = 1 / radial.horizon(spin)
-    acceleration = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
-    gap = jnp.maximum(u_horizon - u, 1e-300)
-    to_horizon = (jnp.abs(w) + jnp.sqrt(w * w + 2 * jnp.abs(acceleration) * gap)) / (2 * gap)
-    return jnp.hypot(_polar_rapidity(constants), 1.3 * to_horizon)
+def _local_error(constants: Constants, aim: Aim, gap: Path) -> Array:
+    """What the gap between the orders means for n', in radians: what tells the arrival counts through its time."""
+    speed = polar_rapidity(constants)
+    in_u = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / speed
+    in_m, in_m_rate = gap.position[1:], gap.rate[1:]
+    if aim.plane_rate is not None:
+        late = jnp.maximum(speed / aim.plane_rate, 1)
+        in_m, in_m_rate = ((x, y, late * z) for x, y, z in (in_m, in_m_rate))
+    return length(in_m) + length(in_m_rate) / speed + speed * in_u + jnp.abs(gap.psi)
 
 
 def _density(tolerance: float, index: bool) -> Array:
@@ -291,68 +211,10 @@ def _density(tolerance: float, index: bool) -> Array:
 
 def _near_edge(constants: Constants, mino_time: Array) -> Array:
     """Shorter steps for rays that circle the hole: their errors grow by about e for every radian of arc."""
-    arc = mino_time * _polar_rapidity(constants)
+    arc = mino_time * polar_rapidity(constants)
     return jnp.exp(jnp.clip(arc - 4, 0, 16) / 11)
 
 
 def _first_azimuth(frame: Frame, ray: Path) -> Array:
     """Azimuth of m at the camera: 0, and on the spin axis the direction in which the ray leaves."""
     return jnp.where(frame.sin_theta == 0, jnp.arctan2(ray.rate[2], ray.rate[1]), 0.0)
-
-
-def _advanced(spin: float, path: Path, time: Array) -> Path:
-    """A path after a very short time close to infinity, where psi' = -2 a u."""
-    position = tuple(p + time * r for p, r in zip(path.position, path.rate, strict=True))
-    psi = path.psi - 2 * spin * time * (path.position[0] + time / 2 * path.rate[0])
-    return Path(position, path.rate, psi)
-
-
-def _land(
-    frame: Frame,
-    constants: Constants,
-    aim: _Aim,
-    start: tuple[Path, ...],
-    last: _Progress,
-    *,
-    beams: bool,
-) -> End:
-    """The end at u = 0, by one short Taylor step of -u/u', and everything that is read off there."""
-    before = last.paths[0]
-    rest = -before.position[0] / before.rate[0]
-    ray, *others = (_advanced(frame.spin, path, rest) for path in last.paths)
-    m = tuple(p / length(ray.position[1:]) for p in ray.position[1:])
-    c, s = jnp.cos(ray.psi), jnp.sin(ray.psi)
-    n = (c * m[0] - s * m[1], s * m[0] + c * m[1], m[2])
-    jacobian = None
-    if beams:
-        columns = []
-        for path in others:
-            shift = -path.position[0] / ray.rate[0]
-            moved = [d + shift * r for d, r in zip(path.position[1:], ray.rate[1:], strict=True)]
-            x, y, z = turned(m, moved, path.psi)
-            columns.append((c * x - s * y, s * x + c * y, z))
-        e_theta, e_phi = polar_basis(jnp.stack(n, axis=-1), jnp)
-        rows = [tuple(e[..., i] for i in range(3)) for e in (e_theta, e_phi)]
-        jacobian = tuple(tuple(dot(row, column) for column in columns) for row in rows)
-        spread = length([entry for row in jacobian for entry in row])
-        opening = length((*start[1].rate[1:], *start[2].rate[1:]))
-        growth = spread * _polar_rapidity(constants) / opening
-    else:
-        growth = jnp.abs(others[0].position[0])
-        spread = growth * aim.conditioning
-    missed = last.steps >= MAX_STEPS
-    drift = last.local_error * jnp.maximum(growth, 1)
-    # Round-off of 1e-16 in N, or in a step, is seen magnified by the spread of the beam.
-    noise = 1e-15 * (1 + spread) * (1 + 0.1 * last.steps)
-    hidden = jnp.where(aim.captured, jnp.nan, 0.0)
-    turning = last.azimuth + azimuth_step(constants.b, before.position, ray.position) + ray.psi
-    return End(
-        direction=tuple(p + hidden for p in n),
-        azimuth=turning + hidden,
-        error=jnp.where(missed, math.pi, jnp.minimum(_DIRECTION_GAIN * drift + noise, math.pi)) + hidden,
-        noise=noise,
-        jacobian_error=jnp.where(missed, 1.0, drift + noise) + hidden if beams else None,
-        steps=last.steps,
-        captured=aim.captured,
-        jacobian=None if jacobian is None else tuple(tuple(e + hidden for e in row) for row in jacobian),
-    )

@@ -1,6 +1,6 @@
 """One step of the Runge-Kutta-Nystroem pair 12(10) for several second-order paths and a first-order angle each."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from kerrcaustics.beams import tableau
@@ -23,8 +23,10 @@ Positions = list[tuple[Array, ...]]
 Rates = Callable[[Positions], tuple[Positions, list[Array]]]
 
 
-def nystroem_step(rates: Rates, paths: tuple[Path, ...], h: Array) -> tuple[tuple[Path, ...], Path]:
-    """The paths one step later, and the first path's local error, as a Path.
+def nystroem_step(
+    rates: Rates, paths: tuple[Path, ...], h: Array, watched: Sequence[int] = (0,)
+) -> tuple[tuple[Path, ...], list[Path]]:
+    """The paths one step later, and the local errors of the watched ones, each as a Path.
 
     Parameters: rates, from the positions of all paths to their second derivatives and to the first derivatives of
     their angles; h, the step, one for each entry of the arrays.
@@ -62,13 +64,15 @@ def nystroem_step(rates: Rates, paths: tuple[Path, ...], h: Array) -> tuple[tupl
         )
         for p, (path, position) in enumerate(zip(paths, moved(h, tableau.POSITION), strict=True))
     )
-    components = range(len(paths[0].position))
-    error = Path(
-        position=tuple(h * h * weighted(_POSITION_GAP, 0, i) for i in components),
-        rate=tuple(h * weighted(_VELOCITY_GAP, 0, i) for i in components),
-        psi=h * weighted_psi(_VELOCITY_GAP, 0),
-    )
-    return after, error
+    errors = [
+        Path(
+            position=tuple(h * h * weighted(_POSITION_GAP, p, i) for i in range(len(paths[p].position))),
+            rate=tuple(h * weighted(_VELOCITY_GAP, p, i) for i in range(len(paths[p].position))),
+            psi=h * weighted_psi(_VELOCITY_GAP, p),
+        )
+        for p in watched
+    ]
+    return after, errors
 
 
 def _gap(high: dict[int, float], low: dict[int, float]) -> dict[int, float]:

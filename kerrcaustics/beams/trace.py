@@ -1,5 +1,6 @@
 """Tracing rays and beams: engine, batches and retries are decided here, once."""
 
+import math
 from functools import partial
 from typing import Any
 
@@ -9,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams import integrated
 from kerrcaustics.beams.beam import Beams, Rays, Status
-from kerrcaustics.spacetime.camera import Camera, Frame, check_camera, redshift as sky_redshift
+from kerrcaustics.beams.ends import End, Goal, goal_of, redshift_at_end
+from kerrcaustics.spacetime.camera import Camera, Frame, check_camera
 
 ENGINES = ("auto", "integrated")
 
@@ -22,23 +24,33 @@ _MAX_ROUNDS = 5
 _survey = jax.jit(integrated.survey)
 
 
-@partial(jax.jit, static_argnames=("lanes", "beams", "index", "crossings"))
+@partial(jax.jit, static_argnames=("lanes", "beams", "index", "crossings", "time"))
 def _trace(
     frame: Frame,
     sky: tuple[jax.Array, ...],
     refinement: jax.Array,
     tolerance: float,
+    goal: Goal,
     *,
     lanes: int,
     **wanted: bool,
 ) -> integrated.End:
     """One call: `lanes` rays at a time, so that slow rays hold up few others."""
     split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
-    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, **wanted), split)
+    ends = jax.lax.map(lambda part: integrated.trace(frame, *part, tolerance, goal, **wanted), split)
     return jax.tree.map(lambda values: values.reshape(-1), ends)
 
 
-def trace_rays(camera: Camera, sky: ArrayLike, engine: str = "auto", tolerance: float = 1e-10) -> Rays:
+def trace_rays(
+    camera: Camera,
+    sky: ArrayLike,
+    engine: str = "auto",
+    tolerance: float = 1e-10,
+    *,
+    end: End = math.inf,
+    time: bool = False,
+    redshift: bool = False,
+) -> Rays:
     """Where the light comes from that the camera sees in each direction: rays without their variation.
 
     Parameters
@@ -50,6 +62,12 @@ def trace_rays(camera: Camera, sky: ArrayLike, engine: str = "auto", tolerance: 
         "auto" or "integrated".
     tolerance : float
         Wanted error of n' in radians, 1e-14 to 1e-2.
+    end : float or EquatorialPlane
+        Where rays end: math.inf is the celestial sphere, a number outside the horizon the first arrival at that
+        radius, an `EquatorialPlane` its n-th crossing.
+    time, redshift : bool
+        Whether to compute the coordinate time along the ray, the frequency ratio: what is left out costs nothing
+        and is None in the result.
 
     Returns
     -------
@@ -58,15 +76,17 @@ def trace_rays(camera: Camera, sky: ArrayLike, engine: str = "auto", tolerance: 
 
     Errors
     ------
-    `Rays.error`, at most `tolerance` except where the status is INACCURATE.
+    `Rays.error`, at most `tolerance` except where the status is INACCURATE; `Rays.time_error`.
 
     References
     ----------
     JTFT appendix A.1, in the variables of docs/conventions.md.
     """
     directions, shape, engine = _checked(camera, sky, engine, tolerance)
-    ends = _follow(camera.frame(), directions, tolerance, beams=False)
-    return Rays(engine=engine, **_ray_fields(ends, shape, tolerance))
+    goal = goal_of(camera, end)
+    ends = _follow(camera.frame(), directions, tolerance, goal, beams=False, time=time)
+    shift = redshift_at_end(camera, directions, end, ends["direction"], ends.get("radius")) if redshift else None
+    return Rays(engine=engine, **_ray_fields(ends, shift, shape, tolerance))
 
 
 def trace_beams(
@@ -75,6 +95,8 @@ def trace_beams(
     engine: str = "auto",
     tolerance: float = 1e-10,
     *,
+    end: End = math.inf,
+    time: bool = False,
     index: bool = True,
     crossings: bool = True,
     redshift: bool = True,
@@ -83,11 +105,11 @@ def trace_beams(
 
     Parameters
     ----------
-    camera, sky, engine, tolerance
+    camera, sky, engine, tolerance, end, time, redshift
         As for `trace_rays`.
-    index, crossings, redshift : bool
-        Whether to compute the Morse index, the equator crossings, the frequency ratio: what is left out
-        costs nothing and is None in the result.
+    index, crossings : bool
+        Whether to compute the Morse index, the equator crossings: what is left out costs nothing and is None in
+        the result.
 
     Returns
     -------
@@ -103,19 +125,19 @@ def trace_beams(
     JTFT section 2 and appendix A.2; here the first variation of the ray replaces their beam equations.
     """
     directions, shape, engine = _checked(camera, sky, engine, tolerance)
-    ends = _follow(camera.frame(), directions, tolerance, beams=True, index=index, crossings=crossings)
-    escaped = ~ends["captured"]
-    shift = None
-    if redshift:
-        shift = np.where(escaped, sky_redshift(camera, directions), np.nan).reshape(shape)
+    goal = goal_of(camera, end)
+    wanted = {"index": index, "crossings": crossings, "time": time}
+    ends = _follow(camera.frame(), directions, tolerance, goal, beams=True, **wanted)
+    shift = redshift_at_end(camera, directions, end, ends["direction"], ends.get("radius")) if redshift else None
+    fields = _ray_fields(ends, shift, shape, tolerance)
+    reached = np.isfinite(ends["error"])
     return Beams(
         engine=engine,
         jacobian=ends["jacobian"].reshape((*shape, 2, 2)),
         jacobian_error=ends["jacobian_error"].reshape(shape),
-        index=_whole(ends["index"], escaped, shape) if index else None,
-        crossings=_whole(ends["crossings"], escaped, shape) if crossings else None,
-        redshift=shift,
-        **_ray_fields(ends, shape, tolerance),
+        index=_whole(ends["index"], reached, shape) if index else None,
+        crossings=_whole(ends["crossings"], reached, shape) if crossings else None,
+        **fields,
     )
 
 
@@ -149,28 +171,35 @@ def _checked(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> t
     return np.where(moved > 1e-15, unit, directions), shape, "integrated"
 
 
-def _whole(counts: np.ndarray, escaped: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    return np.where(escaped, counts, -1).astype(int).reshape(shape)
+def _whole(counts: np.ndarray, reached: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    return np.where(reached, counts, -1).astype(int).reshape(shape)
 
 
-def _ray_fields(ends: dict[str, np.ndarray], shape: tuple[int, ...], tolerance: float) -> dict[str, Any]:
+def _ray_fields(
+    ends: dict[str, np.ndarray], redshift: np.ndarray | None, shape: tuple[int, ...], tolerance: float
+) -> dict[str, Any]:
     status = np.where(ends["error"] > tolerance, Status.INACCURATE, Status.ESCAPED)
     status = np.where(ends["captured"], Status.CAPTURED, status)
+    if "missed" in ends:
+        status = np.where(ends["missed"], Status.MISSED, status)
+    extra = {name: ends[name].reshape(shape) for name in ("radius", "time", "time_error") if name in ends}
     return {
         "direction": ends["direction"].reshape((*shape, 3)),
         "azimuth": ends["azimuth"].reshape(shape),
         "status": status.reshape(shape),
         "error": ends["error"].reshape(shape),
+        "redshift": None if redshift is None else redshift.reshape(shape),
+        **extra,
     }
 
 
-def _follow(frame: Frame, sky: np.ndarray, tolerance: float, **wanted: bool) -> dict[str, np.ndarray]:
+def _follow(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **wanted: bool) -> dict[str, np.ndarray]:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
-    captured, work = _batched(partial(_survey, frame), [sky])
+    _, work = _batched(partial(_survey, frame, goal=goal), [sky])
     order = np.argsort(work, kind="stable")
-    sky, captured = sky[order], captured[order]
+    sky = sky[order]
     refinement = np.ones(len(sky))
-    kernel = partial(_trace, frame, tolerance=tolerance, lanes=_batch()[1], **wanted)
+    kernel = partial(_trace, frame, tolerance=tolerance, goal=goal, lanes=_batch()[1], **wanted)
     ends = _as_fields(_batched(kernel, [sky, refinement]))
     for _ in range(_MAX_ROUNDS):
         with np.errstate(invalid="ignore"):
@@ -226,6 +255,10 @@ def _as_fields(ends: integrated.End) -> dict[str, np.ndarray]:
         ("jacobian_error", ends.jacobian_error),
         ("index", ends.conjugate_points),
         ("crossings", ends.crossings),
+        ("missed", ends.missed),
+        ("radius", ends.radius),
+        ("time", ends.time),
+        ("time_error", ends.time_error),
     ):
         if values is not None:
             fields[name] = values
