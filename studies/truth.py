@@ -2,7 +2,7 @@
 
     python studies/truth.py
 
-Nothing of the package is used. The rays are those of truth_rays.py, 66 digits along the path and more than 30 in the
+Nothing of the package is used. The rays are those of truth_rays.py, 66 digits along the path and about 40 in the
 derivatives; some of them are computed once more by the other method of truth_check.py, and tests/data/rays.json is
 computed too. The file holds 25 digits, and says under "about" what they mean and under "checked" what was compared.
 """

@@ -51,7 +51,7 @@ def _rates(a: mpf, b: mpf, q: mpf, u: mpf) -> tuple[mpf, mpf, mpf]:
     return psi, inward, bounded - fall
 
 
-def _leg(a: mpf, path: Photon, roots: tuple, ends: tuple, inward: bool) -> tuple[mpf, mpf, mpf]:
+def _leg(a: mpf, path: Photon, roots: list, ends: tuple, inward: bool) -> tuple[mpf, mpf, mpf]:
     """Mino time, psi and time or delay between u = ends[0] and the larger ends[1].
 
     With u = u_1 - (u_2 - u_1) sinh(s)^2 the two square roots at the turning points u_1 < u_2 become smooth.
@@ -85,7 +85,7 @@ def radial(place: Place, path: Photon) -> tuple[mpf, mpf, mpf]:
     found = mp.polyroots(potential(a, path.b, path.q)[::-1], maxsteps=500, extraprec=300)
     real = sorted(z.real for z in map(mp.mpc, found) if abs(z.imag) < mpf(10) ** (-mp.dps // 2))
     beyond = [u for u in real if here < u <= horizon * (1 + mpf(10) ** -20)]
-    roots = tuple(beyond[:2]) if len(beyond) >= 2 else ()
+    roots = beyond[:2] if len(beyond) >= 2 else []
     if path.rate[0] <= 0:
         out = _leg(a, path, roots, (mpf(0), here), inward=False)
         return out[0], out[1], out[2] - 1 / here + 2 * mp.log(here)

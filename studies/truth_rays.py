@@ -1,4 +1,4 @@
-"""Rays and beams to 30 digits and more: a second implementation that shares no code with the package.
+"""Rays and beams to 40 digits: a second implementation that shares no code with the package.
 
 The camera's photon is written down in mpmath; its path in Mino time, in the variables of docs/conventions.md, is
 followed by Taylor series of high order. The coefficients are whole numbers in units of 2^-bits, which is the fastest
