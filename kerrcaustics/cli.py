@@ -74,7 +74,7 @@ def caustics(
     inclination: float = 90.0,
     velocity: Literal["circular", "fiducial", "static"] | None = None,
     orders: Annotated[int, cyclopts.Parameter(converter=_whole_number)] = 3,
-    engine: Literal["auto", "integrated"] = "auto",
+    engine: Literal["auto", "closed-form", "integrated"] = "auto",
     tolerance: float = 1e-12,
     figure: Path | None = None,
     save: Path | None = None,

@@ -58,6 +58,7 @@ class Rays:
     status: np.ndarray
     error: np.ndarray
     engine: str
+    closed_form: np.ndarray
     radius: np.ndarray | None = None
     time: np.ndarray | None = None
     time_error: np.ndarray | None = None

@@ -1,31 +1,43 @@
-"""Tracing rays and beams: engine, batches and retries are decided here, once."""
+"""Tracing rays and beams: engine, batches, cores, device and retries are decided here, once."""
 
 import math
-from functools import partial
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache, partial
 from typing import Any
 
 import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams import integrated
+from kerrcaustics.beams import closed_form, integrated
 from kerrcaustics.beams.beam import Beams, Rays, Status
 from kerrcaustics.beams.ends import End, Goal, goal_of, redshift_at_end
 from kerrcaustics.spacetime.camera import Camera, Frame, check_camera
 
-ENGINES = ("auto", "integrated")
+ENGINES = ("auto", "closed-form", "integrated")
 
-# (rays in one call, rays that run side by side in it). On a CPU those should fit in the cache, and run as long
-# as the slowest of them; calls that are queued run on all cores. A GPU wants one large batch.
+# (rays in one call of the integrator, rays that run side by side in it). On a CPU those should fit in the cache, and
+# run as long as the slowest of them. A GPU wants one large batch.
 _BATCH = {"cpu": (512, 128)}
 _LARGE_BATCH = (1 << 16, 1 << 16)
+# Rays in one call of the closed form, and options for its compiler. On a CPU, fused loops would compute what they share
+# again and again: one loop for each operation, over arrays that stay in the cache, takes a third of the time.
+_CLOSED_FORM_CALL = {"cpu": 512}
+_LARGE_CALL = 1 << 20
+_CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
+# Rays that are checked, traced and stored together: memory beside input and result is what these need.
+_BLOCK = 1 << 15
 _MAX_ROUNDS = 5
+
+Fields = dict[str, np.ndarray]
 
 _survey = jax.jit(integrated.survey)
 
 
 @partial(jax.jit, static_argnames=("lanes", "beams", "index", "crossings", "time"))
-def _trace(
+def _integrate(
     frame: Frame,
     sky: tuple[jax.Array, ...],
     refinement: jax.Array,
@@ -39,6 +51,13 @@ def _trace(
     split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
     ends = jax.lax.map(lambda part: integrated.trace(frame, *part, tolerance, goal, **wanted), split)
     return jax.tree.map(lambda values: values.reshape(-1), ends)
+
+
+@cache
+def _closed_form(backend: str) -> Callable[..., closed_form.End]:
+    options = _CLOSED_FORM_COMPILER.get(backend)
+    wanted = ("on_equator", "beams", "index", "crossings")
+    return jax.jit(closed_form.trace, static_argnames=wanted, compiler_options=options)
 
 
 def trace_rays(
@@ -59,7 +78,8 @@ def trace_rays(
     sky : (..., 3) array
         Unit vectors N on the camera sky, in the camera basis. They are normalised here.
     engine : str
-        "auto" or "integrated".
+        "closed-form", elliptic functions, with the integrator where those do not hold; "integrated"; or "auto", which
+        is the closed form with the integrator where that is more accurate.
     tolerance : float
         Wanted error of n' in radians, 1e-14 to 1e-2.
     end : float or EquatorialPlane
@@ -82,11 +102,8 @@ def trace_rays(
     ----------
     JTFT appendix A.1, in the variables of docs/conventions.md.
     """
-    directions, shape, engine = _checked(camera, sky, engine, tolerance)
-    goal = goal_of(camera, end)
-    ends = _follow(camera.frame(), directions, tolerance, goal, beams=False, time=time)
-    shift = redshift_at_end(camera, directions, end, ends["direction"], ends.get("radius")) if redshift else None
-    return Rays(engine=engine, **_ray_fields(ends, shift, shape, tolerance))
+    fields = _traced(camera, sky, engine, tolerance, end, redshift=redshift, beams=False, time=time)
+    return Rays(**fields)
 
 
 def trace_beams(
@@ -124,21 +141,8 @@ def trace_beams(
     ----------
     JTFT section 2 and appendix A.2; here the first variation of the ray replaces their beam equations.
     """
-    directions, shape, engine = _checked(camera, sky, engine, tolerance)
-    goal = goal_of(camera, end)
-    wanted = {"index": index, "crossings": crossings, "time": time}
-    ends = _follow(camera.frame(), directions, tolerance, goal, beams=True, **wanted)
-    shift = redshift_at_end(camera, directions, end, ends["direction"], ends.get("radius")) if redshift else None
-    fields = _ray_fields(ends, shift, shape, tolerance)
-    reached = np.isfinite(ends["error"])
-    return Beams(
-        engine=engine,
-        jacobian=ends["jacobian"].reshape((*shape, 2, 2)),
-        jacobian_error=ends["jacobian_error"].reshape(shape),
-        index=_whole(ends["index"], reached, shape) if index else None,
-        crossings=_whole(ends["crossings"], reached, shape) if crossings else None,
-        **fields,
-    )
+    wanted = {"beams": True, "index": index, "crossings": crossings, "time": time}
+    return Beams(**_traced(camera, sky, engine, tolerance, end, redshift=redshift, **wanted))
 
 
 def check_request(camera: Camera, engine: str, tolerance: float) -> None:
@@ -150,16 +154,62 @@ def check_request(camera: Camera, engine: str, tolerance: float) -> None:
         raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {tolerance!r}.")
 
 
-def _checked(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> tuple[np.ndarray, tuple[int, ...], str]:
+def _traced(
+    camera: Camera, sky: ArrayLike, engine: str, tolerance: float, end: End, *, redshift: bool, **wanted: bool
+) -> dict[str, Any]:
+    """All fields of the result, traced block by block on all cores."""
     check_request(camera, engine, tolerance)
+    goal = goal_of(camera, end)
+    directions, shape = _vectors(sky)
+    count = len(directions)
+
+    def block(start: int) -> Fields:
+        unit = _normalised(directions[start : start + _BLOCK])
+        ends = _followed(camera, unit, engine, tolerance, goal, **wanted)
+        if redshift:
+            ends["redshift"] = redshift_at_end(camera, unit, end, ends["direction"], ends.get("radius"))
+        return _finished(ends, tolerance)
+
+    first = block(0)
+    fields = {name: np.empty((count, *values.shape[1:]), values.dtype) for name, values in first.items()}
+
+    def store(start: int, values: Fields) -> None:
+        for name, field in fields.items():
+            field[start : start + _BLOCK] = values[name]
+
+    store(0, first)
+    starts = range(_BLOCK, count, _BLOCK)
+    if starts:
+        with ThreadPoolExecutor(_cores()) as pool:
+            list(pool.map(lambda start: store(start, block(start)), starts))
+    shaped = {name: values.reshape((*shape, *values.shape[1:])) for name, values in fields.items()}
+    return {"engine": _used(fields) or engine, **shaped}
+
+
+def _used(fields: Fields) -> str:
+    """The engines that traced the rays that reached their ends."""
+    formula = fields["closed_form"]
+    other = np.isfinite(fields["error"]) & ~formula
+    return " and ".join(name for name, used in (("closed-form", formula), ("integrated", other)) if used.any())
+
+
+def _cores() -> int:
+    """Cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _vectors(sky: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
+    """The directions (n, 3), and the batch shape they had."""
     try:
         directions = np.asarray(sky, float)
     except (TypeError, ValueError):
         raise ValueError("Argument `sky` must be an array of numbers of shape (..., 3).") from None
     if directions.ndim == 0 or directions.shape[-1] != 3:
         raise ValueError(f"Argument `sky` must have shape (..., 3), but has {directions.shape}.")
-    shape = directions.shape[:-1]
-    directions = directions.reshape(-1, 3)
+    return directions.reshape(-1, 3), directions.shape[:-1]
+
+
+def _normalised(directions: np.ndarray) -> np.ndarray:
     largest = np.abs(directions).max(axis=1, initial=0, keepdims=True)
     if not (np.isfinite(largest).all() and (largest > 0).all()):
         raise ValueError("Argument `sky` must hold finite vectors that are not zero.")
@@ -168,39 +218,63 @@ def _checked(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> t
     unit /= np.linalg.norm(unit, axis=1, keepdims=True)
     # A unit vector is left as it is: dividing by 1 + 1e-16 would move a ray close to the shadow edge.
     moved = np.abs(unit - directions).max(axis=1, initial=0, keepdims=True)
-    return np.where(moved > 1e-15, unit, directions), shape, "integrated"
+    return np.where(moved > 1e-15, unit, directions)
 
 
-def _whole(counts: np.ndarray, reached: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    return np.where(reached, counts, -1).astype(int).reshape(shape)
-
-
-def _ray_fields(
-    ends: dict[str, np.ndarray], redshift: np.ndarray | None, shape: tuple[int, ...], tolerance: float
-) -> dict[str, Any]:
-    status = np.where(ends["error"] > tolerance, Status.INACCURATE, Status.ESCAPED)
-    status = np.where(ends["captured"], Status.CAPTURED, status)
+def _finished(ends: Fields, tolerance: float) -> Fields:
+    """What a result holds, from what the engines return."""
+    with np.errstate(invalid="ignore"):
+        status = np.where(ends["error"] > tolerance, Status.INACCURATE, Status.ESCAPED)
+    status = np.where(ends.pop("captured"), Status.CAPTURED, status)
     if "missed" in ends:
-        status = np.where(ends["missed"], Status.MISSED, status)
-    extra = {name: ends[name].reshape(shape) for name in ("radius", "time", "time_error") if name in ends}
-    return {
-        "direction": ends["direction"].reshape((*shape, 3)),
-        "azimuth": ends["azimuth"].reshape(shape),
-        "status": status.reshape(shape),
-        "error": ends["error"].reshape(shape),
-        "redshift": None if redshift is None else redshift.reshape(shape),
-        **extra,
-    }
+        status = np.where(ends.pop("missed"), Status.MISSED, status)
+    reached = np.isfinite(ends["error"])
+    for name in ("index", "crossings"):
+        if name in ends:
+            ends[name] = np.where(reached, ends[name], -1).astype(np.int32)
+    ends["closed_form"] = ends["closed_form"] & reached
+    for name in ("noise", "time_noise", "steps"):
+        ends.pop(name, None)
+    return {"status": status.astype(np.int8), **ends}
 
 
-def _follow(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **wanted: bool) -> dict[str, np.ndarray]:
+def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, goal: Goal, **wanted: bool) -> Fields:
+    """Rays by the engine asked for; which of them are in closed form."""
+    frame = camera.frame()
+    by_formula = engine != "integrated" and goal.kind == "infinity" and not wanted["time"]
+    if not by_formula:
+        ends = _integrated(frame, sky, tolerance, goal, **wanted)
+        return {**ends, "closed_form": np.zeros(len(sky), bool)}
+    backend = jax.default_backend()
+    asked = {name: value for name, value in wanted.items() if name != "time"}
+    kernel = partial(_closed_form(backend), frame, on_equator=camera.on_equator, **asked)
+    ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)))
+    certified = ends.pop("certified")
+    unsure = ~certified
+    if engine == "auto":
+        # Round-off of the formulas, which the integrator does not share; that of the direction itself it does.
+        unsure |= (ends["error"] > tolerance) & (ends["noise"] > ends["error"] / 2)
+    ends["closed_form"] = certified.copy()
+    rest = np.flatnonzero(unsure)
+    if rest.size:
+        again = _integrated(frame, sky[rest], tolerance, goal, **wanted)
+        better = ~certified[rest] | (again["error"] < ends["error"][rest])
+        chosen = rest[better]
+        for name in ends.keys() & again.keys():
+            ends[name][chosen] = again[name][better]
+        ends["closed_form"][chosen] = False
+    return ends
+
+
+def _integrated(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **wanted: bool) -> Fields:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
-    _, work = _batched(partial(_survey, frame, goal=goal), [sky])
+    size, lanes = _BATCH.get(jax.default_backend(), _LARGE_BATCH)
+    _, work = _batched(partial(_survey, frame, goal=goal), [sky], size)
     order = np.argsort(work, kind="stable")
     sky = sky[order]
     refinement = np.ones(len(sky))
-    kernel = partial(_trace, frame, tolerance=tolerance, goal=goal, lanes=_batch()[1], **wanted)
-    ends = _as_fields(_batched(kernel, [sky, refinement]))
+    kernel = partial(_integrate, frame, tolerance=tolerance, goal=goal, lanes=lanes, **wanted)
+    ends = _as_fields(_batched(kernel, [sky, refinement], size))
     for _ in range(_MAX_ROUNDS):
         with np.errstate(invalid="ignore"):
             goal = np.maximum(tolerance, 2 * ends["noise"])
@@ -209,7 +283,7 @@ def _follow(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **wante
             break
         before = ends["error"][loose]
         refinement[loose] *= np.maximum(1.5, 1.15 * (before / goal[loose]) ** (1 / 12))
-        again = _as_fields(_batched(kernel, [sky[loose], refinement[loose]]))
+        again = _as_fields(_batched(kernel, [sky[loose], refinement[loose]], size))
         better = again["error"] < before
         for name, values in again.items():
             ends[name][loose[better]] = values[better]
@@ -219,13 +293,9 @@ def _follow(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **wante
     return {name: values[back] for name, values in ends.items()}
 
 
-def _batch() -> tuple[int, int]:
-    return _BATCH.get(jax.default_backend(), _LARGE_BATCH)
-
-
-def _batched(function: Any, arrays: list[np.ndarray]) -> Any:
+def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
     """`function` of sky directions (and more arrays), over calls of one fixed size; the last is filled up."""
-    count, size = len(arrays[0]), _batch()[0]
+    count = len(arrays[0])
     if count == 0:
         arrays = [np.ones((1, *a.shape[1:])) for a in arrays]
     results = []
@@ -240,26 +310,16 @@ def _batched(function: Any, arrays: list[np.ndarray]) -> Any:
     return jax.tree.map(lambda *parts: np.concatenate([np.asarray(p) for p in parts])[:count], *results)
 
 
-def _as_fields(ends: integrated.End) -> dict[str, np.ndarray]:
+def _as_fields(ends: integrated.End | closed_form.End) -> Fields:
     """The ends of rays as plain arrays that can be written to, without those that were left out."""
-    fields = {
-        "direction": np.stack(ends.direction, axis=-1),
-        "azimuth": ends.azimuth,
-        "error": ends.error,
-        "noise": ends.noise,
-        "captured": ends.captured,
-    }
-    if ends.jacobian is not None:
-        fields["jacobian"] = np.stack([np.stack(row, axis=-1) for row in ends.jacobian], axis=-2)
-    for name, values in (
-        ("jacobian_error", ends.jacobian_error),
-        ("index", ends.conjugate_points),
-        ("crossings", ends.crossings),
-        ("missed", ends.missed),
-        ("radius", ends.radius),
-        ("time", ends.time),
-        ("time_error", ends.time_error),
-    ):
-        if values is not None:
-            fields[name] = values
-    return {name: np.array(values) for name, values in fields.items()}
+    fields = {}
+    for name, values in ends._asdict().items():
+        if values is None:
+            continue
+        if name == "direction":
+            fields[name] = np.stack(values, axis=-1)
+        elif name == "jacobian":
+            fields[name] = np.stack([np.stack(row, axis=-1) for row in values], axis=-2)
+        else:
+            fields["index" if name == "conjugate_points" else name] = np.array(values)
+    return fields

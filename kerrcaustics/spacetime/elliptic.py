@@ -1,0 +1,176 @@
+"""Elliptic integrals and functions for JAX arrays: real arithmetic, fixed numbers of steps, no physics.
+
+Carlson's integrals take their arguments y, z as sqrt(y) + sqrt(z) and sqrt(y z), so that a complex pair costs nothing
+special. The functions of Jacobi come from theta series: for a parameter m of one half or less, the largest that is
+needed here, four terms are exact to round-off.
+
+References: Carlson 1995 (Numer. Algorithms 10, 13); DLMF 19.16, 19.26, 19.36, 20.2, 22.2, 22.7.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+Array = Any
+
+# Terms of atanh(e) / e that are exact to round-off after so many duplications: 0 stands for the logarithm itself.
+_ATANH_TERMS = (0, 0, 10, 5, 3, 2, 2)
+# Steps of duplication; each brings the arguments closer together by a factor of 4.
+_DUPLICATIONS = len(_ATANH_TERMS)
+_LANDEN_STEPS = 4
+
+
+class Triple(NamedTuple):
+    """The arguments x, y, z of Carlson's integrals: sqrt(x), sqrt(y) + sqrt(z), sqrt(y z).
+
+    sqrt(y z) may be negative: the integral then goes beyond half a period.
+    """
+
+    root: Array
+    root_sum: Array
+    root_product: Array
+
+
+class Pole(NamedTuple):
+    """The fourth argument p of R_J, with gamma = +-sqrt(-(p - x) (p - y) (p - z)), which must be real."""
+
+    p: Array
+    gamma: Array
+
+
+def carlson(triple: Triple, poles: Sequence[Pole] = ()) -> tuple[Array, list[Array]]:
+    """R_F(x, y, z), and gamma R_J(x, y, z, p) for every pole.
+
+    Errors: relative 1e-15 for arguments whose ratios are below 1e8 or so.
+    References: Carlson 1995; DLMF 19.26.18, 19.26.21, 19.36.1, 19.36.2.
+    """
+    root, root_sum, root_product = triple
+    x, total, product = root**2, root_sum**2 - 2 * root_product, root_product**2
+    powers = [pole.p for pole in poles]
+    sums: list[Array] = [0.0 for _ in poles]
+    for n in range(_DUPLICATIONS):
+        shift = root * root_sum + root_product
+        for i, pole in enumerate(poles):
+            p = powers[i]
+            root_p = jnp.sqrt(p)
+            d = (root_p + root) * (p + root_p * root_sum + root_product)
+            sums[i] = sums[i] + _duplication_term(n, d, pole.gamma / 8**n, 2 * d * root_p * (p + shift))
+            powers[i] = (p + shift) / 4
+        x = (x + shift) / 4
+        product = (product + shift * total + shift**2) / 16
+        total = (total + 2 * shift) / 4
+        root, root_product = jnp.sqrt(x), jnp.sqrt(product)
+        root_sum = jnp.sqrt(total + 2 * root_product)
+    first = _first_tail(x, total, product)
+    scale = 4.0**-_DUPLICATIONS
+    thirds = [
+        s + scale * pole.gamma * _third_tail(x, total, product, p)
+        for s, pole, p in zip(sums, poles, powers, strict=True)
+    ]
+    return first, thirds
+
+
+def log_ratio(s: Array, k: Array, product: Array) -> Array:
+    """ln((s + k) / (s - k)) for s > |k|, with (s + k) (s - k) = product known without cancellation."""
+    sign = jnp.where(k < 0, -1.0, 1.0)
+    return sign * jnp.log((s + sign * k) ** 2 / product)
+
+
+def _duplication_term(n: int, d: Array, gamma: Array, product: Array) -> Array:
+    """4^-n (6 / d) gamma_0 R_C(1, 1 - (gamma / d)^2) with gamma_0 = 8^n gamma, and d^2 - gamma^2 = product."""
+    if _ATANH_TERMS[n] == 0:
+        return 3 * 2**n * log_ratio(d, gamma, product)
+    ratio = gamma / d
+    square = ratio * ratio
+    series = 0.0
+    for j in reversed(range(_ATANH_TERMS[n])):
+        series = series * square + 1 / (2 * j + 1)
+    return 6 * 2**n * ratio * series
+
+
+def _first_tail(x: Array, total: Array, product: Array) -> Array:
+    """R_F of nearly equal arguments (DLMF 19.36.1)."""
+    mean = (x + total) / 3
+    dx = 1 - x / mean
+    pair = 1 - total / mean + product / mean**2
+    e2, e3 = pair - dx**2, dx * pair
+    return (1 - e2 / 10 + e3 / 14 + e2**2 / 24 - 3 * e2 * e3 / 44) / jnp.sqrt(mean)
+
+
+def _third_tail(x: Array, total: Array, product: Array, p: Array) -> Array:
+    """R_J of nearly equal arguments (DLMF 19.36.2)."""
+    mean = (x + total + 2 * p) / 5
+    inverse = 1 / mean
+    dx, dp = 1 - x * inverse, 1 - p * inverse
+    pair_sum = 2 - total * inverse
+    pair = 1 - total * inverse + product * inverse**2
+    e2 = dx * pair_sum + pair - 3 * dp**2
+    e3 = dx * pair + 2 * e2 * dp + 4 * dp**3
+    e4 = (2 * dx * pair + e2 * dp + 3 * dp**3) * dp
+    e5 = dx * pair * dp**2
+    series = 1 - 3 * e2 / 14 + e3 / 6 + 9 * e2**2 / 88 - 3 * e4 / 22 - 9 * e2 * e3 / 52 + 3 * e5 / 26
+    return series * inverse * jnp.sqrt(inverse)
+
+
+class Modulus(NamedTuple):
+    """A parameter m = slope * part, 0 <= m <= 1/2, and its complement 1 - m.
+
+    Nomes and amplitudes are given divided by `part`, so that nothing is lost, nor any derivative, where it vanishes.
+    """
+
+    slope: Array
+    part: Array
+    complement: Array
+
+
+def nome_slope(modulus: Modulus) -> Array:
+    """The nome exp(-pi K' / K), divided by `part` (DLMF 22.2.1, 20.9)."""
+    k = jnp.sqrt(modulus.complement)
+    slope = modulus.slope / (2 * (1 + k) * (1 + jnp.sqrt(k)) ** 2)
+    fourth = (slope * modulus.part) ** 4
+    return slope * (1 + fourth * (2 + fourth * (15 + 150 * fourth)))
+
+
+def landen(modulus: Modulus, tangent: Array, amplitude: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
+    """Two arguments of elliptic functions in units of 2 K / pi, by descending Landen transformations (DLMF 22.7).
+
+    Parameters: tangent, t = sqrt(1 - part) >= 0, where part is that of the modulus; amplitude, (sine, cosine).
+    Returns exp(-2 beta) / part, where sc(i beta) = i t / sqrt(part); and the difference between the amplitude and the
+    argument that has it (0 when left out).
+    """
+    slope, part, complement = modulus
+    t, power, delay = tangent, 0.5, 0.0
+    decay = 1 / (1 + t) ** 2
+    sine, cosine = amplitude or (0.0, 1.0)
+    for _ in range(_LANDEN_STEPS):
+        k = jnp.sqrt(complement)
+        mixed = slope + complement
+        decay = decay * (mixed * ((1 + t) / (1 + k * t)) ** 2) ** power
+        if amplitude is not None:
+            even = cosine**2 + k * sine**2
+            delay = delay + power * jnp.arctan(slope * part / (1 + k) * sine * cosine / even)
+            length = jnp.sqrt(cosine**2 + complement * sine**2)
+            sine, cosine = (1 + k) * sine * cosine / length, (cosine**2 - k * sine**2) / length
+        denominator = 1 + k * t * t
+        t = t * (1 + k) / denominator
+        slope, part = (
+            (slope * denominator) ** 2 / ((1 + k) ** 4 * mixed),
+            part * part * mixed / denominator**2,
+        )
+        complement = 1 - slope * part
+        power /= 2
+    return decay, delay
+
+
+def theta3(nome: Array) -> Array:
+    """theta_3(0), the square root of 2 K / pi (DLMF 20.2.3), for a nome below 0.05."""
+    return 1 + 2 * (nome + nome**4 + nome**9)
+
+
+def sd(nome: Array, theta3_z: Array, sine1: Array, sine3: Array, sine5: Array) -> Array:
+    """The function sd = sn / dn at the phase z, from theta_3(z) and the sines of z, 3 z, 5 z (DLMF 22.2, 20.2)."""
+    n2, n4 = nome**2, nome**4
+    theta1 = sine1 - n2 * sine3 + n4 * n2 * sine5
+    theta2, theta4 = 1 + n2 + n4 * n2, 1 - 2 * (nome - n4)
+    return theta3(nome) ** 2 / (theta2 * theta4) * theta1 / theta3_z
