@@ -138,7 +138,7 @@ def _ray(frame: Frame, sky: tuple[Array, ...], on_equator: bool) -> tuple[tuple[
     c, s = jnp.cos(psi + m.turn), jnp.sin(psi + m.turn)
     direction = (c * m.x - s * m.y, s * m.x + c * m.y, m.z)
     captured = radial.is_captured(frame, light, quartic)
-    noise = _noise(frame, light, m.phase)
+    noise = _noise(frame, light, quartic, m.phase)
     way = _Way(
         azimuth=psi + m.azimuth,
         phase=m.phase,
@@ -152,30 +152,33 @@ def _ray(frame: Frame, sky: tuple[Array, ...], on_equator: bool) -> tuple[tuple[
     return direction, jax.lax.stop_gradient(way)
 
 
-def _noise(frame: Frame, light: Photon, phase: Array) -> Array:
+def _noise(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Array) -> Array:
     """Round-off of the formulas, in radians for a beam of unit spread; the factors were measured.
 
-    psi is a difference of two integrals divided by r_+ - r_-, and they know 2 r_+ - a b only through its square.
+    psi is a difference of two integrals divided by r_+ - r_-. Close to the hole, photons that move with its horizon,
+    2 r_+ = a b, are the worst. Rounding b and q moves the outer roots: the last term is what that does to the time.
     """
     outer, inner = _horizons(frame.spin)
-    gap = 2 * outer - frame.spin * light.b
-    return 2e-15 * (1 + 0.3 * phase) + 4e-15 * frame.spin / (outer - inner) * (1 + 1 / gap**2)
+    corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (frame.radius - outer) ** 2)
+    moved = light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
+    return 2e-15 * (1 + 0.3 * phase) + 4e-15 * frame.spin / (outer - inner) * (1 + 0.3 / corotation) + 3e-16 * moved
+
+
+def _time_slope(frame: Frame, light: Photon, quartic: radial.Quartic) -> Array:
+    """How much the Mino time changes with the potential R where the ray lingers, near the outer roots."""
+    # A ray that leaves outward from above the roots does not linger there.
+    away = (light.rate[0] < 0) & (frame.radius > quartic.h)
+    gap = jnp.abs(quartic.d) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
+    return 1 / (jnp.abs(4 * quartic.h**2 - quartic.e) ** 1.5 * gap)
 
 
 def _spread(frame: Frame, sky: tuple[Array, ...], light: Photon, quartic: radial.Quartic) -> Array:
-    """An estimate of the beam's major diameter for a ray that is traced alone, mostly one to ten times too large.
-
-    The Mino time changes by d(time) = d(potential) / (depth^3/2 gap), where the ray lingers near the outer roots.
-    """
-    a, r, h = frame.spin, frame.radius, quartic.h
+    """An estimate of the beam's major diameter for a ray that is traced alone, mostly one to ten times too large."""
+    a, h = frame.spin, quartic.h
     momentum = jnp.sqrt(light.k + a * a)
-    potential = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * light.b)
-    # A ray that leaves outward from above the roots does not linger there.
-    away = (light.rate[0] < 0) & (r > h)
-    gap = jnp.abs(quartic.d) + jnp.where(away, (r - h) ** 2, 0.0)
-    time = potential / (jnp.abs(4 * h * h - quartic.e) ** 1.5 * gap)
+    slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * light.b)
     energy = (1 - frame.speed**2) ** 0.5 / ((1 - frame.speed * sky[1]) * jnp.abs(light.energy_ratio))
-    return energy * (1 + frame.cylindrical_scale * momentum * time)
+    return energy * (1 + frame.cylindrical_scale * momentum * slope * _time_slope(frame, light, quartic))
 
 
 def _radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Array, Array]:
@@ -210,7 +213,7 @@ def _radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic) -> tupl
             -2 * (horizon + low_root) * r + horizon**2 + 2 * horizon * low_root - (h * h - d) - 2 * h * next_root
         ) * r
         squares = squares - horizon**2 * low_root + next_root * (h * h - d)
-        cancels = outer < 0
+        cancels = outer * inner < -0.5 * above
         gap = jnp.where(cancels, above - outer * inner, 1.0)
         s = jnp.where(cancels, squares / gap, (above + outer * inner) / (r - low_root))
         logs.append(elliptic.log_ratio(s, rate, (r - horizon) / (r - low_root) * pole.p))
