@@ -67,11 +67,11 @@ class Flight(NamedTuple):
 
 
 class _Touch(NamedTuple):
-    """The paths at the end, and what the ray does there; psi_rate None at infinity, where it is 0."""
+    """The paths at the end, and what the ray does there; psi_rate, 0 at infinity."""
 
     paths: list[Path]
     m: tuple[Array, ...]
-    psi_rate: Array | None
+    psi_rate: Array
 
 
 def land(frame: Frame, goal: Goal, constants: Constants, aim: Aim, flight: Flight, beams: bool) -> End:
@@ -98,8 +98,9 @@ def land(frame: Frame, goal: Goal, constants: Constants, aim: Aim, flight: Fligh
     if jacobian is not None:
         jacobian_error = drift + noise
         if goal.kind != "infinity":
-            # Close to the camera the beam is still small.
-            jacobian_error = jacobian_error / jnp.minimum(_widening(goal, constants, flight, touch, jacobian)[0], 1)
+            # Close to the camera the beam is still small; close to the horizon large turns of psi cancel in it.
+            size = jnp.minimum(_widening(goal, constants, flight, touch, jacobian)[0], 1)
+            jacobian_error = jacobian_error * (1 + jnp.abs(touch.psi_rate) / polar_rapidity(constants)) / size
         jacobian_error = jnp.where(flight.stuck, 1.0, jacobian_error) + hidden
     end = End(
         direction=tuple(p + hidden for p in n),
@@ -116,8 +117,9 @@ def land(frame: Frame, goal: Goal, constants: Constants, aim: Aim, flight: Fligh
         end = end._replace(captured=aim.captured & lost, missed=lost & ~aim.captured, radius=radius)
     if flight.clock_error is not None:
         time = clock.reading(constants, flight.start[0], ray, touch.paths[-1], goal.kind == "infinity") + hidden
-        error, noise = _time_error(frame, constants, goal, end, flight, ray)
-        end = end._replace(time=time, time_error=error + hidden, time_noise=noise)
+        drift, noise = _time_errors(frame, constants, goal, end, ray)
+        drift = jnp.where(flight.stuck, jnp.inf, drift + _DIRECTION_GAIN * flight.clock_error)
+        end = end._replace(time=time, time_error=drift + noise + hidden, time_noise=noise)
     return end
 
 
@@ -126,7 +128,7 @@ def _touch_down(spin: float, goal: Goal, constants: Constants, aim: Aim, flight:
     timed = flight.clock_error is not None
     if goal.kind == "infinity":
         others = flight.paths[:-1] if timed else flight.paths
-        paths, psi_rate = [_advanced_far_out(spin, path, rest) for path in others], None
+        paths, psi_rate = [_advanced_far_out(spin, path, rest) for path in others], 0.0
         if timed:
             paths += _advanced(flight.rates, flight.paths, rest)[0][-1:]
     else:
@@ -163,7 +165,7 @@ def _jacobian(goal: Goal, touch: _Touch, n: tuple[Array, ...]) -> Jacobian:
     for path in variations:
         shift = -path.position[fixed] / ray.rate[fixed]
         moved = [d + shift * r for d, r in zip(path.position[1:], ray.rate[1:], strict=True)]
-        turn = path.psi if touch.psi_rate is None else path.psi + shift * touch.psi_rate
+        turn = path.psi if goal.kind == "infinity" else path.psi + shift * touch.psi_rate
         x, y, z = turned(touch.m, moved, turn)
         columns.append((c * x - s * y, s * x + c * y, z))
         radial_row.append(-(path.position[0] + shift * ray.rate[0]) / ray.position[0] ** 2)
@@ -213,17 +215,17 @@ def _widening(
     return spread * polar_rapidity(constants) / opening, spread
 
 
-def _time_error(
-    frame: Frame, constants: Constants, goal: Goal, end: End, flight: Flight, ray: Path
-) -> tuple[Array, Array]:
-    """Error of the time, and its round-off: an end displaced by some angle is late by at most sqrt(k) times that."""
-    lever, reach = polar_rapidity(constants), frame.radius
+def _time_errors(frame: Frame, constants: Constants, goal: Goal, end: End, ray: Path) -> tuple[Array, Array]:
+    """Errors of the time that come with those of the end, and by round-off.
+
+    An end displaced by some angle is late by at most sqrt(k) times that.
+    """
+    lever: Array = polar_rapidity(constants)
+    reach: Array = frame.radius
     if goal.kind != "infinity":
         u = jnp.abs(ray.position[0])
         depth = 1 / (u * radial.horizon_function(frame.spin, u))
         reach = reach + depth
         if goal.kind == "plane":
             lever = lever + depth
-    noise = lever * end.noise + 1e-15 * reach
-    error = _DIRECTION_GAIN * flight.clock_error + lever * end.error + noise
-    return jnp.where(flight.stuck, jnp.inf, error), noise
+    return lever * end.error, lever * end.noise + 1e-15 * reach
