@@ -125,6 +125,7 @@ def time_left(goal: Goal, constants: Constants, aim: Aim, path: Path) -> Array:
     if goal.kind == "plane":
         # z'' vanishes in the plane.
         return -path.position[3] / path.rate[3]
+    assert aim.rising is not None
     # The parabola through u, arriving with the known sign of w: close to a turning point too.
     pull = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
     gap = 1 / goal.value - u

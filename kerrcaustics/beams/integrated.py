@@ -23,7 +23,7 @@ from kerrcaustics.beams.ends import INFINITY, Aim, Goal, aim_at, time_left
 from kerrcaustics.beams.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
 from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, length
 from kerrcaustics.beams.landing import End, Flight, land
-from kerrcaustics.beams.nystroem import Path, nystroem_step
+from kerrcaustics.beams.nystroem import Path, Rates, nystroem_step
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, photon
 from kerrcaustics.spacetime.sphere import tangent_basis
@@ -68,49 +68,12 @@ def trace(
     paths, variations = _with_variations(frame, sky, ray) if beams else _with_instability(constants, ray)
     density = refinement * jnp.minimum(_density(tolerance, index) * _near_edge(constants, aim.mino_time), _DENSEST)
     idle = aim.lost | (refinement <= 0)
-    arrival = jnp.where(idle, 0.0, aim.mino_time)
     rates = partial(_all_rates, frame.spin, constants, variations)
     if time:
         rates = clock.with_clock(rates, frame.spin, constants)
         paths = (*paths, clock.started(constants, ray))
-
-    def beam_area(paths: tuple[Path, ...]) -> Array:
-        return area(ray_rates(frame.spin, constants, paths[0].position)[1], paths[:3])
-
-    def remaining(now: _Progress) -> Array:
-        path = now.paths[0]
-        left = jnp.where(now.time < arrival, arrival - now.time, time_left(goal, constants, aim, path))
-        pace = polar_rapidity(constants) if goal.kind == "infinity" else rapidity(frame.spin, constants, path)
-        done = idle | ((now.time >= arrival) & ~(jnp.abs(left) * pace > _LANDING_ARC)) | (now.steps >= MAX_STEPS)
-        if now.corrections is not None:
-            done = done | (now.corrections >= _MOST_CORRECTIONS)
-        return jnp.where(done, 0.0, left)
-
-    def step(now: _Progress) -> _Progress:
-        left = remaining(now)
-        count = jnp.ceil(jnp.abs(left) * density * rapidity(frame.spin, constants, now.paths[0]))
-        h = left / jnp.maximum(count, 1)
-        paths, gaps = nystroem_step(rates, now.paths, h, (0, len(now.paths) - 1) if time else (0,))
-        turn = azimuth_step(constants.b, now.paths[0].position, paths[0].position)
-        after = now._replace(
-            time=jnp.where(count <= 1, jnp.maximum(arrival, now.time), now.time + h),
-            steps=now.steps + (h != 0),
-            paths=paths,
-            local_error=now.local_error + _local_error(constants, aim, gaps[0]),
-            azimuth=now.azimuth + turn,
-        )
-        if now.clock_error is not None:
-            after = after._replace(clock_error=now.clock_error + clock.local_error(constants, paths[-1], gaps[1]))
-        if now.corrections is not None:
-            after = after._replace(corrections=now.corrections + ((h != 0) & (now.time >= arrival)))
-        if index:
-            passed, sign = changed_sign(now.area_sign, beam_area(paths))
-            after = after._replace(conjugate_points=now.conjugate_points + passed, area_sign=sign)
-        if crossings:
-            passed, sign = changed_sign(now.side, paths[0].position[3])
-            after = after._replace(crossings=now.crossings + passed, side=sign)
-        return after
-
+    arrival = jnp.where(idle, 0.0, aim.mino_time)
+    course = _Course(frame.spin, goal, constants, aim, idle, arrival, density, rates)
     none = jnp.zeros_like(arrival)
     first = _Progress(
         time=none,
@@ -118,14 +81,14 @@ def trace(
         paths=paths,
         local_error=none,
         azimuth=_first_azimuth(frame, ray),
-        conjugate_points=none,
-        area_sign=jnp.sign(beam_area(paths)) if index else none,
-        crossings=none,
-        side=jnp.where(ray.position[3] == 0, jnp.sign(ray.rate[3]), jnp.sign(ray.position[3])),
+        conjugate_points=none if index else None,
+        area_sign=jnp.sign(_beam_area(course, paths)) if index else None,
+        crossings=none if crossings else None,
+        side=jnp.where(ray.position[3] == 0, jnp.sign(ray.rate[3]), jnp.sign(ray.position[3])) if crossings else None,
         clock_error=none if time else None,
         corrections=None if goal.kind == "infinity" else none,
     )
-    last = jax.lax.while_loop(lambda now: jnp.any(remaining(now) != 0), step, first)
+    last = jax.lax.while_loop(lambda now: jnp.any(_remaining(course, now) != 0), partial(_step, course), first)
     flight = Flight(
         start=paths,
         paths=last.paths,
@@ -137,23 +100,87 @@ def trace(
         stuck=last.steps >= MAX_STEPS,
     )
     end = land(frame, goal, constants, aim, flight, beams)
-    return end._replace(
-        conjugate_points=last.conjugate_points if index else None, crossings=last.crossings if crossings else None
-    )
+    # The end in the plane is a crossing itself, on whichever side of it round-off has left z.
+    passed = jnp.full_like(none, goal.value) if crossings and goal.kind == "plane" else last.crossings
+    return end._replace(conjugate_points=last.conjugate_points, crossings=passed)
+
+
+class _Course(NamedTuple):
+    """What steers the steps: the end, the time of arrival there (0 for idle rays), steps per radian, the equations."""
+
+    spin: float
+    goal: Goal
+    constants: Constants
+    aim: Aim
+    idle: Array
+    arrival: Array
+    density: Array
+    rates: Rates
 
 
 class _Progress(NamedTuple):
+    """A ray on its way; what was not asked for is None."""
+
     time: Array
     steps: Array
     paths: tuple[Path, ...]
     local_error: Array
     azimuth: Array
-    conjugate_points: Array
-    area_sign: Array
-    crossings: Array
-    side: Array
-    clock_error: Array | None = None
-    corrections: Array | None = None
+    conjugate_points: Array | None
+    area_sign: Array | None
+    crossings: Array | None
+    side: Array | None
+    clock_error: Array | None
+    corrections: Array | None
+
+
+def _remaining(course: _Course, now: _Progress) -> Array:
+    """Mino time left, 0 for rays that are done."""
+    path = now.paths[0]
+    left = jnp.where(
+        now.time < course.arrival,
+        course.arrival - now.time,
+        time_left(course.goal, course.constants, course.aim, path),
+    )
+    far_out = course.goal.kind == "infinity"
+    pace = polar_rapidity(course.constants) if far_out else rapidity(course.spin, course.constants, path)
+    landing = (now.time >= course.arrival) & ~(jnp.abs(left) * pace > _LANDING_ARC)
+    done = course.idle | landing | (now.steps >= MAX_STEPS)
+    if now.corrections is not None:
+        done = done | (now.corrections >= _MOST_CORRECTIONS)
+    return jnp.where(done, 0.0, left)
+
+
+def _step(course: _Course, now: _Progress) -> _Progress:
+    """One step of every ray that is not done."""
+    left = _remaining(course, now)
+    count = jnp.ceil(jnp.abs(left) * course.density * rapidity(course.spin, course.constants, now.paths[0]))
+    h = left / jnp.maximum(count, 1)
+    watched = (0,) if now.clock_error is None else (0, len(now.paths) - 1)
+    paths, gaps = nystroem_step(course.rates, now.paths, h, watched)
+    turn = azimuth_step(course.constants.b, now.paths[0].position, paths[0].position)
+    after = now._replace(
+        time=jnp.where(count <= 1, jnp.maximum(course.arrival, now.time), now.time + h),
+        steps=now.steps + (h != 0),
+        paths=paths,
+        local_error=now.local_error + _local_error(course.constants, course.aim, gaps[0]),
+        azimuth=now.azimuth + turn,
+    )
+    if now.clock_error is not None:
+        after = after._replace(clock_error=now.clock_error + clock.local_error(course.constants, paths[-1], gaps[1]))
+    if now.corrections is not None:
+        after = after._replace(corrections=now.corrections + ((h != 0) & (now.time >= course.arrival)))
+    if now.conjugate_points is not None and now.area_sign is not None:
+        passed, sign = changed_sign(now.area_sign, _beam_area(course, paths))
+        after = after._replace(conjugate_points=now.conjugate_points + passed, area_sign=sign)
+    if now.crossings is not None and now.side is not None:
+        passed, sign = changed_sign(now.side, paths[0].position[3])
+        after = after._replace(crossings=now.crossings + passed, side=sign)
+    return after
+
+
+def _beam_area(course: _Course, paths: tuple[Path, ...]) -> Array:
+    return area(ray_rates(course.spin, course.constants, paths[0].position)[1], paths[:3])
 
 
 def _start(frame: Frame, sky: tuple[Array, Array, Array], goal: Goal = INFINITY) -> tuple[Constants, Path, Aim]:

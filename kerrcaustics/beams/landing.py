@@ -29,7 +29,7 @@ class End(NamedTuple):
     direction (x, y, z) of n'; azimuth, unwrapped; error in radians, and noise, the part of it that is round-off;
     jacobian_error, relative; steps taken; captured; jacobian, rows e_theta', e_phi', columns the two camera-sky
     directions; conjugate_points passed (the Morse index); crossings of the equatorial plane; missed, neither captured
-    nor at the end; radius of the end; time and time_error.
+    nor at the end; radius of the end; time, time_error, and time_noise, its round-off.
     """
 
     direction: tuple[Array, Array, Array]
@@ -46,6 +46,7 @@ class End(NamedTuple):
     radius: Array | None = None
     time: Array | None = None
     time_error: Array | None = None
+    time_noise: Array | None = None
 
 
 class Flight(NamedTuple):
@@ -66,11 +67,11 @@ class Flight(NamedTuple):
 
 
 class _Touch(NamedTuple):
-    """The paths at the end, and what the ray does there; psi_rate None at infinity, where it is 0."""
+    """The paths at the end, and what the ray does there; psi_rate, 0 at infinity."""
 
     paths: list[Path]
     m: tuple[Array, ...]
-    psi_rate: Array | None
+    psi_rate: Array
 
 
 def land(frame: Frame, goal: Goal, constants: Constants, aim: Aim, flight: Flight, beams: bool) -> End:
@@ -93,12 +94,20 @@ def land(frame: Frame, goal: Goal, constants: Constants, aim: Aim, flight: Fligh
     hidden = jnp.where(lost, jnp.nan, 0.0)
     turning = flight.azimuth + azimuth_step(constants.b, before.position, ray.position) + ray.psi
     error = jnp.where(flight.stuck, math.pi, jnp.minimum(_DIRECTION_GAIN * drift + noise, math.pi))
+    jacobian_error = None
+    if jacobian is not None:
+        jacobian_error = drift + noise
+        if goal.kind != "infinity":
+            # Close to the camera the beam is still small; close to the horizon large turns of psi cancel in it.
+            size = jnp.minimum(_widening(goal, constants, flight, touch, jacobian)[0], 1)
+            jacobian_error = jacobian_error * (1 + jnp.abs(touch.psi_rate) / polar_rapidity(constants)) / size
+        jacobian_error = jnp.where(flight.stuck, 1.0, jacobian_error) + hidden
     end = End(
         direction=tuple(p + hidden for p in n),
         azimuth=turning + hidden,
         error=error + hidden,
         noise=noise,
-        jacobian_error=jnp.where(flight.stuck, 1.0, drift + noise) + hidden if beams else None,
+        jacobian_error=jacobian_error,
         steps=flight.steps,
         captured=aim.captured,
         jacobian=None if jacobian is None else tuple(tuple(e + hidden for e in row) for row in jacobian),
@@ -108,7 +117,9 @@ def land(frame: Frame, goal: Goal, constants: Constants, aim: Aim, flight: Fligh
         end = end._replace(captured=aim.captured & lost, missed=lost & ~aim.captured, radius=radius)
     if flight.clock_error is not None:
         time = clock.reading(constants, flight.start[0], ray, touch.paths[-1], goal.kind == "infinity") + hidden
-        end = end._replace(time=time, time_error=_time_error(frame, constants, goal, end, flight, ray))
+        drift, noise = _time_errors(frame, constants, goal, end, ray)
+        drift = jnp.where(flight.stuck, jnp.inf, drift + _DIRECTION_GAIN * flight.clock_error)
+        end = end._replace(time=time, time_error=drift + noise + hidden, time_noise=noise)
     return end
 
 
@@ -117,7 +128,7 @@ def _touch_down(spin: float, goal: Goal, constants: Constants, aim: Aim, flight:
     timed = flight.clock_error is not None
     if goal.kind == "infinity":
         others = flight.paths[:-1] if timed else flight.paths
-        paths, psi_rate = [_advanced_far_out(spin, path, rest) for path in others], None
+        paths, psi_rate = [_advanced_far_out(spin, path, rest) for path in others], 0.0
         if timed:
             paths += _advanced(flight.rates, flight.paths, rest)[0][-1:]
     else:
@@ -154,7 +165,7 @@ def _jacobian(goal: Goal, touch: _Touch, n: tuple[Array, ...]) -> Jacobian:
     for path in variations:
         shift = -path.position[fixed] / ray.rate[fixed]
         moved = [d + shift * r for d, r in zip(path.position[1:], ray.rate[1:], strict=True)]
-        turn = path.psi if touch.psi_rate is None else path.psi + shift * touch.psi_rate
+        turn = path.psi if goal.kind == "infinity" else path.psi + shift * touch.psi_rate
         x, y, z = turned(touch.m, moved, turn)
         columns.append((c * x - s * y, s * x + c * y, z))
         radial_row.append(-(path.position[0] + shift * ray.rate[0]) / ray.position[0] ** 2)
@@ -172,11 +183,7 @@ def _growth(
     ray = touch.paths[0]
     speed = polar_rapidity(constants)
     if jacobian is not None:
-        spread = length([entry for row in jacobian for entry in row])
-        if goal.kind == "plane":
-            spread = spread * jnp.abs(ray.position[0])
-        opening = length((*flight.start[1].rate[1:], *flight.start[2].rate[1:]))
-        growth = spread * speed / opening
+        growth, spread = _widening(goal, constants, flight, touch, jacobian)
     else:
         growth = jnp.abs(touch.paths[1].position[0])
         if goal.kind == "sphere":
@@ -197,14 +204,28 @@ def _growth(
     return growth, spread + motion
 
 
-def _time_error(frame: Frame, constants: Constants, goal: Goal, end: End, flight: Flight, ray: Path) -> Array:
-    """Where the end lies elsewhere by some angle, light takes longer by at most that times sqrt(k)."""
-    lever, reach = polar_rapidity(constants), frame.radius
+def _widening(
+    goal: Goal, constants: Constants, flight: Flight, touch: _Touch, jacobian: Jacobian
+) -> tuple[Array, Array]:
+    """Size of the Jacobian, per radian of arc that the beam opens and per radian in N; in the plane relative to r."""
+    spread = length([entry for row in jacobian for entry in row])
+    if goal.kind == "plane":
+        spread = spread * jnp.abs(touch.paths[0].position[0])
+    opening = length((*flight.start[1].rate[1:], *flight.start[2].rate[1:]))
+    return spread * polar_rapidity(constants) / opening, spread
+
+
+def _time_errors(frame: Frame, constants: Constants, goal: Goal, end: End, ray: Path) -> tuple[Array, Array]:
+    """Errors of the time that come with those of the end, and by round-off.
+
+    An end displaced by some angle is late by at most sqrt(k) times that.
+    """
+    lever: Array = polar_rapidity(constants)
+    reach: Array = frame.radius
     if goal.kind != "infinity":
         u = jnp.abs(ray.position[0])
         depth = 1 / (u * radial.horizon_function(frame.spin, u))
         reach = reach + depth
         if goal.kind == "plane":
             lever = lever + depth
-    error = _DIRECTION_GAIN * flight.clock_error + lever * end.error + 1e-15 * reach
-    return jnp.where(flight.stuck, jnp.inf, error)
+    return lever * end.error, lever * end.noise + 1e-15 * reach

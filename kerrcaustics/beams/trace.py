@@ -49,7 +49,7 @@ def _integrate(
 ) -> integrated.End:
     """One call: `lanes` rays at a time, so that slow rays hold up few others."""
     split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
-    ends = jax.lax.map(lambda part: integrated.trace(frame, *part, tolerance, goal, **wanted), split)
+    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, goal, **wanted), split)
     return jax.tree.map(lambda values: values.reshape(-1), ends)
 
 
@@ -81,7 +81,7 @@ def trace_rays(
         "closed-form", elliptic functions, with the integrator where those do not hold; "integrated"; or "auto", which
         is the closed form with the integrator where that is more accurate.
     tolerance : float
-        Wanted error of n' in radians, 1e-14 to 1e-2.
+        Wanted error of n' in radians, 1e-14 to 1e-2; and of the time, relative to it where it is more than 1.
     end : float or EquatorialPlane
         Where rays end: math.inf is the celestial sphere, a number outside the horizon the first arrival at that
         radius, an `EquatorialPlane` its n-th crossing.
@@ -276,21 +276,31 @@ def _integrated(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **w
     kernel = partial(_integrate, frame, tolerance=tolerance, goal=goal, lanes=lanes, **wanted)
     ends = _as_fields(_batched(kernel, [sky, refinement], size))
     for _ in range(_MAX_ROUNDS):
+        excess = _excess(ends, tolerance)
         with np.errstate(invalid="ignore"):
-            goal = np.maximum(tolerance, 2 * ends["noise"])
-            loose = np.flatnonzero((ends["error"] > goal) & (refinement > 0))
+            loose = np.flatnonzero((excess > 1) & (refinement > 0))
         if loose.size == 0:
             break
-        before = ends["error"][loose]
-        refinement[loose] *= np.maximum(1.5, 1.15 * (before / goal[loose]) ** (1 / 12))
+        before = excess[loose]
+        refinement[loose] *= np.maximum(1.5, 1.15 * before ** (1 / 12))
         again = _as_fields(_batched(kernel, [sky[loose], refinement[loose]], size))
-        better = again["error"] < before
+        after = _excess(again, tolerance)
+        better = after < before
         for name, values in again.items():
             ends[name][loose[better]] = values[better]
         # Shorter steps that do not halve the error show that round-off is what is left.
-        refinement[loose[~(again["error"] < before / 2)]] = 0
+        refinement[loose[~(after < before / 2)]] = 0
     back = np.argsort(order, kind="stable")
     return {name: values[back] for name, values in ends.items()}
+
+
+def _excess(ends: Fields, tolerance: float) -> np.ndarray:
+    """Errors as multiples of what is wanted, or of twice the round-off where that is more; the time's too."""
+    excess = ends["error"] / np.maximum(tolerance, 2 * ends["noise"])
+    if "time" in ends:
+        wanted = np.maximum(tolerance * np.maximum(1, np.abs(ends["time"])), 2 * ends["time_noise"])
+        excess = np.maximum(excess, ends["time_error"] / wanted)
+    return excess
 
 
 def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
