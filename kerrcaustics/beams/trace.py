@@ -241,13 +241,13 @@ def _finished(ends: Fields, tolerance: float) -> Fields:
 def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, goal: Goal, **wanted: bool) -> Fields:
     """Rays by the engine asked for; which of them are in closed form."""
     frame = camera.frame()
-    by_formula = engine != "integrated" and goal.kind == "infinity" and not wanted["time"]
+    by_formula = engine != "integrated" and goal.kind in closed_form.KINDS and not wanted["time"]
     if not by_formula:
         ends = _integrated(frame, sky, tolerance, goal, **wanted)
         return {**ends, "closed_form": np.zeros(len(sky), bool)}
     backend = jax.default_backend()
     asked = {name: value for name, value in wanted.items() if name != "time"}
-    kernel = partial(_closed_form(backend), frame, on_equator=camera.on_equator, **asked)
+    kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=camera.on_equator, **asked)
     ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)))
     certified = ends.pop("certified")
     unsure = ~certified

@@ -1,0 +1,136 @@
+"""The radial motion of a ray in Carlson's integrals: Mino time, and the turn psi about the spin axis.
+
+For one potential, R(r) = [(r - h)^2 - d] (r - low) (r - next), the integrals from a radius out to infinity are taken:
+at the camera, and again at the other end where that is finite. low < 0 <= next are real for q >= 0; a turning point, or
+a pair of complex roots h -+ sqrt(d), costs nothing special.
+
+psi = -a / (r_+ - r_-) [I(r_+) - I(r_-)], I(r_h) = (2 r_h - a b) times the integral of d tau / (r - r_h). Since
+R(r_h) = (2 r_h - a b)^2, all logarithms are of rational functions. The integrals are referred to the lowest root.
+
+References: Carlson 1988 (Math. Comp. 51, 267); DLMF 19.29.4 to 19.29.8.
+"""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from kerrcaustics.beams.ends import Goal
+from kerrcaustics.spacetime import elliptic, radial
+from kerrcaustics.spacetime.camera import Frame, Photon
+
+Array = Any
+
+# Distance of the camera from the middle of the outer roots, relative to their radius, that counts as close.
+_NEAR_ROOTS = 0.1
+# A radius beyond so many times that middle is clear of it.
+_CLEAR = 1.5
+
+
+class Travel(NamedTuple):
+    """What becomes of the radius on the way to the end.
+
+    time, of Mino; psi; captured; known, False where another formula would be needed.
+    """
+
+    time: Array
+    psi: Array
+    captured: Array
+    known: Array
+
+
+class _Roots(NamedTuple):
+    h: Array
+    d: Array
+    low: Array
+    next: Array
+
+
+class _Place(NamedTuple):
+    """A radius, with the roots of the two factors of R there: outer, of the first, has the sign of r'."""
+
+    r: Array
+    inner: Array
+    outer: Array
+
+
+def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, goal: Goal) -> Travel:
+    """The radial motion of rays from the camera to infinity or to a finite radius."""
+    roots, start = _start(frame, light, quartic)
+    captured = radial.is_captured(frame, light, quartic)
+    time, plus, minus = _to_infinity(frame.spin, light.b, roots, start)
+    known = jnp.ones_like(captured)
+    if goal.kind == "sphere":
+        # The way out from there must not linger, or the difference cancels. Rays that meet the radius on their way in,
+        # or although they end at the horizon, have no way out.
+        root = jnp.sqrt(jnp.maximum(roots.d, 0))
+        known = (goal.value > frame.radius) & (~captured | (light.rate[0] > 0) | (goal.value > roots.h - root))
+        known = known & (captured | (goal.value > _CLEAR * roots.h))
+        rest = _to_infinity(frame.spin, light.b, roots, _place(roots, goal.value))
+        time, plus, minus = time - rest[0], plus - rest[1], minus - rest[2]
+    r_plus, r_minus = horizons(frame.spin)
+    return Travel(time, -frame.spin / (r_plus - r_minus) * (plus - minus), captured, known)
+
+
+def horizons(spin: Array) -> tuple[Array, Array]:
+    """The radii of the two horizons."""
+    outer = radial.horizon(spin)
+    return outer, spin**2 / outer
+
+
+def _start(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[_Roots, _Place]:
+    r, h, d = frame.radius, quartic.h, quartic.d
+    excess = frame.spin**2 * light.q / (h * h - d)
+    width = jnp.sqrt(h * h + excess)
+    low, following = -h - width, excess / (h + width)
+    inner = jnp.sqrt((r - low) * (r - following))
+    outer = -light.rate[0] * r**2 / inner
+    # Close to the turning point the rate at the camera knows d better than the coefficients of R do.
+    near = jnp.abs(r - h) < _NEAR_ROOTS * h
+    d = jnp.where(near, (r - h - outer) * (r - h + outer), d)
+    return _Roots(h, d, low, following), _Place(r, inner, outer)
+
+
+def _place(roots: _Roots, r: Array) -> _Place:
+    return _Place(r, jnp.sqrt((r - roots.low) * (r - roots.next)), jnp.sqrt((r - roots.h) ** 2 - roots.d))
+
+
+def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place) -> tuple[Array, Array, Array]:
+    """Mino time, I(r_+) and I(r_-) from a place to infinity, through the turning point where r' < 0."""
+    h, d, low, following = roots
+    r, inner, outer = place
+    triple = _arguments(roots, place)
+    below = (low - h) ** 2 - d
+    poles, rates, logs = [], [], []
+    for horizon in horizons(spin):
+        from_low = horizon - low
+        rate = (2 * horizon - spin * b) / from_low
+        p = triple.root**2 - below * (horizon - following) / from_low
+        above = (r - horizon) * (r - low)
+        # above + outer inner, from their difference of squares where they cancel.
+        squares = (-2 * (horizon + low) * r + horizon**2 + 2 * horizon * low - (h * h - d) - 2 * h * following) * r
+        squares = squares - horizon**2 * low + following * (h * h - d)
+        cancels = outer * inner < -0.5 * above
+        gap = jnp.where(cancels, above - outer * inner, 1.0)
+        s = jnp.where(cancels, squares / gap, (above + outer * inner) / (r - low))
+        logs.append(elliptic.log_ratio(s, rate, (r - horizon) / (r - low) * p))
+        poles.append(elliptic.Pole(p, (following - low) * below * rate / from_low))
+        rates.append(rate)
+    first, thirds = elliptic.carlson(triple, poles)
+    time = 2 * first
+    plus, minus = (log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, thirds, rates, strict=True))
+    return time, plus, minus
+
+
+def _arguments(roots: _Roots, place: _Place) -> elliptic.Triple:
+    """The arguments of R_F between a place and infinity. Sums that cancel for r' < 0 are written as quotients."""
+    h, d = roots.h, roots.d
+    e = (roots.low + h) ** 2
+    r, inner, outer = place
+    inward = outer < 0
+    span = jnp.where(inward, inner - outer, 1.0)
+    root = jnp.where(inward, (4 * r * h + d - e) / span, outer + inner)
+    squares = 2 * r * h * (e + d) - (e - d) * (r * r + h * h)
+    span = jnp.where(inward, inner * (r - h) - outer * (r + h), 1.0)
+    product = 2 * jnp.where(inward, squares / span, outer * (r + h) + inner * (r - h))
+    reach = jnp.where(inward, d / jnp.where(inward, r - h - outer, 1.0), r - h + outer)
+    return elliptic.Triple(root, 2 * jnp.sqrt((r + h + inner) * reach), product)
