@@ -114,7 +114,7 @@ def _third_tail(x: Array, total: Array, product: Array, p: Array) -> Array:
 
 
 class Modulus(NamedTuple):
-    """A parameter m = slope * part, 0 <= m <= 1/2, and its complement 1 - m.
+    """A parameter m = slope * part, 0 <= m <= 1/2, slope <= 1 or so, 0 <= part <= 1, and its complement 1 - m.
 
     Nomes and amplitudes are given divided by `part`, so that nothing is lost, nor any derivative, where it vanishes.
     """

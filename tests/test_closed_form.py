@@ -1,0 +1,161 @@
+"""The closed form against the integrator, which shares none of its formulas, and its choice of rays."""
+
+import math
+
+import numpy as np
+import pytest
+from test_errors import outside_edge, random_camera, random_sky
+
+from kerrcaustics.beams.beam import Beams, Rays
+from kerrcaustics.beams.closed_form import LEAST_K
+from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.spacetime.camera import Camera, photon
+from kerrcaustics.spacetime.sphere import polar_basis
+
+
+def columns(beams: Beams) -> np.ndarray:
+    """The Jacobian's columns as vectors in space (n, 3, 2)."""
+    return np.stack(polar_basis(beams.direction), axis=-1) @ beams.jacobian
+
+
+def assert_agree(camera: Camera, sky: np.ndarray) -> int:
+    """Errors of the closed form within ten times what it reports, index and crossings equal; how many it traced."""
+    formula, steps = trace_beams(camera, sky, "closed-form"), trace_beams(camera, sky, "integrated", 1e-13)
+    rays = trace_rays(camera, sky, "closed-form")
+    assert np.array_equal(formula.escaped, steps.escaped)
+    used = formula.closed_form
+    for ends in (formula, rays):
+        gap = np.linalg.norm(ends.direction - steps.direction, axis=1)
+        assert np.all(gap[used] <= 10 * (ends.error + steps.error)[used])
+    turned = np.linalg.norm(columns(formula) - columns(steps), axis=(1, 2)) / steps.delta_plus
+    assert np.all(turned[used] <= 10 * (formula.jacobian_error + steps.jacobian_error)[used])
+    known = used & (formula.jacobian_error < 0.1)
+    assert np.array_equal(formula.index[known], steps.index[known])
+    assert np.array_equal(formula.crossings[known], steps.crossings[known])
+    # Through the axis itself the azimuth is known modulo a turn only.
+    turn = formula.azimuth - steps.azimuth
+    through = photon(camera.frame(), tuple(sky.T)).b == 0
+    turn[through] -= 2 * math.pi * np.round(turn[through] / (2 * math.pi))
+    lever = np.hypot(steps.direction[:, 0], steps.direction[:, 1])
+    assert np.all(np.abs(turn * lever)[used] <= 10 * (formula.error + steps.error)[used])
+    return int(used.sum())
+
+
+def test_random_cameras():
+    rng = np.random.default_rng(1882)
+    traced = 0
+    for _ in range(16):
+        camera = random_camera(rng)
+        traced += assert_agree(camera, random_sky(camera, 512, rng))
+    assert traced > 3000
+
+
+@pytest.mark.slow
+def test_many_random_cameras():
+    rng = np.random.default_rng(1829)
+    for _ in range(300):
+        camera = random_camera(rng)
+        assert_agree(camera, random_sky(camera, 512, rng))
+
+
+def test_four_complex_and_real_roots_are_all_met():
+    """With a turning point, without one, and with none real but the two inside the horizon."""
+    camera = Camera(0.9, 4.0, math.pi / 2, "fiducial")
+    inward = trace_beams(camera, outside_edge(camera, np.linspace(0, 6, 64), np.full(64, 0.01)), "closed-form")
+    outward = trace_beams(camera, [[0.9, 0.3, 0.3], [0.6, -0.8, 0.0], [0.5, 0.5, -0.7]], "closed-form")
+    assert inward.closed_form.all()
+    assert outward.closed_form.all()
+
+
+CASES = {
+    "equatorial rays": (0.999, math.pi / 2, [[math.cos(t), math.sin(t), 0.0] for t in np.linspace(-1.5, 1.5, 41)]),
+    "polar rays": (0.9, 1.0, None),
+    "no spin": (0.0, 1.2, None),
+    "spin of 1e-9": (1e-9, 1.2, None),
+    "on the axis": (0.9, 0.0, None),
+    "next to the axis": (0.9, 1e-9, None),
+    "next to the equator": (0.9, math.pi / 2 - 1e-9, None),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_special_rays(case):
+    spin, inclination, sky = CASES[case]
+    camera = Camera(spin, 6.03, inclination, "fiducial")
+    if case == "polar rays":
+        # No component along e_phi: b = 0 exactly.
+        angle = np.linspace(-2, 2, 81)
+        sky = np.stack([np.cos(angle), np.zeros(81), np.sin(angle)], axis=1)
+    elif sky is None:
+        sky = random_sky(camera, 256, np.random.default_rng(9))
+    assert assert_agree(camera, np.array(sky)) > 15
+
+
+def test_nearly_equatorial_rays_vary_smoothly():
+    """The Jacobian at p_theta = 0 is the limit of those nearby: cusps lie there."""
+    camera = Camera(0.999, 6.03, math.pi / 2, "fiducial")
+    tilt = np.array([0.0, 1e-150, 1e-17, 1e-12, -1e-12])
+    sky = np.stack([np.full(5, -0.6), np.full(5, -0.8), tilt], axis=1)
+    beams = trace_beams(camera, sky, "closed-form")
+    assert beams.closed_form.all()
+    assert np.ptp(beams.delta_plus) < 1e-11
+    assert np.ptp(beams.delta_minus) < 1e-11
+    assert np.ptp(columns(beams)[:4], axis=0).max() < 1e-10
+    assert np.all(beams.crossings[1:] <= 1)
+    assert beams.crossings[0] == 0
+
+
+def test_rays_close_to_the_principal_directions_are_integrated():
+    camera = Camera(0.999, 6.03)
+    sky = random_sky(camera, 2048, np.random.default_rng(2))
+    sky[:256] = np.array([1.0, 0.0, 0.0]) + 0.3 * np.random.default_rng(3).normal(size=(256, 3))
+    sky /= np.linalg.norm(sky, axis=1, keepdims=True)
+    k = photon(camera.frame(), tuple(sky.T)).k
+    for engine in ("closed-form", "auto"):
+        rays = trace_rays(camera, sky, engine)
+        assert np.array_equal(rays.closed_form, rays.escaped & (k >= LEAST_K))
+        assert rays.engine == "closed-form and integrated"
+        assert np.all(rays.error[rays.escaped & ~rays.closed_form] < 1e-10)
+    assert trace_rays(camera, sky, "integrated").engine == "integrated"
+
+
+def test_auto_takes_the_integrator_where_round_off_of_the_formulas_is_larger():
+    """psi is a small difference for a nearly extremal hole."""
+    camera = Camera(1 - 1e-12, 3.0, math.pi / 2, "fiducial")
+    sky = random_sky(camera, 512, np.random.default_rng(4))
+    formula, auto = trace_rays(camera, sky, "closed-form"), trace_rays(camera, sky, "auto")
+    sharp = auto.escaped & ~auto.closed_form & formula.closed_form
+    assert sharp.sum() > 100
+    assert np.all(auto.error[sharp] < formula.error[sharp])
+    truth = trace_rays(camera, sky, "integrated", 1e-13)
+    away = np.linalg.norm(formula.direction - truth.direction, axis=1)
+    assert np.all(away[formula.escaped] <= 10 * (formula.error + truth.error)[formula.escaped])
+
+
+def test_empty_and_single_directions():
+    camera = Camera(0.9, 6.0)
+    assert trace_beams(camera, np.empty((0, 3)), "closed-form").direction.shape == (0, 3)
+    one = trace_beams(camera, [1.0, 0.4, 0.2], "closed-form")
+    assert isinstance(one, Rays)
+    assert one.direction.shape == (3,)
+    assert one.closed_form.shape == ()
+
+
+def test_large_batches_agree_with_small_ones(monkeypatch):
+    """What a GPU does, one large call, on whatever device there is."""
+    from kerrcaustics.beams import trace
+
+    camera = Camera(0.999, 6.03)
+    sky = random_sky(camera, 3000, np.random.default_rng(6))
+    sky = sky[photon(camera.frame(), tuple(sky.T)).k >= LEAST_K]
+    small = trace_beams(camera, sky)
+    monkeypatch.setattr(trace, "_CLOSED_FORM_CALL", {})
+    monkeypatch.setattr(trace, "_LARGE_CALL", 4096)
+    large = trace_beams(camera, sky)
+    assert large.engine == "closed-form"
+    assert np.array_equal(large.index, small.index)
+    assert np.array_equal(large.closed_form, small.closed_form)
+    away = np.linalg.norm(large.direction - small.direction, axis=1)
+    assert np.nanmax(away / small.error) < 2
+    bent = np.linalg.norm(columns(large) - columns(small), axis=(1, 2)) / small.delta_plus
+    assert np.nanmax(bent / small.jacobian_error) < 2
