@@ -159,3 +159,18 @@ def test_large_batches_agree_with_small_ones(monkeypatch):
     assert np.nanmax(away / small.error) < 2
     bent = np.linalg.norm(columns(large) - columns(small), axis=(1, 2)) / small.delta_plus
     assert np.nanmax(bent / small.jacobian_error) < 2
+
+
+def test_rays_close_to_the_principal_directions_meet_no_conjugate_point():
+    """The search for critical curves takes this for granted: their index is 0."""
+    rng = np.random.default_rng(8)
+    met = 0
+    for _ in range(40):
+        camera = random_camera(rng)
+        sky = random_sky(camera, 512, rng)
+        beams = trace_beams(camera, sky, "integrated", 1e-8)
+        short = beams.escaped & (photon(camera.frame(), tuple(sky.T)).k < LEAST_K)
+        assert np.all(beams.index[short] == 0)
+        assert np.all(beams.determinant[short] > 0)
+        met += int(short.sum())
+    assert met > 100

@@ -181,7 +181,7 @@ def caustics(
     return CausticSet(
         curves,
         camera=camera,
-        engine=search.engine_used,
+        engine=" and ".join(sorted(search.engines_used)),
         tolerance=float(tolerance),
         seconds=time.perf_counter() - began,
         beams=search.beams_traced,

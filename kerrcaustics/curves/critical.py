@@ -11,9 +11,10 @@ from scipy.optimize import elementwise
 from skimage.measure import label
 
 from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.closed_form import LEAST_K
 from kerrcaustics.beams.trace import check_request, trace_beams
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.spacetime.camera import Camera, photon, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
 from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
 
 # Spacing in depth of the first search along a line.
@@ -108,16 +109,23 @@ class Search:
         self.camera = camera.at_rest()
         self.engine = engine
         self.tolerance = tolerance
-        self.engine_used = ""
+        self.engines_used: set[str] = set()
         self.beams_traced = 0
         self._frame = self.camera.frame()
 
     def index_and_ratio(self, turn: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth)."""
-        beams = self._trace(sky_lines.looking(self.camera, turn, depth), _COARSE_TOLERANCE)
+        """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth).
+
+        Beams that leave close to the principal null directions turn through less than half a circle and meet no
+        conjugate point: they are not traced, and their ratio is given as 1.
+        """
+        looking = sky_lines.looking(self.camera, turn, depth)
+        index, ratio = np.zeros(looking.shape[:-1], int), np.ones(looking.shape[:-1])
+        bent = self._photon(looking).k >= LEAST_K
+        beams = self._trace(looking[bent], _COARSE_TOLERANCE)
         captured = ~beams.escaped
-        index = np.where(captured, _CAPTURED, np.asarray(beams.index))
-        ratio = np.where(captured, -1.0, beams.delta_minus / beams.delta_plus)
+        index[bent] = np.where(captured, _CAPTURED, np.asarray(beams.index))
+        ratio[bent] = np.where(captured, -1.0, beams.delta_minus / beams.delta_plus)
         return index, ratio
 
     def points(self, turn: np.ndarray, depth: np.ndarray, order: np.ndarray) -> Points:
@@ -126,15 +134,13 @@ class Search:
         beams = self._trace(looking, self.tolerance)
         e_theta, e_phi = polar_basis(beams.direction)
         angle = beams.position_angle[..., None]
-        sky = sky_from_fido(self._frame, -looking)
-        b = photon(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2])).b
         return Points(
             turn=turn,
             depth=depth,
             looking=looking,
             direction=beams.direction,
             theta=polar_angle(beams.direction),
-            azimuth=joined_azimuth(beams.azimuth, b, order),
+            azimuth=joined_azimuth(beams.azimuth, self._photon(looking).b, order),
             major=np.cos(angle) * e_theta + np.sin(angle) * e_phi,
             ratio=beams.delta_minus / beams.delta_plus,
             error=beams.error,
@@ -213,6 +219,10 @@ class Search:
         inner = self.index_and_ratio(points.turn, points.depth + _LABEL_STEP)[0]
         return bool((outer == order - 1).all() and (inner == order).all())
 
+    def _photon(self, looking: np.ndarray) -> Photon:
+        sky = sky_from_fido(self._frame, -looking)
+        return photon(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2]))
+
     def _ratio(self, turn: np.ndarray, depth: np.ndarray) -> np.ndarray:
         beams = self._trace(sky_lines.looking(self.camera, turn, depth), self.tolerance)
         return beams.delta_minus / beams.delta_plus
@@ -221,7 +231,7 @@ class Search:
         sky = sky_from_fido(self._frame, -looking)
         self.beams_traced += sky.size // 3
         beams = trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
-        self.engine_used = beams.engine
+        self.engines_used.update(beams.engine.split(" and "))
         return beams
 
 
