@@ -6,6 +6,7 @@ or JAX arrays of any shape.
 
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from kerrcaustics.spacetime.camera import Frame, Photon
@@ -52,13 +53,27 @@ def factor(a2: Array, a1: Array, a0: Array) -> Quartic:
 def _largest_resolvent_root(a2: Array, a1: Array, a0: Array) -> Array:
     """The largest real root of z (z + a2)^2 - 4 a0 z - a1^2: Cardano's formula, then Newton steps.
 
+    Only the last step, from a root that is exact already, has derivatives: they are those of the root.
+    """
+
+    def newton(z: Array, a2: Array, a1: Array, a0: Array) -> Array:
+        slope = jax.lax.stop_gradient((z + a2) * (3 * z + a2) - 4 * a0)
+        value = z * (z + a2) ** 2 - 4 * a0 * z - a1**2
+        return z - jnp.where(slope == 0, 0, value / jnp.where(slope == 0, 1, slope))
+
+    fixed = jax.lax.stop_gradient((a2, a1, a0))
+    z = _cardano(*fixed)
+    for _ in range(2):
+        z = newton(z, *fixed)
+    return newton(z, a2, a1, a0)
+
+
+def _cardano(a2: Array, a1: Array, a0: Array) -> Array:
+    """The root above, roughly.
+
     Where the two larger roots nearly coincide (cameras far away) the formula cannot tell whether they are real: the
     value at the minimum between them can, and gives the start.
     """
-
-    def value(z: Array) -> Array:
-        return z * (z + a2) ** 2 - 4 * a0 * z - a1**2
-
     p = -(a2**2 / 3 + 4 * a0) / 3
     half = (-2 * a2**3 / 27 + 8 * a2 * a0 / 3 - a1**2) / 2
     disc = half**2 + p**3
@@ -66,14 +81,11 @@ def _largest_resolvent_root(a2: Array, a1: Array, a0: Array) -> Array:
     cube = jnp.cbrt(-half - jnp.sign(half) * jnp.sqrt(jnp.maximum(disc, 0)))
     only = cube - p / jnp.where(cube == 0, 1, cube)
     of_three = 2 * root_p * jnp.cos(jnp.arctan2(jnp.sqrt(jnp.maximum(-disc, 0)), -half) / 3)
-    least = value(root_p - 2 * a2 / 3)
+    bottom = root_p - 2 * a2 / 3
+    least = bottom * (bottom + a2) ** 2 - 4 * a0 * bottom - a1**2
     of_pair = root_p + jnp.sqrt(jnp.maximum(-least, 0) / jnp.where(root_p == 0, 1, 3 * root_p))
     paired = (half > 0) & (p < 0) & (least <= 0) & (disc > -1e-8 * half**2)
-    z = jnp.where(paired, of_pair, jnp.where(disc > 0, only, of_three)) - 2 * a2 / 3
-    for _ in range(3):
-        slope = (z + a2) * (3 * z + a2) - 4 * a0
-        z = z - jnp.where(slope == 0, 0, value(z) / jnp.where(slope == 0, 1, slope))
-    return z
+    return jnp.where(paired, of_pair, jnp.where(disc > 0, only, of_three)) - 2 * a2 / 3
 
 
 def horizon(spin: Array) -> Array:
