@@ -1,11 +1,15 @@
 """How long the main things take. Run with `make bench`: one core, after compilation."""
 
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.beams.closed_form import LEAST_K
+from kerrcaustics.spacetime.camera import photon
 
 BEAMS = 50_000
 
@@ -44,23 +48,74 @@ def accurate(beams):
     return np.quantile(beams.error[beams.escaped], 0.99) < 1e-9
 
 
-def test_beams_over_the_whole_sky(benchmark):
-    """Everything of a beam, tolerance 1e-10: the aim is 10 microseconds each, captured directions not counted."""
-    escaped = int(kc.trace_rays(CAMERA, SKY).escaped.sum())
-    timed(benchmark, lambda: kc.trace_beams(CAMERA, SKY), escaped, accurate)
+ENGINES = ("closed-form", "integrated", "auto")
+BENT = SKY[np.asarray(photon(CAMERA.frame(), tuple(SKY.T)).k) >= LEAST_K]
 
 
-def test_beams_without_index_crossings_redshift(benchmark):
+def test_closed_form_rays(benchmark):
+    """Direction and azimuth of rays that have a closed form: the aim is 1 microsecond each."""
+    timed(benchmark, lambda: kc.trace_rays(CAMERA, BENT, "closed-form"), len(BENT), accurate)
+
+
+def test_closed_form_beams(benchmark):
+    """With Jacobian and index: the aim is 2.5 microseconds each, at most 5."""
+    options = {"crossings": False, "redshift": False}
+    timed(benchmark, lambda: kc.trace_beams(CAMERA, BENT, "closed-form", **options), len(BENT), accurate)
+
+
+def test_closed_form_beams_off_the_equator(benchmark):
+    camera = kc.Camera(0.999, 6.03, 1.2)
+    bent = SKY[np.asarray(photon(camera.frame(), tuple(SKY.T)).k) >= LEAST_K]
+    timed(benchmark, lambda: kc.trace_beams(camera, bent, "closed-form"), len(bent), accurate)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_beams_over_the_whole_sky(benchmark, engine):
+    """Everything of a beam, tolerance 1e-10; captured directions count."""
+    timed(benchmark, lambda: kc.trace_beams(CAMERA, SKY, engine), BEAMS, accurate)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_beams_without_index_crossings_redshift(benchmark, engine):
     options = {"index": False, "crossings": False, "redshift": False}
-    timed(benchmark, lambda: kc.trace_beams(CAMERA, SKY, **options), BEAMS, accurate)
+    timed(benchmark, lambda: kc.trace_beams(CAMERA, SKY, engine, **options), BEAMS, accurate)
 
 
-def test_rays_over_the_whole_sky(benchmark):
-    timed(benchmark, lambda: kc.trace_rays(CAMERA, SKY), BEAMS, accurate)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_rays_over_the_whole_sky(benchmark, engine):
+    timed(benchmark, lambda: kc.trace_rays(CAMERA, SKY, engine), BEAMS, accurate)
+
+
+@pytest.mark.parametrize("count", [1_000, 10_000, 100_000, 1_000_000])
+def test_time_grows_with_the_number_of_beams(benchmark, count):
+    sky = whole_sky(count)
+    timed(benchmark, lambda: kc.trace_beams(CAMERA, sky), count, accurate)
+
+
+def test_ten_million_beams_in_two_gigabytes(benchmark):
+    """In a process of its own, so that its peak memory is that of this job."""
+    script = (
+        "import resource, time, numpy as np, kerrcaustics as kc\n"
+        "sky = np.random.default_rng(2015).normal(size=(10_000_000, 3))\n"
+        "camera = kc.Camera(0.999, 6.03)\n"
+        "kc.trace_beams(camera, sky[:1000])\n"
+        "start = time.perf_counter()\n"
+        "kc.trace_beams(camera, sky)\n"
+        "print(time.perf_counter() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)\n"
+    )
+
+    def run():
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+        seconds, gigabytes = map(float, done.stdout.split())
+        return seconds, gigabytes
+
+    seconds, gigabytes = benchmark.pedantic(run, rounds=1)
+    benchmark.extra_info.update(microseconds_each=seconds / 10, gigabytes=gigabytes)
+    assert gigabytes < 2
 
 
 @pytest.mark.parametrize("radius", [6.03, 2.6])
 def test_three_caustics(benchmark, radius):
-    """The main job on one core; on two it takes about 0.6 of this."""
+    """The main job on one core."""
     camera = kc.Camera(0.999, radius)
     timed(benchmark, lambda: kc.caustics(camera, 3), 1, lambda found: all(c.kind == "astroid" for c in found))
