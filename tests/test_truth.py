@@ -16,7 +16,18 @@ TRUTH = json.loads((Path(__file__).parents[1] / "studies" / "data" / "truth.json
 CAMERAS = [Camera(**camera) for camera in TRUTH["cameras"]]
 RAYS = sorted(TRUTH["rays"], key=lambda ray: ray["camera"])
 FAMILIES = ("whole sky", "near the edge", "through the poles")
-FIELDS = ("direction", "azimuth", "error", "jacobian", "jacobian_error", "delta_minus", "index", "escaped")
+FIELDS = (
+    "time",
+    "time_error",
+    "direction",
+    "azimuth",
+    "error",
+    "jacobian",
+    "jacobian_error",
+    "delta_minus",
+    "index",
+    "escaped",
+)
 
 pytestmark = pytest.mark.parametrize("engine", ENGINES)
 
@@ -31,7 +42,8 @@ def traced(engine: str) -> dict[str, np.ndarray]:
     """Named quantities of all beams, in the order of RAYS."""
     camera_of = truth("camera")
     parts = [
-        trace_beams(camera, truth("sky")[camera_of == i], engine, tolerance=1e-12) for i, camera in enumerate(CAMERAS)
+        trace_beams(camera, truth("sky")[camera_of == i], engine, tolerance=1e-12, time=True)
+        for i, camera in enumerate(CAMERAS)
     ]
     return {name: np.concatenate([getattr(part, name) for part in parts]) for name in FIELDS}
 
@@ -86,6 +98,13 @@ def test_unwrapped_azimuth(engine):
     ending = np.hypot(*truth("direction")[:, :2].T)
     lever = np.where(passing == 0, ending, np.minimum(passing, ending))
     assert np.all(np.abs(difference) * lever <= 10 * beams["error"] + camera_rounding())
+
+
+def test_reported_error_of_times_is_honest(engine):
+    error = np.abs(traced(engine)["time"] - truth("delay"))
+    assert np.all(error <= 10 * traced(engine)["time_error"] + camera_rounding())
+    whole = np.array([ray["family"] == "whole sky" for ray in RAYS])
+    assert np.quantile(error[whole], 0.99) < 1e-11
 
 
 def test_morse_index(engine):

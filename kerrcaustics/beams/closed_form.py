@@ -6,8 +6,9 @@ phase z, proportional to Mino time, with no singular point: with Theta(z) the se
 
     m_x + i m_y = e^(i (lambda - 1) z) Theta(z) / theta_3(z),   m_z = amplitude sd(z),
 
-up to a constant phase. Beams are the first variation of all this in two directions of the camera sky, by forward
-differentiation; the Morse index follows from z and the sign of det J.
+up to a constant phase. The coordinate time comes from the same integrals, two more of the radial motion, and the
+logarithmic derivative of theta_3. Beams are the first variation of all but the time in two directions of the camera
+sky, by forward differentiation; the Morse index follows from z and the sign of det J.
 
 It holds for k = q + b^2 >= LEAST_K. Rays below that leave close to the principal null directions: they are short, and
 are integrated.
@@ -42,7 +43,8 @@ _PHASE_MARGIN = 1e-9
 class End(NamedTuple):
     """A ray at infinity, as in integrated.py. What was not asked for is None.
 
-    noise, the part of the error that is round-off of these formulas; certified, False where they do not hold.
+    noise, the part of the error that is round-off of these formulas, and time_noise, that of the time's; certified,
+    False where they do not hold.
     """
 
     direction: tuple[Array, Array, Array]
@@ -57,6 +59,9 @@ class End(NamedTuple):
     crossings: Array | None = None
     missed: Array | None = None
     radius: Array | None = None
+    time: Array | None = None
+    time_error: Array | None = None
+    time_noise: Array | None = None
 
 
 class _Way(NamedTuple):
@@ -70,6 +75,9 @@ class _Way(NamedTuple):
     spread: Array
     noise: Array
     jacobian_noise: Array
+    momentum: Array
+    time: Array | None
+    time_noise: Array | None
 
 
 def trace(
@@ -81,15 +89,16 @@ def trace(
     beams: bool,
     index: bool = False,
     crossings: bool = False,
+    time: bool = False,
 ) -> End:
     """Rays, or beams, from camera-sky directions to infinity or to a finite radius.
 
     Parameters: sky, three arrays N_x, N_y, N_z; goal, of a kind in KINDS; on_equator, whether the camera is exactly
-    there, which is cheaper; beams, index, crossings: what to compute beside n'.
+    there, which is cheaper; beams, index, crossings, time: what to compute beside n'.
     """
 
     def ray(*n: Array) -> tuple[tuple[Array, Array, Array], _Way]:
-        return _ray(frame, n, goal, on_equator)
+        return _ray(frame, n, goal, on_equator=on_equator, time=time)
 
     if not beams:
         direction, way = ray(*sky)
@@ -114,16 +123,26 @@ def trace(
 def _end(way: _Way, goal: Goal, direction: tuple[Array, Array, Array], spread: Array, *, crossings: bool) -> End:
     hidden = jnp.where(way.captured, jnp.nan, 0.0)
     finite = goal.kind == "sphere"
-    return End(
+    error = jnp.minimum(way.noise + 2e-15 * spread * (1 + 0.3 * way.phase), math.pi) + hidden
+    end = End(
         direction=tuple(n + hidden for n in direction),
         azimuth=way.azimuth + hidden,
-        error=jnp.minimum(way.noise + 2e-15 * spread * (1 + 0.3 * way.phase), math.pi) + hidden,
+        error=error,
         noise=way.noise,
         captured=way.captured,
         certified=way.certified,
         crossings=way.crossings if crossings else None,
         missed=jnp.zeros_like(way.captured) if finite else None,
         radius=goal.value + hidden if finite else None,
+    )
+    if way.time is None:
+        return end
+    # An end displaced by some angle is late by at most sqrt(k) times that.
+    return end._replace(
+        time=way.time + hidden,
+        time_error=way.momentum * error + way.time_noise,
+        time_noise=way.momentum * way.noise + way.time_noise,
+        certified=end.certified & (way.captured | jnp.isfinite(way.time)),
     )
 
 
@@ -138,11 +157,13 @@ def _conjugate_points(phase: Array, determinant: Array) -> Array:
     return turns + (odd != (determinant < 0))
 
 
-def _ray(frame: Frame, sky: tuple[Array, ...], goal: Goal, on_equator: bool) -> tuple[tuple[Array, Array, Array], _Way]:
+def _ray(
+    frame: Frame, sky: tuple[Array, ...], goal: Goal, *, on_equator: bool, time: bool
+) -> tuple[tuple[Array, Array, Array], _Way]:
     light = photon(frame, sky)
     quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
-    travel = radial_motion(frame, light, quartic, goal)
-    m = polar_motion(frame, light, travel.time, on_equator=on_equator)
+    travel = radial_motion(frame, light, quartic, goal, clock=time)
+    m = polar_motion(frame, light, travel.time, on_equator=on_equator, clock=time)
     c, s = jnp.cos(travel.psi + m.turn), jnp.sin(travel.psi + m.turn)
     direction = (c * m.x - s * m.y, s * m.x + c * m.y, m.z)
     noise = _noise(frame, light, quartic, m.phase)
@@ -156,6 +177,9 @@ def _ray(frame: Frame, sky: tuple[Array, ...], goal: Goal, on_equator: bool) -> 
         spread=_spread(frame, sky, light, quartic),
         noise=noise,
         jacobian_noise=9 * noise + 1e-15 * jnp.sqrt(jnp.maximum(light.k, 0)),
+        momentum=jnp.sqrt(jnp.maximum(light.k, 0) + 3),
+        time=None if travel.clock is None or m.clock is None else travel.clock + m.clock,
+        time_noise=_time_noise(frame, goal) if time else None,
     )
     return direction, jax.lax.stop_gradient(way)
 
@@ -170,6 +194,13 @@ def _noise(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Array) -
     corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (frame.radius - outer) ** 2)
     moved = light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
     return 2e-15 * (1 + 0.3 * phase) + 4e-15 * frame.spin / (outer - inner) * (1 + 0.3 / corotation) + 3e-16 * moved
+
+
+def _time_noise(frame: Frame, goal: Goal) -> Array:
+    """Round-off of the time beside what comes with that of the end: of the radii, and of the horizon between them."""
+    u = 1 / frame.radius
+    depth = 1 / (u * radial.horizon_function(frame.spin, u))
+    return 1e-15 * (frame.radius + (goal.value if goal.kind == "sphere" else 0)) + 3e-16 * depth
 
 
 def _time_slope(frame: Frame, light: Photon, quartic: radial.Quartic) -> Array:

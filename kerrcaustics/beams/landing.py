@@ -221,7 +221,8 @@ def _time_errors(frame: Frame, constants: Constants, goal: Goal, end: End, ray: 
     An end displaced by some angle is late by at most sqrt(k) times that.
     """
     lever: Array = polar_rapidity(constants)
-    reach: Array = frame.radius
+    start = 1 / frame.radius
+    reach: Array = frame.radius + 0.3 / (start * radial.horizon_function(frame.spin, start))
     if goal.kind != "infinity":
         u = jnp.abs(ray.position[0])
         depth = 1 / (u * radial.horizon_function(frame.spin, u))

@@ -30,7 +30,7 @@ class Arrival(NamedTuple):
     """m = (x, y, z) at the end, still to be turned about the axis by `turn`.
 
     azimuth: how far m and the turn have gone round the axis, unwrapped; phase: the z gone through; crossings of the
-    equatorial plane.
+    equatorial plane; clock, the integral of a^2 m_z^2, None if not asked for.
     """
 
     x: Array
@@ -40,6 +40,7 @@ class Arrival(NamedTuple):
     azimuth: Array
     phase: Array
     crossings: Array
+    clock: Array | None
 
 
 class _Swing(NamedTuple):
@@ -69,8 +70,8 @@ class _Point(NamedTuple):
     theta3_slope: Array
 
 
-def polar_motion(frame: Frame, light: Photon, time: Array, *, on_equator: bool) -> Arrival:
-    """The polar motion over a Mino time, from the camera.
+def polar_motion(frame: Frame, light: Photon, time: Array, *, on_equator: bool, clock: bool = False) -> Arrival:
+    """The polar motion over a Mino time, from the camera; with the clock if asked for.
 
     Errors: about 1e-16 times the phase.
     """
@@ -94,7 +95,17 @@ def polar_motion(frame: Frame, light: Photon, time: Array, *, on_equator: bool) 
     crossings = _half_turns(first + phase, end.sd) - _half_turns(first, frame.cos_theta)
     # A ray that stays in the plane does not cross it.
     crossings = jnp.where(light.q == 0, 0.0, crossings)
-    return Arrival(x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings)
+    slow = _slow(swing, _at(swing, first), end, phase) if clock else None
+    return Arrival(x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings, slow)
+
+
+def _slow(swing: _Swing, start: _Point, end: _Point, phase: Array) -> Array:
+    """The integral of a^2 m_z^2 over Mino time: a^2 m_z^2 is rate^2 (ln theta_3)'' but for a constant."""
+    nome = swing.nome
+    n4 = nome**4
+    constant = 8 * (nome + 4 * n4 + 9 * n4 * n4 * nome) / elliptic.theta3(nome)
+    waves = end.theta3_slope / end.theta3 - start.theta3_slope / start.theta3
+    return swing.rate * (waves + constant * phase)
 
 
 def _half_turns(z: Array, side: Array) -> Array:

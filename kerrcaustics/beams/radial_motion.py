@@ -7,11 +7,21 @@ a pair of complex roots h -+ sqrt(d), costs nothing special.
 psi = -a / (r_+ - r_-) [I(r_+) - I(r_-)], I(r_h) = (2 r_h - a b) times the integral of d tau / (r - r_h). Since
 R(r_h) = (2 r_h - a b)^2, all logarithms are of rational functions. The integrals are referred to the lowest root.
 
+The coordinate time needs beside these the integrals of r, which has its pole at infinity, and of r^2, which is of the
+second kind. Both are referred to the root `next`, so that the fourth argument p stays positive. With near and below
+the values of (r - h)^2 - d at next and at low, and A, B the roots of the factors of R at the lower end,
+
+    integral of r = next T + ln(2 X) - ln(p / (2 (r - next))) + (2/3) (next - low) near R_J,
+    integral of r^2 = X - r + (next^2 - near / 2) T + near below R_D / 3 + 2 h (B - A) / (A + B),
+
+up to a large radius X.
+
 References: Carlson 1988 (Math. Comp. 51, 267); DLMF 19.29.4 to 19.29.8.
 """
 
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams.ends import Goal
@@ -29,13 +39,15 @@ _CLEAR = 1.5
 class Travel(NamedTuple):
     """What becomes of the radius on the way to the end.
 
-    time, of Mino; psi; captured; known, False where another formula would be needed.
+    time, of Mino; psi; captured; known, False where another formula would be needed; clock, the part of the coordinate
+    time that belongs to r, None if not asked for: to infinity the limit of it - r - 2 ln r.
     """
 
     time: Array
     psi: Array
     captured: Array
     known: Array
+    clock: Array | None
 
 
 class _Roots(NamedTuple):
@@ -53,11 +65,20 @@ class _Place(NamedTuple):
     outer: Array
 
 
-def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, goal: Goal) -> Travel:
-    """The radial motion of rays from the camera to infinity or to a finite radius."""
+class _Way(NamedTuple):
+    """From a place to infinity: Mino time, I(r_+), I(r_-), and the finite part of the integral of r^2 + 2 r."""
+
+    time: Array
+    plus: Array
+    minus: Array
+    growing: Array | None
+
+
+def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, goal: Goal, *, clock: bool = False) -> Travel:
+    """The radial motion of rays from the camera to infinity or to a finite radius; with the clock if asked for."""
     roots, start = _start(frame, light, quartic)
     captured = radial.is_captured(frame, light, quartic)
-    time, plus, minus = _to_infinity(frame.spin, light.b, roots, start)
+    way = _to_infinity(frame.spin, light.b, roots, start, clock=clock)
     known = jnp.ones_like(captured)
     if goal.kind == "sphere":
         # The way out from there must not linger, or the difference cancels. Rays that meet the radius on their way in,
@@ -65,10 +86,15 @@ def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, goal: Go
         root = jnp.sqrt(jnp.maximum(roots.d, 0))
         known = (goal.value > frame.radius) & (~captured | (light.rate[0] > 0) | (goal.value > roots.h - root))
         known = known & (captured | (goal.value > _CLEAR * roots.h))
-        rest = _to_infinity(frame.spin, light.b, roots, _place(roots, goal.value))
-        time, plus, minus = time - rest[0], plus - rest[1], minus - rest[2]
+        rest = _to_infinity(frame.spin, light.b, roots, _place(roots, goal.value), clock=clock)
+        way = jax.tree.map(lambda whole, part: whole - part, way, rest)
     r_plus, r_minus = horizons(frame.spin)
-    return Travel(time, -frame.spin / (r_plus - r_minus) * (plus - minus), captured, known)
+    psi = -frame.spin / (r_plus - r_minus) * (way.plus - way.minus)
+    slow = None
+    if way.growing is not None:
+        # The integral of 2 (2 - a b u) / (1 - 2 u + a^2 u^2).
+        slow = way.growing + 4 * way.time + 2 / (r_plus - r_minus) * (r_plus * way.plus - r_minus * way.minus)
+    return Travel(way.time, psi, captured, known, slow)
 
 
 def horizons(spin: Array) -> tuple[Array, Array]:
@@ -94,8 +120,8 @@ def _place(roots: _Roots, r: Array) -> _Place:
     return _Place(r, jnp.sqrt((r - roots.low) * (r - roots.next)), jnp.sqrt((r - roots.h) ** 2 - roots.d))
 
 
-def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place) -> tuple[Array, Array, Array]:
-    """Mino time, I(r_+) and I(r_-) from a place to infinity, through the turning point where r' < 0."""
+def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place, *, clock: bool) -> _Way:
+    """The integrals from a place to infinity, through the turning point where r' < 0."""
     h, d, low, following = roots
     r, inner, outer = place
     triple = _arguments(roots, place)
@@ -115,10 +141,42 @@ def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place) -> tuple[A
         logs.append(elliptic.log_ratio(s, rate, (r - horizon) / (r - low) * p))
         poles.append(elliptic.Pole(p, (following - low) * below * rate / from_low))
         rates.append(rate)
-    first, thirds = elliptic.carlson(triple, poles)
-    time = 2 * first
-    plus, minus = (log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, thirds, rates, strict=True))
-    return time, plus, minus
+    if clock:
+        poles.append(_pole_at_infinity(roots, place))
+    found = elliptic.carlson(triple, poles, second=clock)
+    time = 2 * found.first
+    plus, minus = (
+        log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
+    )
+    return _Way(time, plus, minus, _growing(roots, place, triple, poles[-1].p, found) if clock else None)
+
+
+def _pole_at_infinity(roots: _Roots, place: _Place) -> elliptic.Pole:
+    """The pole of r itself: p = (A + B)^2 - near = 2 (r^2 - next^2 + A B)."""
+    h, d, low, following = roots
+    r, inner, outer = place
+    squares = r * r - following**2
+    slope = 3 * h * h + d + 2 * h * following - following**2
+    level = low * (h * h - d) - following**3
+    inward = outer < 0
+    p = 2 * jnp.where(
+        inward,
+        (r - following) * (slope * r + level) / jnp.where(inward, squares - outer * inner, 1.0),
+        squares + outer * inner,
+    )
+    return elliptic.Pole(p, (following - low) * ((following - h) ** 2 - d))
+
+
+def _growing(roots: _Roots, place: _Place, triple: elliptic.Triple, p: Array, found: elliptic.Integrals) -> Array:
+    """The integral of r^2 + 2 r from a place to a large radius X, less X + 2 ln X."""
+    h, d, low, following = roots
+    r = place.r
+    near, below = (following - h) ** 2 - d, (low - h) ** 2 - d
+    time = 2 * found.first
+    first_power = following * time - jnp.log(p / (4 * (r - following))) + 2 / 3 * found.thirds[-1]
+    # (B - A) / (A + B) from the difference of squares.
+    ends = 2 * h * (4 * r * h + d - (low + h) ** 2) / triple.root**2
+    return (following**2 - near / 2) * time + near * below / 3 * found.second + (ends - r) + 2 * first_power
 
 
 def _arguments(roots: _Roots, place: _Place) -> elliptic.Triple:

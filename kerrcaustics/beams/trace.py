@@ -56,7 +56,7 @@ def _integrate(
 @cache
 def _closed_form(backend: str) -> Callable[..., closed_form.End]:
     options = _CLOSED_FORM_COMPILER.get(backend)
-    wanted = ("on_equator", "beams", "index", "crossings")
+    wanted = ("on_equator", "beams", "index", "crossings", "time")
     return jax.jit(closed_form.trace, static_argnames=wanted, compiler_options=options)
 
 
@@ -241,24 +241,27 @@ def _finished(ends: Fields, tolerance: float) -> Fields:
 def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, goal: Goal, **wanted: bool) -> Fields:
     """Rays by the engine asked for; which of them are in closed form."""
     frame = camera.frame()
-    by_formula = engine != "integrated" and goal.kind in closed_form.KINDS and not wanted["time"]
+    by_formula = engine != "integrated" and goal.kind in closed_form.KINDS
     if not by_formula:
         ends = _integrated(frame, sky, tolerance, goal, **wanted)
         return {**ends, "closed_form": np.zeros(len(sky), bool)}
     backend = jax.default_backend()
-    asked = {name: value for name, value in wanted.items() if name != "time"}
-    kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=camera.on_equator, **asked)
+    kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=camera.on_equator, **wanted)
     ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)))
     certified = ends.pop("certified")
     unsure = ~certified
     if engine == "auto":
         # Round-off of the formulas, which the integrator does not share; that of the direction itself it does.
         unsure |= (ends["error"] > tolerance) & (ends["noise"] > ends["error"] / 2)
+        if wanted["time"]:
+            late = ends["time_error"] > tolerance * np.maximum(1, np.abs(ends["time"]))
+            unsure |= late & (ends["time_noise"] > ends["time_error"] / 2)
     ends["closed_form"] = certified.copy()
     rest = np.flatnonzero(unsure)
     if rest.size:
         again = _integrated(frame, sky[rest], tolerance, goal, **wanted)
-        better = ~certified[rest] | (again["error"] < ends["error"][rest])
+        before = {name: ends[name][rest] for name in again.keys() & ends.keys()}
+        better = ~certified[rest] | (_excess(again, tolerance, 0) < _excess(before, tolerance, 0))
         chosen = rest[better]
         for name in ends.keys() & again.keys():
             ends[name][chosen] = again[name][better]
@@ -294,11 +297,11 @@ def _integrated(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **w
     return {name: values[back] for name, values in ends.items()}
 
 
-def _excess(ends: Fields, tolerance: float) -> np.ndarray:
-    """Errors as multiples of what is wanted, or of twice the round-off where that is more; the time's too."""
-    excess = ends["error"] / np.maximum(tolerance, 2 * ends["noise"])
+def _excess(ends: Fields, tolerance: float, noises: float = 2) -> np.ndarray:
+    """Errors as multiples of what is wanted, or of so many times the round-off where that is more; the time's too."""
+    excess = ends["error"] / np.maximum(tolerance, noises * ends["noise"])
     if "time" in ends:
-        wanted = np.maximum(tolerance * np.maximum(1, np.abs(ends["time"])), 2 * ends["time_noise"])
+        wanted = np.maximum(tolerance * np.maximum(1, np.abs(ends["time"])), noises * ends["time_noise"])
         excess = np.maximum(excess, ends["time_error"] / wanted)
     return excess
 

@@ -39,16 +39,25 @@ class Pole(NamedTuple):
     gamma: Array
 
 
-def carlson(triple: Triple, poles: Sequence[Pole] = ()) -> tuple[Array, list[Array]]:
-    """R_F(x, y, z), and gamma R_J(x, y, z, p) for every pole.
+class Integrals(NamedTuple):
+    """R_F(x, y, z), gamma R_J(x, y, z, p) for every pole, and R_D(y, z, x) if asked for, else None."""
+
+    first: Array
+    thirds: list[Array]
+    second: Array | None
+
+
+def carlson(triple: Triple, poles: Sequence[Pole] = (), *, second: bool = False) -> Integrals:
+    """Carlson's integrals of the first, the third and, if asked for, the second kind.
 
     Errors: relative 1e-15 for arguments whose ratios are below 1e8 or so.
-    References: Carlson 1995; DLMF 19.26.18, 19.26.21, 19.36.1, 19.36.2.
+    References: Carlson 1995; DLMF 19.26.18 to 19.26.21, 19.36.1, 19.36.2.
     """
     root, root_sum, root_product = triple
     x, total, product = root**2, root_sum**2 - 2 * root_product, root_product**2
     powers = [pole.p for pole in poles]
     sums: list[Array] = [0.0 for _ in poles]
+    seconds: Array = 0.0
     for n in range(_DUPLICATIONS):
         shift = root * root_sum + root_product
         for i, pole in enumerate(poles):
@@ -57,6 +66,8 @@ def carlson(triple: Triple, poles: Sequence[Pole] = ()) -> tuple[Array, list[Arr
             d = (root_p + root) * (p + root_p * root_sum + root_product)
             sums[i] = sums[i] + _duplication_term(n, d, pole.gamma / 8**n, 2 * d * root_p * (p + shift))
             powers[i] = (p + shift) / 4
+        if second:
+            seconds = seconds + 3 / 4**n / (root * (x + shift))
         x = (x + shift) / 4
         product = (product + shift * total + shift**2) / 16
         total = (total + 2 * shift) / 4
@@ -68,7 +79,8 @@ def carlson(triple: Triple, poles: Sequence[Pole] = ()) -> tuple[Array, list[Arr
         s + scale * pole.gamma * _third_tail(x, total, product, p)
         for s, pole, p in zip(sums, poles, powers, strict=True)
     ]
-    return first, thirds
+    last = seconds + scale * _third_tail(x, total, product, x) if second else None
+    return Integrals(first, thirds, last)
 
 
 def log_ratio(s: Array, k: Array, product: Array) -> Array:
