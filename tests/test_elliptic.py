@@ -21,18 +21,18 @@ def triple(x, y, z):
 
 def test_first_kind():
     x, y, z = 10.0 ** RNG.uniform(-4, 4, (3, 2000))
-    first, _ = elliptic.carlson(triple(x, y, z))
+    first, *_ = elliptic.carlson(triple(x, y, z))
     np.testing.assert_allclose(first, special.elliprf(x, y, z), rtol=4e-15)
 
 
 def test_first_kind_with_an_argument_of_zero():
-    first, _ = elliptic.carlson(triple(0.0, 1.0, 2.0))
+    first, *_ = elliptic.carlson(triple(0.0, 1.0, 2.0))
     assert float(first) == pytest.approx(special.elliprf(0, 1, 2), rel=1e-14)
 
 
 def test_first_kind_with_a_complex_pair():
     x, real, imaginary = RNG.uniform(0.01, 5, (3, 500))
-    first, _ = elliptic.carlson(triple(x, real + 1j * imaginary, real - 1j * imaginary))
+    first, *_ = elliptic.carlson(triple(x, real + 1j * imaginary, real - 1j * imaginary))
     expected = special.elliprf(x + 0j, real + 1j * imaginary, real - 1j * imaginary).real
     np.testing.assert_allclose(first, expected, rtol=4e-15)
 
@@ -52,7 +52,7 @@ def test_third_kind():
     p = np.minimum(np.minimum(x, y), z) * RNG.uniform(0.05, 0.95, 500)
     gamma = np.sqrt(-(p - x) * (p - y) * (p - z))
     for sign in (1, -1):
-        _, (third,) = elliptic.carlson(triple(x, y, z), [elliptic.Pole(jnp.asarray(p), jnp.asarray(sign * gamma))])
+        _, (third,), _ = elliptic.carlson(triple(x, y, z), [elliptic.Pole(jnp.asarray(p), jnp.asarray(sign * gamma))])
         np.testing.assert_allclose(third, sign * gamma * special.elliprj(x, y, z, p), rtol=2e-13)
 
 
@@ -63,8 +63,14 @@ def test_third_kind_with_a_complex_pair():
         pair = mpmath.mpc(real, imaginary), mpmath.mpc(real, -imaginary)
         gamma = math.sqrt((x - p) * ((p - real) ** 2 + imaginary**2))
         arguments = triple(x, complex(pair[0]), complex(pair[1]))
-        _, (third,) = elliptic.carlson(arguments, [elliptic.Pole(p, gamma)])
+        _, (third,), _ = elliptic.carlson(arguments, [elliptic.Pole(p, gamma)])
         assert float(third) == pytest.approx(gamma * float(mpmath.elliprj(x, *pair, p).real), rel=3e-14)
+
+
+def test_second_kind():
+    x, y, z = 10.0 ** RNG.uniform(-2, 2, (3, 500))
+    found = elliptic.carlson(triple(x, y, z), second=True)
+    np.testing.assert_allclose(found.second, special.elliprd(y, z, x), rtol=1e-13)
 
 
 def modulus(m, part=0.5):
