@@ -21,16 +21,19 @@ GUARD_BITS = 28
 
 
 class Place(NamedTuple):
-    """A camera; velocity "circular", "fiducial" or a speed along e_phi. math.pi / 2 means the equator exactly."""
+    """A camera; velocity "circular", "fiducial", a speed along e_phi, or (v_r, v_theta, v_phi) measured by the FIDO.
+
+    math.pi / 2 means the equator exactly.
+    """
 
     spin: float
     radius: float
     inclination: float
-    velocity: str | float
+    velocity: str | float | tuple
 
 
 class Metric(NamedTuple):
-    """Metric functions at the camera and its speed along e_phi (JTFT A.1)."""
+    """Metric functions at the camera, its speed along e_y, and e_x, e_y, e_z in FIDO components (JTFT A.1)."""
 
     sin: mpf
     cos: mpf
@@ -39,16 +42,22 @@ class Metric(NamedTuple):
     lapse: mpf
     shift: mpf
     varpi: mpf
+    scale: mpf
     speed: mpf
+    axes: tuple
 
 
 class Photon(NamedTuple):
-    """Constants b, q and first values (u, x, y, z), and rates, of the path followed backward in Mino time."""
+    """Constants b, q and first values (u, x, y, z), and rates, of the path followed backward in Mino time.
+
+    energy, of unit energy at infinity as the FIDO measures it: no light from infinity where it is not positive.
+    """
 
     b: mpf
     q: mpf
     position: list
     rate: list
+    energy: mpf
 
 
 class End(NamedTuple):
@@ -67,12 +76,26 @@ def metric(place: Place) -> Metric:
     s, c = (mpf(1), mpf(0)) if equator else (mp.sin(mpf(place.inclination)), mp.cos(mpf(place.inclination)))
     sigma, delta = r**2 + (a * c) ** 2, r**2 - 2 * r + a**2
     big = mp.sqrt((r**2 + a**2) ** 2 - delta * (a * s) ** 2)
-    lapse, shift, varpi = mp.sqrt(sigma * delta) / big, 2 * a * r / big**2, big * s / mp.sqrt(sigma)
+    lapse, shift, scale = mp.sqrt(sigma * delta) / big, 2 * a * r / big**2, big / mp.sqrt(sigma)
+    axes = ((1, 0, 0), (0, 0, 1), (0, -1, 0))
     if place.velocity == "circular":
-        speed = varpi * (1 / (a + r * mp.sqrt(r)) - shift) / lapse
+        speed = scale * s * (1 / (a + r * mp.sqrt(r)) - shift) / lapse
+    elif isinstance(place.velocity, tuple):
+        speed, axes = moving_axes([mpf(v) for v in place.velocity])
     else:
         speed = mpf(0) if place.velocity == "fiducial" else mpf(place.velocity)
-    return Metric(s, c, sigma, delta, lapse, shift, varpi, speed)
+    return Metric(s, c, sigma, delta, lapse, shift, scale * s, scale, speed, axes)
+
+
+def moving_axes(velocity: list) -> tuple[mpf, tuple]:
+    """Speed and camera axes for a velocity measured by the FIDO, as docs/conventions.md define them."""
+    if velocity[0] == velocity[1] == 0:
+        return velocity[2], ((1, 0, 0), (0, 0, 1), (0, -1, 0))
+    x, y, z = unit(velocity)
+    flat = mp.sqrt(x**2 + z**2)
+    p, q = (z / flat, -x / flat) if flat else (mpf(1), mpf(0))
+    # (p, 0, q) x (x, y, z).
+    return mp.norm(velocity), ((p, 0, q), (x, y, z), (-q * y, q * x - p * z, p * y))
 
 
 def unit(vector: list) -> list:
@@ -85,12 +108,14 @@ def photon(place: Place, sky: list) -> Photon:
     """The photon seen in direction N, a unit vector in mpf (conventions.md)."""
     at, a, r = metric(place), mpf(place.spin), mpf(place.radius)
     doppler, shrink = 1 - at.speed * sky[1], -mp.sqrt(1 - at.speed**2)
-    n_r, n_theta, n_phi = shrink * sky[0] / doppler, -shrink * sky[2] / doppler, (at.speed - sky[1]) / doppler
+    along = (shrink * sky[0] / doppler, (at.speed - sky[1]) / doppler, shrink * sky[2] / doppler)
+    n_r, n_theta, n_phi = (sum(n * axis[i] for n, axis in zip(along, at.axes, strict=True)) for i in range(3))
     energy = 1 / (at.lapse + at.shift * at.varpi * n_phi)
-    p_theta, b = energy * mp.sqrt(at.sigma) * n_theta, energy * at.varpi * n_phi
-    q = p_theta**2 + at.cos**2 * ((b / at.sin) ** 2 - a**2)
+    p_theta, p_phi = energy * mp.sqrt(at.sigma) * n_theta, energy * at.scale * n_phi
+    b, q = p_phi * at.sin, p_theta**2 + at.cos**2 * (p_phi**2 - a**2)
     u_rate = energy * mp.sqrt(at.sigma * at.delta) * n_r / r**2
-    return Photon(b, q, [1 / r, at.sin, mpf(0), at.cos], [u_rate, -at.cos * p_theta, -b / at.sin, at.sin * p_theta])
+    rate = [u_rate, -at.cos * p_theta, -p_phi, at.sin * p_theta]
+    return Photon(b, q, [1 / r, at.sin, mpf(0), at.cos], rate, energy)
 
 
 def potential(a: mpf, b: mpf, q: mpf) -> list:
@@ -101,6 +126,8 @@ def potential(a: mpf, b: mpf, q: mpf) -> list:
 def escapes(place: Place, sky: list) -> bool:
     """True where the path backward reaches infinity: a turning point outside the horizon, or outward without one."""
     a, path = mpf(place.spin), photon(place, unit(sky))
+    if path.energy <= 0:
+        return False
     coefficients = potential(a, path.b, path.q)[::-1]
     while coefficients[0] == 0:
         del coefficients[0]
