@@ -23,7 +23,7 @@ GUARD_BITS = 28
 class Place(NamedTuple):
     """A camera; velocity "circular", "fiducial", a speed along e_phi, or (v_r, v_theta, v_phi) measured by the FIDO.
 
-    math.pi / 2 means the equator exactly.
+    math.pi / 2 and math.pi mean the equator and the south pole exactly.
     """
 
     spin: float
@@ -72,8 +72,8 @@ class End(NamedTuple):
 def metric(place: Place) -> Metric:
     """Metric functions at the camera."""
     a, r = mpf(place.spin), mpf(place.radius)
-    equator = place.inclination == math.pi / 2
-    s, c = (mpf(1), mpf(0)) if equator else (mp.sin(mpf(place.inclination)), mp.cos(mpf(place.inclination)))
+    exact = {math.pi / 2: (mpf(1), mpf(0)), math.pi: (mpf(0), mpf(-1))}
+    s, c = exact.get(place.inclination) or (mp.sin(mpf(place.inclination)), mp.cos(mpf(place.inclination)))
     sigma, delta = r**2 + (a * c) ** 2, r**2 - 2 * r + a**2
     big = mp.sqrt((r**2 + a**2) ** 2 - delta * (a * s) ** 2)
     lapse, shift, scale = mp.sqrt(sigma * delta) / big, 2 * a * r / big**2, big / mp.sqrt(sigma)
@@ -110,7 +110,8 @@ def photon(place: Place, sky: list) -> Photon:
     doppler, shrink = 1 - at.speed * sky[1], -mp.sqrt(1 - at.speed**2)
     along = (shrink * sky[0] / doppler, (at.speed - sky[1]) / doppler, shrink * sky[2] / doppler)
     n_r, n_theta, n_phi = (sum(n * axis[i] for n, axis in zip(along, at.axes, strict=True)) for i in range(3))
-    energy = 1 / (at.lapse + at.shift * at.varpi * n_phi)
+    ratio = at.lapse + at.shift * at.varpi * n_phi
+    energy = 1 / ratio if ratio else mp.inf
     p_theta, p_phi = energy * mp.sqrt(at.sigma) * n_theta, energy * at.scale * n_phi
     b, q = p_phi * at.sin, p_theta**2 + at.cos**2 * (p_phi**2 - a**2)
     u_rate = energy * mp.sqrt(at.sigma * at.delta) * n_r / r**2
@@ -123,10 +124,15 @@ def potential(a: mpf, b: mpf, q: mpf) -> list:
     return [mpf(1), mpf(0), a**2 - b**2 - q, 2 * ((b - a) ** 2 + q), -(a**2) * q]
 
 
+def _slopes(coefficients: list) -> list:
+    """Coefficients of the derivative, from the highest power down."""
+    return [k * c for k, c in enumerate(coefficients)][:0:-1]
+
+
 def escapes(place: Place, sky: list) -> bool:
     """True where the path backward reaches infinity: a turning point outside the horizon, or outward without one."""
     a, path = mpf(place.spin), photon(place, unit(sky))
-    if path.energy <= 0:
+    if not 0 < path.energy < mp.inf:
         return False
     coefficients = potential(a, path.b, path.q)[::-1]
     while coefficients[0] == 0:
@@ -134,7 +140,11 @@ def escapes(place: Place, sky: list) -> bool:
     roots = mp.polyroots(coefficients, maxsteps=500, extraprec=200)
     real = [root.real for root in map(mp.mpc, roots) if abs(root.imag) < mpf(10) ** (-mp.dps // 2)]
     here, horizon = path.position[0], 1 / (1 + mp.sqrt(1 - a**2))
-    if path.rate[0] > 0:
+    if path.rate[0] == 0:
+        # A turning point itself: U' says where the ray goes.
+        real = [root for root in real if abs(root / here - 1) > mpf(10) ** (-mp.dps // 3)]
+    inward = path.rate[0] > 0 or (path.rate[0] == 0 and mp.polyval(_slopes(potential(a, path.b, path.q)), here) > 0)
+    if inward:
         return any(here <= root < horizon for root in real)
     return not any(0 < root <= here for root in real)
 
@@ -233,8 +243,11 @@ class Path:
         return total
 
     def zero_of_u(self, s: int) -> int:
-        """Where u vanishes, by Newton's method from s."""
-        u = self.series[0]
+        """Where u vanishes between 0 and s, by bisection and Newton's method."""
+        u, low = self.series[0], 0
+        for _ in range(12):
+            middle = (low + s) // 2
+            low, s = (middle, s) if self.at(middle, u) > 0 else (low, middle)
         slope = [k * c for k, c in enumerate(u)][1:]
         for _ in range(60):
             change = (self.at(s, u) << self.bits) // self.at(s, slope)
@@ -287,6 +300,10 @@ def follow(paths: list[Path], watch) -> None:
         for path in paths:
             path.expand(h)
         reach = lead.reach()
+        if reach < 1e-3:
+            # The first guess of h was far too large.
+            h = max(h * int(reach * 2**40) >> 40, 1)
+            continue
         s = int(min(reach, 1.0) * 2**40) << (lead.bits - 40)
         last = lead.at(s, lead.series[0]) <= 0
         ends = [path.zero_of_u(s) for path in paths] if last else [s] * len(paths)
@@ -352,13 +369,13 @@ def ellipse(n: list, columns: list[list]) -> tuple[mpf, mpf, mpf]:
     return major, determinant / major, determinant
 
 
-def beam(place: Place, sky: list, distance: mpf | float = 1, digits: int = DIGITS) -> dict:
-    """All that is known of the beam in direction `sky`, `distance` (about) from the shadow edge."""
+def beam(place: Place, sky: list, distance: mpf | float = 1, digits: int = DIGITS, timed: bool = True) -> dict:
+    """All that is known of the beam in direction `sky`, `distance` (about) from the shadow edge; delay if timed."""
     with mp.workdps(digits + 15):
         if not escapes(place, sky):
             raise ValueError(f"The ray in direction {sky} is captured.")
         h = DISPLACEMENT * distance
-        paths = [Path(place, n, digits, timed=i == 0) for i, n in enumerate(neighbours(sky, h))]
+        paths = [Path(place, n, digits, timed=timed and i == 0) for i, n in enumerate(neighbours(sky, h))]
         signs = []
         follow(paths, lambda paths, s: signs.extend(conjugate_points(paths, s, float(h))))
         ends = [path.end() for path in paths]
