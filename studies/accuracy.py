@@ -81,20 +81,26 @@ def errors(known: list[Known], engine: str, tolerance: float) -> dict[str, np.nd
     return {name: np.concatenate(values) for name, values in found.items()}
 
 
-def time_of_beam(samples: list[tuple[kc.Camera, np.ndarray]], engine: str, tolerance: float) -> float:
+def time_of_beam(samples: list[tuple[kc.Camera, np.ndarray]], engine: str, tolerance: float, repeats: int) -> float:
     """Microseconds of processor time a beam."""
 
     def work() -> None:
         for camera, sky in samples:
             kc.trace_beams(camera, sky, engine, tolerance)
 
-    return 1e6 * core_seconds(work) / sum(len(sky) for _, sky in samples)
+    return 1e6 * core_seconds(work, repeats) / sum(len(sky) for _, sky in samples)
 
 
-def measured(known: list[Known], samples: list[tuple[kc.Camera, np.ndarray]], engine: str, tolerance: float) -> dict:
+def measured(
+    known: list[Known], samples: list[tuple[kc.Camera, np.ndarray]], engine: str, tolerance: float, repeats: int
+) -> dict:
     """One point of the diagram: time, and quantiles of the errors and of true over reported error."""
     found = errors(known, engine, tolerance)
-    entry = {"engine": engine, "tolerance": tolerance, "microseconds": time_of_beam(samples, engine, tolerance)}
+    entry = {
+        "engine": engine,
+        "tolerance": tolerance,
+        "microseconds": time_of_beam(samples, engine, tolerance, repeats),
+    }
     for name in QUANTITIES:
         true, reported = found[name], found[f"{name} reported"]
         entry[name] = {
@@ -138,7 +144,7 @@ def draw(found: dict[str, list[dict]], floors: dict[str, float]) -> Figure:
         for row, (quantity, label) in zip(panels, QUANTITIES.items(), strict=True):
             row[0].set_ylabel(label)
             for ax, (family, points) in zip(row, found.items(), strict=True):
-                for engine in COLOURS:
+                for engine in {point["engine"]: None for point in points}:
                     draw_engine(ax, [p for p in points if p["engine"] == engine], quantity, named=ax is panels[0, 0])
                 ax.set(xscale="log", yscale="log", xlim=(min(times) / 2.6, max(times) * 2))
                 ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -177,7 +183,7 @@ def draw_engine(ax: Axes, points: list[dict], quantity: str, named: bool) -> Non
             ax.annotate(label, (time, value), (5, 0), color=colour, textcoords="offset points", fontsize=SMALLEST_TEXT)
 
 
-def main(output: Path, directions: int = 24576) -> list[Path]:
+def main(output: Path, directions: int = 24576, repeats: int = 3, methods: tuple = METHODS) -> list[Path]:
     """Measure, write accuracy.json, .png and .md into a folder, and return their paths."""
     rng, known = np.random.default_rng(2015), known_rays()
     found: dict[str, list[dict]] = {}
@@ -187,7 +193,7 @@ def main(output: Path, directions: int = 24576) -> list[Path]:
             (part.camera, FAMILIES[family](part.camera, directions * len(part.sky) // total, rng)) for part in rays
         ]
         with one_core():
-            found[family] = [measured(rays, samples, *method) for method in METHODS]
+            found[family] = [measured(rays, samples, *method, repeats) for method in methods]
         print(f"{family}\n{text_table(*table(found[family]))}")
     floors = {
         family: ROUNDING * float(np.quantile(np.concatenate([part.delta_plus for part in rays]), 0.99))
