@@ -23,6 +23,8 @@ STUDIES = Path(__file__).resolve().parents[1] / "studies"
 
 # Work that takes less than this many seconds is repeated within one timing.
 _SHORTEST_TIMING = 0.05
+# Heads of columns that hold words.
+_WORDS = ("engine", "verdict")
 # Once repeats have taken this long in all, there are no more of them.
 _LONGEST_TIMING = 2.0
 
@@ -78,10 +80,13 @@ def markdown_table(heads: list[str], rows: list[list[str]]) -> str:
 
 
 def text_table(heads: list[str], rows: list[list[str]]) -> str:
-    """The same table for a terminal."""
+    """The same table for a terminal; words to the left, too."""
     widths = [max(len(line[i]) for line in [heads, *rows]) for i in range(len(heads))]
     lines = [
-        [text.ljust(w) if i == 0 else text.rjust(w) for i, (text, w) in enumerate(zip(line, widths, strict=True))]
+        [
+            text.ljust(w) if i == 0 or heads[i] in _WORDS else text.rjust(w)
+            for i, (text, w) in enumerate(zip(line, widths, strict=True))
+        ]
         for line in [heads, *rows]
     ]
     return "".join("  ".join(line).rstrip() + "\n" for line in lines)

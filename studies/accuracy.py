@@ -157,7 +157,7 @@ def draw(found: dict[str, list[dict]], floors: dict[str, float]) -> Figure:
             ax.axhline(floor, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=0)
         # In the panel where the most room is beside it.
         style = {"textcoords": "offset points", "fontsize": SMALLEST_TEXT, "color": "#777777", "ha": "center"}
-        panels[0, 1].annotate("rounding of N, 99 %", (20, floors["near the edge"]), (0, 3), **style)
+        panels[0, 1].annotate("rounding of N, 99 %", (30, floors["near the edge"]), (0, 3), **style)
         figure.supxlabel("time of a beam on one core (µs)", fontsize=RC["axes.labelsize"])
     return figure
 

@@ -25,7 +25,7 @@ _NOTHING = {"index": False, "crossings": False, "redshift": False}
 SCENES = (
     ("rays", False, {}),
     ("beams", True, _NOTHING),
-    ("+ Morse index", True, _NOTHING | {"index": True}),
+    ("+ index", True, _NOTHING | {"index": True}),
     ("+ crossings", True, _NOTHING | {"index": True, "crossings": True}),
     ("+ redshift", True, {}),
     ("+ time", True, {"time": True}),

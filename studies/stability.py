@@ -18,6 +18,7 @@ reported errors are larger. "FAIL": something does not hold. Writes stability.js
 import math
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,8 @@ OTHERS = {"auto": ("integrated", 1e-13), "closed-form": ("integrated", 1e-13), "
 _FEW = 12
 # Microseconds a ray: more than this is "takes long".
 _LONGEST = 3000.0
+# A problem of which this many rays take more than so many seconds, compilation included, is given up.
+_PROBE, _PATIENCE = 8, 20.0
 
 
 def examine(problem: Problem, rays: int, truths: int, seed: int) -> list[dict[str, Any]]:
@@ -44,9 +47,15 @@ def examine(problem: Problem, rays: int, truths: int, seed: int) -> list[dict[st
     rng = np.random.default_rng(seed)
     sky = problem.sky(problem.camera, rays, rng)
     camera = problem.camera
+    slow = too_slow(problem, sky[:_PROBE])
+    if slow:
+        return slow
     traced = {engine: kc.trace_beams(camera, sky, engine, TOLERANCE) for engine in ENGINES}
     others = {name: kc.trace_beams(camera, sky, *other) for name, other in OTHERS.items()}
-    known = {int(i): checks.known(camera, sky[i], _growth(traced, i)) for i in suspects(traced, others, truths, rng)}
+    known: dict[int, Known | None] = {}
+    for i in suspects(traced, others, truths, rng):
+        with suppress(TimeoutError):
+            known[int(i)] = checks.known(camera, sky[i], _growth(traced, i))
     few = rng.choice(rays, min(_FEW, rays), replace=False)
     truly = checks.truly_escapes(camera, sky[few])
     null = checks.null_norm(problem, sky[few])
@@ -73,6 +82,20 @@ def examine(problem: Problem, rays: int, truths: int, seed: int) -> list[dict[st
 def is_wrong(row: dict[str, Any]) -> bool:
     """True where an engine is contradicted by truth."""
     return row["ratio"] > 1 or row["j_ratio"] > 1 or row["det_ratio"] > 1
+
+
+def too_slow(problem: Problem, sky: np.ndarray) -> list[dict[str, Any]]:
+    """Rows of a problem that is given up, because a few of its rays take too long with some engine; else none."""
+    rows = []
+    for engine in ENGINES:
+        began = time.perf_counter()
+        beams = kc.trace_beams(problem.camera, sky, engine, TOLERANCE)
+        seconds = time.perf_counter() - began
+        row = {"group": problem.group, "problem": problem.name, "engine": engine, **status_counts(beams)}
+        row |= against_truth(beams, {}) | {"microseconds": 1e6 * seconds / len(sky)}
+        row["faults"] = [f"given up: {len(sky)} rays take {seconds:.0f} s"] if seconds > _PATIENCE else []
+        rows.append(row | {"verdict": "FAIL" if row["faults"] else "not examined"})
+    return rows if any(row["faults"] for row in rows) else []
 
 
 def _growth(traced: dict[str, kc.Beams], i: int) -> float:

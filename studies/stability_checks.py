@@ -11,7 +11,8 @@ import numpy as np
 from directions import off_the_edge
 from mpmath import mp, mpf
 from stability_problems import LEAST_DISTANCE, Problem, edge_scale
-from truth_rays import Place, beam, escapes, metric, photon, unit
+from truth_camera import Place, metric, photon, unit
+from truth_rays import beam, escapes
 
 import kerrcaustics as kc
 from kerrcaustics.spacetime import camera as package
@@ -26,6 +27,8 @@ ROUND_OFF = 1e-13
 # Points of the line toward the shadow edge, and how often it is refined where the index jumps by more than one.
 _LINE_POINTS = 500
 _REFINEMENTS = 4
+# Seconds after which the truth of a ray is given up.
+_PATIENCE = 3.0
 
 
 class Known(NamedTuple):
@@ -44,12 +47,15 @@ def place_of(camera: kc.Camera) -> Place:
 
 
 def known(camera: kc.Camera, sky: np.ndarray, growth: float) -> Known | None:
-    """Truth of the ray in direction `sky` (3,) with delta_plus of about `growth`; None if it is captured."""
+    """Truth of the ray in direction `sky` (3,) with delta_plus of about `growth`; None if it is captured.
+
+    Raises TimeoutError for a ray that takes too long.
+    """
     place, n = place_of(camera), [float(x) for x in sky]
     with mp.workdps(DIGITS + 15):
         if not escapes(place, n):
             return None
-    found = beam(place, n, 1 / max(mpf(growth), 1), DIGITS, timed=False)
+    found = beam(place, n, 1 / max(mpf(growth), 1), DIGITS, timed=False, most_seconds=_PATIENCE)
     columns = np.array([[float(x) for x in row] for row in found["columns"]])
     direction = np.array([float(x) for x in found["direction"]])
     return Known(direction, columns, float(found["delta_plus"]), float(found["determinant"]), found["index"])
