@@ -16,7 +16,8 @@ extensions = [
     # Copies MathJax and its fonts beside the pages, so that they need no network.
     "sphinx-mathjax-offline",
 ]
-exclude_patterns = ["_build"]
+# The tables are included in pages.
+exclude_patterns = ["_build", "tables"]
 # Single backticks in docstrings are code.
 default_role = "code"
 

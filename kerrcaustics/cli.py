@@ -148,10 +148,7 @@ def demo(*, output: Path = Path("demo")) -> None:
     output
         Folder for the pictures; it is made when missing.
     """
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"Argument --output must be a folder that can be made: {error.strerror}.") from None
+    _make_folder(output)
     pictures = [output / f"caustics_a{_DEMO_SPIN}_r{radius}.png" for radius in _DEMO_RADII]
     _check_outputs({"--output": pictures[0]})
     console = _console()
@@ -167,6 +164,41 @@ def demo(*, output: Path = Path("demo")) -> None:
     console.print("Pictures:")
     for picture in pictures:
         console.print(f"  {picture}", soft_wrap=True, highlight=False)
+
+
+@app.command
+def study(name: str, /, *, output: Path | None = None) -> None:
+    """Run a study of this checkout (a script of its folder studies/) and say where its tables and pictures went.
+
+    Parameters
+    ----------
+    name
+        Which study: accuracy, cost or stability.
+    output
+        Folder for the files, by default study-NAME; it is made when missing.
+    """
+    from kerrcaustics.study import STUDIES, run_study, study_names
+
+    names = study_names()
+    if not names:
+        raise BadInput(f"Studies need a checkout of kerrcaustics, and there is none: no folder {STUDIES}.")
+    if name not in names:
+        raise BadInput(f"Argument NAME must be one of {', '.join(names)}, but is {name}.")
+    folder = output or Path(f"study-{name}")
+    _make_folder(folder)
+    _check_outputs({"--output": folder / f"{name}.json"})
+    files = run_study(name, folder)
+    console = _console()
+    console.print("Files:")
+    for file in files:
+        console.print(f"  {file}", soft_wrap=True, highlight=False)
+
+
+def _make_folder(output: Path) -> None:
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"Argument --output must be a folder that can be made: {error.strerror}.") from None
 
 
 def _check_outputs(paths: dict[str, Path | None]) -> None:

@@ -14,8 +14,9 @@ import time
 from pathlib import Path
 
 from mpmath import mp, mpf
+from truth_camera import Place, metric, photon, unit
 from truth_check import differences, reference_agreement, second_beam
-from truth_rays import DIGITS, Place, beam, displaced, escapes, metric, photon, polar_turns, unit
+from truth_rays import DIGITS, beam, displaced, escapes, polar_turns
 
 OUTPUT = Path(__file__).parent / "data" / "truth.json"
 WRITTEN_DIGITS = 25

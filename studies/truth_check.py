@@ -9,18 +9,8 @@ import math
 from pathlib import Path
 
 from mpmath import mp, mpf
-from truth_rays import (
-    DISPLACEMENT,
-    End,
-    Photon,
-    Place,
-    beam,
-    columns_of,
-    ellipse,
-    neighbours,
-    photon,
-    potential,
-)
+from truth_camera import Photon, Place, photon
+from truth_rays import DISPLACEMENT, End, beam, columns_of, ellipse, neighbours, potential
 
 REFERENCE = Path(__file__).parents[1] / "tests" / "data" / "rays.json"
 # Half of them go where a ray passes 1e-14 from the axis, and twenty in the differences for J.

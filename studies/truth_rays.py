@@ -6,49 +6,20 @@ long arithmetic that Python has of its own. J is the central difference of four 
 """
 
 import math
+import time
 from itertools import pairwise
 from operator import mul
 from typing import NamedTuple
 
 import numpy as np
 from mpmath import mp, mpf
+from truth_camera import Place, photon, unit
 
 # Digits of the path; the order of the series that is about the cheapest for them; neighbours at DISPLACEMENT times
 # the distance from the shadow edge: (1e-20)^2 of J is the truncation, 1e-66 / 1e-20 or so its round-off.
 DIGITS = 66
 DISPLACEMENT = mpf("1e-20")
 GUARD_BITS = 28
-
-
-class Place(NamedTuple):
-    """A camera; velocity "circular", "fiducial" or a speed along e_phi. math.pi / 2 means the equator exactly."""
-
-    spin: float
-    radius: float
-    inclination: float
-    velocity: str | float
-
-
-class Metric(NamedTuple):
-    """Metric functions at the camera and its speed along e_phi (JTFT A.1)."""
-
-    sin: mpf
-    cos: mpf
-    sigma: mpf
-    delta: mpf
-    lapse: mpf
-    shift: mpf
-    varpi: mpf
-    speed: mpf
-
-
-class Photon(NamedTuple):
-    """Constants b, q and first values (u, x, y, z), and rates, of the path followed backward in Mino time."""
-
-    b: mpf
-    q: mpf
-    position: list
-    rate: list
 
 
 class End(NamedTuple):
@@ -60,54 +31,32 @@ class End(NamedTuple):
     delay: mpf | None
 
 
-def metric(place: Place) -> Metric:
-    """Metric functions at the camera."""
-    a, r = mpf(place.spin), mpf(place.radius)
-    equator = place.inclination == math.pi / 2
-    s, c = (mpf(1), mpf(0)) if equator else (mp.sin(mpf(place.inclination)), mp.cos(mpf(place.inclination)))
-    sigma, delta = r**2 + (a * c) ** 2, r**2 - 2 * r + a**2
-    big = mp.sqrt((r**2 + a**2) ** 2 - delta * (a * s) ** 2)
-    lapse, shift, varpi = mp.sqrt(sigma * delta) / big, 2 * a * r / big**2, big * s / mp.sqrt(sigma)
-    if place.velocity == "circular":
-        speed = varpi * (1 / (a + r * mp.sqrt(r)) - shift) / lapse
-    else:
-        speed = mpf(0) if place.velocity == "fiducial" else mpf(place.velocity)
-    return Metric(s, c, sigma, delta, lapse, shift, varpi, speed)
-
-
-def unit(vector: list) -> list:
-    """The vector divided by its length."""
-    length = mp.sqrt(sum(mpf(v) ** 2 for v in vector))
-    return [mpf(v) / length for v in vector]
-
-
-def photon(place: Place, sky: list) -> Photon:
-    """The photon seen in direction N, a unit vector in mpf (conventions.md)."""
-    at, a, r = metric(place), mpf(place.spin), mpf(place.radius)
-    doppler, shrink = 1 - at.speed * sky[1], -mp.sqrt(1 - at.speed**2)
-    n_r, n_theta, n_phi = shrink * sky[0] / doppler, -shrink * sky[2] / doppler, (at.speed - sky[1]) / doppler
-    energy = 1 / (at.lapse + at.shift * at.varpi * n_phi)
-    p_theta, b = energy * mp.sqrt(at.sigma) * n_theta, energy * at.varpi * n_phi
-    q = p_theta**2 + at.cos**2 * ((b / at.sin) ** 2 - a**2)
-    u_rate = energy * mp.sqrt(at.sigma * at.delta) * n_r / r**2
-    return Photon(b, q, [1 / r, at.sin, mpf(0), at.cos], [u_rate, -at.cos * p_theta, -b / at.sin, at.sin * p_theta])
-
-
 def potential(a: mpf, b: mpf, q: mpf) -> list:
     """Coefficients of U(u) = u'^2, from the constant to the fourth power."""
     return [mpf(1), mpf(0), a**2 - b**2 - q, 2 * ((b - a) ** 2 + q), -(a**2) * q]
 
 
+def _slopes(coefficients: list) -> list:
+    """Coefficients of the derivative, from the highest power down."""
+    return [k * c for k, c in enumerate(coefficients)][:0:-1]
+
+
 def escapes(place: Place, sky: list) -> bool:
     """True where the path backward reaches infinity: a turning point outside the horizon, or outward without one."""
     a, path = mpf(place.spin), photon(place, unit(sky))
+    if not 0 < path.energy < mp.inf:
+        return False
     coefficients = potential(a, path.b, path.q)[::-1]
     while coefficients[0] == 0:
         del coefficients[0]
     roots = mp.polyroots(coefficients, maxsteps=500, extraprec=200)
     real = [root.real for root in map(mp.mpc, roots) if abs(root.imag) < mpf(10) ** (-mp.dps // 2)]
     here, horizon = path.position[0], 1 / (1 + mp.sqrt(1 - a**2))
-    if path.rate[0] > 0:
+    if path.rate[0] == 0:
+        # A turning point itself: U' says where the ray goes.
+        real = [root for root in real if abs(root / here - 1) > mpf(10) ** (-mp.dps // 3)]
+    inward = path.rate[0] > 0 or (path.rate[0] == 0 and mp.polyval(_slopes(potential(a, path.b, path.q)), here) > 0)
+    if inward:
         return any(here <= root < horizon for root in real)
     return not any(0 < root <= here for root in real)
 
@@ -206,8 +155,11 @@ class Path:
         return total
 
     def zero_of_u(self, s: int) -> int:
-        """Where u vanishes, by Newton's method from s."""
-        u = self.series[0]
+        """Where u vanishes between 0 and s, by bisection and Newton's method."""
+        u, low = self.series[0], 0
+        for _ in range(12):
+            middle = (low + s) // 2
+            low, s = (middle, s) if self.at(middle, u) > 0 else (low, middle)
         slope = [k * c for k, c in enumerate(u)][1:]
         for _ in range(60):
             change = (self.at(s, u) << self.bits) // self.at(s, slope)
@@ -260,6 +212,10 @@ def follow(paths: list[Path], watch) -> None:
         for path in paths:
             path.expand(h)
         reach = lead.reach()
+        if reach < 1e-3:
+            # The first guess of h was far too large.
+            h = max(h * int(reach * 2**40) >> 40, 1)
+            continue
         s = int(min(reach, 1.0) * 2**40) << (lead.bits - 40)
         last = lead.at(s, lead.series[0]) <= 0
         ends = [path.zero_of_u(s) for path in paths] if last else [s] * len(paths)
@@ -325,15 +281,29 @@ def ellipse(n: list, columns: list[list]) -> tuple[mpf, mpf, mpf]:
     return major, determinant / major, determinant
 
 
-def beam(place: Place, sky: list, distance: mpf | float = 1, digits: int = DIGITS) -> dict:
-    """All that is known of the beam in direction `sky`, `distance` (about) from the shadow edge."""
+def beam(
+    place: Place,
+    sky: list,
+    distance: mpf | float = 1,
+    digits: int = DIGITS,
+    timed: bool = True,
+    most_seconds: float = math.inf,
+) -> dict:
+    """All that is known of the beam in direction `sky`, `distance` (about) from the shadow edge; delay if timed."""
+    latest = time.process_time() + most_seconds
     with mp.workdps(digits + 15):
         if not escapes(place, sky):
             raise ValueError(f"The ray in direction {sky} is captured.")
         h = DISPLACEMENT * distance
-        paths = [Path(place, n, digits, timed=i == 0) for i, n in enumerate(neighbours(sky, h))]
+        paths = [Path(place, n, digits, timed=timed and i == 0) for i, n in enumerate(neighbours(sky, h))]
         signs = []
-        follow(paths, lambda paths, s: signs.extend(conjugate_points(paths, s, float(h))))
+
+        def watch(paths: list[Path], s: float) -> None:
+            if time.process_time() > latest:
+                raise TimeoutError(f"The ray in direction {sky} takes more than {most_seconds} s.")
+            signs.extend(conjugate_points(paths, s, float(h)))
+
+        follow(paths, watch)
         ends = [path.end() for path in paths]
         columns = columns_of([end.direction for end in ends], h)
         major, minor, determinant = ellipse(ends[0].direction, columns)

@@ -1,0 +1,169 @@
+"""The studies of a checkout: found and run by name, and what every study writes down beside its numbers.
+
+A study is a script studies/NAME.py with a function `main(output: Path, ...) -> list[Path]`, which puts its files into
+a folder that exists and returns them.
+"""
+
+import ast
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import metadata
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+STUDIES = Path(__file__).resolve().parents[1] / "studies"
+"""Folder of the studies, which is there in a checkout only."""
+
+# Work that takes less than this many seconds is repeated within one timing.
+_SHORTEST_TIMING = 0.05
+# Heads of columns that hold words.
+_WORDS = ("engine", "verdict")
+# Once repeats have taken this long in all, there are no more of them.
+_LONGEST_TIMING = 2.0
+
+
+def study_names() -> list[str]:
+    """Names of the studies of this checkout, in alphabetical order; none where there is no checkout."""
+    return [path.stem for path in sorted(STUDIES.glob("*.py")) if _takes_output(path)]
+
+
+def run_study(name: str, output: Path) -> list[Path]:
+    """Run one study and return the files it wrote into the folder `output`, which is made when missing."""
+    output.mkdir(parents=True, exist_ok=True)
+    return load_study(name).main(output)
+
+
+def load_study(name: str) -> ModuleType:
+    """The script of a study, imported with its neighbours in the folder within reach."""
+    if str(STUDIES) not in sys.path:
+        sys.path.append(str(STUDIES))
+    spec = spec_from_file_location(name, STUDIES / f"{name}.py")
+    if spec is None or spec.loader is None:
+        raise ImportError(f"There is no study {name} in {STUDIES}.")
+    module = module_from_spec(spec)
+    # Under a name of its own: other packages may have a module `accuracy`.
+    sys.modules[f"kerrcaustics_study_{name}"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def write_record(path: Path, name: str, **content: Any) -> Path:
+    """Write the numbers of a study as JSON, with its schema, the version and the machine; return the path.
+
+    Numbers that are not finite become null.
+    """
+    entry = {"schema": f"kerrcaustics/study/{name}/1", "version": metadata.version("kerrcaustics")}
+    entry |= {"machine": machine(), **content}
+    return write_text(path, json.dumps(_finite(entry), indent=1, allow_nan=False) + "\n")
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a text file that takes its name only when it is complete; return the path."""
+    from kerrcaustics.curves.store import writing
+
+    with writing(path) as file:
+        file.write(text.encode())
+    return path
+
+
+def markdown_table(heads: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table: first column to the left, the others to the right."""
+    lines = [heads, ["---", *["---:"] * (len(heads) - 1)], *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def text_table(heads: list[str], rows: list[list[str]]) -> str:
+    """The same table for a terminal; words to the left, too."""
+    widths = [max(len(line[i]) for line in [heads, *rows]) for i in range(len(heads))]
+    lines = [
+        [
+            text.ljust(w) if i == 0 or heads[i] in _WORDS else text.rjust(w)
+            for i, (text, w) in enumerate(zip(line, widths, strict=True))
+        ]
+        for line in [heads, *rows]
+    ]
+    return "".join("  ".join(line).rstrip() + "\n" for line in lines)
+
+
+def machine() -> dict[str, Any]:
+    """What the numbers were computed on: processor, cores, versions, device."""
+    import jax
+    import numpy as np
+
+    device = jax.devices()[0]
+    return {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "jax": jax.__version__,
+        "device": f"{device.platform}: {device.device_kind}",
+    }
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Work within is done on one core, where the system can say so."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    allowed = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(allowed)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, allowed)
+
+
+def core_seconds(work: Callable[[], object], repeats: int = 3) -> float:
+    """Processor time of one call in seconds, of all cores together: the least of several, after one to compile."""
+    work()
+    best, calls, total = float("inf"), 1, 0.0
+    for _ in range(repeats):
+        if total > _LONGEST_TIMING:
+            break
+        while True:
+            began = time.process_time()
+            for _ in range(calls):
+                work()
+            spent = time.process_time() - began
+            if spent > _SHORTEST_TIMING:
+                break
+            calls *= 2
+        best, total = min(best, spent / calls), total + spent
+    return best
+
+
+def _takes_output(path: Path) -> bool:
+    """True where a script has `main(output, ...)`; it is not run for this."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef) and node.name == "main":
+            return [argument.arg for argument in node.args.args][:1] == ["output"]
+    return False
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def _finite(value: Any) -> Any:
+    """The same for JSON: plain numbers, and None for those that are not finite."""
+    if isinstance(value, dict):
+        return {key: _finite(v) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    if hasattr(value, "tolist"):
+        return _finite(value.tolist())
+    return None if isinstance(value, float) and not abs(value) < float("inf") else value

@@ -1,0 +1,98 @@
+"""What does leaving things out save? Microseconds on one core of rays, beams, and what can be had with them.
+
+    python studies/cost.py [folder]
+
+For each engine, rays of the whole sky of one camera at the default tolerance, captured directions not counted; each
+line asks for one thing more than the line before. Writes cost.json, cost.png and cost.md.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from directions import whole_sky
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+import kerrcaustics as kc
+from kerrcaustics.curves.store import writing
+from kerrcaustics.draw.style import PALETTE, RC, SMALLEST_TEXT
+from kerrcaustics.study import core_seconds, markdown_table, one_core, text_table, write_record, write_text
+
+CAMERA = kc.Camera(0.999, 6.03)
+_NOTHING = {"index": False, "crossings": False, "redshift": False}
+# (name, beams or rays, options): each with one thing more than the one before.
+SCENES = (
+    ("rays", False, {}),
+    ("beams", True, _NOTHING),
+    ("+ index", True, _NOTHING | {"index": True}),
+    ("+ crossings", True, _NOTHING | {"index": True, "crossings": True}),
+    ("+ redshift", True, {}),
+    ("+ time", True, {"time": True}),
+)
+# The closed form has no time: those rays are integrated.
+ENGINES = {"closed-form": PALETTE[1], "integrated": PALETTE[0]}
+
+
+def measured(sky: np.ndarray, engine: str, repeats: int) -> list[float | None]:
+    """Microseconds a ray of each scene; None where the engine does not do it."""
+    found: list[float | None] = []
+    for _, beams, options in SCENES:
+        if engine == "closed-form" and "time" in options:
+            found.append(None)
+            continue
+        trace = kc.trace_beams if beams else kc.trace_rays
+        found.append(1e6 * core_seconds(lambda t=trace, o=options: t(CAMERA, sky, engine, **o), repeats) / len(sky))
+    return found
+
+
+def draw(found: dict[str, list[float | None]]) -> Figure:
+    """Bars of microseconds, a group for each scene."""
+    with rc_context(RC):
+        figure = Figure(figsize=(4.6, 2.6), layout="constrained")
+        ax = figure.subplots()
+        names = [name for name, _, _ in SCENES]
+        for k, (engine, times) in enumerate(found.items()):
+            for i, time in enumerate(times):
+                place = i + 0.38 * (k - 0.5)
+                if time is None:
+                    ax.annotate("–", (place, 0), (0, 2), textcoords="offset points", ha="center")
+                    continue
+                ax.bar(place, time, 0.36, color=ENGINES[engine])
+                label = {"ha": "center", "fontsize": SMALLEST_TEXT, "textcoords": "offset points"}
+                ax.annotate(f"{time:.1f}", (place, time), (0, 2), **label)
+            name = "closed form" if engine == "closed-form" else engine
+            ax.annotate(name, (0.02, 0.95 - 0.09 * k), xycoords="axes fraction", color=ENGINES[engine], va="top")
+        ax.set_xticks(range(len(names)), names)
+        ax.set_ylabel("time on one core (µs)")
+        ax.margins(y=0.12)
+        ax.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def main(output: Path, directions: int = 24576, repeats: int = 5) -> list[Path]:
+    """Measure, write cost.json, .png and .md into a folder, and return their paths."""
+    sky = whole_sky(CAMERA, directions, np.random.default_rng(2015))
+    with one_core():
+        found = {engine: measured(sky, engine, repeats) for engine in ENGINES}
+    names = [name for name, _, _ in SCENES]
+    heads = ["asked for", *(f"{engine}, µs" for engine in found)]
+    rows = [
+        [n, *("" if t is None else f"{t:.1f}" for t in times)] for n, *times in zip(names, *found.values(), strict=True)
+    ]
+    print(text_table(heads, rows))
+    picture = output / "cost.png"
+    with writing(picture) as file:
+        draw(found).savefig(file, format="png", dpi=200)
+    settings = {"spin": CAMERA.spin, "radius": CAMERA.radius, "directions": directions, "scenes": names}
+    return [
+        write_record(output / "cost.json", "cost", settings=settings, microseconds=found),
+        picture,
+        write_text(output / "cost.md", markdown_table(heads, rows)),
+    ]
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "study-cost")
+    folder.mkdir(parents=True, exist_ok=True)
+    print("\n".join(map(str, main(folder))))

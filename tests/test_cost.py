@@ -1,0 +1,62 @@
+"""What is left out is not paid for: counted in the compiled programs, not timed."""
+
+from functools import cache, partial
+from itertools import pairwise
+
+import jax
+import jax.numpy as jnp
+import pytest
+
+from kerrcaustics.beams import closed_form, integrated
+from kerrcaustics.beams.trace import _CLOSED_FORM_COMPILER
+from kerrcaustics.spacetime.camera import Camera
+
+FRAME = Camera(0.999, 6.03).frame()
+SKY = tuple(jnp.full(64, part) for part in (-0.6, 0.0, 0.8))
+NOTHING = {"beams": False}
+BEAMS = {"beams": True}
+INDEX = {"beams": True, "index": True}
+CROSSINGS = {"beams": True, "index": True, "crossings": True}
+TIME = {"beams": True, "index": True, "crossings": True, "time": True}
+# Each with one thing more than the one before.
+SCENES = {"closed-form": [NOTHING, BEAMS, INDEX, CROSSINGS], "integrated": [NOTHING, BEAMS, INDEX, CROSSINGS, TIME]}
+OFF = {"index": False, "crossings": False}
+
+
+@cache
+def lowered(engine: str, **wanted: bool):
+    if engine == "closed-form":
+        return jax.jit(partial(closed_form.trace, on_equator=True, **wanted)).lower(FRAME, SKY)
+    return jax.jit(partial(integrated.trace, **wanted)).lower(FRAME, SKY, jnp.ones(64), 1e-10)
+
+
+def steps(text: str) -> int:
+    """Instructions of a program, those of each loop's body once."""
+    return sum(" = " in line for line in text.splitlines())
+
+
+def compiled(engine: str, **wanted: bool) -> str:
+    """The program that runs, without fused loops, in which work could hide."""
+    return lowered(engine, **wanted).compile(compiler_options=_CLOSED_FORM_COMPILER["cpu"]).as_text()
+
+
+def assert_each_costs_more(counts: list[int]) -> None:
+    assert all(less < more for less, more in pairwise(counts)), counts
+
+
+@pytest.mark.parametrize("engine", SCENES)
+def test_a_scene_that_needs_less_is_a_shorter_program(engine):
+    assert_each_costs_more([steps(lowered(engine, **wanted).as_text()) for wanted in SCENES[engine]])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", SCENES)
+def test_a_scene_that_needs_less_is_a_shorter_compiled_program(engine):
+    assert_each_costs_more([steps(compiled(engine, **wanted)) for wanted in SCENES[engine]])
+
+
+@pytest.mark.parametrize("engine", SCENES)
+@pytest.mark.parametrize("scene", [NOTHING, BEAMS], ids=["rays", "beams"])
+def test_what_is_off_leaves_no_trace(engine, scene):
+    off = OFF if engine == "closed-form" else OFF | {"time": False}
+    assert lowered(engine, **scene).as_text() == lowered(engine, **scene, **off).as_text()

@@ -1,0 +1,57 @@
+"""Every study runs, on very few rays, and writes what it promises."""
+
+import json
+
+import pytest
+from test_cli import run
+
+from kerrcaustics.study import load_study, study_names
+
+SETTINGS = {
+    "accuracy": {"directions": 64, "repeats": 1, "methods": (("integrated", 1e-10), ("closed-form", 1e-10))},
+    "cost": {"directions": 64, "repeats": 1},
+    "stability": {"rays": 16, "truths": 1, "most": 1},
+}
+PICTURES = {"accuracy", "cost"}
+
+
+def test_every_study_is_tried_here():
+    assert set(study_names()) == set(SETTINGS)
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_study_writes_its_files(name, tmp_path, capsys):
+    files = load_study(name).main(tmp_path, **SETTINGS[name])
+    assert {file.name for file in files} == {path.name for path in tmp_path.iterdir()}
+    entry = json.loads((tmp_path / f"{name}.json").read_text())
+    assert entry["schema"] == f"kerrcaustics/study/{name}/1"
+    assert entry["version"] and entry["machine"]["processor"] and entry["machine"]["jax"]
+    assert (tmp_path / f"{name}.md").read_text().count("| ---") > 0
+    if name in PICTURES:
+        assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    if name == "stability":
+        assert {row["verdict"] for row in entry["problems"]} <= {"ok", "honest", "FAIL"}
+        assert all((row["verdict"] == "FAIL") == bool(row["faults"]) for row in entry["problems"])
+    assert capsys.readouterr().out.strip()
+
+
+def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch):
+    module = type("Study", (), {"main": staticmethod(lambda output: [output / "cost.json"])})
+    monkeypatch.setattr("kerrcaustics.study.load_study", lambda _: module)
+    status, out, err = run(capsys, "study", "cost", "--output", tmp_path / "new")
+    assert (status, err) == (0, "") and str(tmp_path / "new" / "cost.json") in out
+
+
+def test_unknown_study_is_one_line_and_status_2(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = run(capsys, "study", "alchemy")
+    assert (status, out) == (2, "") and err.count("\n") == 1
+    assert "accuracy, cost, stability" in err and "alchemy" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_checkout_a_study_is_refused(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("kerrcaustics.study.STUDIES", tmp_path / "studies")
+    status, _, err = run(capsys, "study", "cost")
+    assert status == 2 and err.count("\n") == 1 and "checkout" in err
