@@ -4,8 +4,8 @@ from typing import Any
 
 import jax.numpy as jnp
 
+from kerrcaustics.spacetime import elliptic
 from kerrcaustics.spacetime.camera import Frame, Photon
-from kerrcaustics.spacetime.radial import carlson_rf
 
 Array = Any
 
@@ -35,4 +35,4 @@ def mino_time_to_plane(frame: Frame, photon: Photon, crossing: Array) -> Array:
 
 
 def _rf(root_x: Array, root_y: Array, root_z: Array) -> Array:
-    return carlson_rf(root_x, root_y * root_z, root_y + root_z)
+    return elliptic.carlson(elliptic.Triple(root_x, root_y + root_z, root_y * root_z)).first

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from kerrcaustics.spacetime import elliptic
 from kerrcaustics.spacetime.camera import Frame, Photon
 
 Array = Any
@@ -134,7 +135,7 @@ def mino_time(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
     root_x = outer + inner
     root_yz = 2 * (outer * (r + h) + inner * (r - h))
     root_sum = 2 * jnp.sqrt(jnp.maximum((r + h + inner) * reach, 0))
-    return 2 * carlson_rf(root_x, root_yz, root_sum)
+    return 2 * elliptic.carlson(elliptic.Triple(root_x, root_sum, root_yz)).first
 
 
 def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Array, rising: Array) -> Array:
@@ -166,24 +167,5 @@ def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Array, 
     )
     root_x, root_yz, quarter = (jnp.where(turned, there, here) for there, here in zip(back, straight, strict=True))
     scale = jnp.where(turned, 1, jnp.abs(gap))
-    return 2 * scale * carlson_rf(root_x, root_yz, 2 * jnp.sqrt(jnp.maximum(quarter, 0)))
-
-
-def carlson_rf(root_x: Array, root_yz: Array, root_sum: Array) -> Array:
-    """Carlson's R_F(x, y, z) from sqrt(x), sqrt(y z) and sqrt(y) + sqrt(z), by duplication.
-
-    References: Carlson 1995; DLMF 19.36.
-    """
-    x, total, product = root_x**2, root_sum**2 - 2 * root_yz, root_yz**2
-    for _ in range(7):
-        shift = root_x * root_sum + root_yz
-        x = (x + shift) / 4
-        product = (product + shift * total + shift**2) / 16
-        total = (total + 2 * shift) / 4
-        root_x, root_yz = jnp.sqrt(x), jnp.sqrt(product)
-        root_sum = jnp.sqrt(total + 2 * root_yz)
-    mean = (x + total) / 3
-    dx = 1 - x / mean
-    pair = 1 - total / mean + product / mean**2
-    e2, e3 = pair - dx**2, dx * pair
-    return (1 - e2 / 10 + e3 / 14 + e2**2 / 24 - 3 * e2 * e3 / 44) / jnp.sqrt(mean)
+    triple = elliptic.Triple(root_x, 2 * jnp.sqrt(jnp.maximum(quarter, 0)), root_yz)
+    return 2 * scale * elliptic.carlson(triple).first
