@@ -27,7 +27,7 @@ from kerrcaustics.beams.geometry import dot, length
 from kerrcaustics.beams.polar_motion import polar_motion
 from kerrcaustics.beams.radial_motion import horizons, radial_motion
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.camera import Frame, Photon, photon
+from kerrcaustics.spacetime.camera import Frame, Photon, doppler, photon
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
 Array = Any
@@ -167,6 +167,8 @@ def _ray(
     c, s = jnp.cos(travel.psi + m.turn), jnp.sin(travel.psi + m.turn)
     direction = (c * m.x - s * m.y, s * m.x + c * m.y, m.z)
     noise = _noise(frame, light, quartic, m.phase)
+    # Off the equator the azimuth is a difference of two phases, each of which changes with N by about the radius.
+    start = 0.0 if on_equator else 3e-15 * frame.cylindrical_scale
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     way = _Way(
         azimuth=travel.psi + m.azimuth,
@@ -176,7 +178,7 @@ def _ray(
         certified=travel.known & (travel.captured | holds),
         spread=_spread(frame, sky, light, quartic),
         noise=noise,
-        jacobian_noise=9 * noise + 1e-15 * jnp.sqrt(jnp.maximum(light.k, 0)),
+        jacobian_noise=9 * noise + 1e-15 * jnp.sqrt(jnp.maximum(light.k, 0)) + start,
         momentum=jnp.sqrt(jnp.maximum(light.k, 0) + 3),
         time=None if travel.clock is None or m.clock is None else travel.clock + m.clock,
         time_noise=_time_noise(frame, goal) if time else None,
@@ -216,5 +218,5 @@ def _spread(frame: Frame, sky: tuple[Array, ...], light: Photon, quartic: radial
     a, h = frame.spin, quartic.h
     momentum = jnp.sqrt(light.k + a * a)
     slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * light.b)
-    energy = (1 - frame.speed**2) ** 0.5 / ((1 - frame.speed * sky[1]) * jnp.abs(light.energy_ratio))
+    energy = frame.slowness**0.5 / (doppler(frame, sky)[0] * jnp.abs(light.energy_ratio))
     return energy * (1 + frame.cylindrical_scale * momentum * slope * _time_slope(frame, light, quartic))

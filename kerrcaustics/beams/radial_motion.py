@@ -58,9 +58,13 @@ class _Roots(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """A radius, with the roots of the two factors of R there: outer, of the first, has the sign of r'."""
+    """A radius, its height over the outer horizon, and the roots of the two factors of R there.
+
+    outer, of the first factor, has the sign of r'.
+    """
 
     r: Array
+    height: Array
     inner: Array
     outer: Array
 
@@ -86,7 +90,7 @@ def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, goal: Go
         root = jnp.sqrt(jnp.maximum(roots.d, 0))
         known = (goal.value > frame.radius) & (~captured | (light.rate[0] > 0) | (goal.value > roots.h - root))
         known = known & (captured | (goal.value > _CLEAR * roots.h))
-        rest = _to_infinity(frame.spin, light.b, roots, _place(roots, goal.value), clock=clock)
+        rest = _to_infinity(frame.spin, light.b, roots, _place(frame.spin, roots, goal.value), clock=clock)
         way = jax.tree.map(lambda whole, part: whole - part, way, rest)
     r_plus, r_minus = horizons(frame.spin)
     psi = -frame.spin / (r_plus - r_minus) * (way.plus - way.minus)
@@ -113,32 +117,36 @@ def _start(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[_Roots
     # Close to the turning point the rate at the camera knows d better than the coefficients of R do.
     near = jnp.abs(r - h) < _NEAR_ROOTS * h
     d = jnp.where(near, (r - h - outer) * (r - h + outer), d)
-    return _Roots(h, d, low, following), _Place(r, inner, outer)
+    # Exact next to the horizon, where the rounding of its radius would not be.
+    height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - horizons(frame.spin)[1])
+    return _Roots(h, d, low, following), _Place(r, height, inner, outer)
 
 
-def _place(roots: _Roots, r: Array) -> _Place:
-    return _Place(r, jnp.sqrt((r - roots.low) * (r - roots.next)), jnp.sqrt((r - roots.h) ** 2 - roots.d))
+def _place(spin: Array, roots: _Roots, r: Array) -> _Place:
+    height = r - horizons(spin)[0]
+    return _Place(r, height, jnp.sqrt((r - roots.low) * (r - roots.next)), jnp.sqrt((r - roots.h) ** 2 - roots.d))
 
 
 def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place, *, clock: bool) -> _Way:
     """The integrals from a place to infinity, through the turning point where r' < 0."""
     h, d, low, following = roots
-    r, inner, outer = place
+    r, height, inner, outer = place
     triple = _arguments(roots, place)
     below = (low - h) ** 2 - d
     poles, rates, logs = [], [], []
-    for horizon in horizons(spin):
+    r_plus, r_minus = horizons(spin)
+    for horizon, above_horizon in ((r_plus, height), (r_minus, height + (r_plus - r_minus))):
         from_low = horizon - low
         rate = (2 * horizon - spin * b) / from_low
         p = triple.root**2 - below * (horizon - following) / from_low
-        above = (r - horizon) * (r - low)
+        above = above_horizon * (r - low)
         # above + outer inner, from their difference of squares where they cancel.
         squares = (-2 * (horizon + low) * r + horizon**2 + 2 * horizon * low - (h * h - d) - 2 * h * following) * r
         squares = squares - horizon**2 * low + following * (h * h - d)
         cancels = outer * inner < -0.5 * above
         gap = jnp.where(cancels, above - outer * inner, 1.0)
         s = jnp.where(cancels, squares / gap, (above + outer * inner) / (r - low))
-        logs.append(elliptic.log_ratio(s, rate, (r - horizon) / (r - low) * p))
+        logs.append(elliptic.log_ratio(s, rate, above_horizon / (r - low) * p))
         poles.append(elliptic.Pole(p, (following - low) * below * rate / from_low))
         rates.append(rate)
     if clock:
@@ -154,7 +162,7 @@ def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place, *, clock: 
 def _pole_at_infinity(roots: _Roots, place: _Place) -> elliptic.Pole:
     """The pole of r itself: p = (A + B)^2 - near = 2 (r^2 - next^2 + A B)."""
     h, d, low, following = roots
-    r, inner, outer = place
+    r, _, inner, outer = place
     squares = r * r - following**2
     slope = 3 * h * h + d + 2 * h * following - following**2
     level = low * (h * h - d) - following**3
@@ -183,7 +191,7 @@ def _arguments(roots: _Roots, place: _Place) -> elliptic.Triple:
     """The arguments of R_F between a place and infinity. Sums that cancel for r' < 0 are written as quotients."""
     h, d = roots.h, roots.d
     e = (roots.low + h) ** 2
-    r, inner, outer = place
+    r, _, inner, outer = place
     inward = outer < 0
     span = jnp.where(inward, inner - outer, 1.0)
     root = jnp.where(inward, (4 * r * h + d - e) / span, outer + inner)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +11,8 @@ from kerrcaustics.spacetime import kerr
 
 Velocity = str | tuple[float, float, float]
 
+# Speed above which sums with it are written so that they do not cancel.
+_FAST = 0.5
 # Beyond it the hole is too small on the sky for double precision.
 LARGEST_RADIUS = 1e9
 
@@ -20,7 +23,7 @@ class Frame(NamedTuple):
     """The numbers of a camera that rays need, as a tree of floats that can go into compiled code.
 
     basis is the camera basis, rows e_x, e_y, e_z, in FIDO components (r, theta, phi); speed is the camera's
-    speed beta measured by the FIDO, along e_y; the rest are metric functions at the camera.
+    speed beta measured by the FIDO, along e_y, and slowness = 1 - beta^2; the rest are metric functions at the camera.
     """
 
     spin: float
@@ -33,6 +36,7 @@ class Frame(NamedTuple):
     root_sigma: float
     root_sigma_delta: float
     speed: float
+    slowness: float
     basis: tuple[tuple[float, float, float], ...]
 
 
@@ -172,7 +176,8 @@ class Camera:
     def frame(self) -> Frame:
         """The camera's numbers for compiled code."""
         at = kerr.metric(self.spin, self.radius, self.cos_theta)
-        speed, basis = _basis(self.fido_velocity())
+        velocity = self.fido_velocity()
+        speed, basis = _basis(velocity)
         return Frame(
             spin=self.spin,
             radius=self.radius,
@@ -184,6 +189,8 @@ class Camera:
             root_sigma=math.sqrt(at.sigma),
             root_sigma_delta=math.sqrt(at.sigma * at.delta),
             speed=speed,
+            # Exactly: close to the speed of light nothing of it would be left.
+            slowness=float(1 - sum(Fraction(v) ** 2 for v in velocity)),
             basis=basis,
         )
 
@@ -199,13 +206,30 @@ def fido_from_sky(frame: Frame, sky: tuple[Any, Any, Any]) -> tuple[Any, Any, An
 
     sky holds the components N_x, N_y, N_z, floats or arrays.
     """
-    x, y, z = sky
-    beta = frame.speed
-    doppler = 1 - beta * y
-    shrink = -((1 - beta**2) ** 0.5)
-    along = (shrink * x / doppler, (beta - y) / doppler, shrink * z / doppler)
+    x, _, z = sky
+    boost, aberration = doppler(frame, sky)
+    shrink = -(frame.slowness**0.5)
+    along = (shrink * x / boost, aberration / boost, shrink * z / boost)
     r, theta, phi = (sum(along[i] * frame.basis[i][j] for i in range(3)) for j in range(3))
     return r, theta, phi
+
+
+def doppler(frame: Frame, sky: tuple[Any, Any, Any]) -> tuple[Any, Any]:
+    """1 - beta y and beta - y, which do not cancel where a camera close to the speed of light looks along its motion.
+
+    Floats, NumPy or JAX arrays: a truth value as a factor chooses between two forms.
+    """
+    x, y, z = sky
+    beta = frame.speed
+    sense = 2 * (beta >= 0) - 1
+    toward, beta_size = sense * y, sense * beta
+    ahead = toward > 0
+    # 1 - |y|, and 1 - |beta|.
+    near = ahead * (x * x + z * z) / (1 + ahead * toward) + (1 - ahead) * (1 - toward)
+    slow = frame.slowness / (1 + beta_size)
+    fast = beta_size > _FAST
+    boost = fast * (slow + beta_size * near) + (1 - fast) * (1 - beta * y)
+    return boost, fast * sense * (near - slow) + (1 - fast) * (beta - y)
 
 
 def sky_from_fido(frame: Frame, direction: np.ndarray) -> np.ndarray:
@@ -214,14 +238,9 @@ def sky_from_fido(frame: Frame, direction: np.ndarray) -> np.ndarray:
     The inverse of `fido_from_sky`.
     """
     along = np.asarray(direction) @ np.asarray(frame.basis).T
-    beta = frame.speed
-    doppler = 1 - beta * along[..., 1]
-    shrink = -math.sqrt(1 - beta**2)
-    parts = [
-        shrink * along[..., 0] / doppler,
-        (beta - along[..., 1]) / doppler,
-        shrink * along[..., 2] / doppler,
-    ]
+    boost, aberration = doppler(frame, (along[..., 0], along[..., 1], along[..., 2]))
+    shrink = -math.sqrt(frame.slowness)
+    parts = [shrink * along[..., 0] / boost, aberration / boost, shrink * along[..., 2] / boost]
     sky = np.stack(parts, axis=-1)
     return sky / np.linalg.norm(sky, axis=-1, keepdims=True)
 
@@ -265,7 +284,8 @@ def redshift(camera: Camera, sky: np.ndarray) -> np.ndarray:
     parts = (sky[..., 0], sky[..., 1], sky[..., 2])
     n_phi = fido_from_sky(frame, parts)[2]
     energy_ratio = frame.lapse + frame.shift * frame.cylindrical_scale * frame.sin_theta * n_phi
-    return math.sqrt(1 - frame.speed**2) / ((1 - frame.speed * parts[1]) * energy_ratio)
+    with np.errstate(divide="ignore"):
+        return math.sqrt(frame.slowness) / (doppler(frame, parts)[0] * energy_ratio)
 
 
 def _number(name: str, value: Any) -> float:

@@ -5,6 +5,7 @@ Radii are in units of the mass, angles in radians, 0 <= spin < 1.
 """
 
 import math
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,9 @@ class Metric(NamedTuple):
 def metric(spin: float, radius: float, cos_theta: float) -> Metric:
     """Metric functions at one event (JTFT A.1)."""
     sigma = radius**2 + (spin * cos_theta) ** 2
-    delta = (radius - horizon(spin)) * (radius - inner_horizon(spin))
+    # Exactly: next to the horizon its rounding alone would cost all digits.
+    r, a = Fraction(radius), Fraction(spin)
+    delta = float(r * (r - 2) + a * a)
     big = (radius**2 + spin**2) ** 2 - spin**2 * delta * (1 - cos_theta**2)
     return Metric(
         lapse=math.sqrt(sigma * delta / big),

@@ -113,8 +113,11 @@ def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
     outer_root = quartic.h + jnp.sqrt(jnp.maximum(quartic.d, 0))
     inward = photon.rate[0] > 0
     least = _UNDECIDED * quartic.h**2
-    turns_below = (quartic.d > least) & (outer_root > horizon(frame.spin)) & (outer_root <= frame.radius)
-    falls_back = (quartic.d > -least) & (outer_root > frame.radius)
+    # No ray is between the outer roots, so the camera is beyond both or within both: their middle tells which, also
+    # where the camera is within round-off of a turning point.
+    beyond = frame.radius > quartic.h
+    turns_below = (quartic.d > least) & (outer_root > horizon(frame.spin)) & beyond
+    falls_back = (quartic.d > -least) & ~beyond
     return jnp.where(inward, ~turns_below, falls_back) | (photon.energy_ratio <= 0)
 
 
