@@ -30,34 +30,26 @@ SCENES = (
     ("+ redshift", True, {}),
     ("+ time", True, {"time": True}),
 )
-# The closed form has no time: those rays are integrated.
 ENGINES = {"closed-form": PALETTE[1], "integrated": PALETTE[0]}
 
 
-def measured(sky: np.ndarray, engine: str, repeats: int) -> list[float | None]:
-    """Microseconds a ray of each scene; None where the engine does not do it."""
-    found: list[float | None] = []
-    for _, beams, options in SCENES:
-        if engine == "closed-form" and "time" in options:
-            found.append(None)
-            continue
+def measured(sky: np.ndarray, engine: str, repeats: int, scenes: tuple) -> list[float]:
+    """Microseconds a ray of each scene."""
+    found = []
+    for _, beams, options in scenes:
         trace = kc.trace_beams if beams else kc.trace_rays
         found.append(1e6 * core_seconds(lambda t=trace, o=options: t(CAMERA, sky, engine, **o), repeats) / len(sky))
     return found
 
 
-def draw(found: dict[str, list[float | None]]) -> Figure:
+def draw(found: dict[str, list[float]], names: list[str]) -> Figure:
     """Bars of microseconds, a group for each scene."""
     with rc_context(RC):
         figure = Figure(figsize=(4.6, 2.6), layout="constrained")
         ax = figure.subplots()
-        names = [name for name, _, _ in SCENES]
         for k, (engine, times) in enumerate(found.items()):
             for i, time in enumerate(times):
                 place = i + 0.38 * (k - 0.5)
-                if time is None:
-                    ax.annotate("–", (place, 0), (0, 2), textcoords="offset points", ha="center")
-                    continue
                 ax.bar(place, time, 0.36, color=ENGINES[engine])
                 label = {"ha": "center", "fontsize": SMALLEST_TEXT, "textcoords": "offset points"}
                 ax.annotate(f"{time:.1f}", (place, time), (0, 2), **label)
@@ -70,20 +62,18 @@ def draw(found: dict[str, list[float | None]]) -> Figure:
     return figure
 
 
-def main(output: Path, directions: int = 24576, repeats: int = 5) -> list[Path]:
+def main(output: Path, directions: int = 24576, repeats: int = 5, scenes: tuple = SCENES) -> list[Path]:
     """Measure, write cost.json, .png and .md into a folder, and return their paths."""
     sky = whole_sky(CAMERA, directions, np.random.default_rng(2015))
     with one_core():
-        found = {engine: measured(sky, engine, repeats) for engine in ENGINES}
-    names = [name for name, _, _ in SCENES]
+        found = {engine: measured(sky, engine, repeats, scenes) for engine in ENGINES}
+    names = [name for name, _, _ in scenes]
     heads = ["asked for", *(f"{engine}, µs" for engine in found)]
-    rows = [
-        [n, *("" if t is None else f"{t:.1f}" for t in times)] for n, *times in zip(names, *found.values(), strict=True)
-    ]
+    rows = [[n, *(f"{t:.1f}" for t in times)] for n, *times in zip(names, *found.values(), strict=True)]
     print(text_table(heads, rows))
     picture = output / "cost.png"
     with writing(picture) as file:
-        draw(found).savefig(file, format="png", dpi=200)
+        draw(found, names).savefig(file, format="png", dpi=200)
     settings = {"spin": CAMERA.spin, "radius": CAMERA.radius, "directions": directions, "scenes": names}
     return [
         write_record(output / "cost.json", "cost", settings=settings, microseconds=found),

@@ -9,7 +9,8 @@ from kerrcaustics.study import load_study, study_names
 
 SETTINGS = {
     "accuracy": {"directions": 64, "repeats": 1, "methods": (("integrated", 1e-10), ("closed-form", 1e-10))},
-    "cost": {"directions": 64, "repeats": 1},
+    # Programs that other tests compile too.
+    "cost": {"directions": 64, "repeats": 1, "scenes": (("rays", False, {}), ("beams", True, {}))},
     "stability": {"rays": 16, "truths": 1, "most": 1},
 }
 PICTURES = {"accuracy", "cost"}
