@@ -85,7 +85,7 @@ def land(frame: Frame, goal: Goal, constants: Constants, aim: Aim, flight: Fligh
     growth, spread = _growth(goal, constants, aim, flight, touch, jacobian)
     drift = flight.local_error * jnp.maximum(growth, 1)
     # Round-off of 1e-16 in N, or in a step, is seen magnified by the spread of the beam.
-    noise = 1e-15 * (1 + spread) * (1 + 0.1 * flight.steps)
+    noise = 1e-15 * (1 + spread) * (1 + 0.1 * flight.steps) + _horizon_noise(frame)
     lost = aim.lost
     if goal.kind == "plane":
         # Crossings that cannot be told from infinity, or from the horizon, are none.
@@ -121,6 +121,12 @@ def land(frame: Frame, goal: Goal, constants: Constants, aim: Aim, flight: Fligh
         drift = jnp.where(flight.stuck, jnp.inf, drift + _DIRECTION_GAIN * flight.clock_error)
         end = end._replace(time=time, time_error=drift + noise + hidden, time_noise=noise)
     return end
+
+
+def _horizon_noise(frame: Frame) -> Array:
+    """What rounding the horizon's radius does to psi for a camera next to it."""
+    outer = radial.horizon(frame.spin)
+    return 3e-16 * frame.spin / (outer - frame.spin**2 / outer) * frame.radius / (frame.radius - outer)
 
 
 def _touch_down(spin: float, goal: Goal, constants: Constants, aim: Aim, flight: Flight) -> _Touch:

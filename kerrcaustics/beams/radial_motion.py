@@ -131,7 +131,7 @@ def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place, *, clock: 
     """The integrals from a place to infinity, through the turning point where r' < 0."""
     h, d, low, following = roots
     r, height, inner, outer = place
-    triple = _arguments(roots, place)
+    triple = radial.to_infinity(radial.Quartic(h, d, (low + h) ** 2), r, inner, outer)
     below = (low - h) ** 2 - d
     poles, rates, logs = [], [], []
     r_plus, r_minus = horizons(spin)
@@ -185,18 +185,3 @@ def _growing(roots: _Roots, place: _Place, triple: elliptic.Triple, p: Array, fo
     # (B - A) / (A + B) from the difference of squares.
     ends = 2 * h * (4 * r * h + d - (low + h) ** 2) / triple.root**2
     return (following**2 - near / 2) * time + near * below / 3 * found.second + (ends - r) + 2 * first_power
-
-
-def _arguments(roots: _Roots, place: _Place) -> elliptic.Triple:
-    """The arguments of R_F between a place and infinity. Sums that cancel for r' < 0 are written as quotients."""
-    h, d = roots.h, roots.d
-    e = (roots.low + h) ** 2
-    r, _, inner, outer = place
-    inward = outer < 0
-    span = jnp.where(inward, inner - outer, 1.0)
-    root = jnp.where(inward, (4 * r * h + d - e) / span, outer + inner)
-    squares = 2 * r * h * (e + d) - (e - d) * (r * r + h * h)
-    span = jnp.where(inward, inner * (r - h) - outer * (r + h), 1.0)
-    product = 2 * jnp.where(inward, squares / span, outer * (r + h) + inner * (r - h))
-    reach = jnp.where(inward, d / jnp.where(inward, r - h - outer, 1.0), r - h + outer)
-    return elliptic.Triple(root, 2 * jnp.sqrt((r + h + inner) * reach), product)

@@ -124,21 +124,33 @@ def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
 def mino_time(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
     """Mino time of an escaping ray from the camera to infinity, through its turning point where it has one.
 
-    One real Carlson integral R_F whose arguments x, y, z enter as sqrt(x), sqrt(y) + sqrt(z) and sqrt(y z),
-    so that a complex pair costs nothing special; sqrt(y z) < 0 stands for a path beyond half a period.
-
     Errors: about 1e-15 divided by the relative distance of the outer roots from each other.
-    References: Carlson 1995 (Numer. Algorithms 10, 13); DLMF 19.29.4 to 19.29.6, 19.36.
+    References: as for `to_infinity`.
     """
-    r, h = frame.radius, quartic.h
-    inner = jnp.sqrt((r + h) ** 2 - quartic.e)
+    r = frame.radius
+    inner = jnp.sqrt((r + quartic.h) ** 2 - quartic.e)
     outer = -photon.rate[0] * r**2 / inner
-    # d / (r - h - outer) equals r - h + outer, and does not cancel close to the shadow edge.
-    reach = jnp.where(outer >= 0, r - h + outer, quartic.d / (r - h - outer))
-    root_x = outer + inner
-    root_yz = 2 * (outer * (r + h) + inner * (r - h))
-    root_sum = 2 * jnp.sqrt(jnp.maximum((r + h + inner) * reach, 0))
-    return 2 * elliptic.carlson(elliptic.Triple(root_x, root_sum, root_yz)).first
+    return 2 * elliptic.carlson(to_infinity(quartic, r, inner, outer)).first
+
+
+def to_infinity(quartic: Quartic, r: Array, inner: Array, outer: Array) -> elliptic.Triple:
+    """The arguments of the R_F that is half the Mino time from r to infinity.
+
+    Parameters: inner and outer, the roots of the two factors of R at r, outer with the sign of r': where that is
+    negative, the way leads through the turning point. Sums that cancel then are written as quotients. The arguments
+    are real with a complex pair of roots too; sqrt(y z) < 0 stands for a path beyond half a period.
+
+    References: Carlson 1995 (Numer. Algorithms 10, 13); DLMF 19.29.4 to 19.29.6.
+    """
+    h, d, e = quartic
+    inward = outer < 0
+    span = jnp.where(inward, inner - outer, 1.0)
+    root = jnp.where(inward, (4 * r * h + d - e) / span, outer + inner)
+    squares = 2 * r * h * (e + d) - (e - d) * (r * r + h * h)
+    span = jnp.where(inward, inner * (r - h) - outer * (r + h), 1.0)
+    product = 2 * jnp.where(inward, squares / span, outer * (r + h) + inner * (r - h))
+    reach = jnp.where(inward, d / jnp.where(inward, r - h - outer, 1.0), r - h + outer)
+    return elliptic.Triple(root, 2 * jnp.sqrt(jnp.maximum((r + h + inner) * reach, 0)), product)
 
 
 def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Array, rising: Array) -> Array:
