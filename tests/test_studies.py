@@ -20,7 +20,10 @@ def test_every_study_is_tried_here():
     assert set(study_names()) == set(SETTINGS)
 
 
-@pytest.mark.parametrize("name", SETTINGS)
+SLOW = {"stability": pytest.mark.slow}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in SETTINGS])
 def test_study_writes_its_files(name, tmp_path, capsys):
     files = load_study(name).main(tmp_path, **SETTINGS[name])
     assert {file.name for file in files} == {path.name for path in tmp_path.iterdir()}

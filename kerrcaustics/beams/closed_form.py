@@ -195,7 +195,11 @@ def _noise(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Array) -
     outer, inner = horizons(frame.spin)
     corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (frame.radius - outer) ** 2)
     moved = light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
-    return 2e-15 * (1 + 0.3 * phase) + 4e-15 * frame.spin / (outer - inner) * (1 + 3 / corotation) + 3e-16 * moved
+    return (
+        2e-15 * (1 + 0.3 * phase)
+        + 4e-15 * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
+        + 3e-16 * moved
+    )
 
 
 def _time_noise(frame: Frame, goal: Goal) -> Array:
