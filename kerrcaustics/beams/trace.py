@@ -30,6 +30,8 @@ _CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 # Rays that are checked, traced and stored together: memory beside input and result is what these need.
 _BLOCK = 1 << 15
 _MAX_ROUNDS = 5
+# Square of a length that is 1 but for rounding: dividing by it could move a ray close to the shadow edge.
+_UNIT = 1e-15
 
 Fields = dict[str, np.ndarray]
 
@@ -210,15 +212,16 @@ def _vectors(sky: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
 
 
 def _normalised(directions: np.ndarray) -> np.ndarray:
+    squares = np.einsum("ij,ij->i", directions, directions)
+    if np.all(np.abs(squares - 1) < _UNIT):
+        return directions
     largest = np.abs(directions).max(axis=1, initial=0, keepdims=True)
     if not (np.isfinite(largest).all() and (largest > 0).all()):
         raise ValueError("Argument `sky` must hold finite vectors that are not zero.")
     # Divided by the largest component first, so that the squares of extreme vectors neither vanish nor overflow.
     unit = directions / largest
     unit /= np.linalg.norm(unit, axis=1, keepdims=True)
-    # A unit vector is left as it is: dividing by 1 + 1e-16 would move a ray close to the shadow edge.
-    moved = np.abs(unit - directions).max(axis=1, initial=0, keepdims=True)
-    return np.where(moved > 1e-15, unit, directions)
+    return np.where(np.abs(squares - 1)[:, None] < _UNIT, directions, unit)
 
 
 def _finished(ends: Fields, tolerance: float) -> Fields:
@@ -334,5 +337,5 @@ def _as_fields(ends: integrated.End | closed_form.End) -> Fields:
         elif name == "jacobian":
             fields[name] = np.stack([np.stack(row, axis=-1) for row in values], axis=-2)
         else:
-            fields["index" if name == "conjugate_points" else name] = np.array(values)
+            fields["index" if name == "conjugate_points" else name] = values
     return fields
