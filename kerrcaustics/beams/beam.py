@@ -44,8 +44,9 @@ class Rays:
     direction (..., 3): unit vector n' of the end, in Boyer-Lindquist angles; azimuth (...,): unwrapped phi' in
     radians, continuous along the ray (only modulo 2 pi for a ray through the spin axis), in error by
     error / sin theta'; status: `Status` values; error: estimated error of n' in radians, and for an end in the
-    equatorial plane also that of ln r; engine: the one that traced them. Rays that do not reach their end hold NaN,
-    and -1 for whole numbers.
+    equatorial plane also that of ln r; engine: the ones that traced them, in words; closed_form
+    (...,): True where it was the closed form. Rays that do not reach their end hold NaN, False, and -1 for whole
+    numbers.
 
     None when not asked for: time (...,), the coordinate time from the end to the camera in units of M, or for ends at
     infinity the limit of t - r - 2 ln r; time_error, its estimated error; redshift: nu_camera / nu_source for a source

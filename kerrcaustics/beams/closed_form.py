@@ -1,14 +1,10 @@
 """Rays and beams in closed form: elliptic integrals for r, theta functions for theta and phi.
 
-The path is that of integrated.py: n' is a point m of the unit sphere, at the Mino time T of arrival, turned about the
-spin axis by psi. T and psi are Carlson integrals of the radial motion. m is a quotient of theta functions of the polar
-phase z, proportional to Mino time, with no singular point: with Theta(z) the series below,
-
-    m_x + i m_y = e^(i (lambda - 1) z) Theta(z) / theta_3(z),   m_z = amplitude sd(z),
-
-up to a constant phase. The coordinate time comes from the same integrals, two more of the radial motion, and the
-logarithmic derivative of theta_3. Beams are the first variation of all but the time in two directions of the camera
-sky, by forward differentiation; the Morse index follows from z and the sign of det J.
+The path is that of integrated.py: n' is a point m of the unit sphere, at the Mino time of arrival, turned about the
+spin axis by psi. Time and psi are Carlson integrals (radial_motion.py); m is a quotient of theta functions of the polar
+phase z, proportional to Mino time, with no singular point (polar_motion.py). The coordinate time comes from the same
+integrals and two more, and the logarithmic derivative of theta_3. Beams are the first variation of all but the time in
+two directions of the camera sky, by forward differentiation; the Morse index follows from z and the sign of det J.
 
 It holds for k = q + b^2 >= LEAST_K. Rays below that leave close to the principal null directions: they are short, and
 are integrated.
