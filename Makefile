@@ -14,6 +14,9 @@ READY := $(VENV)/.ready
 ONE_CORE := NPROC=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 \
 	XLA_FLAGS="$$XLA_FLAGS --xla_cpu_multi_thread_eigen=false"
 
+# Two processes; the tests of one file share what they compile.
+PARALLEL := -n 2 --dist loadfile
+
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -47,11 +50,11 @@ demo: $(READY) ## Draw the caustics seen from r = 6.03 and r = 2.6 into demo/
 
 test: $(READY) ## Run the fast tests
 	@echo "Running the fast tests"
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest $(PARALLEL)
 
 test-all: $(READY) ## Run all tests, the slow ones too
 	@echo "Running all tests, the slow ones too"
-	@$(BIN)/python -m pytest -m ""
+	@$(BIN)/python -m pytest $(PARALLEL) -m ""
 
 lint: $(READY) ## Check style, formatting and types
 	@echo "Checking style"

@@ -9,7 +9,9 @@ from test_errors import random_camera, random_sky
 import kerrcaustics as kc
 
 
-@pytest.mark.parametrize(("trace", "finite"), [(kc.trace_beams, False), (kc.trace_rays, True)])
+@pytest.mark.parametrize(
+    ("trace", "finite"), [pytest.param(kc.trace_beams, False, marks=pytest.mark.slow), (kc.trace_rays, True)]
+)
 def test_times_on_random_cameras(trace, finite):
     rng = np.random.default_rng(1988)
     units, relative = [], []

@@ -120,6 +120,7 @@ def test_delay_of_the_radial_ray_without_spin():
     assert rays.time == pytest.approx(-2 * math.log(2) - tortoise(6.0), abs=1e-13)
 
 
+@pytest.mark.slow
 def test_far_radius_tends_to_infinity():
     camera = kc.Camera(0.9, 6.0, 1.0)
     sky = random_sky(camera, 64, np.random.default_rng(2))
@@ -140,7 +141,10 @@ def displacement(rays: Rays, plane: bool) -> np.ndarray:
     return np.stack([rays.radius if plane else theta, rays.azimuth], axis=-1)
 
 
-@pytest.mark.parametrize("end", [3.0, 5.0, 9.0, kc.EquatorialPlane(1), kc.EquatorialPlane(2)], ids=str)
+SLOW_ENDS = [pytest.param(kc.EquatorialPlane(n), marks=pytest.mark.slow) for n in (1, 2)]
+
+
+@pytest.mark.parametrize("end", [3.0, 5.0, 9.0, *SLOW_ENDS], ids=str)
 def test_jacobian_against_finite_differences(end):
     camera = kc.Camera(0.95, 6.0, 1.2, VELOCITY)
     sky = random_sky(camera, 200, np.random.default_rng(8))[100:]
@@ -198,6 +202,7 @@ def random_ends(camera: kc.Camera, rng: np.random.Generator) -> list:
     return [math.inf, horizon + 10 ** rng.uniform(-3, 1), near, kc.EquatorialPlane(int(rng.integers(1, 3)))]
 
 
+@pytest.mark.slow
 def test_honest_on_random_cameras():
     rng = np.random.default_rng(1916)
     seen = 0
@@ -257,6 +262,7 @@ def test_parity_follows_the_index():
         assert np.array_equal(beams.parity[seen], sense * (-1.0) ** beams.index[seen])
 
 
+@pytest.mark.slow
 def test_crossings_up_to_the_end():
     camera = kc.Camera(0.9, 6.0, 1.2)
     sky = random_sky(camera, 100, np.random.default_rng(6))
