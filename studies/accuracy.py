@@ -189,10 +189,11 @@ def main(output: Path, directions: int = 24576, repeats: int = 3, methods: tuple
     found: dict[str, list[dict]] = {}
     for family, rays in known.items():
         total = sum(len(part.sky) for part in rays)
-        samples = [
-            (part.camera, FAMILIES[family](part.camera, directions * len(part.sky) // total, rng)) for part in rays
-        ]
+        # From the first ray on: threads that start later stay on that core too.
         with one_core():
+            samples = [
+                (part.camera, FAMILIES[family](part.camera, directions * len(part.sky) // total, rng)) for part in rays
+            ]
             found[family] = [measured(rays, samples, *method, repeats) for method in methods]
         print(f"{family}\n{text_table(*table(found[family]))}")
     floors = {

@@ -64,8 +64,9 @@ def draw(found: dict[str, list[float]], names: list[str]) -> Figure:
 
 def main(output: Path, directions: int = 24576, repeats: int = 5, scenes: tuple = SCENES) -> list[Path]:
     """Measure, write cost.json, .png and .md into a folder, and return their paths."""
-    sky = whole_sky(CAMERA, directions, np.random.default_rng(2015))
+    # From the first ray on: threads that start later stay on that core too.
     with one_core():
+        sky = whole_sky(CAMERA, directions, np.random.default_rng(2015))
         found = {engine: measured(sky, engine, repeats, scenes) for engine in ENGINES}
     names = [name for name, _, _ in scenes]
     heads = ["asked for", *(f"{engine}, µs" for engine in found)]
