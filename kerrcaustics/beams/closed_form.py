@@ -21,7 +21,7 @@ import jax.numpy as jnp
 from kerrcaustics.beams.ends import Goal
 from kerrcaustics.beams.geometry import dot, length
 from kerrcaustics.beams.polar_motion import polar_motion
-from kerrcaustics.beams.radial_motion import horizons, radial_motion
+from kerrcaustics.beams.radial_motion import close_to_roots, horizons, radial_motion
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, Photon, doppler, photon
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
@@ -187,10 +187,13 @@ def _noise(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Array) -
 
     psi is a difference of two integrals divided by r_+ - r_-. Close to the hole, photons that move with its horizon,
     2 r_+ = a b, are the worst. Rounding b and q moves the outer roots: the last term is what that does to the time.
+    It moves them less where the rate at the camera tells their distance.
     """
     outer, inner = horizons(frame.spin)
     corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (frame.radius - outer) ** 2)
-    moved = light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
+    distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(jnp.abs(quartic.d))) / quartic.h
+    known = jnp.where(close_to_roots(frame, quartic), jnp.minimum(distance, 1.0), 1.0)
+    moved = known * light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
     return (
         2e-15 * (1 + 0.3 * phase)
         + 4e-15 * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)

@@ -101,6 +101,11 @@ def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, goal: Go
     return Travel(way.time, psi, captured, known, slow)
 
 
+def close_to_roots(frame: Frame, quartic: radial.Quartic) -> Array:
+    """Whether the camera is so close to the outer roots that the rate there knows their distance best."""
+    return jnp.abs(frame.radius - quartic.h) < _NEAR_ROOTS * quartic.h
+
+
 def horizons(spin: Array) -> tuple[Array, Array]:
     """The radii of the two horizons."""
     outer = radial.horizon(spin)
@@ -115,8 +120,7 @@ def _start(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[_Roots
     inner = jnp.sqrt((r - low) * (r - following))
     outer = -light.rate[0] * r**2 / inner
     # Close to the turning point the rate at the camera knows d better than the coefficients of R do.
-    near = jnp.abs(r - h) < _NEAR_ROOTS * h
-    d = jnp.where(near, (r - h - outer) * (r - h + outer), d)
+    d = jnp.where(close_to_roots(frame, quartic), (r - h - outer) * (r - h + outer), d)
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - horizons(frame.spin)[1])
     return _Roots(h, d, low, following), _Place(r, height, inner, outer)

@@ -30,6 +30,8 @@ _CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 # Rays that are checked, traced and stored together: memory beside input and result is what these need.
 _BLOCK = 1 << 15
 _MAX_ROUNDS = 5
+# The integrator is asked where this part of an error, or more, is round-off that it does not share: it gains a digit.
+_MOSTLY = 0.9
 # Square of a length that is 1 but for rounding: dividing by it could move a ray close to the shadow edge.
 _UNIT = 1e-15
 
@@ -255,10 +257,10 @@ def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, go
     unsure = ~certified
     if engine == "auto":
         # Round-off of the formulas, which the integrator does not share; that of the direction itself it does.
-        unsure |= (ends["error"] > tolerance) & (ends["noise"] > ends["error"] / 2)
+        unsure |= (ends["error"] > tolerance) & (ends["noise"] > _MOSTLY * ends["error"])
         if wanted["time"]:
             late = ends["time_error"] > tolerance * np.maximum(1, np.abs(ends["time"]))
-            unsure |= late & (ends["time_noise"] > ends["time_error"] / 2)
+            unsure |= late & (ends["time_noise"] > _MOSTLY * ends["time_error"])
     ends["closed_form"] = certified.copy()
     rest = np.flatnonzero(unsure)
     if rest.size:
