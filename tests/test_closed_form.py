@@ -150,7 +150,7 @@ def test_large_batches_agree_with_small_ones(monkeypatch):
     sky = sky[photon(camera.frame(), tuple(sky.T)).k >= LEAST_K]
     small = trace_beams(camera, sky)
     monkeypatch.setattr(trace, "_CLOSED_FORM_CALL", {})
-    monkeypatch.setattr(trace, "_LARGE_CALL", 4096)
+    monkeypatch.setattr(trace, "_LARGE_CALL", (4096, 4096))
     large = trace_beams(camera, sky)
     assert large.engine == "closed-form"
     assert np.array_equal(large.index, small.index)

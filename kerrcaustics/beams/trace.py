@@ -22,13 +22,16 @@ ENGINES = ("auto", "closed-form", "integrated")
 # run as long as the slowest of them. A GPU wants one large batch.
 _BATCH = {"cpu": (512, 128)}
 _LARGE_BATCH = (1 << 16, 1 << 16)
-# Rays in one call of the closed form, and options for its compiler. On a CPU, fused loops would compute what they share
-# again and again: one loop for each operation, over arrays that stay in the cache, takes a third of the time.
-_CLOSED_FORM_CALL = {"cpu": 512}
-_LARGE_CALL = 1 << 20
+# Rays in one call of the closed form, for few rays and for many, each compiled when first met; and options for the
+# compiler. On a CPU, fused loops would compute what they share again and again: one loop for each operation, over
+# arrays that stay in the cache, takes a third of the time.
+_CLOSED_FORM_CALL = {"cpu": (512, 2048)}
+_LARGE_CALL = (1 << 20, 1 << 20)
 _CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 # Rays that are checked, traced and stored together: memory beside input and result is what these need.
 _BLOCK = 1 << 15
+# So many rays are a large job.
+_MANY = 1 << 15
 _MAX_ROUNDS = 5
 # The integrator is asked where this part of an error, or more, is round-off that it does not share: it gains a digit.
 _MOSTLY = 0.9
@@ -169,7 +172,7 @@ def _traced(
 
     def block(start: int) -> Fields:
         unit = _normalised(directions[start : start + _BLOCK])
-        ends = _followed(camera, unit, engine, tolerance, goal, **wanted)
+        ends = _followed(camera, unit, engine, tolerance, goal, many=count >= _MANY, **wanted)
         if redshift:
             ends["redshift"] = redshift_at_end(camera, unit, end, ends["direction"], ends.get("radius"))
         return _finished(ends, tolerance)
@@ -243,16 +246,19 @@ def _finished(ends: Fields, tolerance: float) -> Fields:
     return {"status": status.astype(np.int8), **ends}
 
 
-def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, goal: Goal, **wanted: bool) -> Fields:
-    """Rays by the engine asked for; which of them are in closed form."""
-    frame = camera.frame()
+def _followed(
+    camera: Camera, sky: np.ndarray, engine: str, tolerance: float, goal: Goal, *, many: bool, **wanted: bool
+) -> Fields:
+    """Rays by the engine asked for; which of them are in closed form. many, whether they are part of a large job."""
+    # On the device once, not in every call.
+    frame, goal = jax.device_put((camera.frame(), goal))
     by_formula = engine != "integrated" and goal.kind in closed_form.KINDS
     if not by_formula:
         ends = _integrated(frame, sky, tolerance, goal, **wanted)
         return {**ends, "closed_form": np.zeros(len(sky), bool)}
     backend = jax.default_backend()
     kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=camera.on_equator, **wanted)
-    ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)))
+    ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)[many]))
     certified = ends.pop("certified")
     unsure = ~certified
     if engine == "auto":
