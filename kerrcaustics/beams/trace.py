@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from typing import Any
 
 import jax
@@ -58,6 +58,12 @@ def _integrate(
     split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
     ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, goal, **wanted), split)
     return jax.tree.map(lambda values: values.reshape(-1), ends)
+
+
+@lru_cache(maxsize=64)
+def _frame_on_device(camera: Camera) -> Frame:
+    """The camera's frame, sent there once for all calls."""
+    return jax.device_put(camera.frame())
 
 
 @cache
@@ -250,8 +256,7 @@ def _followed(
     camera: Camera, sky: np.ndarray, engine: str, tolerance: float, goal: Goal, *, many: bool, **wanted: bool
 ) -> Fields:
     """Rays by the engine asked for; which of them are in closed form. many, whether they are part of a large job."""
-    # On the device once, not in every call.
-    frame, goal = jax.device_put((camera.frame(), goal))
+    frame = _frame_on_device(camera)
     by_formula = engine != "integrated" and goal.kind in closed_form.KINDS
     if not by_formula:
         ends = _integrated(frame, sky, tolerance, goal, **wanted)
