@@ -11,10 +11,10 @@ import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams import closed_form, integrated
+from kerrcaustics.beams import closed_form, integrated, short_way
 from kerrcaustics.beams.beam import Beams, Rays, Status
 from kerrcaustics.beams.ends import End, Goal, goal_of, redshift_at_end
-from kerrcaustics.spacetime.camera import Camera, Frame, check_camera
+from kerrcaustics.spacetime.camera import Camera, Frame, check_camera, photon
 
 ENGINES = ("auto", "closed-form", "integrated")
 
@@ -58,7 +58,7 @@ def _integrate(
 @cache
 def _closed_form(backend: str) -> Callable[..., closed_form.End]:
     options = _CLOSED_FORM_COMPILER.get(backend)
-    wanted = ("on_equator", "beams", "index", "crossings", "time")
+    wanted = ("on_equator", "beams", "index", "crossings", "time", "short")
     return jax.jit(closed_form.trace, static_argnames=wanted, compiler_options=options)
 
 
@@ -251,6 +251,8 @@ def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, go
     backend = jax.default_backend()
     kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=camera.on_equator, **wanted)
     ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)))
+    if goal.kind == "infinity" or goal.value > camera.radius:
+        _add_short_ways(frame, sky, goal, ends, **wanted)
     certified = ends.pop("certified")
     unsure = ~certified
     if engine == "auto":
@@ -270,6 +272,20 @@ def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, go
             ends[name][chosen] = again[name][better]
         ends["closed_form"][chosen] = False
     return ends
+
+
+def _add_short_ways(frame: Frame, sky: np.ndarray, goal: Goal, ends: Fields, **wanted: bool) -> None:
+    """Put the rays of small k, which have formulas of their own, into what the others' formulas gave."""
+    left = np.flatnonzero(~ends["certified"] & ~ends["captured"])
+    left = left[photon(frame, tuple(sky[left].T)).k < short_way.MOST_K]
+    if not left.size:
+        return
+    backend = jax.default_backend()
+    kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=False, short=True, **wanted)
+    again = _as_fields(_batched(kernel, [sky[left]], _BATCH.get(backend, _LARGE_BATCH)[0]))
+    known = again["certified"]
+    for name, values in again.items():
+        ends[name][left[known]] = values[known]
 
 
 def _integrated(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **wanted: bool) -> Fields:
