@@ -2,14 +2,19 @@
 
 import math
 
+import jax
+import mpmath
 import numpy as np
 import pytest
 from test_errors import outside_edge, random_camera, random_sky
 
+from kerrcaustics.beams import short_way
 from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.closed_form import LEAST_K
+from kerrcaustics.beams.ends import INFINITY
 from kerrcaustics.beams.trace import trace_beams, trace_rays
-from kerrcaustics.spacetime.camera import Camera, photon
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import Camera, photon, sky_from_fido
 from kerrcaustics.spacetime.sphere import polar_basis
 
 
@@ -18,10 +23,27 @@ def columns(beams: Beams) -> np.ndarray:
     return np.stack(polar_basis(beams.direction), axis=-1) @ beams.jacobian
 
 
-def assert_agree(camera: Camera, sky: np.ndarray) -> int:
+def directions_of_small_k(camera: Camera, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Directions N (at most count, 3) that look outward, with k < LEAST_K; some are close to the principal null one."""
+    frame = camera.frame()
+    size = np.sqrt((LEAST_K + (frame.spin * frame.cos_theta) ** 2) * rng.uniform(size=count))
+    turn, close = rng.uniform(0, 2 * math.pi, count), 10 ** rng.uniform(-12, 0, count)
+    principal = rng.uniform(size=count) < 0.3
+    p_theta = np.where(principal, close, size) * np.cos(turn)
+    p_phi = np.where(principal, close * np.sin(turn) + frame.spin * frame.sin_theta, size * np.sin(turn))
+    energy = (1 - frame.shift * frame.sin_theta * p_phi) / frame.lapse
+    n_phi, n_theta = p_phi / (frame.cylindrical_scale * energy), p_theta / (frame.root_sigma * energy)
+    there = (energy > 0) & (n_phi**2 + n_theta**2 < 1)
+    there &= p_theta**2 + p_phi**2 < LEAST_K + (frame.spin * frame.cos_theta) ** 2
+    n_r = -np.sqrt(np.maximum(1 - n_phi**2 - n_theta**2, 0))
+    return sky_from_fido(frame, np.stack([n_r, n_theta, n_phi], axis=-1)[there])
+
+
+def assert_agree(camera: Camera, sky: np.ndarray, end: float = math.inf) -> int:
     """Errors of the closed form within ten times what it reports, index and crossings equal; how many it traced."""
-    formula, steps = trace_beams(camera, sky, "closed-form"), trace_beams(camera, sky, "integrated", 1e-13)
-    rays = trace_rays(camera, sky, "closed-form")
+    formula = trace_beams(camera, sky, "closed-form", end=end)
+    steps = trace_beams(camera, sky, "integrated", 1e-13, end=end)
+    rays = trace_rays(camera, sky, "closed-form", end=end)
     assert np.array_equal(formula.escaped, steps.escaped)
     used = formula.closed_form
     for ends in (formula, rays):
@@ -105,18 +127,121 @@ def test_nearly_equatorial_rays_vary_smoothly():
     assert beams.crossings[0] == 0
 
 
-def test_rays_close_to_the_principal_directions_are_integrated():
-    camera = Camera(0.999, 6.03)
-    sky = random_sky(camera, 2048, np.random.default_rng(2))
-    sky[:256] = np.array([1.0, 0.0, 0.0]) + 0.3 * np.random.default_rng(3).normal(size=(256, 3))
-    sky /= np.linalg.norm(sky, axis=1, keepdims=True)
-    k = photon(camera.frame(), tuple(sky.T)).k
-    for engine in ("closed-form", "auto"):
-        rays = trace_rays(camera, sky, engine)
-        assert np.array_equal(rays.closed_form, rays.escaped & (k >= LEAST_K))
-        assert rays.engine == "closed-form and integrated"
-        assert np.all(rays.error[rays.escaped & ~rays.closed_form] < 1e-10)
+SMALL_K = {
+    "no spin": Camera(0.0, 3.0, 1.2, "fiducial"),
+    "spin of 1e-9": Camera(1e-9, 6.03, 1.2, "fiducial"),
+    "among the photon orbits": Camera(0.999, 1.5, 1.2, "fiducial"),
+    "next to the horizon": Camera(0.9, kerr.horizon(0.9) * (1 + 1e-6), math.pi / 2, "fiducial"),
+    "on the axis": Camera(0.999, 2.0, 0.0, "fiducial"),
+    "on the other axis": Camera(0.9, 4.0, math.pi, "fiducial"),
+    "next to the axis": Camera(0.999, 2.0, 1e-9, "fiducial"),
+    "on the equator": Camera(0.999, 1.2, math.pi / 2, "fiducial"),
+    "next to the equator": Camera(0.999, 1.2, math.pi / 2 - 1e-9, "fiducial"),
+    "nearly extremal": Camera(1 - 1e-12, 1.3, 1.0, "fiducial"),
+    "far away": Camera(0.999, 1e9, 1.0, "fiducial"),
+}
+
+
+@pytest.mark.parametrize("place", SMALL_K)
+def test_rays_of_small_k(place):
+    camera = SMALL_K[place]
+    sky = directions_of_small_k(camera, 256, np.random.default_rng(12))
+    light = photon(camera.frame(), tuple(sky.T))
+    assert np.any(light.q < 0) or camera.spin < 1e-6 or abs(camera.cos_theta) < 1e-6
+    assert np.all(light.k < LEAST_K + 1e-12)
+    assert assert_agree(camera, sky) == len(sky) > 180
+
+
+@pytest.mark.slow
+def test_many_rays_of_small_k():
+    rng = np.random.default_rng(1931)
+    for _ in range(150):
+        camera = random_camera(rng)
+        sky = directions_of_small_k(camera, 256, rng)
+        assert assert_agree(camera, sky) == len(sky)
+
+
+@pytest.mark.slow
+def test_rays_of_small_k_to_a_finite_radius():
+    rng = np.random.default_rng(1932)
+    for _ in range(20):
+        camera = random_camera(rng)
+        sky = directions_of_small_k(camera, 256, rng)
+        assert assert_agree(camera, sky, camera.radius * (1 + 10 ** rng.uniform(-3, 2))) == len(sky)
+
+
+def test_principal_null_rays_and_their_neighbours_vary_smoothly():
+    """There the constants of the ray are stationary, and two of the roots meet."""
+    for camera in (
+        Camera(0.9, 6.0, 1.1, "fiducial"),
+        Camera(0.9, 6.0, 0.0, "fiducial"),
+        Camera(0.0, 6.0, 1.1, "static"),
+    ):
+        frame = camera.frame()
+        lean = frame.spin * frame.sin_theta * frame.lapse
+        n_phi = lean / (frame.cylindrical_scale * (1 - frame.shift * frame.spin * frame.sin_theta**2))
+        tilt = np.array([0.0, 1e-200, 1e-15, 1e-12, -1e-12])
+        along = np.stack([np.full(5, -math.sqrt(1 - n_phi**2)), tilt, np.full(5, n_phi)], axis=-1)
+        beams = trace_beams(camera, sky_from_fido(frame, along), "closed-form")
+        assert beams.closed_form.all()
+        # The camera-sky directions that the columns belong to do not vary smoothly.
+        spread = columns(beams) @ columns(beams).swapaxes(1, 2)
+        assert np.ptp(spread, axis=0).max() < 1e-10
+        assert np.ptp(beams.direction, axis=0).max() < 1e-10
+
+
+def test_every_escaping_ray_has_a_closed_form():
+    rng = np.random.default_rng(2)
+    small = 0
+    for _ in range(40):
+        camera = random_camera(rng)
+        sky = np.concatenate([random_sky(camera, 480, rng), directions_of_small_k(camera, 32, rng)])
+        rays = trace_rays(camera, sky, "closed-form")
+        assert np.array_equal(rays.closed_form, rays.escaped)
+        assert rays.engine == "closed-form"
+        assert np.isfinite(rays.error[rays.escaped]).all()
+        small += int((photon(camera.frame(), tuple(sky.T)).k < LEAST_K)[rays.escaped].sum())
+    assert small > 1000
     assert trace_rays(camera, sky, "integrated").engine == "integrated"
+
+
+def test_rays_on_the_border_of_small_k_agree():
+    """Both sets of formulas on either side of it."""
+    camera = Camera(0.999, 2.0, 1.1, "fiducial")
+    frame = camera.frame()
+    turn = np.linspace(0, 2 * math.pi, 64)
+    for k in (LEAST_K * (1 - 1e-13), LEAST_K * (1 + 1e-13)):
+        size = math.sqrt(k + (frame.spin * frame.cos_theta) ** 2)
+        p_theta, p_phi = size * np.cos(turn), size * np.sin(turn)
+        energy = (1 - frame.shift * frame.sin_theta * p_phi) / frame.lapse
+        n_phi, n_theta = p_phi / (frame.cylindrical_scale * energy), p_theta / (frame.root_sigma * energy)
+        n_r = -np.sqrt(1 - n_phi**2 - n_theta**2)
+        assert assert_agree(camera, sky_from_fido(frame, np.stack([n_r, n_theta, n_phi], axis=-1))) == 64
+
+
+def test_short_way_next_to_the_horizon_against_long_arithmetic():
+    """Closer than the integrator can tell: Mino time and psi by quadrature of the height, as exp(s)."""
+    camera = Camera(0.999, kerr.horizon(0.999) * (1 + 1e-6), 1.0, "fiducial")
+    sky = directions_of_small_k(camera, 4, np.random.default_rng(5))
+    light = photon(camera.frame(), tuple(sky.T))
+    travel = jax.jit(short_way.radial_motion)(camera.frame(), light, INFINITY)
+    with mpmath.workdps(30):
+        a, r_c = mpmath.mpf(camera.spin), mpmath.mpf(camera.radius)
+        root = mpmath.sqrt(1 - a * a)
+        for i in range(len(sky)):
+            b, kappa = mpmath.mpf(light.b[i]), mpmath.mpf(light.kappa[i])
+
+            def rates(s: mpmath.mpf, b: mpmath.mpf = b, kappa: mpmath.mpf = kappa) -> tuple:
+                height = mpmath.exp(s)
+                r, delta = 1 + root + height, height * (height + 2 * root)
+                big = r * r + a * a - a * b
+                speed = height / mpmath.sqrt(big**2 - delta * kappa)
+                return speed, -a * (2 * r - a * b) / delta * speed
+
+            ends = mpmath.linspace(mpmath.log(r_c - 1 - root), 60, 12)
+            time, psi = (mpmath.quad(lambda s, j=j: rates(s)[j], ends) for j in range(2))
+            assert float(travel.time[i]) == pytest.approx(float(time), rel=2e-15)
+            assert float(travel.psi[i]) == pytest.approx(float(psi), rel=2e-14)
 
 
 def test_auto_takes_the_integrator_where_round_off_of_the_formulas_is_larger():

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from test_closed_form import directions_of_small_k
 from test_errors import random_camera, random_sky
 
 import kerrcaustics as kc
@@ -17,12 +18,13 @@ def test_times_on_random_cameras(trace, finite):
     units, relative = [], []
     for _ in range(8):
         camera = random_camera(rng)
-        sky = random_sky(camera, 128, rng)
+        sky = np.concatenate([random_sky(camera, 128, rng), directions_of_small_k(camera, 32, rng)])
         end = camera.radius * (1 + 10 ** rng.uniform(-3, 2)) if finite else math.inf
         exact = kc.trace_rays(camera, sky, "integrated", tolerance=1e-13, end=end, time=True)
         ends = trace(camera, sky, "closed-form", tolerance=1e-13, end=end, time=True)
         assert np.array_equal(ends.escaped, exact.escaped)
         assert np.array_equal(np.isfinite(ends.time), exact.escaped)
+        assert ends.closed_form[128:].all()
         known = ends.closed_form
         error = np.abs(ends.time - exact.time)[known]
         # Both may be wrong by as much as they say.

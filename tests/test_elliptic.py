@@ -67,6 +67,22 @@ def test_third_kind_with_a_complex_pair():
         assert float(third) == pytest.approx(gamma * float(mpmath.elliprj(x, *pair, p).real), rel=3e-14)
 
 
+def test_third_kind_in_the_circular_case():
+    x, p, y, z = np.sort(RNG.uniform(0.1, 3, (4, 500)), axis=0)
+    gamma = np.sqrt((p - x) * (y - p) * (z - p))
+    for sign in (1, -1):
+        pole = elliptic.Pole(jnp.asarray(p), jnp.asarray(sign * gamma), circular=True)
+        _, (third,), _ = elliptic.carlson(triple(x, y, z), [pole])
+        np.testing.assert_allclose(third, sign * gamma * special.elliprj(x, y, z, p), rtol=2e-13)
+
+
+def test_few_duplications_for_arguments_that_do_not_differ_much():
+    x, y, z = 10.0 ** RNG.uniform(-1, 1, (3, 2000))
+    first, _, second = elliptic.carlson(triple(x, y, z), second=True, duplications=5)
+    np.testing.assert_allclose(first, special.elliprf(x, y, z), rtol=4e-15)
+    np.testing.assert_allclose(second, special.elliprd(y, z, x), rtol=1e-13)
+
+
 def test_second_kind():
     x, y, z = 10.0 ** RNG.uniform(-2, 2, (3, 500))
     found = elliptic.carlson(triple(x, y, z), second=True)

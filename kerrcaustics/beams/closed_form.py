@@ -6,8 +6,8 @@ phase z, proportional to Mino time, with no singular point (polar_motion.py). Th
 integrals and two more, and the logarithmic derivative of theta_3. Beams are the first variation of all but the time in
 two directions of the camera sky, by forward differentiation; the Morse index follows from z and the sign of det J.
 
-It holds for k = q + b^2 >= LEAST_K. Rays below that leave close to the principal null directions: they are short, and
-are integrated.
+This holds for k = q + b^2 >= LEAST_K. Escaping rays below that leave close to the outward principal null direction:
+they are short, and have formulas of their own for r, theta and phi (short_way.py), compiled apart.
 
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """
@@ -18,10 +18,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from kerrcaustics.beams import short_way
 from kerrcaustics.beams.ends import Goal
 from kerrcaustics.beams.geometry import dot, length
-from kerrcaustics.beams.polar_motion import polar_motion
-from kerrcaustics.beams.radial_motion import close_to_roots, horizons, radial_motion
+from kerrcaustics.beams.polar_motion import Arrival, polar_motion
+from kerrcaustics.beams.radial_motion import Travel, close_to_roots, horizons, radial_motion
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, Photon, doppler, photon
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
@@ -30,7 +31,8 @@ Array = Any
 
 # The kinds of end that there are formulas for.
 KINDS = ("infinity", "sphere")
-# The parameter of the polar elliptic functions is then at most 1/3, and there are no vortical rays.
+# The parameter of the polar elliptic functions is then at most 1/3, and there are no vortical rays. Escaping rays of
+# smaller k start outward, meet no turning point and no conjugate point, and take a Mino time of 1.2 at most.
 LEAST_K = 2.0
 # The polar phase is known to 1e-14; conjugate points that lie at a multiple of pi (a = 0) must not be counted twice.
 _PHASE_MARGIN = 1e-9
@@ -86,14 +88,18 @@ def trace(
     index: bool = False,
     crossings: bool = False,
     time: bool = False,
+    short: bool = False,
 ) -> End:
     """Rays, or beams, from camera-sky directions to infinity or to a finite radius.
 
     Parameters: sky, three arrays N_x, N_y, N_z; goal, of a kind in KINDS; on_equator, whether the camera is exactly
-    there, which is cheaper; beams, index, crossings, time: what to compute beside n'.
+    there, which is cheaper; beams, index, crossings, time: what to compute beside n'; short, whether to take the
+    formulas of short_way.py, which hold for escaping rays of k < MOST_K.
     """
 
     def ray(*n: Array) -> tuple[tuple[Array, Array, Array], _Way]:
+        if short:
+            return _short_ray(frame, n, goal, time=time)
         return _ray(frame, n, goal, on_equator=on_equator, time=time)
 
     if not beams:
@@ -160,14 +166,13 @@ def _ray(
     quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
     travel = radial_motion(frame, light, quartic, goal, clock=time)
     m = polar_motion(frame, light, travel.time, on_equator=on_equator, clock=time)
-    c, s = jnp.cos(travel.psi + m.turn), jnp.sin(travel.psi + m.turn)
-    direction = (c * m.x - s * m.y, s * m.x + c * m.y, m.z)
+    direction, azimuth = _turned(travel, m)
     noise = _noise(frame, light, quartic, m.phase)
     # Off the equator the azimuth is a difference of two phases, each of which changes with N by about the radius.
     start = 0.0 if on_equator else 3e-15 * frame.cylindrical_scale
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     way = _Way(
-        azimuth=travel.psi + m.azimuth,
+        azimuth=azimuth,
         phase=m.phase,
         crossings=m.crossings,
         captured=travel.captured,
@@ -180,6 +185,41 @@ def _ray(
         time_noise=_time_noise(frame, goal) if time else None,
     )
     return direction, jax.lax.stop_gradient(way)
+
+
+def _short_ray(
+    frame: Frame, sky: tuple[Array, ...], goal: Goal, *, time: bool
+) -> tuple[tuple[Array, Array, Array], _Way]:
+    """As `_ray`, for rays of small k."""
+    light = photon(frame, sky)
+    travel = short_way.radial_motion(frame, light, goal, clock=time)
+    m = short_way.polar_motion(frame, light, travel.time, clock=time)
+    direction, azimuth = _turned(travel, m)
+    # psi is a difference of two integrals divided by r_+ - r_-.
+    outer, inner = horizons(frame.spin)
+    noise = 2e-15 + 2e-15 * frame.spin / (outer - inner) + jnp.zeros_like(light.k)
+    # That of flat space, but for the energy and the way: at most three times too large.
+    energy = frame.slowness**0.5 / (doppler(frame, sky)[0] * light.energy_ratio)
+    way = _Way(
+        azimuth=azimuth,
+        phase=m.phase,
+        crossings=m.crossings,
+        captured=travel.captured,
+        certified=travel.known & (light.k < short_way.MOST_K) & jnp.isfinite(length(direction)),
+        spread=1.5 * energy * frame.cylindrical_scale * travel.time,
+        noise=noise,
+        jacobian_noise=9 * noise,
+        momentum=jnp.sqrt(jnp.maximum(light.k, 0) + 3),
+        time=None if travel.clock is None or m.clock is None else travel.clock + m.clock,
+        time_noise=_time_noise(frame, goal) if time else None,
+    )
+    return direction, jax.lax.stop_gradient(way)
+
+
+def _turned(travel: Travel, m: Arrival) -> tuple[tuple[Array, Array, Array], Array]:
+    """n', and its azimuth: m turned about the spin axis."""
+    c, s = jnp.cos(travel.psi + m.turn), jnp.sin(travel.psi + m.turn)
+    return (c * m.x - s * m.y, s * m.x + c * m.y, m.z), travel.psi + m.azimuth
 
 
 def _noise(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Array) -> Array:

@@ -11,10 +11,10 @@ import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams import closed_form, integrated
+from kerrcaustics.beams import closed_form, integrated, short_way
 from kerrcaustics.beams.beam import Beams, Rays, Status
 from kerrcaustics.beams.ends import End, Goal, goal_of, redshift_at_end
-from kerrcaustics.spacetime.camera import Camera, Frame, check_camera
+from kerrcaustics.spacetime.camera import Camera, Frame, check_camera, photon
 
 ENGINES = ("auto", "closed-form", "integrated")
 
@@ -69,7 +69,7 @@ def _frame_on_device(camera: Camera) -> Frame:
 @cache
 def _closed_form(backend: str) -> Callable[..., closed_form.End]:
     options = _CLOSED_FORM_COMPILER.get(backend)
-    wanted = ("on_equator", "beams", "index", "crossings", "time")
+    wanted = ("on_equator", "beams", "index", "crossings", "time", "short")
     return jax.jit(closed_form.trace, static_argnames=wanted, compiler_options=options)
 
 
@@ -264,6 +264,8 @@ def _followed(
     backend = jax.default_backend()
     kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=camera.on_equator, **wanted)
     ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)[many]))
+    if goal.kind == "infinity" or goal.value > camera.radius:
+        _add_short_ways(camera, sky, goal, ends, **wanted)
     certified = ends.pop("certified")
     unsure = ~certified
     if engine == "auto":
@@ -283,6 +285,21 @@ def _followed(
             ends[name][chosen] = again[name][better]
         ends["closed_form"][chosen] = False
     return ends
+
+
+def _add_short_ways(camera: Camera, sky: np.ndarray, goal: Goal, ends: Fields, **wanted: bool) -> None:
+    """Put the rays of small k, which have formulas of their own, into what the others' formulas gave."""
+    left = np.flatnonzero(~ends["certified"] & ~ends["captured"])
+    left = left[photon(camera.frame(), tuple(sky[left].T)).k < short_way.MOST_K]
+    if not left.size:
+        return
+    backend = jax.default_backend()
+    frame = _frame_on_device(camera)
+    kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=False, short=True, **wanted)
+    again = _as_fields(_batched(kernel, [sky[left]], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)[0]))
+    known = again["certified"]
+    for name, values in again.items():
+        ends[name][left[known]] = values[known]
 
 
 def _integrated(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **wanted: bool) -> Fields:

@@ -33,10 +33,14 @@ class Triple(NamedTuple):
 
 
 class Pole(NamedTuple):
-    """The fourth argument p of R_J, with gamma = +-sqrt(-(p - x) (p - y) (p - z)), which must be real."""
+    """The fourth argument p of R_J, with gamma = +-sqrt(-(p - x) (p - y) (p - z)), which must be real.
+
+    In the circular case that root is imaginary, and gamma is it divided by i: +-sqrt((p - x) (p - y) (p - z)).
+    """
 
     p: Array
     gamma: Array
+    circular: bool = False
 
 
 class Integrals(NamedTuple):
@@ -47,10 +51,12 @@ class Integrals(NamedTuple):
     second: Array | None
 
 
-def carlson(triple: Triple, poles: Sequence[Pole] = (), *, second: bool = False) -> Integrals:
+def carlson(
+    triple: Triple, poles: Sequence[Pole] = (), *, second: bool = False, duplications: int = _DUPLICATIONS
+) -> Integrals:
     """Carlson's integrals of the first, the third and, if asked for, the second kind.
 
-    Errors: relative 1e-15 for arguments whose ratios are below 1e8 or so.
+    Errors: relative 1e-15 for arguments whose ratios are below 1e8 or so; with 5 duplications, for those below 100.
     References: Carlson 1995; DLMF 19.26.18 to 19.26.21, 19.36.1, 19.36.2.
     """
     root, root_sum, root_product = triple
@@ -58,13 +64,17 @@ def carlson(triple: Triple, poles: Sequence[Pole] = (), *, second: bool = False)
     powers = [pole.p for pole in poles]
     sums: list[Array] = [0.0 for _ in poles]
     seconds: Array = 0.0
-    for n in range(_DUPLICATIONS):
+    for n in range(duplications):
         shift = root * root_sum + root_product
         for i, pole in enumerate(poles):
             p = powers[i]
             root_p = jnp.sqrt(p)
             d = (root_p + root) * (p + root_p * root_sum + root_product)
-            sums[i] = sums[i] + _duplication_term(n, d, pole.gamma / 8**n, 2 * d * root_p * (p + shift))
+            if pole.circular:
+                term = 6 * 2**n * jnp.arctan(pole.gamma / 8**n / d)
+            else:
+                term = _duplication_term(n, d, pole.gamma / 8**n, 2 * d * root_p * (p + shift))
+            sums[i] = sums[i] + term
             powers[i] = (p + shift) / 4
         if second:
             seconds = seconds + 3 / 4**n / (root * (x + shift))
@@ -74,7 +84,7 @@ def carlson(triple: Triple, poles: Sequence[Pole] = (), *, second: bool = False)
         root, root_product = jnp.sqrt(x), jnp.sqrt(product)
         root_sum = jnp.sqrt(total + 2 * root_product)
     first = _first_tail(x, total, product)
-    scale = 4.0**-_DUPLICATIONS
+    scale = 4.0**-duplications
     thirds = [
         s + scale * pole.gamma * _third_tail(x, total, product, p)
         for s, pole, p in zip(sums, poles, powers, strict=True)

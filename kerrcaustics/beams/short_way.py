@@ -1,0 +1,223 @@
+"""Rays of small k = q + b^2, which leave outward close to a principal null direction: vortical ones (q < 0) too.
+
+Their way is short, without a turning point and less than a quarter of a polar oscillation, so that both motions are
+written with their origin at an end of the way, where no roots of the potentials are needed and the sign of q does not
+matter.
+
+Radial motion. With t the Mino time to infinity and wp the function of Weierstrass that has the invariants of R,
+wp(t) = a2 / 12 + (r^2 + sqrt(R)) / 2. The integral I(r_h) of radial_motion.py has two poles, at which p = wp(t) - wp(v)
+is p_1, p_2 = (r^2 - r_h^2 + sqrt(R) +- (2 r_h - a b)) / 2:
+
+    I(r_h) = ln(p_1 / p_2) / 2 + [gamma_1 R_J(p_1) - gamma_2 R_J(p_2)] / 3,    gamma = wp'(v) / 2.
+
+The coordinate time takes the integral of r, whose other pole is at wp(v) = -a2 / 6, and of r^2 = wp(t) + wp(t - v) -
+a2 / 6, up to a large radius X:
+
+    integral of r = ln X - ln(p) / 2 - gamma R_J(p) / 3,    integral of r^2 = X + r - 2 zeta(t) - a2 t / 6.
+
+Polar motion. S is the solution of S'^2 = 1 + A S^2 - B S^4 with S(0) = 0, A = a^2 - k and B = a^2 q: the motion of a
+camera in the equator, but for a factor. By the addition theorem, with z = m_z, m at the end is
+
+    z = (z_0 S' + z_0' S) / (1 + a^2 z_0^2 S^2),
+    m_x + i m_y = e^(-i b Pi) [(m_x + i m_y)_0 (1 - S z z_0') + (m_x + i m_y)_0' S z_0 z] / sqrt(1 - q S^2),
+
+where Pi is the integral of d tau / (1 - q S^2).
+
+References: Whittaker & Watson 20.3 to 20.6; DLMF 19.16, 19.25, 23.10.
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from kerrcaustics.beams.ends import Goal
+from kerrcaustics.beams.polar_motion import Arrival
+from kerrcaustics.beams.radial_motion import Travel
+from kerrcaustics.spacetime import elliptic, radial
+from kerrcaustics.spacetime.camera import Frame, Photon
+
+Array = Any
+
+# A little beyond LEAST_K of closed_form.py, so that no ray falls between the two.
+MOST_K = 2.001
+# The series of S is exact to round-off for a Mino time of 1.2 after so many halvings.
+_HALVINGS = 5
+# The arguments of the integrals do not differ much.
+_DUPLICATIONS = 5
+
+
+class _Potential(NamedTuple):
+    """R = r^4 + a2 r^2 + 2 kappa r + a0; root, one real root e of 4 e^3 - g2 e - g3, and the slope 3 e^2 - g2 / 4."""
+
+    a2: Array
+    kappa: Array
+    b: Array
+    root: Array
+    slope: Array
+
+
+class _Place(NamedTuple):
+    """A radius, its height over the outer horizon, and sqrt(R) there."""
+
+    r: Array
+    height: Array
+    rate: Array
+
+
+class _Way(NamedTuple):
+    """From a place to infinity: Mino time, I(r_+), I(r_-), and the finite part of the integral of r^2 + 2 r."""
+
+    time: Array
+    plus: Array
+    minus: Array
+    growing: Array | None
+
+
+def radial_motion(frame: Frame, light: Photon, goal: Goal, *, clock: bool = False) -> Travel:
+    """The radial motion of rays that start outward and are not captured, as in radial_motion.py."""
+    spin, r = frame.spin, frame.radius
+    root = _horizon_root(spin)
+    potential = _potential(spin, light)
+    # Exact next to the horizon, where the rounding of its radius would not be.
+    height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + root)
+    way = _to_infinity(spin, potential, _Place(r, height, -light.rate[0] * r**2), clock=clock)
+    known = light.rate[0] < 0
+    if goal.kind == "sphere":
+        end = goal.value
+        known = known & (end > r)
+        beyond = end - 1 - root
+        square = (end**2 + spin**2 - spin * light.b) ** 2 - beyond * (end - 1 + root) * light.kappa
+        rest = _to_infinity(spin, potential, _Place(end, beyond, jnp.sqrt(square)), clock=clock)
+        way = jax.tree.map(lambda whole, part: whole - part, way, rest)
+    turn = (way.plus - way.minus) / (2 * root)
+    slow = None
+    if way.growing is not None:
+        slow = way.growing + 4 * way.time + 2 * turn + (way.plus + way.minus)
+    return Travel(way.time, -spin * turn, jnp.zeros_like(known), known, slow)
+
+
+def _horizon_root(spin: Array) -> Array:
+    """sqrt(1 - a^2): the horizons lie at 1 +- that."""
+    return jnp.sqrt((1 - spin) * (1 + spin))
+
+
+def _potential(spin: Array, light: Photon) -> _Potential:
+    """The coefficients of R, and the root that is farthest from the other two: it varies smoothly."""
+    a2, a1, a0 = radial.potential_coefficients(spin, light)
+    third = (a0 + a2**2 / 12) / 12
+    half = (a0 * a2 / 6 - a1**2 / 16 - a2**3 / 216) / 8
+
+    def newton(e: Array, third: Array, half: Array) -> Array:
+        slope = jax.lax.stop_gradient(3 * (e * e - third))
+        value = e * (e * e - 3 * third) - 2 * half
+        return e - jnp.where(slope == 0, 0, value / jnp.where(slope == 0, 1, slope))
+
+    fixed = jax.lax.stop_gradient((third, half))
+    e = newton(newton(_cardano(*fixed), *fixed), *fixed)
+    e = newton(e, third, half)
+    return _Potential(a2, light.kappa, light.b, e, 3 * (e * e - third))
+
+
+def _cardano(third: Array, half: Array) -> Array:
+    """The root of e^3 - 3 third e - 2 half that is largest in size, roughly."""
+    size, sign = jnp.abs(half), jnp.where(half < 0, -1.0, 1.0)
+    disc = half**2 - third**3
+    cube = jnp.cbrt(size + jnp.sqrt(jnp.maximum(disc, 0)))
+    only = cube + third / jnp.where(cube == 0, 1, cube)
+    of_three = 2 * jnp.sqrt(jnp.maximum(third, 0)) * jnp.cos(jnp.arctan2(jnp.sqrt(jnp.maximum(-disc, 0)), size) / 3)
+    return sign * jnp.where(disc > 0, only, of_three)
+
+
+def _to_infinity(spin: Array, potential: _Potential, place: _Place, *, clock: bool) -> _Way:
+    """The integrals from a place to infinity; arguments of Carlson's integrals are 4 (wp - e)."""
+    a2, kappa, _, e, slope = potential
+    r, _, rate = place
+    weight = 2 * (r * r + rate)
+    x = weight + a2 / 3 - 4 * e
+    root = jnp.sqrt(x)
+    # From wp' = -2 sqrt(x y z).
+    product = 4 * (r * (r * r + rate) + (a2 * r + kappa) / 2) / root
+    triple = elliptic.Triple(root, jnp.sqrt(2 * weight + 2 / 3 * a2 + 4 * e + 2 * product), product)
+    pole, log = _horizon_poles(spin, potential, place)
+    poles = [pole]
+    if clock:
+        poles.append(elliptic.Pole(weight + a2, 2 * kappa))
+    found = elliptic.carlson(triple, poles, second=clock, duplications=_DUPLICATIONS)
+    time = 2 * found.first
+    plus, minus = log + (found.thirds[0][0] - found.thirds[0][1]) / 3
+    growing = None
+    if clock:
+        zeta = product / (2 * root) - e * time - 8 / 3 * slope * found.second
+        growing = r - 2 * zeta - a2 / 6 * time - jnp.log((weight + a2) / 4) - 2 / 3 * found.thirds[1]
+    return _Way(time, plus, minus, growing)
+
+
+def _horizon_poles(spin: Array, potential: _Potential, place: _Place) -> tuple[elliptic.Pole, Array]:
+    """The poles (p_1, p_2) of (I(r_+), I(r_-)) in one array, with p times 4, and their logarithms."""
+    r, rate, b, kappa = place.r, place.rate, potential.b, potential.kappa
+    root = _horizon_root(spin)
+    both = [1 + root, spin**2 / (1 + root)], [2 * root, -2 * root], [place.height, place.height + 2 * root]
+    horizon, gap, above = (jnp.stack(parts).reshape(2, *(1,) * b.ndim) for parts in both)
+    rest, total = 2 * horizon - spin * b, r + horizon
+    # p_1 p_2 over r - r_h: next to the outer horizon one of them would cancel.
+    product = total * (above * total + 2 * rate + r**2 + horizon**2 + 2 * spin * (spin - b)) - above[::-1] * kappa
+    larger = 2 * (above * total + rate + jnp.abs(rest))
+    smaller = 4 * above * product / larger
+    first, second = jnp.where(rest < 0, smaller, larger), jnp.where(rest < 0, larger, smaller)
+    pull = gap * kappa
+    pole = elliptic.Pole(jnp.stack([first, second]), jnp.stack([pull, pull - 8 * horizon * rest]))
+    return pole, jnp.log(first / second) / 2
+
+
+def polar_motion(frame: Frame, light: Photon, time: Array, *, clock: bool = False) -> Arrival:
+    """The polar motion over a short Mino time, from the camera, as in polar_motion.py."""
+    b, q, k, spin2 = light.b, light.q, light.k, frame.spin**2
+    _, s0, _, z0 = light.position
+    _, x_rate, y_rate, z_rate = light.rate
+    linear, cubic = spin2 - k, spin2 * q
+    s = _odd_solution(linear, cubic, time)
+    s2 = s * s
+    slope = jnp.sqrt(1 + (linear - cubic * s2) * s2)
+    z = (z0 * slope + z_rate * s) / (1 + spin2 * z0**2 * s2)
+    p = 1 - q * s2
+    triple = elliptic.Triple(jnp.ones_like(s), jnp.sqrt(2 + linear * s2 + 2 * slope), slope)
+    pole = elliptic.Pole(p, q * b * s2 * s, circular=True)
+    found = elliptic.carlson(triple, [pole], second=clock, duplications=_DUPLICATIONS)
+    turn = -b * time - found.thirds[0] / 3
+    along = s0 * (1 - s * z * z_rate) + x_rate * s * z0 * z
+    across = y_rate * s * z0 * z
+    scale = 1 / jnp.sqrt(p)
+    slow = spin2 * (q * s2 * s / 3 * found.second + s * z0 * z) if clock else None
+    return Arrival(
+        x=scale * along,
+        y=scale * across,
+        z=z,
+        turn=turn,
+        azimuth=turn + jnp.arctan2(across, along),
+        phase=jnp.sqrt(jnp.maximum(k, 0)) * time,
+        crossings=jnp.where(z0 * z < 0, 1.0, 0.0),
+        clock=slow,
+    )
+
+
+def _odd_solution(linear: Array, cubic: Array, time: Array) -> Array:
+    """S with S'^2 = 1 + linear S^2 - cubic S^4: its series at a part of the time, and doublings (DLMF 22.6, 22.10)."""
+    t = time / 2**_HALVINGS
+    square = linear * linear
+    series = (
+        1.0,
+        linear / 6,
+        (square - 12 * cubic) / 120,
+        linear * (square - 132 * cubic) / 5040,
+        (square * (square - 1224 * cubic) + 3024 * cubic**2) / 362880,
+    )
+    s = 0.0
+    for term in reversed(series):
+        s = s * t * t + term
+    s = s * t
+    for _ in range(_HALVINGS):
+        s2 = s * s
+        slope = jnp.sqrt(1 + (linear - cubic * s2) * s2)
+        s = 2 * s * slope / (1 + cubic * s2 * s2)
+    return s
