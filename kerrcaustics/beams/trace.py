@@ -244,8 +244,7 @@ def _finished(ends: Fields, tolerance: float) -> Fields:
 def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, goal: Goal, **wanted: bool) -> Fields:
     """Rays by the engine asked for; which of them are in closed form."""
     frame = camera.frame()
-    by_formula = engine != "integrated" and goal.kind in closed_form.KINDS
-    if not by_formula:
+    if engine == "integrated":
         ends = _integrated(frame, sky, tolerance, goal, **wanted)
         return {**ends, "closed_form": np.zeros(len(sky), bool)}
     backend = jax.default_backend()
