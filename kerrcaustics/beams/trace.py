@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams import closed_form, integrated
 from kerrcaustics.beams.beam import Beams, Rays, Status
-from kerrcaustics.beams.ends import End, Goal, goal_of, redshift_at_end
+from kerrcaustics.beams.ends import End, Goal, goal_of, prospects, redshift_at_end
 from kerrcaustics.spacetime.camera import Camera, Frame, check_camera
 
 ENGINES = ("auto", "closed-form", "integrated")
@@ -36,6 +36,7 @@ _UNIT = 1e-15
 Fields = dict[str, np.ndarray]
 
 _survey = jax.jit(integrated.survey)
+_prospects = jax.jit(prospects)
 
 
 @partial(jax.jit, static_argnames=("lanes", "beams", "index", "crossings", "time"))
@@ -249,7 +250,7 @@ def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, go
         return {**ends, "closed_form": np.zeros(len(sky), bool)}
     backend = jax.default_backend()
     kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=camera.on_equator, **wanted)
-    ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)))
+    ends = _arriving(frame, sky, goal, kernel, _CLOSED_FORM_CALL.get(backend, _LARGE_CALL))
     certified = ends.pop("certified")
     unsure = ~certified
     if engine == "auto":
@@ -268,6 +269,22 @@ def _followed(camera: Camera, sky: np.ndarray, engine: str, tolerance: float, go
         for name in ends.keys() & again.keys():
             ends[name][chosen] = again[name][better]
         ends["closed_form"][chosen] = False
+    return ends
+
+
+def _arriving(frame: Frame, sky: np.ndarray, goal: Goal, kernel: Any, size: int) -> Fields:
+    """The closed form of all rays; only of those that arrive, where few may."""
+    if goal.kind == "infinity" or (goal.kind == "sphere" and goal.value >= frame.radius):
+        return _as_fields(_batched(kernel, [sky], size))
+    lost, captured = _batched(partial(_prospects, frame, goal=goal), [sky], size)
+    some = _as_fields(_batched(kernel, [sky[~lost]], size))
+    ends = {}
+    for name, values in some.items():
+        ends[name] = np.full((len(sky), *values.shape[1:]), False if values.dtype == bool else np.nan, values.dtype)
+        ends[name][~lost] = values
+    ends["captured"] |= lost & captured
+    ends["missed"] |= lost & ~captured
+    ends["certified"] |= lost
     return ends
 
 
