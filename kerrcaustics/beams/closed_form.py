@@ -1,10 +1,12 @@
 """Rays and beams in closed form: elliptic integrals for r, theta functions for theta and phi.
 
 The path is that of integrated.py: n' is a point m of the unit sphere, at the Mino time of arrival, turned about the
-spin axis by psi. Time and psi are Carlson integrals (radial_motion.py); m is a quotient of theta functions of the polar
-phase z, proportional to Mino time, with no singular point (polar_motion.py). The coordinate time comes from the same
-integrals and two more, and the logarithmic derivative of theta_3. Beams are the first variation of all but the time in
-two directions of the camera sky, by forward differentiation; the Morse index follows from z and the sign of det J.
+spin axis by psi. Time and psi are Carlson integrals, to infinity (radial_motion.py) or to a finite radius
+(radial_leg.py); in the equatorial plane the time comes first, and the radius from it (finite_end.py). m is a quotient
+of theta functions of the polar phase z, proportional to Mino time, with no singular point (polar_motion.py). The
+coordinate time comes from the same integrals and two more, and the logarithmic derivative of theta_3. Beams are the
+first variation of all but the time in two directions of the camera sky, by forward differentiation; the Morse index
+follows from z and the sign of det J.
 
 This holds for k = q + b^2 >= LEAST_K. Escaping rays below that leave close to the outward principal null direction:
 they are short, and have formulas of their own for r, theta and phi (short_way.py), compiled apart.
@@ -18,10 +20,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams import short_way
-from kerrcaustics.beams.ends import Goal
+from kerrcaustics.beams import finite_end, short_way
+from kerrcaustics.beams.ends import Aim, Goal, aim_at
 from kerrcaustics.beams.geometry import dot, length
-from kerrcaustics.beams.polar_motion import Arrival, polar_motion
+from kerrcaustics.beams.polar_motion import Arrival, Swing, polar_motion, polar_swing, time_to_plane
 from kerrcaustics.beams.radial_motion import Travel, close_to_roots, horizons, radial_motion
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, Photon, doppler, photon
@@ -29,8 +31,6 @@ from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
 Array = Any
 
-# The kinds of end that there are formulas for.
-KINDS = ("infinity", "sphere")
 # The parameter of the polar elliptic functions is then at most 1/3, and there are no vortical rays. Escaping rays of
 # smaller k start outward, meet no turning point and no conjugate point, and take a Mino time of 1.2 at most.
 LEAST_K = 2.0
@@ -39,7 +39,7 @@ _PHASE_MARGIN = 1e-9
 
 
 class End(NamedTuple):
-    """A ray at infinity, as in integrated.py. What was not asked for is None.
+    """A ray at its end, as in landing.py. What was not asked for is None.
 
     noise, the part of the error that is round-off of these formulas, and time_noise, that of the time's; certified,
     False where they do not hold.
@@ -63,17 +63,26 @@ class End(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """What is known of a ray beside its direction n'."""
+    """What is known of a ray beside its direction n' and its radius at the end.
+
+    lost, it does not reach its end; spread, of a ray traced alone; rate, that of the end by Mino time, in radians, and
+    turning, the part of psi in it, both per radian of arc; lever, the time that goes with a radian; sense, the sign
+    that det J has where no conjugate point was passed.
+    """
 
     azimuth: Array
     phase: Array
     crossings: Array
     captured: Array
+    lost: Array
     certified: Array
     spread: Array
     noise: Array
     jacobian_noise: Array
-    momentum: Array
+    motion: Array
+    turning: Array
+    lever: Array
+    sense: Array
     time: Array | None
     time_noise: Array | None
 
@@ -90,61 +99,76 @@ def trace(
     time: bool = False,
     short: bool = False,
 ) -> End:
-    """Rays, or beams, from camera-sky directions to infinity or to a finite radius.
+    """Rays, or beams, from camera-sky directions to their end.
 
-    Parameters: sky, three arrays N_x, N_y, N_z; goal, of a kind in KINDS; on_equator, whether the camera is exactly
+    Parameters: sky, three arrays N_x, N_y, N_z; goal, where rays end; on_equator, whether the camera is exactly
     there, which is cheaper; beams, index, crossings, time: what to compute beside n'; short, whether to take the
-    formulas of short_way.py, which hold for escaping rays of k < MOST_K.
+    formulas of short_way.py, which hold for escaping rays of k < MOST_K and ends beyond the camera.
     """
 
-    def ray(*n: Array) -> tuple[tuple[Array, Array, Array], _Way]:
+    def ray(*n: Array) -> tuple[tuple[tuple[Array, Array, Array], Array | None], _Way]:
         if short:
             return _short_ray(frame, n, goal, time=time)
         return _ray(frame, n, goal, on_equator=on_equator, time=time)
 
     if not beams:
-        direction, way = ray(*sky)
-        return _end(way, goal, direction, way.spread, crossings=crossings)
-    direction, vary, way = jax.linearize(ray, *sky, has_aux=True)
+        (direction, radius), way = ray(*sky)
+        return _end(way, goal, direction, radius, way.spread, crossings=crossings)
+    (direction, radius), vary, way = jax.linearize(ray, *sky, has_aux=True)
     basis = jnp.stack(tangent_basis(jnp.stack(sky, axis=-1), jnp))
-    columns = jax.vmap(lambda change: vary(*(change[..., i] for i in range(3))))(basis)
+    columns, in_radius = jax.vmap(lambda change: vary(*(change[..., i] for i in range(3))))(basis)
     rows = [tuple(e[..., i] for i in range(3)) for e in polar_basis(jnp.stack(direction, axis=-1), jnp)]
     jacobian = tuple(tuple(dot(row, [c[j] for c in columns]) for j in range(2)) for row in rows)
+    if goal.kind == "plane":
+        jacobian = (tuple(in_radius[j] for j in range(2)), tuple(radius * entry for entry in jacobian[1]))
     spread = length([entry for row in jacobian for entry in row])
-    end = _end(way, goal, direction, spread, crossings=crossings)
+    if goal.kind == "plane":
+        spread = spread / radius
+    end = _end(way, goal, direction, radius, spread + way.motion, crossings=crossings)
     hidden = 0 * end.error
     determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
+    jacobian_error = (way.jacobian_noise + end.error) * (1 + way.turning) / jnp.minimum(spread, 1)
+    if goal.kind == "infinity":
+        jacobian_error = way.jacobian_noise / jnp.minimum(spread, 1) + end.error
     return end._replace(
         jacobian=tuple(tuple(entry + hidden for entry in row) for row in jacobian),
-        jacobian_error=jnp.minimum(way.jacobian_noise / jnp.minimum(spread, 1) + end.error, 1.0),
-        certified=end.certified & (way.captured | jnp.isfinite(spread)),
-        conjugate_points=_conjugate_points(way.phase, determinant) if index else None,
+        jacobian_error=jnp.minimum(jacobian_error, 1.0),
+        certified=end.certified & (way.lost | jnp.isfinite(spread)),
+        conjugate_points=_conjugate_points(way.phase, way.sense * determinant) if index else None,
     )
 
 
-def _end(way: _Way, goal: Goal, direction: tuple[Array, Array, Array], spread: Array, *, crossings: bool) -> End:
-    hidden = jnp.where(way.captured, jnp.nan, 0.0)
-    finite = goal.kind == "sphere"
+def _end(
+    way: _Way,
+    goal: Goal,
+    direction: tuple[Array, Array, Array],
+    radius: Array | None,
+    spread: Array,
+    *,
+    crossings: bool,
+) -> End:
+    hidden = jnp.where(way.lost, jnp.nan, 0.0)
+    finite = goal.kind != "infinity"
     error = jnp.minimum(way.noise + 2e-15 * spread * (1 + 0.3 * way.phase), math.pi) + hidden
     end = End(
         direction=tuple(n + hidden for n in direction),
         azimuth=way.azimuth + hidden,
         error=error,
         noise=way.noise,
-        captured=way.captured,
+        captured=way.captured & way.lost,
         certified=way.certified,
         crossings=way.crossings if crossings else None,
-        missed=jnp.zeros_like(way.captured) if finite else None,
-        radius=goal.value + hidden if finite else None,
+        missed=way.lost & ~way.captured if finite else None,
+        radius=None if radius is None else radius + hidden,
     )
     if way.time is None:
         return end
-    # An end displaced by some angle is late by at most sqrt(k) times that.
+    # An end displaced by some angle is late by at most the lever times that.
     return end._replace(
         time=way.time + hidden,
-        time_error=way.momentum * error + way.time_noise,
-        time_noise=way.momentum * way.noise + way.time_noise,
-        certified=end.certified & (way.captured | jnp.isfinite(way.time)),
+        time_error=way.lever * error + way.time_noise,
+        time_noise=way.lever * way.noise + way.time_noise,
+        certified=end.certified & (way.lost | jnp.isfinite(way.time)),
     )
 
 
@@ -161,35 +185,107 @@ def _conjugate_points(phase: Array, determinant: Array) -> Array:
 
 def _ray(
     frame: Frame, sky: tuple[Array, ...], goal: Goal, *, on_equator: bool, time: bool
-) -> tuple[tuple[Array, Array, Array], _Way]:
+) -> tuple[tuple[tuple[Array, Array, Array], Array | None], _Way]:
     light = photon(frame, sky)
     quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
-    travel = radial_motion(frame, light, quartic, goal, clock=time)
-    m = polar_motion(frame, light, travel.time, on_equator=on_equator, clock=time)
+    swing = polar_swing(frame, light, on_equator=on_equator)
+    arrival, aim = None, None
+    if goal.kind == "infinity":
+        travel = radial_motion(frame, light, quartic, clock=time)
+        known, lost = True, travel.captured
+    else:
+        arrival, aim = _arrival(frame, light, quartic, swing, goal, clock=time)
+        travel, known, lost = arrival.travel, arrival.certified, aim.lost
+    m = polar_motion(frame, light, swing, travel.time, on_equator=on_equator, clock=time)
     direction, azimuth = _turned(travel, m)
-    noise = _noise(frame, light, quartic, m.phase)
+    in_plane = goal.kind == "plane"
+    if in_plane:
+        direction = (*direction[:2], jnp.zeros_like(m.z))
     # Off the equator the azimuth is a difference of two phases, each of which changes with N by about the radius.
     start = 0.0 if on_equator else 3e-15 * frame.cylindrical_scale
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     way = _Way(
         azimuth=azimuth,
         phase=m.phase,
-        crossings=m.crossings,
+        crossings=jnp.full_like(m.phase, goal.value) if in_plane else m.crossings,
         captured=travel.captured,
-        certified=travel.known & (travel.captured | holds),
+        lost=lost,
+        certified=known & (lost | holds),
         spread=_spread(frame, sky, light, quartic),
-        noise=noise,
-        jacobian_noise=9 * noise + 1e-15 * jnp.sqrt(jnp.maximum(light.k, 0)) + start,
-        momentum=jnp.sqrt(jnp.maximum(light.k, 0) + 3),
+        noise=_noise(frame, light, quartic, m.phase),
+        jacobian_noise=1e-15 * jnp.sqrt(jnp.maximum(light.k, 0)) + start,
+        motion=0.0,
+        turning=0.0,
+        lever=jnp.sqrt(jnp.maximum(light.k, 0) + 3),
+        sense=1.0,
         time=None if travel.clock is None or m.clock is None else travel.clock + m.clock,
         time_noise=_time_noise(frame, goal) if time else None,
     )
-    return direction, jax.lax.stop_gradient(way)
+    radius = None
+    if arrival is not None and aim is not None:
+        way = _at_finite_end(frame, light, goal, arrival, aim, way)
+        radius = 1 / arrival.u
+    way = way._replace(jacobian_noise=9 * way.noise + way.jacobian_noise)
+    return (direction, radius), jax.lax.stop_gradient(way)
+
+
+def _arrival(
+    frame: Frame, light: Photon, quartic: radial.Quartic, swing: Swing, goal: Goal, *, clock: bool
+) -> tuple[finite_end.FiniteEnd, Aim]:
+    aim = aim_at(goal, frame, *jax.lax.stop_gradient((light, quartic)))
+    if goal.kind == "sphere":
+        return finite_end.to_sphere(frame, light, quartic, goal, aim, clock=clock), aim
+    # Some time that every ray lasts, where there is none.
+    brief = 0.01 / (frame.radius * jnp.sqrt(light.k + 3))
+    time = jnp.where(aim.lost, brief, time_to_plane(frame, swing, goal.value))
+    return finite_end.after(frame, light, quartic, time, aim, clock=clock), aim
+
+
+def _at_finite_end(frame: Frame, light: Photon, goal: Goal, arrival: finite_end.FiniteEnd, aim: Aim, way: _Way) -> _Way:
+    """What is known of a ray, with what a finite end makes of it: rates there magnify errors of the Mino time."""
+    u, rate, psi_rate = (jnp.abs(part) for part in (arrival.u, arrival.rate, arrival.psi_rate))
+    speed = jnp.sqrt(jnp.maximum(light.k, 0) + 3)
+    turning = psi_rate / speed
+    grown = finite_end.growth(frame, *jax.lax.stop_gradient((light, arrival.travel.time)))
+    depth = 1 / (u * radial.horizon_function(frame.spin, u))
+    motion, lever = 1 + turning, speed
+    if goal.kind == "sphere":
+        sense = jnp.where(arrival.rate < 0, 1.0, -1.0)
+        spread = grown * (1 + turning) / rate
+    else:
+        # Above the plane first, a ray meets it from above for the odd crossings.
+        above = jnp.where(light.position[3] == 0, light.rate[3], light.position[3]) > 0
+        sense = jnp.where(above == (jnp.mod(goal.value, 2) == 1), -1.0, 1.0)
+        spread = grown * (1 / u + psi_rate) / speed
+        motion = motion + rate / u / speed
+        lever = lever + depth
+    noise = (
+        2e-15 * (1 + 0.3 * way.phase) * motion
+        + _turn_noise(frame, light, jnp.minimum(1 / u, frame.radius)) * (1 + 0.1 * depth * u)
+        + 3e-16 * spread
+    )
+    # Rounding N changes b, and the root of k, by the distance from the axis times that.
+    spread = (spread + motion) * aim.conditioning * (1 + frame.cylindrical_scale * arrival.travel.time)
+    if aim.plane_rate is not None:
+        # A ray that leaves off the plane at a small inclination is late by z0 dz0' / z'^2.
+        spread = spread + motion * jnp.abs(frame.cos_theta) * (speed / aim.plane_rate) ** 2 * aim.conditioning
+    time_noise = None if way.time_noise is None else way.time_noise + 1e-15 * depth
+    return way._replace(
+        spread=spread,
+        noise=noise,
+        # Close to the outer roots the variations of psi and of the Mino time cancel.
+        jacobian_noise=way.jacobian_noise + 5e-14 / arrival.clearance,
+        motion=motion,
+        turning=turning,
+        lever=lever,
+        sense=sense,
+        time_noise=time_noise,
+    )
 
 
 def _short_ray(
     frame: Frame, sky: tuple[Array, ...], goal: Goal, *, time: bool
-) -> tuple[tuple[Array, Array, Array], _Way]:
+) -> tuple[tuple[tuple[Array, Array, Array], Array | None], _Way]:
     """As `_ray`, for rays of small k."""
     light = photon(frame, sky)
     travel = short_way.radial_motion(frame, light, goal, clock=time)
@@ -205,15 +301,20 @@ def _short_ray(
         phase=m.phase,
         crossings=m.crossings,
         captured=travel.captured,
-        certified=travel.known & (light.k < short_way.MOST_K) & jnp.isfinite(length(direction)),
+        lost=travel.captured,
+        certified=(light.rate[0] < 0) & (light.k < short_way.MOST_K) & jnp.isfinite(length(direction)),
         spread=1.5 * energy * frame.cylindrical_scale * travel.time,
         noise=noise,
         jacobian_noise=9 * noise,
-        momentum=jnp.sqrt(jnp.maximum(light.k, 0) + 3),
+        motion=0.0,
+        turning=0.0,
+        lever=jnp.sqrt(jnp.maximum(light.k, 0) + 3),
+        sense=1.0,
         time=None if travel.clock is None or m.clock is None else travel.clock + m.clock,
         time_noise=_time_noise(frame, goal) if time else None,
     )
-    return direction, jax.lax.stop_gradient(way)
+    radius = None if goal.kind == "infinity" else goal.value + jnp.zeros_like(light.k)
+    return (direction, radius), jax.lax.stop_gradient(way)
 
 
 def _turned(travel: Travel, m: Arrival) -> tuple[tuple[Array, Array, Array], Array]:
@@ -229,16 +330,17 @@ def _noise(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Array) -
     2 r_+ = a b, are the worst. Rounding b and q moves the outer roots: the last term is what that does to the time.
     It moves them less where the rate at the camera tells their distance.
     """
-    outer, inner = horizons(frame.spin)
-    corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (frame.radius - outer) ** 2)
     distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(jnp.abs(quartic.d))) / quartic.h
     known = jnp.where(close_to_roots(frame, quartic), jnp.minimum(distance, 1.0), 1.0)
     moved = known * light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
-    return (
-        2e-15 * (1 + 0.3 * phase)
-        + 4e-15 * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
-        + 3e-16 * moved
-    )
+    return 2e-15 * (1 + 0.3 * phase) + _turn_noise(frame, light, frame.radius) + 3e-16 * moved
+
+
+def _turn_noise(frame: Frame, light: Photon, radius: Array) -> Array:
+    """Round-off of psi for a ray whose lower end, or camera, is at some radius."""
+    outer, inner = horizons(frame.spin)
+    corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (radius - outer) ** 2)
+    return 4e-15 * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
 
 
 def _time_noise(frame: Frame, goal: Goal) -> Array:

@@ -117,6 +117,13 @@ def aim_at(goal: Goal, frame: Frame, light: Photon, quartic: radial.Quartic) -> 
     return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, rising, plane_rate)
 
 
+def prospects(frame: Frame, sky: tuple[Array, Array, Array], goal: Goal) -> tuple[Array, Array]:
+    """Which rays do not reach their end, and which fall in when followed on."""
+    light = photon(frame, sky)
+    aim = aim_at(goal, frame, light, radial.factor(*radial.potential_coefficients(frame.spin, light)))
+    return aim.lost, aim.captured
+
+
 def time_left(goal: Goal, constants: Constants, aim: Aim, path: Path) -> Array:
     """Mino time from a point close to the end to the end, from the path itself."""
     u, w = path.position[0], path.rate[0]

@@ -43,10 +43,11 @@ class Arrival(NamedTuple):
     clock: Array | None
 
 
-class _Swing(NamedTuple):
+class Swing(NamedTuple):
     """The polar oscillation of one ray: see the module's formula.
 
-    rate = dz / dtau; frequency, the same for the argument of sn; terms, the coefficients of F.
+    rate = dz / dtau; frequency, the same for the argument of sn; terms, the coefficients of F; first, the phase of the
+    camera.
     """
 
     modulus: elliptic.Modulus
@@ -56,6 +57,7 @@ class _Swing(NamedTuple):
     terms: tuple[Array, ...]
     drift: Array
     scale: Array
+    first: Array
 
 
 class _Point(NamedTuple):
@@ -70,19 +72,28 @@ class _Point(NamedTuple):
     theta3_slope: Array
 
 
-def polar_motion(frame: Frame, light: Photon, time: Array, *, on_equator: bool, clock: bool = False) -> Arrival:
+def polar_swing(frame: Frame, light: Photon, *, on_equator: bool) -> Swing:
+    """The polar oscillation of a ray."""
+    return _swing(frame, light, _sense(light) * light.b, on_equator=on_equator)
+
+
+def time_to_plane(frame: Frame, swing: Swing, crossing: Array) -> Array:
+    """Mino time from the camera to the n-th crossing of the equatorial plane, for a ray that does not stay in it."""
+    before = jax.lax.stop_gradient(_half_turns(swing.first, frame.cos_theta))
+    return ((before + crossing) * math.pi - swing.first) / swing.rate
+
+
+def polar_motion(
+    frame: Frame, light: Photon, swing: Swing, time: Array, *, on_equator: bool, clock: bool = False
+) -> Arrival:
     """The polar motion over a Mino time, from the camera; with the clock if asked for.
 
     Errors: about 1e-16 times the phase.
     """
-    sense = jnp.where(light.b < 0, -1.0, 1.0)
-    swing, delay = _swing(frame, light, sense * light.b, on_equator=on_equator)
-    phase = swing.rate * time
-    if on_equator:
-        # The amplitude carries the sign of p_theta: smooth where the ray stays in the equator.
-        first, amplitude = 0.0 * phase, light.rate[3] / swing.frequency
-    else:
-        first, amplitude = delay, jnp.sqrt(light.q) / swing.frequency
+    sense = _sense(light)
+    phase, first = swing.rate * time, swing.first
+    # On the equator the amplitude carries the sign of p_theta: smooth where the ray stays in the plane.
+    amplitude = (light.rate[3] if on_equator else jnp.sqrt(light.q)) / swing.frequency
     end = _at(swing, first + phase)
     scale = swing.scale / end.theta3
     x, y = scale * end.f_real, scale * end.f_imag
@@ -99,7 +110,11 @@ def polar_motion(frame: Frame, light: Photon, time: Array, *, on_equator: bool, 
     return Arrival(x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings, slow)
 
 
-def _slow(swing: _Swing, start: _Point, end: _Point, phase: Array) -> Array:
+def _sense(light: Photon) -> Array:
+    return jnp.where(light.b < 0, -1.0, 1.0)
+
+
+def _slow(swing: Swing, start: _Point, end: _Point, phase: Array) -> Array:
     """The integral of a^2 m_z^2 over Mino time: a^2 m_z^2 is rate^2 (ln theta_3)'' but for a constant."""
     nome = swing.nome
     n4 = nome**4
@@ -116,8 +131,8 @@ def _half_turns(z: Array, side: Array) -> Array:
     return jnp.where(wrong & (side != 0), nearest, turns)
 
 
-def _swing(frame: Frame, light: Photon, b: Array, *, on_equator: bool) -> tuple[_Swing, Array]:
-    """The oscillation, and the phase of the camera; b >= 0."""
+def _swing(frame: Frame, light: Photon, b: Array, *, on_equator: bool) -> Swing:
+    """The oscillation for b >= 0."""
     a = frame.spin
     c = light.k - a * a
     root = jnp.sqrt(c * c + 4 * a * a * light.q)
@@ -144,9 +159,8 @@ def _swing(frame: Frame, light: Photon, b: Array, *, on_equator: bool) -> tuple[
     total = sum(terms)
     # The azimuth of m changes at the rate b on the equator.
     drift = -b / rate - 2 * sum(n * term for n, term in zip(_POWERS, terms, strict=True)) / total
-    first = 0.0 if amplitude is None else jnp.arctan2(*amplitude) - delay + math.pi / 2
-    swing = _Swing(modulus, frequency, rate, nome, terms, drift, elliptic.theta3(nome) / total)
-    return swing, first
+    first = 0.0 * rate if amplitude is None else jnp.arctan2(*amplitude) - delay + math.pi / 2
+    return Swing(modulus, frequency, rate, nome, terms, drift, elliptic.theta3(nome) / total, first)
 
 
 def _amplitude(frame: Frame, light: Photon, modulus: elliptic.Modulus, frequency: Array) -> tuple[Array, Array]:
@@ -158,7 +172,7 @@ def _amplitude(frame: Frame, light: Photon, modulus: elliptic.Modulus, frequency
     return sine / size, cosine / size
 
 
-def _at(swing: _Swing, z: Array) -> _Point:
+def _at(swing: Swing, z: Array) -> _Point:
     c1, s1 = jnp.cos(z), jnp.sin(z)
     c2, s2 = c1 * c1 - s1 * s1, 2 * c1 * s1
     c4, s4 = c2 * c2 - s2 * s2, 2 * c2 * s2
@@ -179,7 +193,7 @@ def _at(swing: _Swing, z: Array) -> _Point:
     )
 
 
-def _offset(frame: Frame, light: Photon, swing: _Swing, start: _Point, sense: Array) -> tuple[Array, Array, Array]:
+def _offset(frame: Frame, light: Photon, swing: Swing, start: _Point, sense: Array) -> tuple[Array, Array, Array]:
     """The phase of the formula at the camera, where m lies at azimuth 0: its cosine and sine, and itself, unwrapped.
 
     Position and rate of m are compared together, since one of them may vanish: a camera close to the axis has no

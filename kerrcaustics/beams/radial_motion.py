@@ -21,10 +21,8 @@ References: Carlson 1988 (Math. Comp. 51, 267); DLMF 19.29.4 to 19.29.8.
 
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams.ends import Goal
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.camera import Frame, Photon
 
@@ -32,32 +30,31 @@ Array = Any
 
 # Distance of the camera from the middle of the outer roots, relative to their radius, that counts as close.
 _NEAR_ROOTS = 0.1
-# A radius beyond so many times that middle is clear of it.
-_CLEAR = 1.5
 
 
 class Travel(NamedTuple):
     """What becomes of the radius on the way to the end.
 
-    time, of Mino; psi; captured; known, False where another formula would be needed; clock, the part of the coordinate
-    time that belongs to r, None if not asked for: to infinity the limit of it - r - 2 ln r.
+    time, of Mino; psi; captured; clock, the part of the coordinate time that belongs to r, None if not asked for: to
+    infinity the limit of it - r - 2 ln r.
     """
 
     time: Array
     psi: Array
     captured: Array
-    known: Array
     clock: Array | None
 
 
-class _Roots(NamedTuple):
+class Roots(NamedTuple):
+    """The roots h -+ sqrt(d), low and next of R."""
+
     h: Array
     d: Array
     low: Array
     next: Array
 
 
-class _Place(NamedTuple):
+class Place(NamedTuple):
     """A radius, its height over the outer horizon, and the roots of the two factors of R there.
 
     outer, of the first factor, has the sign of r'.
@@ -69,8 +66,8 @@ class _Place(NamedTuple):
     outer: Array
 
 
-class _Way(NamedTuple):
-    """From a place to infinity: Mino time, I(r_+), I(r_-), and the finite part of the integral of r^2 + 2 r."""
+class Way(NamedTuple):
+    """Integrals along a way: Mino time, I(r_+), I(r_-), and that of r^2 + 2 r, to infinity its finite part."""
 
     time: Array
     plus: Array
@@ -78,27 +75,22 @@ class _Way(NamedTuple):
     growing: Array | None
 
 
-def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, goal: Goal, *, clock: bool = False) -> Travel:
-    """The radial motion of rays from the camera to infinity or to a finite radius; with the clock if asked for."""
-    roots, start = _start(frame, light, quartic)
-    captured = radial.is_captured(frame, light, quartic)
+def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, *, clock: bool = False) -> Travel:
+    """The radial motion of rays from the camera to infinity; with the clock if asked for."""
+    roots, start = start_of(frame, light, quartic)
     way = _to_infinity(frame.spin, light.b, roots, start, clock=clock)
-    known = jnp.ones_like(captured)
-    if goal.kind == "sphere":
-        # The way out from there must not linger, or the difference cancels. Rays that meet the radius on their way in,
-        # or although they end at the horizon, have no way out.
-        root = jnp.sqrt(jnp.maximum(roots.d, 0))
-        known = (goal.value > frame.radius) & (~captured | (light.rate[0] > 0) | (goal.value > roots.h - root))
-        known = known & (captured | (goal.value > _CLEAR * roots.h))
-        rest = _to_infinity(frame.spin, light.b, roots, _place(frame.spin, roots, goal.value), clock=clock)
-        way = jax.tree.map(lambda whole, part: whole - part, way, rest)
-    r_plus, r_minus = horizons(frame.spin)
-    psi = -frame.spin / (r_plus - r_minus) * (way.plus - way.minus)
+    return travel(frame.spin, way, radial.is_captured(frame, light, quartic))
+
+
+def travel(spin: Array, way: Way, captured: Array) -> Travel:
+    """What the integrals along a way mean for psi and the clock."""
+    r_plus, r_minus = horizons(spin)
+    psi = -spin / (r_plus - r_minus) * (way.plus - way.minus)
     slow = None
     if way.growing is not None:
         # The integral of 2 (2 - a b u) / (1 - 2 u + a^2 u^2).
         slow = way.growing + 4 * way.time + 2 / (r_plus - r_minus) * (r_plus * way.plus - r_minus * way.minus)
-    return Travel(way.time, psi, captured, known, slow)
+    return Travel(way.time, psi, captured, slow)
 
 
 def close_to_roots(frame: Frame, quartic: radial.Quartic) -> Array:
@@ -112,7 +104,8 @@ def horizons(spin: Array) -> tuple[Array, Array]:
     return outer, spin**2 / outer
 
 
-def _start(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[_Roots, _Place]:
+def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Roots, Place]:
+    """The roots of R, and the place of the camera."""
     r, h, d = frame.radius, quartic.h, quartic.d
     excess = frame.spin**2 * light.q / (h * h - d)
     width = jnp.sqrt(h * h + excess)
@@ -123,15 +116,10 @@ def _start(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[_Roots
     d = jnp.where(close_to_roots(frame, quartic), (r - h - outer) * (r - h + outer), d)
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - horizons(frame.spin)[1])
-    return _Roots(h, d, low, following), _Place(r, height, inner, outer)
+    return Roots(h, d, low, following), Place(r, height, inner, outer)
 
 
-def _place(spin: Array, roots: _Roots, r: Array) -> _Place:
-    height = r - horizons(spin)[0]
-    return _Place(r, height, jnp.sqrt((r - roots.low) * (r - roots.next)), jnp.sqrt((r - roots.h) ** 2 - roots.d))
-
-
-def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place, *, clock: bool) -> _Way:
+def _to_infinity(spin: Array, b: Array, roots: Roots, place: Place, *, clock: bool) -> Way:
     """The integrals from a place to infinity, through the turning point where r' < 0."""
     h, d, low, following = roots
     r, height, inner, outer = place
@@ -160,10 +148,10 @@ def _to_infinity(spin: Array, b: Array, roots: _Roots, place: _Place, *, clock: 
     plus, minus = (
         log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
     )
-    return _Way(time, plus, minus, _growing(roots, place, triple, poles[-1].p, found) if clock else None)
+    return Way(time, plus, minus, _growing(roots, place, triple, poles[-1].p, found) if clock else None)
 
 
-def _pole_at_infinity(roots: _Roots, place: _Place) -> elliptic.Pole:
+def _pole_at_infinity(roots: Roots, place: Place) -> elliptic.Pole:
     """The pole of r itself: p = (A + B)^2 - near = 2 (r^2 - next^2 + A B)."""
     h, d, low, following = roots
     r, _, inner, outer = place
@@ -179,7 +167,7 @@ def _pole_at_infinity(roots: _Roots, place: _Place) -> elliptic.Pole:
     return elliptic.Pole(p, (following - low) * ((following - h) ** 2 - d))
 
 
-def _growing(roots: _Roots, place: _Place, triple: elliptic.Triple, p: Array, found: elliptic.Integrals) -> Array:
+def _growing(roots: Roots, place: Place, triple: elliptic.Triple, p: Array, found: elliptic.Integrals) -> Array:
     """The integral of r^2 + 2 r from a place to a large radius X, less X + 2 ln X."""
     h, d, low, following = roots
     r = place.r

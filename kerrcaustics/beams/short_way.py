@@ -82,10 +82,8 @@ def radial_motion(frame: Frame, light: Photon, goal: Goal, *, clock: bool = Fals
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + root)
     way = _to_infinity(spin, potential, _Place(r, height, -light.rate[0] * r**2), clock=clock)
-    known = light.rate[0] < 0
     if goal.kind == "sphere":
         end = goal.value
-        known = known & (end > r)
         beyond = end - 1 - root
         square = (end**2 + spin**2 - spin * light.b) ** 2 - beyond * (end - 1 + root) * light.kappa
         rest = _to_infinity(spin, potential, _Place(end, beyond, jnp.sqrt(square)), clock=clock)
@@ -94,7 +92,7 @@ def radial_motion(frame: Frame, light: Photon, goal: Goal, *, clock: bool = Fals
     slow = None
     if way.growing is not None:
         slow = way.growing + 4 * way.time + 2 * turn + (way.plus + way.minus)
-    return Travel(way.time, -spin * turn, jnp.zeros_like(known), known, slow)
+    return Travel(way.time, -spin * turn, jnp.zeros_like(light.b, bool), slow)
 
 
 def _horizon_root(spin: Array) -> Array:

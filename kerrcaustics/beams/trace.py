@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams import closed_form, integrated, short_way
 from kerrcaustics.beams.beam import Beams, Rays, Status
-from kerrcaustics.beams.ends import End, Goal, goal_of, redshift_at_end
+from kerrcaustics.beams.ends import End, Goal, goal_of, prospects, redshift_at_end
 from kerrcaustics.spacetime.camera import Camera, Frame, check_camera, photon
 
 ENGINES = ("auto", "closed-form", "integrated")
@@ -41,6 +41,7 @@ _UNIT = 1e-15
 Fields = dict[str, np.ndarray]
 
 _survey = jax.jit(integrated.survey)
+_prospects = jax.jit(prospects)
 
 
 @partial(jax.jit, static_argnames=("lanes", "beams", "index", "crossings", "time"))
@@ -257,15 +258,18 @@ def _followed(
 ) -> Fields:
     """Rays by the engine asked for; which of them are in closed form. many, whether they are part of a large job."""
     frame = _frame_on_device(camera)
-    by_formula = engine != "integrated" and goal.kind in closed_form.KINDS
-    if not by_formula:
+    if engine == "integrated":
         ends = _integrated(frame, sky, tolerance, goal, **wanted)
         return {**ends, "closed_form": np.zeros(len(sky), bool)}
     backend = jax.default_backend()
     kernel = partial(_closed_form(backend), frame, goal=goal, on_equator=camera.on_equator, **wanted)
-    ends = _as_fields(_batched(kernel, [sky], _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)[many]))
-    if goal.kind == "infinity" or goal.value > camera.radius:
+    size = _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)[many]
+    outward = goal.kind == "infinity" or (goal.kind == "sphere" and goal.value > camera.radius)
+    if outward:
+        ends = _as_fields(_batched(kernel, [sky], size))
         _add_short_ways(camera, sky, goal, ends, **wanted)
+    else:
+        ends = _arriving(frame, sky, goal, kernel, size)
     certified = ends.pop("certified")
     unsure = ~certified
     if engine == "auto":
@@ -300,6 +304,20 @@ def _add_short_ways(camera: Camera, sky: np.ndarray, goal: Goal, ends: Fields, *
     known = again["certified"]
     for name, values in again.items():
         ends[name][left[known]] = values[known]
+
+
+def _arriving(frame: Frame, sky: np.ndarray, goal: Goal, kernel: Any, size: int) -> Fields:
+    """The closed form of the rays that arrive, where few may."""
+    lost, captured = _batched(partial(_prospects, frame, goal=goal), [sky], size)
+    some = _as_fields(_batched(kernel, [sky[~lost]], size))
+    ends = {}
+    for name, values in some.items():
+        ends[name] = np.full((len(sky), *values.shape[1:]), False if values.dtype == bool else np.nan, values.dtype)
+        ends[name][~lost] = values
+    ends["captured"] |= lost & captured
+    ends["missed"] |= lost & ~captured
+    ends["certified"] |= lost
+    return ends
 
 
 def _integrated(frame: Frame, sky: np.ndarray, tolerance: float, goal: Goal, **wanted: bool) -> Fields:

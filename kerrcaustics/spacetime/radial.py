@@ -167,13 +167,29 @@ def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Array, 
     b1, b2 = jnp.sqrt((r1 + h) ** 2 - e), jnp.sqrt((r2 + h) ** 2 - e)
     a1 = -photon.rate[0] * r1**2 / b1
     a2 = jnp.where(rising, 1.0, -1.0) * jnp.sqrt(jnp.maximum((r2 - h) ** 2 - d, 0))
+    triple, scale = between(quartic, (r1, b1, a1), (r2, b2, a2))
+    return 2 * scale * elliptic.carlson(triple).first
+
+
+def between(
+    quartic: Quartic, start: tuple[Array, Array, Array], end: tuple[Array, Array, Array]
+) -> tuple[elliptic.Triple, Array]:
+    """The arguments of an R_F, and a factor: their product is half the Mino time from one radius to another.
+
+    Parameters: start and end, each (r, inner, outer): the radius and the roots of the two factors of R there, outer
+    with the sign of r'. The two signs differ where a turning point lies between, above or below.
+    """
+    (r1, b1, a1), (r2, b2, a2), (h, d, e) = start, end, quartic
     a, b, gap = a1 * a2, b1 * b2, r2 - r1
-    g1, g2 = (r1 - h) * (r2 - h) - d, (r1 + h) * (r2 + h) - e
-    turned = a < 0
+    s1, s2, g2 = r1 - h, r2 - h, (r1 + h) * (r2 + h) - e
+    turned, real = a < 0, d > 0
+    # s1 s2 - d, of which little is left where both radii are close to one turning point.
+    g1 = jnp.where(real, (d * (a1 * a1 + a2 * a2) + a * a) / jnp.where(real, s1 * s2 + d, 1), s1 * s2 - d)
     # Straight on, all three are multiplied by the gap. a + g1 is d gap^2 / (g1 - a): one of them does not cancel.
     reach = jnp.where(g1 >= 0, a + g1, d * gap**2 / jnp.where(g1 >= 0, 1, g1 - a))
     straight = (jnp.abs(a1 * b2 + a2 * b1), 2 * (a * g2 + b * g1), (b + g2) * reach)
-    cross = 2 * h * (2 * h * h - d - e - 2 * r1 * r2) + (e - d) * (r1 + r2)
+    # The difference of the squares of a1 b2 and a2 b1 over the gap, a sum that does not cancel above the outer roots.
+    cross = -4 * h * (s1 * s2 + d) - (4 * h * h - e + d) * (s1 + s2)
     safe = jnp.where(turned, b * g1 - a * g2, 1)
     back = (
         cross / jnp.where(turned, a1 * b2 - a2 * b1, 1),
@@ -181,6 +197,5 @@ def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Array, 
         (b + g2) * d / jnp.where(turned, g1 - a, 1),
     )
     root_x, root_yz, quarter = (jnp.where(turned, there, here) for there, here in zip(back, straight, strict=True))
-    scale = jnp.where(turned, 1, jnp.abs(gap))
     triple = elliptic.Triple(root_x, 2 * jnp.sqrt(jnp.maximum(quarter, 0)), root_yz)
-    return 2 * scale * elliptic.carlson(triple).first
+    return triple, jnp.where(turned, 1, jnp.abs(gap))

@@ -1,0 +1,100 @@
+"""The radial integrals between two finite radii: Mino time, the two parts of psi, and the clock.
+
+The same Carlson integrals as on the way to infinity (radial_motion.py), with both limits finite: DLMF 19.29.4 to
+19.29.8. All arguments of a straight way are multiplied by the difference of the radii, which they do not outlive: the
+integrals of the third kind do not change, and nothing is infinite where the radii meet. A way with a turning point,
+from below or from above, has its sums that cancel written as quotients. So rays that fall back, or have no way to
+infinity, are no exception, and nothing is a difference of two long ways.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from kerrcaustics.beams.radial_motion import Place, Roots, Way, horizons
+from kerrcaustics.spacetime import elliptic, radial
+
+Array = Any
+
+
+def mino_time(roots: Roots, start: Place, end: Place) -> Array:
+    """Mino time from one place to another, with at most one turning point between."""
+    triple, scale = _triple(roots, start, end)
+    return 2 * scale * elliptic.carlson(triple).first
+
+
+def integrals(spin: Array, b: Array, roots: Roots, start: Place, end: Place, *, clock: bool) -> Way:
+    """Mino time, I(r_+), I(r_-), and the integral of r^2 + 2 r if asked for, from one place to another."""
+    low, following = roots.low, roots.next
+    triple, scale = _triple(roots, start, end)
+    below = (low - roots.h) ** 2 - roots.d
+    poles, rates, logs = [], [], []
+    r_plus, r_minus = horizons(spin)
+    for horizon, lift in ((r_plus, 0.0), (r_minus, r_plus - r_minus)):
+        heights = (start.height + lift, end.height + lift)
+        from_low = horizon - low
+        rate = (2 * horizon - spin * b) / from_low
+        p = triple.root**2 - below * (horizon - following) / from_low * scale**2
+        s = _pole_sum(roots, start, end, horizon, heights)
+        product = heights[0] * heights[1] / ((start.r - low) * (end.r - low)) * p
+        logs.append(elliptic.log_ratio(s, scale * rate, product))
+        poles.append(elliptic.Pole(p, (following - low) * below * rate / from_low * scale**3))
+        rates.append(rate)
+    if clock:
+        near, width = (following - roots.h) ** 2 - roots.d, following - low
+        poles.append(elliptic.Pole(triple.root**2 - near * scale**2, width * near * scale**3))
+    found = elliptic.carlson(triple, poles, second=clock)
+    time = 2 * scale * found.first
+    plus, minus = (
+        log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
+    )
+    growing = _growing(roots, start, end, triple, scale, poles[-1].p, found) if clock else None
+    return Way(time, plus, minus, growing)
+
+
+def _triple(roots: Roots, start: Place, end: Place) -> tuple[elliptic.Triple, Array]:
+    quartic = radial.Quartic(roots.h, roots.d, (roots.low + roots.h) ** 2)
+    return radial.between(quartic, (start.r, start.inner, start.outer), (end.r, end.inner, end.outer))
+
+
+def _sum(first: Array, second: Array, squares: Array) -> Array:
+    """|first + second|; where the signs differ, its quotient by the gap, from squares = (first^2 - second^2) / gap."""
+    turned = first * second < 0
+    return jnp.where(turned, squares / jnp.where(turned, first - second, 1.0), jnp.abs(first + second))
+
+
+def _pole_sum(roots: Roots, start: Place, end: Place, horizon: Array, heights: tuple[Array, Array]) -> Array:
+    """The S of DLMF 19.29.8 for a pole at a horizon, of which heights are the two places' distances."""
+    t1, t2 = heights
+    x1, x2 = start.r - roots.low, end.r - roots.low
+    # The squares are a sum without cancellation, also between two radii close to one turning point.
+    s1, s2 = start.r - roots.h, end.r - roots.h
+    mixed = (start.r - roots.next) * x2 + (end.r - roots.next) * x1
+    squares = mixed * ((roots.h - horizon) * (s1 * t2 + s2 * t1) + roots.d * (t1 + t2))
+    squares = squares + (roots.next - roots.low) * ((start.outer * t2) ** 2 + (end.outer * t1) ** 2)
+    first, second = start.outer * start.inner / x1 * t2, end.outer * end.inner / x2 * t1
+    return _sum(first, second, -squares / (2 * x1 * x2))
+
+
+def _growing(
+    roots: Roots,
+    start: Place,
+    end: Place,
+    triple: elliptic.Triple,
+    scale: Array,
+    p: Array,
+    found: elliptic.Integrals,
+) -> Array:
+    """The integral of r^2 + 2 r from one place to another."""
+    h, d, low, following = roots
+    near, below, width = (following - h) ** 2 - d, (low - h) ** 2 - d, following - low
+    t1, t2 = start.r - following, end.r - following
+    time = 2 * scale * found.first
+    first, second = start.outer * start.inner / t1, end.outer * end.inner / t2
+    s1, s2 = start.r - h, end.r - h
+    squares = -(s1 + s2) - width * (s1 * s2 + (h - following) * (s1 + s2) + d) / (t1 * t2)
+    s = _sum(first, second, squares)
+    power = following * time + elliptic.log_ratio(s, scale, p / (t1 * t2)) + 2 / 3 * found.thirds[-1]
+    ends = (start.r - low) * (end.r - low) / (start.inner * end.inner) * scale / triple.root
+    square = second - first + (following**2 - near / 2) * time + near * (below / 3 * scale**3 * found.second + ends)
+    return square + 2 * power
