@@ -340,7 +340,9 @@ def _turn_noise(frame: Frame, light: Photon, radius: Array) -> Array:
     """Round-off of psi for a ray whose lower end, or camera, is at some radius."""
     outer, inner = horizons(frame.spin)
     corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (radius - outer) ** 2)
-    return 4e-15 * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
+    # Next to a = 1 the outer roots come close to the horizons too.
+    extremal = 1 + 2e-5 / (outer - inner)
+    return 4e-15 * extremal * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
 
 
 def _time_noise(frame: Frame, goal: Goal) -> Array:
