@@ -8,25 +8,11 @@ import sys
 import time
 
 import pytest
+from command_line import run
 
 import kerrcaustics as kc
-from kerrcaustics import cli
 
 COMMAND = [sys.executable, "-m", "kerrcaustics"]
-
-
-def run(capsys, *arguments):
-    """Exit status, standard output and standard error of the command line, run in this process."""
-    status = 0
-    old, sys.argv = sys.argv, ["kerrcaustics", *map(str, arguments)]
-    try:
-        cli.main()
-    except SystemExit as stop:
-        status = stop.code or 0
-    finally:
-        sys.argv = old
-    captured = capsys.readouterr()
-    return status, captured.out, captured.err
 
 
 def caustics(capsys, *arguments, spin=0.5, radius=6.0):

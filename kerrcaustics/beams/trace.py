@@ -194,7 +194,7 @@ def _traced(
     store(0, first)
     starts = range(_BLOCK, count, _BLOCK)
     if starts:
-        with ThreadPoolExecutor(_cores()) as pool:
+        with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(lambda start: store(start, block(start)), starts))
     shaped = {name: values.reshape((*shape, *values.shape[1:])) for name, values in fields.items()}
     return {"engine": _used(fields) or engine, **shaped}
@@ -207,7 +207,7 @@ def _used(fields: Fields) -> str:
     return " and ".join(name for name, used in (("closed-form", formula), ("integrated", other)) if used.any())
 
 
-def _cores() -> int:
+def cores() -> int:
     """Cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 

@@ -107,19 +107,30 @@ def _curve(i: int, entry: dict[str, Any], arrays: dict[str, np.ndarray]) -> Caus
     )
 
 
+def camera_record(camera: Camera) -> dict[str, Any]:
+    """The camera's part of every JSON record."""
+    return {
+        "spin": camera.spin,
+        "radius": camera.radius,
+        # Fifteen digits, so that 60 degrees in is 60 degrees out.
+        "inclination_deg": degrees(camera.inclination),
+        "velocity": camera.velocity,
+    }
+
+
+def degrees(angle: float) -> float:
+    """An angle the user gave in degrees, in degrees again."""
+    return float(f"{math.degrees(angle):.15g}")
+
+
 def record(caustics: CausticSet, points: bool = False) -> dict[str, Any]:
     """The caustics as a JSON-ready record of schema "kerrcaustics/caustics/1": angles in degrees.
 
     With points, every curve carries its points too.
     """
-    camera = caustics.camera
     return {
         "schema": RECORD_SCHEMA,
-        "spin": camera.spin,
-        "radius": camera.radius,
-        # Fifteen digits, so that 60 degrees in is 60 degrees out.
-        "inclination_deg": float(f"{math.degrees(camera.inclination):.15g}"),
-        "velocity": camera.velocity,
+        **camera_record(caustics.camera),
         "engine": caustics.engine,
         "tolerance_rad": caustics.tolerance,
         "seconds": caustics.seconds,

@@ -205,7 +205,7 @@ def overview(caustics: CausticSet, edge: np.ndarray) -> Figure:
                 _caustic_panel(figure.add_subplot(places[column]), caustic)
         handles, labels = sky.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), 6))
-        figure.suptitle(_headline(caustics))
+        figure.suptitle(headline(caustics))
     return figure
 
 
@@ -243,7 +243,8 @@ def _panel_rows(caustics: Sequence[Caustic]) -> list[list[Caustic]]:
     return rows
 
 
-def _headline(caustics: CausticSet) -> str:
+def headline(caustics: CausticSet) -> str:
+    """The camera in words, and what is missing: the title of a figure."""
     camera = caustics.camera
     if isinstance(camera.velocity, str):
         motion = _MOTIONS[camera.velocity]

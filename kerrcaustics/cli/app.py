@@ -1,0 +1,59 @@
+"""The program itself: what runs a command, and how it ends."""
+
+import os
+import signal
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import NoReturn
+
+import cyclopts
+
+app = cyclopts.App(
+    name="kerrcaustics",
+    help="Caustics, critical curves and star images of a spinning (Kerr) black hole, on the sky of a camera near it.",
+    version=lambda: version("kerrcaustics"),
+    suppress_keyboard_interrupt=False,
+)
+
+
+class BadInput(ValueError):
+    """Something the user gave that cannot be: exit status 2, one line."""
+
+
+def main() -> None:
+    """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
+    signal.signal(signal.SIGINT, _interrupted)
+    try:
+        app(sys.argv[1:], exit_on_error=False, print_error=False)
+    except cyclopts.CycloptsError as error:
+        stop(2, one_line(str(error)))
+    except BadInput as error:
+        stop(2, str(error))
+    except Exception as error:
+        if os.environ.get("KERRCAUSTICS_TRACEBACK"):
+            raise
+        stop(1, f"{type(error).__name__}: {one_line(str(error))} (KERRCAUSTICS_TRACEBACK=1 shows where)")
+
+
+def one_line(text: str) -> str:
+    """The text without line breaks."""
+    return " ".join(text.split())
+
+
+def _interrupted(*_: object) -> None:
+    """End at once: an exception could be swallowed inside a compiled library."""
+    store = sys.modules.get("kerrcaustics.curves.store")
+    for name in list(store.UNFINISHED) if store else ():
+        Path(name).unlink(missing_ok=True)
+    # A progress bar hides the cursor while it runs.
+    show_cursor = "\x1b[?25h\n" if sys.stderr.isatty() else ""
+    sys.stderr.write(f"{show_cursor}kerrcaustics: Interrupted: nothing was left half-written.\n")
+    sys.stderr.flush()
+    os._exit(1)
+
+
+def stop(status: int, line: str) -> NoReturn:
+    """End with one line on standard error."""
+    sys.stderr.write(f"kerrcaustics: {line}\n")
+    sys.exit(status)

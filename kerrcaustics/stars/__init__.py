@@ -1,0 +1,1 @@
+"""What caustics do to the stars: images, tracks, counts."""

@@ -1,0 +1,280 @@
+"""The level curve theta' = const on the camera sky, as short links between images of a star at neighbouring azimuths.
+
+On a sheet the sky map has no fold: as the star's azimuth grows, an image moves along a smooth branch, which ends only
+where a caustic is crossed. So all images are searched for once in each gap between events, and followed from there to
+both ends of the gap, in steps that their rates bear out. There they are linked to those of the next gap, and to the
+events (links.py). Links that are too long for the eye are halved.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.spacetime.camera import Camera, Frame, fido_from_sky, sky_from_fido
+from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
+from kerrcaustics.stars.chart import Chart, apart
+from kerrcaustics.stars.links import DOUBT, Columns, Linker, Links, Nodes, links_of, plain_cost
+from kerrcaustics.stars.meetings import Meetings
+from kerrcaustics.stars.newton import find_roots
+from kerrcaustics.stars.search import search
+from kerrcaustics.stars.sheets import Sheets
+
+Array = np.ndarray
+
+# Steps along a branch, in the parameter of a gap (0 to pi): the first, the longest, the shortest; by how much one grows
+# after a good one; and rounds of them, all branches at once.
+_FIRST_STEP, _LONGEST_STEP, _SHORTEST_STEP, _GROWTH = 0.2, 0.5, 1e-5, 1.5
+_MOST_STEPS = 200
+# How close to the ends of its gap a branch is followed at first, and how often that is halved where links are in doubt.
+_REACH, _REACH_HALVINGS = 0.15, 16
+# A link shorter than this, in the coordinates of the chart, is not judged.
+_SHORT = 1e-8
+# Newton steps to an image from a good guess, and from a bad one.
+_FEW_STEPS, _MANY_STEPS = 8, 80
+# Longest step of a track on either sphere, and in azimuth; rounds of dividing, and most parts in each.
+_LONGEST, _LONGEST_TURN = np.radians(2.0), np.radians(10.0)
+_MOST_DIVISIONS, _MOST_PARTS = 12, 12
+_TOLERANCE = 1e-12
+# Below it (radians) from a pole a star stands still.
+_STILL = 1e-12
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Cubic curves that follow links: the place at the left end, the step to the right end, the rates at both."""
+
+    start: Array
+    step: Array
+    rate_0: Array
+    rate_1: Array
+
+    def __getitem__(self, chosen: Array) -> "Curves":
+        """The chosen curves."""
+        return Curves(self.start[chosen], self.step[chosen], self.rate_0[chosen], self.rate_1[chosen])
+
+    def at(self, part: Array) -> Array:
+        """Places (n, 3) at parts (n,) of the links."""
+        t = part[:, None]
+        bend = t * (1 - t)
+        return self.start + t * t * (3 - 2 * t) * self.step + bend * ((1 - t) * self.rate_0 - t * self.rate_1)
+
+
+class Branches:
+    """All branches of the level curve of one star.
+
+    nodes, links: the curve; remarks: what is in doubt.
+    """
+
+    def __init__(self, sheets: Sheets, camera: Camera, theta: float, meetings: Meetings) -> None:
+        """Search, link, and halve the links until they look smooth on the sky of `camera`."""
+        self.sheets, self.theta, self.meetings = sheets, theta, meetings
+        self.chart = Chart(sheets)
+        self.remarks: list[str] = []
+        self.nodes = self._events()
+        if self.still:
+            self.links = links_of([])
+            self._searched()
+        else:
+            self.links = self._grown()
+            self._refine(camera.frame())
+
+    @property
+    def still(self) -> bool:
+        """True for a star at a pole: its images do not move."""
+        return math.sin(self.theta) < _STILL
+
+    def star(self, azimuth: Array) -> Array:
+        """Unit vectors (n, 3) of the star at azimuths (n,)."""
+        return from_angles(np.full(np.shape(azimuth), self.theta), azimuth)
+
+    def curves(self, links: Links) -> Curves:
+        """The cubic curves of links."""
+        nodes, chart = self.nodes, self.chart
+        start, end = (chart.place(links.index, nodes.sky[i]) for i in (links.left, links.right))
+        step = apart(links.index, start, end)
+        rates = []
+        for i, p in ((links.left, links.p_0), (links.right, links.p_1)):
+            scale = links.rate(p) * (links.p_1 - links.p_0)
+            rates.append(chart.rate(links.index, nodes.sky[i], nodes.drift[i]) * scale[:, None])
+        # At an event the azimuth stands still and the drift is infinite: a parabola tells their product.
+        from_event, to_event = ((nodes.event[i] >= 0)[:, None] for i in (links.left, links.right))
+        rate_0 = np.where(from_event, 2 * step - rates[1], rates[0])
+        rate_1 = np.where(to_event, 2 * step - rates[0], rates[1])
+        return Curves(start, step, rate_0, rate_1)
+
+    def _events(self) -> Nodes:
+        found = self.meetings
+        sky = self.sheets.sky(found.points.looking)
+        return Nodes(found.azimuth, found.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
+
+    def _images(self, azimuth: Array, index: Array, sky: Array, error: Array) -> Nodes:
+        beams = trace_beams(self.sheets.camera, sky, "auto", _TOLERANCE, crossings=False, redshift=False)
+        (a, b), (c, d) = np.moveaxis(beams.jacobian, 0, -1)
+        size = np.sin(self.theta) / (a * d - b * c)
+        e_1, e_2 = tangent_basis(sky)
+        drift = (-b * size)[:, None] * e_1 + (a * size)[:, None] * e_2
+        return Nodes(azimuth, index, sky, drift, error, np.full(len(sky), -1))
+
+    def _searched(self) -> tuple[Array, Array]:
+        """Search for the images in the middle of each gap. Their nodes, and the gap of each."""
+        found = self.meetings
+        azimuth = (found.gap_low + found.gap_high) / 2
+        images = search(self.sheets, self.star(azimuth))
+        missed = ~images.certified | (images.counts != found.counts).any(axis=1)
+        if missed.any():
+            self.remarks.append(
+                f"the images in {missed.sum()} of {len(missed)} spells between events are not certified"
+            )
+        return self._added(azimuth[images.star], images.index, images.sky, images.error), images.star
+
+    def _added(self, azimuth: Array, index: Array, sky: Array, error: Array) -> Array:
+        """New nodes: their numbers."""
+        first = len(self.nodes.event)
+        self.nodes = self.nodes.joined(self._images(azimuth, index, sky, error))
+        return first + np.arange(len(azimuth))
+
+    def _grown(self) -> Links:
+        """Links along all branches, and over all boundaries between gaps."""
+        found = self.meetings
+        gaps, whole = len(found.gap_low), len(found.order) == 0
+        # Without events the parameter is the azimuth.
+        low, width = (np.zeros(1), np.zeros(1)) if whole else (found.gap_low, found.gap_high - found.gap_low)
+        full = 2 * np.pi if whole else np.pi
+        middle, gap = self._searched()
+        tips, sides = np.tile(middle, 2), np.repeat([0, 1], len(middle))
+        column = np.tile(gap, 2) + gaps * sides
+        p = np.full(len(tips), full / 2)
+        reach = np.full(gaps, _REACH)
+        ends = np.empty(0)
+        self.links = links_of([])
+        doubtful = np.arange(gaps)
+        rows: dict[int, list[tuple[float, ...]]] = {}
+        for _ in range(_REACH_HALVINGS):
+            ends = np.concatenate([reach, full - np.roll(reach, -1)])
+            tips, p = self._followed(tips, p, low[column % gaps], width[column % gaps], ends[column])
+            members = [tips[column == i] for i in range(2 * gaps)]
+            azimuth = np.tile(low, 2) + np.tile(width, 2) * np.sin(ends / 2) ** 2 if not whole else ends
+            linker = Linker(self.chart, found, self.nodes, Columns(np.tile(np.arange(gaps), 2), ends, azimuth, members))
+            settled = []
+            for i in doubtful.tolist():
+                rows[i], sure = linker.linked(i)
+                if sure:
+                    settled.append(i)
+            doubtful = np.setdiff1d(doubtful, settled)
+            if len(doubtful) == 0:
+                break
+            reach[doubtful] /= 2
+        if (p != ends[column]).any():
+            self.remarks.append(f"{(p != ends[column]).sum()} images could not be followed to the next event")
+        if len(doubtful):
+            self.remarks.append(f"which images go on where is in doubt at {len(doubtful)} events")
+        return self.links.joined(links_of([row for i in rows for row in rows[i]]))
+
+    def _followed(self, tips: Array, p: Array, low: Array, width: Array, ends: Array) -> tuple[Array, Array]:
+        """Follow branches from their tips (n,) at parameters p to the given ends; the new tips, and where they are."""
+        tips, p = tips.copy(), p.copy()
+        step = np.full(len(tips), _FIRST_STEP)
+        for _ in range(_MOST_STEPS):
+            active = np.flatnonzero((p != ends) & (step > _SHORTEST_STEP))
+            if active.size == 0:
+                break
+            way = ends[active] - p[active]
+            part = np.minimum(step[active] / np.abs(way), 1)
+            target = np.where(part == 1, ends[active], p[active] + part * way)
+            index = self.nodes.index[tips[active]]
+            trial = Links(tips[active], tips[active], index, low[active], width[active], p[active], target)
+            which, new = self._onward(trial)
+            step[active] /= 2
+            good = active[which]
+            step[good] = np.minimum(2 * _GROWTH * step[good], _LONGEST_STEP)
+            self._record(trial[which], new)
+            tips[good], p[good] = new, target[which]
+        return tips, p
+
+    def _onward(self, trial: Links) -> tuple[Array, Array]:
+        """Images a step further on: which of the trials hold, and their nodes."""
+        nodes, index = self.nodes, trial.index
+        place = self.chart.place(index, nodes.sky[trial.left])
+        rate = self.chart.rate(index, nodes.sky[trial.left], nodes.drift[trial.left])
+        way = (trial.p_1 - trial.p_0)[:, None]
+        ahead = rate * trial.rate(trial.p_0)[:, None] * way
+        azimuth = trial.azimuth(trial.p_1)
+        guess = self.chart.sky(index, place + ahead)
+        roots = find_roots(self.sheets.camera, self.star(azimuth), index, guess, _FEW_STEPS)
+        which = roots.start
+        images = self._images(azimuth[which], index[which], roots.sky, roots.error)
+        rate = self.chart.rate(index[which], images.sky, images.drift)
+        behind = rate * (trial.rate(trial.p_1)[:, None] * way)[which]
+        step = apart(index[which], place[which], self.chart.place(index[which], images.sky))
+        good = plain_cost(step, ahead[which], behind) < DOUBT
+        new = self._added(*(v[good] for v in (azimuth[which], index[which], roots.sky, roots.error)))
+        return which[good], new
+
+    def _record(self, steps: Links, new: Array) -> None:
+        """Keep steps to new nodes as links, left end first."""
+        back = steps.p_1 < steps.p_0
+        left, right = np.where(back, new, steps.left), np.where(back, steps.left, new)
+        p_0, p_1 = np.minimum(steps.p_0, steps.p_1), np.maximum(steps.p_0, steps.p_1)
+        self.links = self.links.joined(replace(steps, left=left, right=right, p_0=p_0, p_1=p_1))
+
+    def _refine(self, moving: Frame) -> None:
+        """Divide links that are too long."""
+        tries = np.zeros(len(self.links.left), int)
+        for _ in range(_MOST_DIVISIONS):
+            parts = np.minimum(self._parts(moving), np.array([_MOST_PARTS, 2, 1])[np.minimum(tries, 2)])
+            if (parts == 1).all():
+                break
+            divided, pieces = self._divided(parts, _MANY_STEPS if (tries[parts > 1] > 0).any() else _FEW_STEPS)
+            self.links = self.links[~divided].joined(pieces)
+            tries = np.concatenate([(tries + (parts > 1))[~divided], np.zeros(len(pieces.left), int)])
+        doubtful = self._costs() > DOUBT
+        if doubtful.any():
+            self.remarks.append(f"{doubtful.sum()} steps along tracks are in doubt")
+
+    def _costs(self) -> Array:
+        """How badly each link fits the rates at its ends."""
+        curves = self.curves(self.links)
+        cost = plain_cost(curves.step, curves.rate_0, curves.rate_1)
+        # The shortest ones are round-off.
+        return np.where(np.linalg.norm(curves.step, axis=1) < _SHORT, 0, cost)
+
+    def _divided(self, parts: Array, steps: int) -> tuple[Array, Links]:
+        """Divide links into parts (n,): which were, and their pieces. A link of which some part is not found stays.
+
+        The images in between start from the cubic curve, and take so many Newton steps at most.
+        """
+        # One entry for every new node: which link, and how far along it.
+        which = np.repeat(np.arange(len(parts)), parts - 1)
+        number = np.arange(len(which)) - np.searchsorted(which, which) + 1
+        links, part = self.links[which], number / parts[which]
+        p = links.p_0 + part * (links.p_1 - links.p_0)
+        azimuth = links.azimuth(p)
+        start = self.chart.sky(links.index, self.curves(links).at(part))
+        roots = find_roots(self.sheets.camera, self.star(azimuth), links.index, start, steps)
+        divided = (parts > 1) & (np.bincount(which[roots.start], minlength=len(parts)) == parts - 1)
+        chosen = divided[which[roots.start]]
+        kept = roots.start[chosen]
+        new = self._added(azimuth[kept], links.index[kept], roots.sky[chosen], roots.error[chosen])
+        old, olds = self.links[divided], np.flatnonzero(divided)
+        # In the order of the link, then along it: every piece begins where the one before ends.
+        first = np.lexsort((np.append(old.p_0, p[kept]), np.append(olds, which[kept])))
+        last = np.lexsort((np.append(p[kept], old.p_1), np.append(which[kept], olds)))
+        pieces = replace(
+            self.links[np.append(olds, which[kept])[first]],
+            left=np.append(old.left, new)[first],
+            right=np.append(new, old.right)[last],
+            p_0=np.append(old.p_0, p[kept])[first],
+            p_1=np.append(p[kept], old.p_1)[last],
+        )
+        return divided, pieces
+
+    def _parts(self, moving: Frame) -> Array:
+        """Into how many parts (n,) each link should be divided."""
+        links, nodes = self.links, self.nodes
+        sky = sky_from_fido(moving, np.stack(fido_from_sky(self.sheets.frame, tuple(nodes.sky.T)), axis=-1))
+        turn = np.abs(links.azimuth(links.p_1) - links.azimuth(links.p_0))
+        step = angle_between(sky[links.left], sky[links.right])
+        longest = np.maximum.reduce([step, turn * np.sin(self.theta), turn * _LONGEST / _LONGEST_TURN])
+        return np.maximum(np.ceil(longest / _LONGEST), 1 + (self._costs() > DOUBT)).astype(int)

@@ -1,0 +1,91 @@
+"""Coordinates in which images move smoothly: on the sky itself for index 0, along the shadow edge for the others.
+
+The images of higher index lie in ever thinner layers around the shadow. In the e-foldings of the distance from its
+edge, as in sky_lines.py, all layers are of about one thickness. Opposite to the hole such coordinates have a pole, so
+that the sheet of index 0 is described by N instead.
+"""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from kerrcaustics.curves.sky_lines import DEEPEST
+from kerrcaustics.spacetime.camera import fido_from_sky
+from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.stars.sheets import Sheets
+
+Array = np.ndarray
+
+_TABLE = 4096
+# Closer to the shadow edge (radians) than this nothing is told apart.
+_NEAREST = 1e-15
+
+
+class Chart:
+    """Places (n, 3) of directions N on the sky at rest: N itself for index 0, else (angle, depth, 0).
+
+    angle: position angle about the direction to the hole; depth: e-foldings of the distance to the shadow edge, along
+    great circles through that direction.
+    """
+
+    def __init__(self, sheets: Sheets) -> None:
+        """Tabulate the distance of the shadow edge from the direction to the hole."""
+        self._sheets = sheets
+        edge = -edge_photons(sheets.camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
+        angle = np.arctan2(edge[:, 2], edge[:, 1])
+        angle, first = np.unique(angle, return_index=True)
+        size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])[first]
+        # Round-off may have put neighbours too close for a spline.
+        kept = np.concatenate([[True], np.diff(angle) > 1e-7])
+        angle, size = angle[kept], size[kept]
+        closed = np.append(angle, angle[0] + 2 * np.pi), np.append(size, size[0])
+        self._size = CubicSpline(*closed, bc_type="periodic")
+        self._slope = self._size.derivative()
+
+    def place(self, index: Array, sky: Array) -> Array:
+        """Coordinates (n, 3) of directions N (n, 3) on sheets of the given index (n,)."""
+        looking = self._looking(sky)
+        angle = np.arctan2(looking[:, 2], looking[:, 1])
+        size = self._size(angle)
+        depth = np.log((np.pi - size) / np.maximum(_from_hole(looking) - size, _NEAREST))
+        return np.where((index == 0)[:, None], sky, np.stack([angle, depth, 0 * angle], axis=-1))
+
+    def sky(self, index: Array, place: Array) -> Array:
+        """Directions N (n, 3) at the given coordinates."""
+        angle, size = place[:, 0], self._size(place[:, 0])
+        distance = size + (np.pi - size) * np.exp(-np.clip(place[:, 1], 0, DEEPEST))
+        across = np.sin(distance)
+        looking = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
+        unit = place / np.maximum(np.linalg.norm(place, axis=1, keepdims=True), 1e-300)
+        return np.where((index == 0)[:, None], unit, self._sheets.sky(looking))
+
+    def rate(self, index: Array, sky: Array, drift: Array) -> Array:
+        """Rates (n, 3) of the coordinates of images that drift along tangents (n, 3) of the sky."""
+        # On the sky at rest, looking directions are N in other axes.
+        looking, drifting = self._looking(sky), self._looking(drift)
+        r, theta, phi = looking.T
+        across = np.maximum(theta**2 + phi**2, 1e-300)
+        turning = (theta * drifting[:, 2] - phi * drifting[:, 1]) / across
+        outward = drifting[:, 0] * np.sqrt(across) - r * (theta * drifting[:, 1] + phi * drifting[:, 2]) / np.sqrt(
+            across
+        )
+        angle = np.arctan2(phi, theta)
+        size, slope = self._size(angle), self._slope(angle)
+        distance = np.maximum(_from_hole(looking) - size, _NEAREST)
+        deepening = -slope * turning / (np.pi - size) - (outward - slope * turning) / distance
+        return np.where((index == 0)[:, None], drift, np.stack([turning, deepening, 0 * turning], axis=-1))
+
+    def _looking(self, sky: Array) -> Array:
+        """Vectors (n, 3) of the sky at rest in components along r, theta, phi."""
+        return -np.stack(fido_from_sky(self._sheets.frame, tuple(sky.T)), axis=-1)
+
+
+def _from_hole(looking: Array) -> Array:
+    """Angles (n,) from the direction to the hole."""
+    return np.arctan2(np.hypot(looking[:, 1], looking[:, 2]), -looking[:, 0])
+
+
+def apart(index: Array, start: Array, end: Array) -> Array:
+    """Steps (..., 3) from places to places on the sheets of the given index, the short way round in angle."""
+    step = end - start
+    angle = np.where(index == 0, step[..., 0], (step[..., 0] + np.pi) % (2 * np.pi) - np.pi)
+    return np.concatenate([angle[..., None], step[..., 1:]], axis=-1)

@@ -1,0 +1,180 @@
+"""All images of a star, certified: what users keep."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.spacetime.camera import Camera, check_camera, fido_from_sky, sky_from_fido
+from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.stars.search import Found, search
+from kerrcaustics.stars.sheets import HIGHEST_INDEX, Sheets, sheets_of
+
+Array = np.ndarray
+
+_TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class StarImages:
+    """The images of one star, ordered by Morse index. Arrays of one length n.
+
+    Attributes
+    ----------
+    star : (float, float)
+        (theta', phi') in radians.
+    sky : (n, 3) array
+        Directions N on the camera sky.
+    azimuth : (n,) array
+        Unwrapped phi' of the ray, radians: phi' plus whole turns.
+    index, parity, crossings : (n,) arrays
+        Morse index, (-1)^index, crossings of the equatorial plane.
+    magnification, redshift : (n,) arrays
+        1 / |det J|, and nu_camera / nu_source.
+    error : (n,) array
+        Of `sky`, radians.
+    per_index : dict
+        How many images of each index were found.
+    expected : dict
+        How many there are, from the winding of the caustics about the star.
+    on_caustic : tuple of int
+        Orders of the caustics that the star cannot be told from: it may have two images more or less.
+    certified : bool
+        True when both counts agree for every index, and the star lies on no caustic.
+    remarks : tuple of str
+        What is not certain, and what to do about it; empty when certified.
+    """
+
+    star: tuple[float, float]
+    sky: Array
+    azimuth: Array
+    index: Array
+    parity: Array
+    magnification: Array
+    crossings: Array
+    redshift: Array
+    error: Array
+    per_index: dict[int, int]
+    expected: dict[int, int]
+    on_caustic: tuple[int, ...]
+    certified: bool
+    remarks: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        """Number of images."""
+        return len(self.index)
+
+    def __repr__(self) -> str:
+        """One line: the star, how many images, whether certified."""
+        counts = ", ".join(f"{count} of index {k}" for k, count in self.per_index.items())
+        return f"<StarImages of star {self.star}: {counts}{'' if self.certified else ', not certified'}>"
+
+
+def star_images(camera: Camera, star: tuple[float, float], max_index: int = 2) -> StarImages:
+    """All images of a star with Morse index 0 to `max_index`, brightest orders first.
+
+    Parameters
+    ----------
+    camera : Camera
+        Its sky is searched once and kept: the next star at the same place costs little.
+    star : (theta', phi')
+        Radians, on the celestial sphere.
+    max_index : int
+        0 to 6. The image counts need the critical curves to order max_index + 1.
+
+    Returns
+    -------
+    StarImages
+
+    Errors
+    ------
+    `StarImages.error`, round-off of n' divided by the beam's minor diameter.
+
+    References
+    ----------
+    Counting by the winding of caustics: the sky map between two critical curves has no fold, so the number of images
+    there is its degree.
+    """
+    place = from_angles(*_checked_star(star))
+    sheets = checked_sheets(camera, max_index)
+    return images_of(camera, sheets, star, search(sheets, place[None]))
+
+
+def images_of(camera: Camera, sheets: Sheets, star: tuple[float, float], found: Found) -> StarImages:
+    """The images that a search for one star found, as the camera sees them."""
+    motion = np.stack(fido_from_sky(sheets.frame, tuple(found.sky.T)), axis=-1)
+    sky = sky_from_fido(camera.frame(), motion)
+    beams = trace_beams(camera, sky, "auto", _TOLERANCE)
+    orders = tuple(int(k) + 1 for k in np.flatnonzero(found.touching[0]))
+    return StarImages(
+        star=(float(star[0]), float(star[1])),
+        sky=sky,
+        azimuth=beams.azimuth,
+        index=found.index,
+        parity=1 - 2 * (found.index % 2),
+        magnification=beams.magnification,
+        crossings=np.asarray(beams.crossings),
+        redshift=np.asarray(beams.redshift),
+        error=found.error,
+        per_index={k: int(count) for k, count in enumerate(found.counts[0])},
+        expected={k: int(count) for k, count in enumerate(found.expected[0])},
+        on_caustic=orders,
+        certified=bool(found.certified[0]),
+        remarks=_remarks(found, orders),
+    )
+
+
+def checked_sheets(camera: Camera, max_index: int) -> Sheets:
+    """The sheets of a camera; bad input is refused with one ValueError."""
+    check_camera(camera)
+    whole = isinstance(max_index, int | np.integer) and not isinstance(max_index, bool)
+    if not (whole and 0 <= max_index <= HIGHEST_INDEX):
+        raise ValueError(
+            f"Argument `max_index` must be a whole number from 0 to {HIGHEST_INDEX}, but is {max_index!r}."
+        )
+    return sheets_of(camera, int(max_index))
+
+
+def checked_stars(stars: ArrayLike) -> Array:
+    """Unit vectors (n, 3) of stars (n, 2) = (theta', phi')."""
+    try:
+        angles = np.asarray(stars, float)
+    except (TypeError, ValueError):
+        angles = np.empty(0)
+    if angles.ndim != 2 or angles.shape[-1] != 2 or not np.isfinite(angles).all():
+        raise ValueError(
+            "Argument `stars` must be an array of finite numbers of shape (n, 2): theta', phi' in radians."
+        )
+    if ((angles[:, 0] < 0) | (angles[:, 0] > math.pi)).any():
+        raise ValueError("Argument `stars` must have theta' in [0, pi] radians (0 to 180 degrees).")
+    return from_angles(angles[:, 0], angles[:, 1])
+
+
+def _checked_star(star: tuple[float, float]) -> tuple[float, float]:
+    try:
+        theta, phi = (float(angle) for angle in star)
+    except (TypeError, ValueError):
+        raise ValueError(f"Argument `star` must be two numbers (theta', phi') in radians, but is {star!r}.") from None
+    if not (0 <= theta <= math.pi and math.isfinite(phi)):
+        raise ValueError(
+            "Argument `star` must have theta' in [0, pi] radians (0 to 180 degrees) and a finite phi', "
+            f"but is {star!r}."
+        )
+    return theta, phi
+
+
+def _remarks(found: Found, orders: tuple[int, ...]) -> tuple[str, ...]:
+    remarks = [
+        f"the star cannot be told from the caustic of order {order}: it may have two images more, or less; move it by "
+        "more than its error"
+        for order in orders
+    ]
+    for k, (count, expected) in enumerate(zip(found.counts[0], found.expected[0], strict=True)):
+        if count != expected:
+            remarks.append(
+                f"index {k}: the search found {count} images, the caustics tell {expected}; move the star or the "
+                "camera a little and compare"
+            )
+    return tuple(remarks)

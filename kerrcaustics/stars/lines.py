@@ -1,0 +1,257 @@
+"""How many images of a great circle a line on the camera sky crosses, counted twice."""
+
+import math
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves import sky_lines
+from kerrcaustics.spacetime.camera import Frame, fido_from_sky, sky_from_fido
+from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
+from kerrcaustics.stars.circles import Circle, CircleImages
+from kerrcaustics.stars.images import checked_sheets
+from kerrcaustics.stars.sheets import Sheets
+
+Array = np.ndarray
+
+_NODES, _MOST_NODES = 65, 20_000
+_MOST_HALVINGS = 40
+_NEWTON_STEPS = 60
+_TOLERANCE = 1e-12
+# Step of differences along the line, and longest step of the line's image for which its speed at both ends holds.
+_DIFFERENCE = 1e-6
+_LONGEST = 0.3
+# How much faster the image may run between two nodes than at them.
+_SAFETY = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class LineCrossings:
+    """Where a line on the camera sky crosses the images of a great circle, in the order met.
+
+    sky (n, 3): directions N; index (n,): Morse index; longitude (n,): on the circle, radians, (-pi, pi]; error (n,):
+    along the line, radians; per_index: how many of each index; expected: the same counted along the curves of
+    `circle_images`; certified: both agree, and the first count left nothing open; remarks: what is not sure.
+    """
+
+    sky: Array
+    index: Array
+    longitude: Array
+    error: Array
+    per_index: dict[int, int]
+    expected: dict[int, int]
+    certified: bool
+    remarks: tuple[str, ...] = field(default=())
+
+
+class _Line:
+    """A part of a great circle on the sky at rest, with places 0 to 1 along it."""
+
+    def __init__(self, sheets: Sheets, images: CircleImages, line: float | ArrayLike) -> None:
+        """From what the user gave."""
+        self._sheets = sheets
+        try:
+            given = np.asarray(line, float)
+        except (TypeError, ValueError):
+            given = np.empty(0)
+        if not (given.shape in ((), (2, 3)) and np.isfinite(given).all()):
+            raise ValueError(
+                "Argument `line` must be an angle in radians, or two directions N, an array of shape (2, 3)."
+            )
+        self._turn = float(given) if given.ndim == 0 else None
+        if self._turn is not None:
+            self._depth = float(sheets.sheets[-1].inner(np.array(self._turn)))
+        else:
+            size = np.linalg.norm(given, axis=1, keepdims=True)
+            if not (size > 0).all():
+                raise ValueError("Argument `line` must have directions N of length 1.")
+            rest = _changed(given / size, images.camera.frame(), sheets.frame)
+            self._start, ahead = rest[0], rest[1] - (rest[0] @ rest[1]) * rest[0]
+            across = float(np.linalg.norm(ahead))
+            if across < 1e-12:
+                raise ValueError("Argument `line` must have two ends that are neither the same nor opposite.")
+            self._ahead, self._angle = ahead / across, math.atan2(across, float(rest[0] @ rest[1]))
+
+    def sky(self, place: Array) -> Array:
+        """Directions (n, 3) on the sky at rest."""
+        if self._turn is not None:
+            turn = np.full(len(place), self._turn)
+            return self._sheets.sky(sky_lines.looking(self._sheets.camera, turn, place * self._depth))
+        angle = (place * self._angle)[:, None]
+        return self._start * np.cos(angle) + self._ahead * np.sin(angle)
+
+    def tangent(self, place: Array) -> Array:
+        """Derivatives (n, 3) of these directions."""
+        return (self.sky(place + _DIFFERENCE) - self.sky(place - _DIFFERENCE)) / (2 * _DIFFERENCE)
+
+    def crossed(self, curve: Array, closed: bool) -> int:
+        """How often a curve (n, 3) of short steps on the sky at rest crosses the line."""
+        if closed:
+            curve = np.concatenate([curve, curve[:1]])
+        start, end = self.sky(np.array([0.0, 1.0]))
+        normal = np.cross(start, end)
+        side = curve @ normal
+        step = np.flatnonzero((side[1:] > 0) != (side[:-1] > 0))
+        part = (side[step] / (side[step] - side[step + 1]))[:, None]
+        point = curve[step] * (1 - part) + curve[step + 1] * part
+        within = (np.cross(start, point) @ normal > 0) & (np.cross(point, end) @ normal > 0)
+        return int(np.count_nonzero(within))
+
+
+@dataclass(frozen=True)
+class _Nodes:
+    """Places (n,) on the line; height above the circle there, its slope, the speed of the image, round-off of n'."""
+
+    place: Array
+    height: Array
+    slope: Array
+    speed: Array
+    error: Array
+
+    def joined(self, other: "_Nodes") -> "_Nodes":
+        """Both, in the order of place."""
+        both = {f.name: np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)}
+        order = np.argsort(both["place"], kind="stable")
+        return _Nodes(**{name: values[order] for name, values in both.items()})
+
+
+def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCrossings:
+    """Crossings of the images of a great circle with a line on the camera sky.
+
+    Parameters
+    ----------
+    images : CircleImages
+        What `circle_images` returned.
+    line : float or (2, 3) array
+        The line straight away from the shadow that leaves its edge at this `turn`, radians, from the direction opposite
+        to the hole to the critical curve that bounds the highest index: 0 the prograde (flat) edge and pi the
+        retrograde one of a camera on the equator, pi / 2 and 3 pi / 2 next to the poles. Or its two ends, directions N.
+        The line between is part of a great circle on the sky of a camera at rest at the same event.
+
+    Returns
+    -------
+    LineCrossings
+
+    Notes
+    -----
+    First count: the line is divided until, between neighbours, the image either runs one way with respect to the circle
+    or is too slow to reach it. Second count: along the curves.
+
+    Errors: `LineCrossings.error`.
+    """
+    sheets = checked_sheets(images.camera, max(images.per_index))
+    circle, path = Circle(images.normal), _Line(sheets, images, line)
+    nodes, roots, doubt = _divided(sheets, circle, path)
+    place = _polished(sheets, circle, path, nodes, roots)
+    sky = path.sky(place)
+    beams = _beams(sheets, sky)
+    ends = _nodes(circle, path, place, sky, beams)
+    index = np.asarray(beams.index)
+    kept = index <= max(images.per_index)
+    counts = {k: int(np.count_nonzero(index == k)) for k in images.per_index}
+    expected = counts if roots is None else _along_curves(sheets, images, path)
+    differ = (k for k, count in counts.items() if count != expected[k])
+    doubt += [f"index {k}: {counts[k]} along the line, {expected[k]} along the curves" for k in differ]
+    if not images.certified:
+        doubt.append("the images of the circle are not certified themselves")
+    along = np.linalg.norm(path.tangent(place), axis=1)
+    return LineCrossings(
+        sky=_changed(sky[kept], sheets.frame, images.camera.frame()),
+        index=index[kept],
+        longitude=circle.longitude(beams.direction)[kept],
+        error=((ends.error + np.abs(ends.height)) * along / np.abs(ends.slope))[kept],
+        per_index=counts,
+        expected=expected,
+        certified=not doubt,
+        remarks=tuple(doubt),
+    )
+
+
+def _along_curves(sheets: Sheets, images: CircleImages, path: _Line) -> dict[int, int]:
+    """Crossings of each index, counted along the curves of the circle."""
+    total = dict.fromkeys(images.per_index, 0)
+    for curve in images.curves:
+        total[curve.index] += path.crossed(_changed(curve.sky, images.camera.frame(), sheets.frame), curve.closed)
+    return total
+
+
+def _changed(sky: Array, one: Frame, other: Frame) -> Array:
+    """Directions (n, 3) on the sky of one camera as another at the same event sees them."""
+    return sky_from_fido(other, np.stack(fido_from_sky(one, tuple(sky.T)), axis=-1))
+
+
+def _beams(sheets: Sheets, sky: Array) -> Beams:
+    beams = trace_beams(sheets.camera, sky, "auto", _TOLERANCE, crossings=False, redshift=False)
+    if not beams.escaped.all():
+        raise ValueError("Argument `line` must not touch the shadow.")
+    return beams
+
+
+def _nodes(circle: Circle, path: _Line, place: Array, sky: Array, beams: Beams) -> _Nodes:
+    tangent = path.tangent(place)
+    flat = np.stack([np.einsum("ni,ni->n", e, tangent) for e in tangent_basis(sky)], axis=-1)
+    image = np.einsum("nij,nj->ni", beams.jacobian, flat)
+    upward = np.stack([e @ circle.normal for e in polar_basis(beams.direction)], axis=-1)
+    slope, speed = np.einsum("ni,ni->n", upward, image), np.linalg.norm(image, axis=1)
+    return _Nodes(place, circle.height(beams.direction), slope, speed, np.asarray(beams.error))
+
+
+def _divided(sheets: Sheets, circle: Circle, path: _Line) -> tuple[_Nodes, Array | None, list[str]]:
+    """Nodes on the line, the intervals between them that hold one crossing each, and what stays open, in words.
+
+    No intervals, None, where the line lies on the image of the circle.
+    """
+
+    def at(place: Array) -> _Nodes:
+        sky = path.sky(place)
+        return _nodes(circle, path, place, sky, _beams(sheets, sky))
+
+    nodes = at(np.linspace(0, 1, _NODES))
+    for _ in range(_MOST_HALVINGS):
+        sure, roots = _judged(nodes)
+        if sure.all():
+            return nodes, roots, []
+        nodes = nodes.joined(at(((nodes.place[1:] + nodes.place[:-1]) / 2)[~sure]))
+        if len(nodes.place) > _MOST_NODES:
+            break
+    sure, roots = _judged(nodes)
+    if (np.abs(nodes.height) < 1e3 * nodes.error).mean() > 0.5:
+        return nodes, None, ["the line lies on the image of the circle: there is nothing to count"]
+    opened = np.count_nonzero(~sure)
+    return nodes, roots, [f"{opened} places where the line may touch a curve: move it a little"] if opened else []
+
+
+def _judged(nodes: _Nodes) -> tuple[Array, Array]:
+    """Which intervals are sure, and indices of those that hold a crossing."""
+    width = np.diff(nodes.place)
+    first, last = nodes.slope[:-1], nodes.slope[1:]
+    fastest = np.maximum(nodes.speed[:-1], nodes.speed[1:])
+    steady = (fastest * width < _LONGEST) & (fastest < 2 * np.minimum(nodes.speed[:-1], nodes.speed[1:]))
+    one_way = steady & (first * last > 0) & (np.abs(first - last) < 0.5 * np.maximum(np.abs(first), np.abs(last)))
+    low, high = (np.arcsin(np.clip(np.abs(h), 0, 1)) for h in (nodes.height[:-1], nodes.height[1:]))
+    far = steady & (low + high > _SAFETY * fastest * width)
+    changes = (nodes.height[:-1] > 0) != (nodes.height[1:] > 0)
+    return one_way | (far & ~changes), np.flatnonzero(changes)
+
+
+def _polished(sheets: Sheets, circle: Circle, path: _Line, nodes: _Nodes, roots: Array | None) -> Array:
+    """Places of the crossings: Newton steps within brackets, halved where they leave them."""
+    if roots is None or len(roots) == 0:
+        return np.empty(0)
+    low, high = nodes.place[roots], nodes.place[roots + 1]
+    rising = nodes.height[roots + 1] > 0
+    place = (low + high) / 2
+    for _ in range(_NEWTON_STEPS):
+        sky = path.sky(place)
+        here = _nodes(circle, path, place, sky, _beams(sheets, sky))
+        if (np.abs(here.height) <= here.error).all():
+            break
+        above = (here.height > 0) == rising
+        high, low = np.where(above, place, high), np.where(above, low, place)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = place - here.height / here.slope
+        place = np.where((step >= low) & (step <= high), step, (low + high) / 2)
+    return place

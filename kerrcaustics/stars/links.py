@@ -1,0 +1,217 @@
+"""Links: short pieces of the level curve theta' = const on the camera sky, between images of a star at two azimuths.
+
+Images at neighbouring azimuths are linked by their rates; those that are left over, to the events in between.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from kerrcaustics.stars.chart import Chart, apart
+from kerrcaustics.stars.meetings import Meetings
+
+Array = np.ndarray
+
+# A step whose ends' rates disagree with the way between them by more than this part is not trusted. Links over a
+# boundary are asked for more, links to an event, where the rate is known at one end alone, for less.
+DOUBT, _BOUNDARY_DOUBT, _EVENT_DOUBT = 0.2, 0.05, 0.4
+_IMPOSSIBLE = 1e6
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Points of the level curve, arrays of one length: images of the star, and the events.
+
+    azimuth: of the star; index: Morse index; sky (n, 3): direction on the sky at rest; drift (n, 3): its change with
+    azimuth; error: of sky, radians; event: number of the meeting, or -1 for an image.
+    """
+
+    azimuth: Array
+    index: Array
+    sky: Array
+    drift: Array
+    error: Array
+    event: Array
+
+    def joined(self, more: "Nodes") -> "Nodes":
+        """These nodes, then the others."""
+        return Nodes(**{f.name: np.concatenate([getattr(n, f.name) for n in (self, more)]) for f in fields(Nodes)})
+
+
+@dataclass(frozen=True)
+class Links:
+    """Pieces of the level curve between two nodes, left and right in azimuth; on the sheet of one index.
+
+    low, width: of the gap between events that the piece lies in; p_0, p_1: its parameter at both ends, see `azimuth`.
+    Width 0 stands for pieces beside an event, whose parameter is the azimuth.
+    """
+
+    left: Array
+    right: Array
+    index: Array
+    low: Array
+    width: Array
+    p_0: Array
+    p_1: Array
+
+    def __getitem__(self, chosen: Array) -> "Links":
+        """The chosen links."""
+        return Links(**{f.name: getattr(self, f.name)[chosen] for f in fields(Links)})
+
+    def joined(self, more: "Links") -> "Links":
+        """These links, then the others."""
+        return Links(**{f.name: np.concatenate([getattr(n, f.name) for n in (self, more)]) for f in fields(Links)})
+
+    def azimuth(self, p: Array) -> Array:
+        """The star's azimuth at a parameter: next to an event it goes with the square, so that images are smooth."""
+        return np.where(self.width == 0, p, self.low + self.width * np.sin(p / 2) ** 2)
+
+    def parameter(self, azimuth: Array) -> Array:
+        """The inverse of `azimuth`."""
+        part = (azimuth - self.low) / np.where(self.width == 0, 1, self.width)
+        return np.where(self.width == 0, azimuth, 2 * np.arcsin(np.sqrt(np.clip(part, 0, 1))))
+
+    def rate(self, p: Array) -> Array:
+        """d azimuth / d parameter."""
+        return np.where(self.width == 0, 1.0, self.width * np.sin(p) / 2)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """All images at the two ends of each gap between events: first the lower ends, then the upper ones.
+
+    gap, p, azimuth: the gap of each, and its parameter and azimuth; members: the nodes.
+    """
+
+    gap: Array
+    p: Array
+    azimuth: Array
+    members: list[Array]
+
+
+# Left node, right node, index, low, width, p_0, p_1 of a link.
+_Row = tuple[float, ...]
+
+
+def links_of(rows: list[_Row]) -> Links:
+    """Links from their fields, one row each."""
+    table = np.array(rows, float).reshape(-1, 7)
+    return Links(*(table[:, i].astype(int) for i in range(3)), *table[:, 3:].T)
+
+
+def plain_cost(step: Array, ahead: Array, behind: Array) -> Array:
+    """How badly steps (..., 3) fit what the rates at their two ends make of them: a part of their length."""
+    miss = np.linalg.norm(step - (ahead + behind) / 2, axis=-1)
+    sizes = [np.linalg.norm(v, axis=-1) for v in (step, ahead / 2, behind / 2)]
+    return miss / np.maximum(np.maximum(*sizes[1:]), np.maximum(sizes[0], 1e-300))
+
+
+class Linker:
+    """Links the images on the two sides of each boundary between gaps."""
+
+    def __init__(self, chart: Chart, meetings: Meetings, nodes: Nodes, columns: Columns) -> None:
+        """The first nodes are the events."""
+        self._meetings, self._nodes, self._columns = meetings, nodes, columns
+        self._place = chart.place(nodes.index, nodes.sky)
+        self._rate = chart.rate(nodes.index, nodes.sky, nodes.drift)
+        self._width = meetings.gap_high - meetings.gap_low
+
+    def linked(self, boundary: int) -> tuple[list[_Row], bool]:
+        """Links over a boundary, whose number is that of the gap above it; and whether they are beyond doubt."""
+        columns, meetings = self._columns, self._meetings
+        gaps = len(self._width)
+        one, other = gaps + (boundary - 1) % gaps, boundary
+        events = np.flatnonzero(meetings.boundary == boundary)
+        start, end = columns.azimuth[one], columns.azimuth[other]
+        frame = (0.0, 0.0, start, end + 2 * np.pi * (end <= start))
+        arms = [arm for event in events.tolist() for arm in self._arms(event, one, other)]
+        rows: list[_Row] = []
+        settled = True
+        for k in range(meetings.counts.shape[1]):
+            # Arms of events are left ends where they lead right, and the other way round.
+            lefts, rights = (
+                np.concatenate([self._of(column, k), [event for event, index, s in arms if index == k and s == side]])
+                for column, side in ((one, 1), (other, -1))
+            )
+            if len(lefts) != len(rights):
+                settled = False
+                continue
+            found, sure = self._matched(k, lefts.astype(int), rights.astype(int), one, other, frame)
+            rows += found
+            settled &= sure
+        return rows, settled
+
+    def _of(self, column: int, index: int) -> Array:
+        members = self._columns.members[column]
+        return members[self._nodes.index[members] == index]
+
+    def _matched(
+        self, k: int, lefts: Array, rights: Array, one: int, other: int, frame: tuple[float, ...]
+    ) -> tuple[list[_Row], bool]:
+        """Links on sheet k between left and right nodes, as many of each."""
+        cost = np.full((len(lefts), len(rights)), _IMPOSSIBLE)
+        for i, a in enumerate(lefts.tolist()):
+            for j, b in enumerate(rights.tolist()):
+                from_event, to_event = self._nodes.event[[a, b]] >= 0
+                if from_event != to_event:
+                    image, event, column = (b, a, other) if from_event else (a, b, one)
+                    cost[i, j] = self._event_cost(k, image, event, column)
+        image_left, image_right = (self._nodes.event[n] < 0 for n in (lefts, rights))
+        plain = self._plain_costs(k, lefts[image_left], rights[image_right], frame)
+        cost[np.ix_(image_left, image_right)] = plain
+        rows: list[_Row] = []
+        sure = True
+        for i, j in zip(*linear_sum_assignment(cost), strict=True):
+            a, b = int(lefts[i]), int(rights[j])
+            beside_event = not (image_left[i] and image_right[j])
+            sure &= bool(cost[i, j] < (_EVENT_DOUBT if beside_event else _BOUNDARY_DOUBT))
+            rows.append((a, b, k, *(self._event_frame(a, b, one, other) if beside_event else frame)))
+        return rows, sure
+
+    def _event_frame(self, left: int, right: int, one: int, other: int) -> tuple[float, ...]:
+        """Where a link to an event lies: in the gap of its image, and reaching to the end of that."""
+        columns, low = self._columns, self._meetings.gap_low
+        if self._nodes.event[left] >= 0:
+            g = columns.gap[other]
+            return float(low[g]), float(self._width[g]), 0.0, float(columns.p[other])
+        g = columns.gap[one]
+        return float(low[g]), float(self._width[g]), float(columns.p[one]), np.pi
+
+    def _plain_costs(self, k: int, lefts: Array, rights: Array, frame: tuple[float, ...]) -> Array:
+        """How badly (m, n) the rates of images fit the way between them."""
+        length = frame[3] - frame[2]
+        ahead, behind = self._rate[lefts][:, None] * length, self._rate[rights][None] * length
+        return plain_cost(apart(np.array(k), self._place[lefts][:, None], self._place[rights][None]), ahead, behind)
+
+    def _event_cost(self, k: int, image: int, event: int, column: int) -> float:
+        """How badly the rate of an image fits the way to an event in sqrt(azimuth), or in azimuth at a cusp."""
+        gap, p = self._columns.gap[column], self._columns.p[column]
+        place = self._nodes.sky[event] if k == 0 else self._place[event]
+        step = apart(np.array(k), self._place[image], place)
+        # Toward the nearer end of the gap.
+        way = np.pi - p if p > np.pi / 2 else -p
+        onward = self._rate[image] * self._width[gap] * np.sin(p) / 2 * way
+        miss = np.linalg.norm(step - onward)
+        if self._meetings.at_cusp[self._nodes.event[event]]:
+            miss = min(miss, np.linalg.norm(step - onward / 2))
+        return float(miss / max(np.linalg.norm(step), np.linalg.norm(onward), 1e-300))
+
+    def _arms(self, event: int, one: int, other: int) -> list[tuple[int, int, int]]:
+        """The arms (event, index, side) of the level curve at an event between two columns."""
+        meetings = self._meetings
+        order, side = int(meetings.order[event]), int(meetings.side[event])
+        arms = [(event, order - 1, side), (event, order, side)]
+        if meetings.at_cusp[event]:
+            # The third image comes from the other side, and its index is that of the two that leave it.
+            outside = other if side < 0 else one
+            costs = [
+                (self._event_cost(k, image, event, outside), k)
+                for k in (order - 1, order)
+                for image in self._of(outside, k).tolist()
+            ]
+            # Of an index that is not looked at, where no image fits.
+            cost, third = min(costs, default=(np.inf, order))
+            third = third if cost < _EVENT_DOUBT or order < meetings.counts.shape[1] else order
+            arms += [(event, third, side), (event, third, -side)]
+        return arms

@@ -1,0 +1,96 @@
+"""Newton's method on the sky map, for many stars at once, without leaving the sheet that each search is on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
+
+Array = np.ndarray
+
+_MOST_STEPS = 80
+# Longest step on the sky, radians; and the part of a Newton step below which a search is given up.
+_LONGEST = 0.3
+_SHORTEST_PART = 1e-4
+# A residual below so many errors of the beam is round-off.
+_ERRORS = 2.0
+_TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True)
+class Roots:
+    """Images found, one entry each.
+
+    start: which search it came from; sky (n, 3); residual: angle between n' and the star; error: position on the sky,
+    radians.
+    """
+
+    start: Array
+    sky: Array
+    residual: Array
+    error: Array
+
+
+def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps: int = _MOST_STEPS) -> Roots:
+    """Directions on the sky that show the stars (n, 3), from first guesses sky (n, 3).
+
+    A search stays where the Morse index is `index` (n,): a step that would leave, or that brings n' no closer to the
+    star, is shortened. Searches for images that do not exist come to rest on a critical curve and are left out, as are
+    those that take more than `most_steps`.
+
+    Errors: `Roots.error`, that of n' and the residual divided by the smaller diameter of the beam.
+    """
+    n = len(star)
+    sky, step = sky.copy(), np.zeros((n, 3))
+    residual, error, part = np.full(n, np.inf), np.full(n, np.nan), np.ones(n)
+    found = np.zeros(n, bool)
+    active = np.arange(n)
+    trial, taken = sky, np.zeros(n)
+    for _ in range(most_steps):
+        beams = trace_beams(camera, trial, "auto", _TOLERANCE, crossings=False, redshift=False)
+        wish, distance = _newton_step(star[active], trial, beams.direction, beams.jacobian)
+        round_off = _ERRORS * beams.error
+        # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
+        allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
+        # As close as the beams can tell: no step is better, and none is needed.
+        settled = ~allowed & (residual[active] < 1e3 * round_off) & (part[active] == 1)
+        better = active[allowed]
+        sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
+        error[better] = ((beams.error + distance) / np.abs(beams.delta_minus))[allowed]
+        part[better] = np.minimum(1, 4 * part[better])
+        part[active[~allowed]] /= 4
+        done = settled | (allowed & (distance <= round_off))
+        found[active[done]] = True
+        active = active[~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active])]
+        if active.size == 0:
+            break
+        length = np.linalg.norm(step[active], axis=1)
+        taken = part[active] * np.minimum(1, _LONGEST / np.maximum(length, _LONGEST))
+        trial = _moved(sky[active], step[active] * taken[:, None])
+    which = np.flatnonzero(found)
+    return Roots(which, sky[which], residual[which], error[which])
+
+
+def _newton_step(star: Array, sky: Array, direction: Array, jacobian: Array) -> tuple[Array, Array]:
+    """The step (n, 3) on the sky that a linear map would ask for, and the angle between star and direction."""
+    away = star - direction
+    distance = 2 * np.arcsin(np.minimum(np.linalg.norm(away, axis=1) / 2, 1))
+    flat = np.stack([np.einsum("ij,ij->i", e, away) for e in polar_basis(direction)], axis=-1)
+    size = np.linalg.norm(flat, axis=1)
+    flat *= (distance / np.where(size == 0, 1, size))[:, None]
+    (a, b), (c, d) = np.moveaxis(jacobian, 0, -1)
+    determinant = a * d - b * c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = (d * flat[:, 0] - b * flat[:, 1]) / determinant
+        v = (a * flat[:, 1] - c * flat[:, 0]) / determinant
+    e_1, e_2 = tangent_basis(sky)
+    return u[:, None] * e_1 + v[:, None] * e_2, np.where(np.isfinite(distance), distance, np.inf)
+
+
+def _moved(sky: Array, step: Array) -> Array:
+    """Points of the sphere reached along great circles."""
+    length = np.linalg.norm(step, axis=1, keepdims=True)
+    moved = sky * np.cos(length) + step * np.sinc(length / np.pi)
+    return moved / np.linalg.norm(moved, axis=1, keepdims=True)

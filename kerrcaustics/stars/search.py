@@ -1,0 +1,139 @@
+"""All images of many stars at once, with the certificate: what the search finds is what the caustics tell."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields, replace
+from functools import partial
+
+import numpy as np
+
+from kerrcaustics.beams.trace import cores
+from kerrcaustics.stars.newton import find_roots
+from kerrcaustics.stars.sheets import NARROW, WIDE, Sheets, Starts
+
+Array = np.ndarray
+# Which star, Morse index, direction on the sky (n, 3), its error.
+Images = tuple[Array, Array, Array, Array]
+
+# Most stars that are searched together; the cores share them.
+_CHUNK = 1 << 15
+# A star with an image missing is approached from this many others, so far away at most (radians), in so many steps.
+_APPROACHES, _FARTHEST, _WAYPOINTS = 60, 0.3, 8
+# Distance from a caustic, in radians, below which the search is always thorough.
+_DELICATE = 1e-6
+# Images of one star on one sheet that are closer than this, or than so many of their errors, are the same.
+_SAME, _SAME_ERRORS = 1e-9, 10.0
+
+
+@dataclass(frozen=True)
+class Found:
+    """Images of stars: one entry an image, ordered by star, index, and place.
+
+    star: which one; index: the Morse index; sky (n, 3): direction on the sky of the camera at rest; error: of it,
+    radians. counts (stars, indices): how many; expected: the same from the caustics; touching (stars, orders): True for
+    a star that cannot be told from the caustic of that order.
+    """
+
+    star: Array
+    index: Array
+    sky: Array
+    error: Array
+    counts: Array
+    expected: Array
+    touching: Array
+
+    @property
+    def certified(self) -> Array:
+        """True (stars,) where the search found as many images on each sheet as the caustics tell."""
+        return (self.counts == self.expected).all(axis=1) & ~self.touching.any(axis=1)
+
+
+def search(sheets: Sheets, star: Array) -> Found:
+    """All images of the stars (n, 3)."""
+    size = max(1, min(_CHUNK, -(-len(star) // cores())))
+    chunks = [star[i : i + size] for i in range(0, len(star), size)] or [star]
+    with ThreadPoolExecutor(cores()) as pool:
+        parts = list(pool.map(lambda chunk: _searched(sheets, chunk), chunks))
+    offsets = np.cumsum([0, *(len(chunk) for chunk in chunks[:-1])])
+    shifted = [replace(part, star=part.star + offset) for part, offset in zip(parts, offsets, strict=True)]
+    return Found(**{f.name: np.concatenate([getattr(part, f.name) for part in shifted]) for f in fields(Found)})
+
+
+def _searched(sheets: Sheets, star: Array) -> Found:
+    """Stars whose images do not match their number are searched again, more widely; then along paths."""
+    expected, touching = sheets.expected(star)
+    images = _images(sheets, star, sheets.starts(star, NARROW))
+    on_caustic: Array = np.asarray(touching.any(axis=1))
+    # Next to a caustic both counts are put to the test.
+    delicate = on_caustic | (sheets.distance_to_caustics(star) < _DELICATE)
+    for starts in (partial(sheets.starts, margin=WIDE), sheets.fold_starts, sheets.fine_starts):
+        doubtful = np.flatnonzero((_counted(images, expected.shape) != expected).any(axis=1) | delicate)
+        if doubtful.size:
+            images = _joined(images, _of(_images(sheets, star[doubtful], starts(star[doubtful])), doubtful))
+    counts = _counted(images, expected.shape)
+    missing = np.argwhere((counts < expected) & ~on_caustic[:, None])
+    for i, k in missing.tolist():
+        images = _joined(images, _of(_approached(sheets, star[i], k, int(expected[i, k])), np.array([i])))
+    return Found(*images, _counted(images, expected.shape), expected, touching)
+
+
+def _of(images: Images, names: Array) -> Images:
+    return (names[images[0]], *images[1:])
+
+
+def _joined(images: Images, more: Images) -> Images:
+    return _distinct(*(np.concatenate(pair) for pair in zip(images, more, strict=True)))
+
+
+def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Images:
+    """The images of one star on one sheet, followed from those of other stars around that have as many.
+
+    Where the map is strongly sheared, no grid tells well where to start.
+    """
+    rng = np.random.default_rng(0)
+    far = _FARTHEST * rng.uniform(size=(_APPROACHES, 1)) ** 2 * rng.normal(size=(_APPROACHES, 3))
+    # Shorter steps toward the end, where a caustic may be close.
+    paths = star + np.linspace(1, 0, _WAYPOINTS)[:, None, None] ** 2 * far
+    paths /= np.linalg.norm(paths, axis=-1, keepdims=True)
+    counts = sheets.expected(paths[:-1].reshape(-1, 3))[0][:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
+    images = _none()
+    for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):
+        found = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
+        sky, error = found[2][found[1] == index], np.empty(0)
+        for place in path[1:]:
+            roots = find_roots(sheets.camera, np.tile(place, (len(sky), 1)), np.full(len(sky), index), sky)
+            sky, error = roots.sky, roots.error
+        images = _joined(images, (np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
+        if len(images[0]) >= count:
+            break
+    return images
+
+
+def _none() -> Images:
+    return np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0)
+
+
+def _images(sheets: Sheets, star: Array, starts: Starts) -> Images:
+    roots = find_roots(sheets.camera, star[starts.star], starts.sheet, starts.sky)
+    return _distinct(starts.star[roots.start], starts.sheet[roots.start], roots.sky, roots.error)
+
+
+def _distinct(which: Array, index: Array, sky: Array, error: Array) -> Images:
+    """Each image once, ordered by star, index and place."""
+    order = np.lexsort((sky[:, 0], index, which))
+    which, index, sky, error = which[order], index[order], sky[order], error[order]
+    again = np.zeros(len(which), bool)
+    ahead = 1
+    while True:
+        same = (which[ahead:] == which[:-ahead]) & (index[ahead:] == index[:-ahead])
+        if not same.any():
+            break
+        size = np.maximum(_SAME, _SAME_ERRORS * (error[ahead:] + error[:-ahead]))
+        again[ahead:] |= same & (np.linalg.norm(sky[ahead:] - sky[:-ahead], axis=1) < size)
+        ahead += 1
+    return which[~again], index[~again], sky[~again], error[~again]
+
+
+def _counted(images: Images, shape: tuple[int, ...]) -> Array:
+    counts = np.zeros(shape, int)
+    np.add.at(counts, images[:2], 1)
+    return counts

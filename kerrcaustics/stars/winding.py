@@ -1,0 +1,172 @@
+"""How often the images of critical curves wind round a star: image counts without looking for images.
+
+The sky map takes a sheet of the camera sky to the celestial sphere without folds, so the number of images of a star on
+it changes only where the star crosses the image of an edge of the sheet: a caustic. Counted along the meridian from the
+star to the north pole, the signed crossings of both edges give the count at the star from that at the pole.
+
+A caustic is held as a polygon of great circles, refined where a star is so close that the polygon could be on its other
+side.
+"""
+
+from threading import Lock
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from kerrcaustics.curves.critical import Points, Search
+from kerrcaustics.curves.follow import Course, between
+
+Array = np.ndarray
+
+# A polygon is close to a star if the distance is below so many times the height of the arcs over its sides.
+_CAUTION = 4.0
+_MOST_HALVINGS = 45
+# Stars within so many errors of a caustic cannot be told from it.
+_ERRORS = 10.0
+
+
+class Edge:
+    """A caustic as a polygon, for counting stars inside it."""
+
+    def __init__(self, search: Search, course: Course) -> None:
+        """The polygon of the course's points; it gains points when stars ask for them."""
+        self.order = course.order
+        self._search = search
+        self._point = course.is_point
+        self.points: Points = course.points
+        # Searches on several cores share the polygon.
+        self._lock = Lock()
+
+    def winding(self, star: Array) -> tuple[Array, Array]:
+        """Signed crossings (n,) of the meridians from stars (n, 3) to the north pole, and whether a star lies on it.
+
+        A caustic that is a point has no inside.
+        """
+        if self._point:
+            return np.zeros(len(star), int), self._at_point(star)
+        with self._lock:
+            touching = self._refined(star)
+            polygon = self.points.direction
+        return _crossings(polygon, star), touching
+
+    def nearest(self, star: Array) -> tuple[Array, Array, Array]:
+        """Turn and depth (n,) of the polygon's point that is nearest to each star (n, 3), and its distance."""
+        with self._lock:
+            points = self.points
+        distance, i = cKDTree(points.direction).query(star)
+        return points.turn[i], points.depth[i], distance
+
+    def _at_point(self, star: Array) -> Array:
+        centre = self.points.direction.mean(axis=0)
+        size = np.linalg.norm(self.points.direction - centre, axis=1).max() + self.points.error.max()
+        return np.linalg.norm(star - centre, axis=1) <= _ERRORS * size
+
+    def _refined(self, star: Array) -> Array:
+        """Refine the polygon around the stars; True for stars that cannot be told from the caustic."""
+        touching = np.zeros(len(star), bool)
+        tree = cKDTree(star)
+        for _ in range(_MOST_HALVINGS):
+            sides, stars = self._close(tree, star)
+            # No further than the error of the points themselves.
+            error = _ERRORS * np.maximum(self.points.error, np.roll(self.points.error, -1))[sides]
+            resolved = self._height[sides] <= error
+            touching[stars[resolved]] = True
+            split = np.unique(sides[~resolved & ~touching[stars]])
+            if len(split) == 0 or not self._split(split):
+                touching[stars[~resolved]] |= len(split) > 0
+                break
+        return touching
+
+    def _close(self, tree: cKDTree, star: Array) -> tuple[Array, Array]:
+        """Pairs of a side of the polygon and a star that is close to it."""
+        start, end = self.points.direction, np.roll(self.points.direction, -1, axis=0)
+        chord = np.linalg.norm(end - start, axis=1)
+        self._height = _heights(self.points, chord)
+        margin = _CAUTION * self._height + _ERRORS * self.points.error
+        found = tree.query_ball_point((start + end) / 2, chord / 2 + margin)
+        sides = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
+        stars = np.concatenate([np.asarray(stars, int) for stars in found])
+        near = _distance(start[sides], end[sides], star[stars]) <= margin[sides]
+        return sides[near], stars[near]
+
+    def _split(self, sides: Array) -> bool:
+        """Put a point of the caustic into the middle of the given sides; False when none could be found."""
+        points = self.points
+        following = np.append(points.turn[1:], points.turn[0] + 2 * np.pi)
+        middle = (points.turn[sides] + following[sides]) / 2
+        closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
+        new = between(self._search, {self.order: closed}, {self.order: middle})[self.order]
+        merged = points.joined(new)
+        self.points = merged[np.argsort(merged.turn, kind="stable")]
+        return len(new) > 0
+
+
+def _heights(points: Points, chord: Array) -> Array:
+    """Upper bounds (n,) for how far the caustic leaves the side from each point to the next.
+
+    The caustic runs along the major axis of the image. Next to a cusp it turns back: there it leaves the side by no
+    more than the sides around are long.
+    """
+    major = points.major
+    bend = np.linalg.norm(np.cross(major, np.roll(major, -1, axis=0)), axis=1)
+    step = np.roll(points.direction, -1, axis=0) - points.direction
+    safe = np.where(chord == 0, 1, chord)
+    along = np.einsum("ij,ij->i", step, major) / safe
+    # A side at a large angle to the curve's own direction has a cusp on it, or next to it.
+    lean = np.linalg.norm(np.cross(step / safe[:, None], major), axis=1)
+    agree = np.sign(np.einsum("ij,ij->i", major, np.roll(major, -1, axis=0)))
+    back = np.sign(along) * agree != np.sign(np.roll(along, -1))
+    back |= np.roll(back, 1)
+    longest = np.maximum(chord, np.maximum(np.roll(chord, 1), np.roll(chord, -1)))
+    return np.where(back, longest, chord * np.maximum(bend, 2 * lean))
+
+
+def _distance(start: Array, end: Array, star: Array) -> Array:
+    """Distance (n,) of stars from straight sides."""
+    side, way = end - start, star - start
+    length = np.einsum("ij,ij->i", side, side)
+    part = np.clip(np.einsum("ij,ij->i", side, way) / np.where(length == 0, 1, length), 0, 1)
+    return np.linalg.norm(way - part[:, None] * side, axis=1)
+
+
+def _crossings(polygon: Array, star: Array) -> Array:
+    """Signed crossings (n,) of the meridians from stars (n, 3) to the north pole by a closed polygon (m, 3).
+
+    A side that runs east counts +1. Each side covers its range of azimuth without its western end.
+    """
+    start, end = polygon, np.roll(polygon, -1, axis=0)
+    azimuth = np.arctan2(start[:, 1], start[:, 0])
+    across = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
+    change = np.arctan2(across, start[:, 0] * end[:, 0] + start[:, 1] * end[:, 1])
+    # The azimuth of the end itself, not a sum, so that neighbouring sides leave no gap.
+    other = np.arctan2(end[:, 1], end[:, 0])
+    other += 2 * np.pi * np.round((azimuth + change - other) / (2 * np.pi))
+    west, east = np.minimum(azimuth, other), np.maximum(azimuth, other)
+    normal = np.cross(start, end)
+    normal *= np.where(normal[:, 2:] < 0, -1, 1)
+    phi = np.arctan2(star[:, 1], star[:, 0])
+    order = np.argsort(phi)
+    count = np.zeros(len(star), int)
+    for turn in (-2 * np.pi, 0.0, 2 * np.pi):
+        first, last = (np.searchsorted(phi[order] + turn, edge, side="right") for edge in (west, east))
+        number = np.maximum(last - first, 0)
+        side = np.repeat(np.arange(len(start)), number)
+        place = np.arange(len(side)) - np.repeat(np.cumsum(number) - number, number) + np.repeat(first, number)
+        which = order[place]
+        # North of the star: on the far side, seen from it, of the great circle of the side.
+        above = np.einsum("ij,ij->i", normal[side], star[which]) < 0
+        np.add.at(count, which[above], np.sign(change[side[above]]).astype(int))
+    return count
+
+
+def degree(grid: Array, star: Array) -> int:
+    """How often the image (m, n, 3) of a grid covers a star (3,), with sign: a cell is two spherical triangles."""
+    total = 0
+    first, last = grid[:-1, :-1], grid[1:, 1:]
+    for a, b, c in ((first, grid[1:, :-1], last), (first, last, grid[:-1, 1:])):
+        # The star lies in the triangle where it is on the same side of all three sides.
+        sides = [np.cross(x, y) @ star for x, y in ((a, b), (b, c), (c, a))]
+        near = (a + b + c) @ star > 0
+        inside = [np.logical_and.reduce([sign * side > 0 for side in sides]) & near for sign in (1, -1)]
+        total += int(inside[0].sum()) - int(inside[1].sum())
+    return total

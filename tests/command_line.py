@@ -1,0 +1,19 @@
+"""The command line, run in the process of the tests."""
+
+import sys
+
+from kerrcaustics import cli
+
+
+def run(capsys, *arguments):
+    """Exit status, standard output and standard error of the command line, run in this process."""
+    status = 0
+    old, sys.argv = sys.argv, ["kerrcaustics", *map(str, arguments)]
+    try:
+        cli.main()
+    except SystemExit as stop:
+        status = stop.code or 0
+    finally:
+        sys.argv = old
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
