@@ -11,16 +11,17 @@ SETTINGS = {
     "accuracy": {"directions": 64, "repeats": 1, "methods": (("integrated", 1e-10), ("closed-form", 1e-10))},
     # Programs that other tests compile too.
     "cost": {"directions": 64, "repeats": 1, "scenes": (("rays", False, {}), ("beams", True, {}))},
+    "open_questions": load_study("open_questions").SMALL,
     "stability": {"rays": 16, "truths": 1, "most": 1},
 }
-PICTURES = {"accuracy", "cost"}
+PICTURES = {"accuracy", "cost", "open_questions"}
 
 
 def test_every_study_is_tried_here():
     assert set(study_names()) == set(SETTINGS)
 
 
-SLOW = {"stability": pytest.mark.slow}
+SLOW = {"open_questions": pytest.mark.slow, "stability": pytest.mark.slow}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in SETTINGS])
@@ -50,7 +51,7 @@ def test_unknown_study_is_one_line_and_status_2(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     status, out, err = run(capsys, "study", "alchemy")
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert "accuracy, cost, stability" in err and "alchemy" in err
+    assert "accuracy, cost, open_questions, stability" in err and "alchemy" in err
     assert list(tmp_path.iterdir()) == []
 
 
