@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import cyclopts
+from rich import box
 from rich.console import Console
+from rich.table import Table
 
 from kerrcaustics.cli.app import BadInput
 
@@ -30,6 +32,19 @@ def console(stderr: bool = False, width: int = 100) -> Console:
     """Where tables go: never so narrow that digits would be cut off, unless a terminal is."""
     console = Console(stderr=stderr)
     return console if console.is_terminal else Console(stderr=stderr, width=width)
+
+
+def plain_table(heads: tuple[str, ...]) -> Table:
+    """An empty table whose columns keep all their digits."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in heads:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def say(out: Console, text: str) -> None:
+    """A line that no terminal width cuts up."""
+    out.print(text, soft_wrap=True, highlight=False)
 
 
 def whole_number(_type: type, tokens: Sequence[cyclopts.Token]) -> int:
@@ -76,6 +91,11 @@ def write_json(entry: dict[str, Any], target: str, indent: int | None = 2) -> No
 
     with writing(target) as file:
         file.write(text.encode())
+
+
+def write_found(entry: dict[str, Any], target: str, seconds: float, indent: int | None = 2) -> None:
+    """Write the record of a search, with how it was traced and how long it took."""
+    write_json({**entry, "engine": "auto", "seconds": seconds}, target, indent)
 
 
 def write_figure(picture: "Figure", path: Path) -> None:

@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import cyclopts
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from kerrcaustics.cli.app import BadInput, app, stop
 from kerrcaustics.cli.options import (
@@ -22,9 +20,11 @@ from kerrcaustics.cli.options import (
     json_file,
     place_of,
     plain_errors,
+    plain_table,
     progress,
+    say,
     write_figure,
-    write_json,
+    write_found,
 )
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def images(
     if json_ is not None:
         from kerrcaustics.stars.records import images_record
 
-        _write(images_record(camera, found), json_, time.perf_counter() - began)
+        write_found(images_record(camera, found), json_, time.perf_counter() - began)
     _print_images(camera, found, console(stderr=json_ == "-", width=_WIDE))
     if not found.certified:
         stop(1, "The images are not certified: see the remarks.")
@@ -162,7 +162,7 @@ def counts(
     else:
         entry, certified = _stars(camera, places, max_index, out)
     if json_ is not None:
-        _write(entry, json_, time.perf_counter() - began, None if points or kind == "--map" else 2)
+        write_found(entry, json_, time.perf_counter() - began, None if points or kind == "--map" else 2)
     if not certified:
         stop(1, "Not all of it is certified: see the remarks.")
 
@@ -259,14 +259,12 @@ def _read_stars(path: Path) -> list[tuple[float, float]]:
     return places
 
 
-def _write(entry: dict[str, Any], target: str, seconds: float, indent: int | None = 2) -> None:
-    write_json({**entry, "engine": "auto", "seconds": seconds}, target, indent)
-
-
 def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
     theta, phi = (math.degrees(angle) for angle in found.star)
-    _say(out, f"{place_of(camera)}: images of the star at theta' = {theta:.12g}, phi' = {phi:.12g} deg")
-    table = _table(("index", "parity", "direction N", "phi' (deg)", "magnification", "crossings", "redshift", "error"))
+    say(out, f"{place_of(camera)}: images of the star at theta' = {theta:.12g}, phi' = {phi:.12g} deg")
+    table = plain_table(
+        ("index", "parity", "direction N", "phi' (deg)", "magnification", "crossings", "redshift", "error")
+    )
     for i in range(len(found)):
         table.add_row(
             str(found.index[i]),
@@ -280,15 +278,15 @@ def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
         )
     out.print(table)
     for remark in found.remarks:
-        _say(out, remark)
+        say(out, remark)
     total = ", ".join(f"{count} of index {k}" for k, count in found.per_index.items())
-    _say(out, f"{total}: {'certified' if found.certified else 'NOT certified'}; errors on the camera sky in radians")
+    say(out, f"{total}: {'certified' if found.certified else 'NOT certified'}; errors on the camera sky in radians")
 
 
 def _print_counts(camera: "Camera", found: "ImageCounts", out: Console) -> None:
-    _say(out, f"{place_of(camera)}: image counts")
+    say(out, f"{place_of(camera)}: image counts")
     indices = range(found.counts.shape[1])
-    table = _table(("theta' (deg)", "phi' (deg)", *(f"index {k}" for k in indices), "total", ""))
+    table = plain_table(("theta' (deg)", "phi' (deg)", *(f"index {k}" for k in indices), "total", ""))
     shown = range(min(len(found.stars), _MOST_ROWS_PRINTED))
     for i in shown:
         remark = "certified" if found.certified[i] else "on a caustic" if found.on_caustic[i] else "not certified"
@@ -296,20 +294,20 @@ def _print_counts(camera: "Camera", found: "ImageCounts", out: Console) -> None:
         table.add_row(theta, phi, *(str(found.counts[i, k]) for k in indices), str(found.counts[i].sum()), remark)
     out.print(table)
     if len(found.stars) > len(shown):
-        _say(out, f"... and {len(found.stars) - len(shown)} more stars: --json writes them all")
-    _say(
+        say(out, f"... and {len(found.stars) - len(shown)} more stars: --json writes them all")
+    say(
         out, f"{int(found.certified.sum())} of {len(found.stars)} certified, {int(found.on_caustic.sum())} on a caustic"
     )
     for i in [i for i in range(len(found.stars)) if not (found.certified[i] or found.on_caustic[i])][
         :_MOST_ROWS_PRINTED
     ]:
-        _say(out, f"star {i + 1}: found {found.counts[i].tolist()}, the caustics tell {found.expected[i].tolist()}")
+        say(out, f"star {i + 1}: found {found.counts[i].tolist()}, the caustics tell {found.expected[i].tolist()}")
 
 
 def _print_map(camera: "Camera", found: "CountMap", out: Console) -> None:
-    _say(out, f"{place_of(camera)}: image counts over the celestial sphere")
+    say(out, f"{place_of(camera)}: image counts over the celestial sphere")
     share = found.solid_angle[:, None, None] / (4 * math.pi)
-    table = _table(("index", "fewest", "most", "mean"))
+    table = plain_table(("index", "fewest", "most", "mean"))
     for k in range(found.counts.shape[2]):
         layer = found.counts[..., k]
         table.add_row(str(k), str(layer.min()), str(layer.max()), f"{(layer[..., None] * share).sum():.4f}")
@@ -320,28 +318,17 @@ def _print_map(camera: "Camera", found: "CountMap", out: Console) -> None:
 
 def _print_circle(found: "CircleImages", line: "LineCrossings | None", degrees: float | None, out: Console) -> None:
     theta, phi = (math.degrees(angle) for angle in found.normal)
-    _say(out, f"{place_of(found.camera)}: images of the great circle with normal {theta:.12g}, {phi:.12g} deg")
-    table = _table(("index", "curve", "longitude from", "to (deg)", "error"))
+    say(out, f"{place_of(found.camera)}: images of the great circle with normal {theta:.12g}, {phi:.12g} deg")
+    table = plain_table(("index", "curve", "longitude from", "to (deg)", "error"))
     for curve in found.curves:
         first, last = math.degrees(curve.longitude[0]), math.degrees(curve.longitude[0] + curve.sweep)
         kind = "closed" if curve.closed else "open"
         table.add_row(str(curve.index), kind, f"{first:.5f}", f"{last:.5f}", f"{curve.error:.0e}")
     out.print(table)
     for remark in (*found.remarks, *(line.remarks if line else ())):
-        _say(out, remark)
+        say(out, remark)
     if line is not None:
         total = ", ".join(f"{count} of index {k}" for k, count in line.per_index.items())
         sure = "certified" if line.certified else "NOT certified"
-        _say(out, f"the line at {degrees:g} deg crosses images of the circle: {total}: {sure}")
-    _say(out, "curves certified" if found.certified else "curves NOT certified")
-
-
-def _table(heads: tuple[str, ...]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in heads:
-        table.add_column(name, justify="right", no_wrap=True)
-    return table
-
-
-def _say(out: Console, text: str) -> None:
-    out.print(text, soft_wrap=True, highlight=False)
+        say(out, f"the line at {degrees:g} deg crosses images of the circle: {total}: {sure}")
+    say(out, "curves certified" if found.certified else "curves NOT certified")

@@ -9,11 +9,14 @@ from kerrcaustics.curves.store import camera_record, degrees
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.stars.circles import CircleCurve, CircleImages
 from kerrcaustics.stars.counts import CountMap, ImageCounts
+from kerrcaustics.stars.events import PairEvent
 from kerrcaustics.stars.images import StarImages
 from kerrcaustics.stars.lines import LineCrossings
+from kerrcaustics.stars.tracks import StarTracks, Track
 
 IMAGES_SCHEMA = "kerrcaustics/images/1"
 COUNTS_SCHEMA = "kerrcaustics/counts/1"
+TRACKS_SCHEMA = "kerrcaustics/tracks/1"
 
 
 def images_record(camera: Camera, found: StarImages) -> dict[str, Any]:
@@ -104,6 +107,56 @@ def circle_record(
             ],
         }
     return entry
+
+
+def tracks_record(camera: Camera, found: StarTracks) -> dict[str, Any]:
+    """The tracks of a star and its pair events, schema "kerrcaustics/tracks/1".
+
+    A track holds one list for each quantity, of one length; at an event the parity is 0 and the magnification null.
+    """
+    return {
+        "schema": TRACKS_SCHEMA,
+        **camera_record(camera),
+        "star_theta_deg": degrees(found.theta),
+        "max_index": found.max_index,
+        "angular_velocity": found.angular_velocity,
+        "period": found.period,
+        "certified": found.certified,
+        "remarks": list(found.remarks),
+        "tracks": [_track_record(track) for track in found.tracks],
+        "events": [_event_record(event) for event in found.events],
+        "ends": [_event_record(event) for event in found.ends],
+    }
+
+
+def _track_record(track: Track) -> dict[str, Any]:
+    return {
+        "closed": track.closed,
+        "turns": track.turns,
+        "event_points": list(track.places),
+        "sky": track.sky.tolist(),
+        "phi_deg": np.degrees(track.azimuth).tolist(),
+        "index": track.index.tolist(),
+        "parity": track.parity.tolist(),
+        "magnification": [value if math.isfinite(value) else None for value in track.magnification.tolist()],
+        "redshift": track.redshift.tolist(),
+        "error_rad": track.error.tolist(),
+    }
+
+
+def _event_record(event: PairEvent) -> dict[str, Any]:
+    return {
+        "kind": event.kind,
+        "order": event.order,
+        "indices": list(event.indices),
+        "star_deg": [math.degrees(angle) for angle in event.star],
+        "phi_unwrapped_deg": math.degrees(event.azimuth),
+        "sky": event.sky.tolist(),
+        "time": event.time,
+        "error_rad": event.error,
+        "at_cusp": event.at_cusp,
+        "remarks": list(event.remarks),
+    }
 
 
 def _curve_record(curve: CircleCurve, points: bool) -> dict[str, Any]:

@@ -1,0 +1,302 @@
+"""Pictures of star tracks: on the camera sky, unrolled at the shadow edge, and their brightness in time."""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, MaxNLocator, MultipleLocator, NullLocator
+from scipy.optimize import linear_sum_assignment
+
+from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.draw import style
+from kerrcaustics.draw.plots import headline
+from kerrcaustics.draw.projection import (
+    OVERLAP,
+    azimuthal_equidistant,
+    distance_to_edge,
+    position_angle,
+    smoothed,
+    unrolled,
+    view_axes,
+)
+from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.stars.events import PairEvent
+from kerrcaustics.stars.images import StarImages
+from kerrcaustics.stars.tracks import StarTracks, Track
+
+Array = np.ndarray
+
+_EDGE_POINTS = 2000
+_CRITICAL: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 0.7, "linestyle": (0, (3, 2))}
+_MARK: dict[str, Any] = {
+    "markersize": 5.5,
+    "color": "black",
+    "markerfacecolor": "white",
+    "markeredgewidth": 0.9,
+    "linestyle": "none",
+    "zorder": 3,
+}
+_MARKERS = {"creation": "^", "annihilation": "v"}
+# Moments between two events, crowded where images run together; nearer than this part of the time in between, none.
+_MOMENTS, _NEAREST = 100, 1e-10
+# Brighter than this is cut off: at an event the magnification has no bound.
+_BRIGHTEST = 30.0
+
+
+def tracks_on_sky(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Array) -> Axes:
+    """Tracks on the camera sky, as the camera sees it looking at the hole: one colour an index, in degrees.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    tracks : StarTracks
+        Triangles mark its events: upward a creation, downward an annihilation.
+    caustics : CausticSet
+        Of the same camera; the critical curves are dashed.
+    edge : (n, 3) array
+        Directions N of the shadow edge, as `shadow_edge` returns them.
+
+    Notes
+    -----
+    The projection is that of `camera_sky`: angles from the centre of the shadow are true. Half of the sky, 90 degrees
+    around the centre, is shown, and more where a track with events needs it.
+    """
+    axes = view_axes(caustics, edge)
+    ax.fill(*azimuthal_equidistant(edge, axes).T, **style.SHADOW)
+    reach = [90.0]
+    for caustic in caustics:
+        curve = smoothed(caustic.sky) if caustic.closed else caustic.sky
+        line = azimuthal_equidistant(np.concatenate([curve, curve[:1]]) if caustic.closed else curve, axes)
+        ax.plot(*line.T, zorder=1.5, **_CRITICAL)
+        reach.append(1.1 * np.abs(line).max())
+    for track in tracks.tracks:
+        picture = azimuthal_equidistant(track.sky, axes)
+        # Round the back of the sky a short step is a long way on the picture.
+        for index, which in _stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
+            ax.plot(*picture[which].T, **_index_line(index))
+        if track.events:
+            reach.append(1.1 * np.abs(picture).max())
+    for event in _all_events(tracks):
+        _mark(ax, azimuthal_equidistant(event.sky, axes), event)
+    limit = min(max(reach), 180.0)
+    ax.set_xlim(-limit, limit)
+    ax.set_ylim(-limit, limit)
+    ax.set_aspect("equal", adjustable="box")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MultipleLocator(style.tick_step(2 * limit, 7)))
+    ax.set_xlabel("to the right (deg, azimuthal equidistant)")
+    ax.set_ylabel("up, along the spin axis (deg)")
+    return ax
+
+
+def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Array) -> Axes:
+    """Distance of the tracks to the shadow edge, logarithmic, against position angle, in degrees: all orders are seen.
+
+    Parameters as for `tracks_on_sky`, with 2000 points of the edge; coordinates as in `camera_sky_unrolled`.
+    """
+    axes = view_axes(caustics, edge)
+    seen = []
+    for caustic in caustics:
+        line = unrolled(position_angle(caustic.sky, axes), distance_to_edge(caustic.sky, edge), caustic.closed)
+        ax.plot(*line.T, zorder=1.5, **_CRITICAL)
+        seen.append(line[:, 1])
+    for track in tracks.tracks:
+        angle, distance = position_angle(track.sky, axes), distance_to_edge(track.sky, edge)
+        seen.append(distance)
+        for index, which in _stretches(track):
+            part = unrolled(angle[which], distance[which], closed=False)
+            for turn in (-360, 0, 360):
+                ax.plot(part[:, 0] + turn, part[:, 1], **_index_line(index))
+    for event in _all_events(tracks):
+        for turn in (-360, 0, 360):
+            place = np.array([position_angle(event.sky, axes) + turn, distance_to_edge(event.sky[None], edge)[0]])
+            _mark(ax, place, event)
+    low, high = np.nanmin(np.concatenate(seen)), np.nanmax(np.concatenate(seen))
+    ax.set_yscale("log")
+    ax.set_ylim(low / 2, high * 2)
+    ax.set_xlim(-OVERLAP, 360 + OVERLAP)
+    ax.yaxis.set_major_locator(LogLocator(numticks=9))
+    ax.yaxis.set_minor_locator(NullLocator())
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    ax.set_xlabel("position angle (deg; 0 right, 90 up, 180 left)")
+    ax.set_ylabel("distance to shadow edge (deg)")
+    return ax
+
+
+def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
+    """Magnification of every image against coordinate time, logarithmic; verticals are the events.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    tracks : StarTracks
+        Its star is in line with the camera at time 0.
+    start, end : float
+        First and last time, units of M.
+    """
+    faintest = _BRIGHTEST
+    events = _events_between(tracks, start, end)
+    moments = [start, *(time for time, _ in events), end]
+    # Crowded toward both ends, where a pair is as bright as the time from its event is short to the power -1/2.
+    part = 0.5 - 0.5 * np.cos(np.linspace(0, math.pi, _MOMENTS))
+    part = np.clip(part**2 * (3 - 2 * part), _NEAREST, 1 - _NEAREST)
+    for first, last in pairwise(moments):
+        if last <= first:
+            continue
+        times = first + (last - first) * part
+        images = tracks.images_at(times)
+        assert isinstance(images, tuple)
+        for index in range(tracks.max_index + 1):
+            for strand in _strands(images, index):
+                # A pair has one brightness near its event: the odd one of the two shows behind the other.
+                behind = {"linewidth": 2.0, "zorder": 1.8} if index % 2 else {}
+                ax.plot(times, strand, **{**_index_line(index), **behind})
+                faintest = min(faintest, float(np.nanmin(strand)))
+    for time, event in events:
+        ax.axvline(time, color=style.GUIDE_COLOUR, linewidth=0.6, zorder=0.5)
+        ax.plot([time], [1.0], marker=_MARKERS[event.kind], transform=ax.get_xaxis_transform(), clip_on=False, **_MARK)
+    ax.set_yscale("log")
+    ax.set_ylim(faintest / 2, _BRIGHTEST)
+    ax.set_xlim(start, end)
+    ax.xaxis.set_major_locator(MaxNLocator(6))
+    ax.yaxis.set_major_locator(LogLocator(numticks=7))
+    ax.yaxis.set_minor_locator(NullLocator())
+    ax.set_xlabel("coordinate time (M)")
+    ax.set_ylabel("magnification")
+    return ax
+
+
+def tracks_figure(tracks: StarTracks, caustics: CausticSet) -> Figure:
+    """Figure of the tracks of a star: camera sky, unrolled, brightness over the orbit and through the first creation.
+
+    Parameters
+    ----------
+    tracks : StarTracks
+    caustics : CausticSet
+        Of the same camera, orders to max_index + 1.
+
+    Returns
+    -------
+    Figure
+        7 inches wide; save it with `figure.savefig`. Without a creation the orbit takes the whole lower row.
+    """
+    edge = shadow_edge(tracks.camera, _EDGE_POINTS)
+    created = [event for event in tracks.events if event.kind == "creation"]
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 6.3), layout="constrained")
+        grid = figure.add_gridspec(2, 1, height_ratios=[3.1, 2.0])
+        top = grid[0].subgridspec(1, 2)
+        sky = tracks_on_sky(figure.add_subplot(top[0]), tracks, caustics, edge)
+        sky.set_title("tracks, camera sky")
+        near = tracks_unrolled(figure.add_subplot(top[1]), tracks, caustics, edge)
+        near.set_title("tracks, unrolled")
+        below = grid[1].subgridspec(1, 2 if created else 1, width_ratios=[1.6, 1.0] if created else [1.0])
+        orbit = brightness(figure.add_subplot(below[0]), tracks, 0.0, tracks.period)
+        orbit.set_title("brightness over one orbit", pad=9)
+        if created:
+            first = min(created, key=lambda event: event.order)
+            start, end = _window(tracks, first)
+            zoom = brightness(figure.add_subplot(below[1]), tracks, start, end)
+            zoom.set_title(f"creation of images of index {first.indices[0]} and {first.indices[1]}", pad=9)
+        handles = _legend(tracks)
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+        figure.suptitle(f"star at θ′ = {math.degrees(tracks.theta):.12g} deg; {headline(caustics)}")
+    return figure
+
+
+def _window(tracks: StarTracks, event: PairEvent) -> tuple[float, float]:
+    """A twentieth of an orbit about an event, less where another one of the same order is near."""
+    times = np.array([e.time for e in tracks.events if e.order == event.order and e is not event])
+    away = np.abs((times - event.time + tracks.period / 2) % tracks.period - tracks.period / 2)
+    half = min(0.025 * tracks.period, 0.5 * away.min(initial=tracks.period))
+    return event.time - half, event.time + half
+
+
+def _all_events(tracks: StarTracks) -> tuple[PairEvent, ...]:
+    return (*tracks.events, *tracks.ends)
+
+
+def _events_between(tracks: StarTracks, start: float, end: float) -> list[tuple[float, PairEvent]]:
+    """Events with start < time < end, in the order of time, period after period."""
+    found = []
+    for event in _all_events(tracks):
+        first = math.floor((start - event.time) / tracks.period) + 1
+        last = math.ceil((end - event.time) / tracks.period)
+        found += [(event.time + turn * tracks.period, event) for turn in range(first, last)]
+    return sorted(found, key=lambda pair: pair[0])
+
+
+def _strands(images: tuple[StarImages, ...], index: int) -> Iterator[Array]:
+    """Magnifications (n,) in time of each image of an index, between events, where their number stays the same.
+
+    An image is the one nearest on the camera sky a moment before; where one is missed, the lines are broken.
+    """
+    # Within the error of an event the pair may be there or not: what most moments show counts.
+    usual = int(np.median([image.per_index[index] for image in images]))
+    strands, before = np.full((len(images), usual), np.nan), None
+    for i, image in enumerate(images):
+        which = np.flatnonzero(image.index == index)
+        if len(which) != usual or usual == 0:
+            before = None
+            continue
+        sky = image.sky[which]
+        if before is not None:
+            gap = ((before[:, None] - sky[None]) ** 2).sum(axis=2)
+            chosen = linear_sum_assignment(gap)[1]
+            which, sky = which[chosen], sky[chosen]
+        strands[i], before = image.magnification[which], sky
+    yield from strands.T
+
+
+def _steps(picture: Array, closed: bool) -> Array:
+    """Steps (n, 2) between neighbours on a track, the last one back to the first point, or none where it is open."""
+    steps = np.roll(picture, -1, axis=0) - picture
+    if not closed:
+        steps[-1] = 0
+    return steps
+
+
+def _stretches(track: Track, broken: Array | None = None) -> Iterator[tuple[int, Array]]:
+    """Points of the pieces of a track that have one index, each with the events at its ends; and that index.
+
+    broken (n,): True where the step after a point is not to be drawn.
+    """
+    order = np.arange(len(track))
+    if track.closed:
+        # From an event, or from anywhere where there is none, once round.
+        begin = track.places[0] if track.places else 0
+        order = np.append(np.roll(order, -begin), begin)
+    cuts = np.flatnonzero(track.parity[order] == 0).tolist()
+    if broken is not None:
+        cuts += (np.flatnonzero(broken[order[:-1]]) + 1).tolist()
+    bounds = sorted({0, *cuts, len(order) - 1})
+    for first, last in pairwise(bounds):
+        which = order[first : last + 1]
+        if broken is not None and broken[which[-2]]:
+            which = which[:-1]
+        plain = track.index[which][track.parity[which] != 0]
+        if len(plain):
+            yield int(plain[0]), which
+
+
+def _index_line(index: int) -> dict[str, Any]:
+    return {**style.order_line(index + 1), "linewidth": 1.0}
+
+
+def _mark(ax: Axes, place: Array, event: PairEvent) -> None:
+    ax.plot([place[0]], [place[1]], marker=_MARKERS[event.kind], **_MARK)
+
+
+def _legend(tracks: StarTracks) -> list[Line2D]:
+    indices = range(tracks.max_index + 1)
+    lines = [Line2D([], [], label=f"index {index}", **_index_line(index)) for index in indices]
+    marks = [Line2D([], [], label=kind, marker=marker, **_MARK) for kind, marker in _MARKERS.items()]
+    return [*lines, Line2D([], [], label="critical curve", **_CRITICAL), *marks]
