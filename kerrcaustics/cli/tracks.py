@@ -128,7 +128,8 @@ def _print_tracks(camera: "Camera", found: "StarTracks", out: Console) -> None:
             " ".join(f"{x:+.5f}" for x in event.sky),
             f"{event.error:.0e}",
         )
-    out.print(table)
+    if found.events:
+        out.print(table)
     for remark in found.remarks:
         say(out, remark)
     sure = "certified" if found.certified else "NOT certified"

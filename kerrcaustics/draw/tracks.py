@@ -45,8 +45,8 @@ _MARK: dict[str, Any] = {
 _MARKERS = {"creation": "^", "annihilation": "v"}
 # Moments between two events, crowded where images run together; nearer than this part of the time in between, none.
 _MOMENTS, _NEAREST = 100, 1e-10
-# Brighter than this is cut off: at an event the magnification has no bound.
-_BRIGHTEST = 30.0
+# Brighter than this, and than so many times the usual of the brightest image, is cut off: an event has no bound.
+_BRIGHTEST, _ABOVE_USUAL = 30.0, 10.0
 
 
 def tracks_on_sky(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Array) -> Axes:
@@ -80,7 +80,7 @@ def tracks_on_sky(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Arra
         picture = azimuthal_equidistant(track.sky, axes)
         # Round the back of the sky a short step is a long way on the picture.
         for index, which in _stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
-            ax.plot(*picture[which].T, **_index_line(index))
+            ax.plot(*picture[which].T, **_track_line(track, index))
         if track.events:
             reach.append(1.1 * np.abs(picture).max())
     for event in _all_events(tracks):
@@ -113,7 +113,7 @@ def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Ar
         for index, which in _stretches(track):
             part = unrolled(angle[which], distance[which], closed=False)
             for turn in (-360, 0, 360):
-                ax.plot(part[:, 0] + turn, part[:, 1], **_index_line(index))
+                ax.plot(part[:, 0] + turn, part[:, 1], **_track_line(track, index))
     for event in _all_events(tracks):
         for turn in (-360, 0, 360):
             place = np.array([position_angle(event.sky, axes) + turn, distance_to_edge(event.sky[None], edge)[0]])
@@ -142,7 +142,7 @@ def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
     start, end : float
         First and last time, units of M.
     """
-    faintest = _BRIGHTEST
+    faintest = brightest = _BRIGHTEST
     events = _events_between(tracks, start, end)
     moments = [start, *(time for time, _ in events), end]
     # Crowded toward both ends, where a pair is as bright as the time from its event is short to the power -1/2.
@@ -160,11 +160,12 @@ def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
                 behind = {"linewidth": 2.0, "zorder": 1.8} if index % 2 else {}
                 ax.plot(times, strand, **{**_index_line(index), **behind})
                 faintest = min(faintest, float(np.nanmin(strand)))
+                brightest = max(brightest, _ABOVE_USUAL * float(np.nanmedian(strand)))
     for time, event in events:
         ax.axvline(time, color=style.GUIDE_COLOUR, linewidth=0.6, zorder=0.5)
         ax.plot([time], [1.0], marker=_MARKERS[event.kind], transform=ax.get_xaxis_transform(), clip_on=False, **_MARK)
     ax.set_yscale("log")
-    ax.set_ylim(faintest / 2, _BRIGHTEST)
+    ax.set_ylim(faintest / 2, brightest)
     ax.set_xlim(start, end)
     ax.xaxis.set_major_locator(MaxNLocator(6))
     ax.yaxis.set_major_locator(LogLocator(numticks=7))
@@ -289,6 +290,11 @@ def _stretches(track: Track, broken: Array | None = None) -> Iterator[tuple[int,
 
 def _index_line(index: int) -> dict[str, Any]:
     return {**style.order_line(index + 1), "linewidth": 1.0}
+
+
+def _track_line(track: Track, index: int) -> dict[str, Any]:
+    """Line settings of a track; one that is a point is a dot."""
+    return {**_index_line(index), **({"marker": "o", "markersize": 3.0} if len(track) == 1 else {})}
 
 
 def _mark(ax: Axes, place: Array, event: PairEvent) -> None:
