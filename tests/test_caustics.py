@@ -202,6 +202,7 @@ def test_a_cusp_is_where_the_critical_curve_runs_along_the_null_direction():
             assert abs(np.polyfit(along, across, 4)[-2]) < 1e-3
 
 
+@pytest.mark.slow
 def test_reported_error_is_honest_at_a_loose_tolerance():
     loosely, tightly = (found(0.9, 4.0, tolerance=tolerance, engine="integrated") for tolerance in (1e-7, 1e-12))
     for loose, tight in zip(loosely, tightly, strict=True):

@@ -46,7 +46,7 @@ def assert_each_costs_more(counts: list[int]) -> None:
     assert all(less < more for less, more in pairwise(counts)), counts
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", ["closed-form", pytest.param("integrated", marks=pytest.mark.slow)])
 def test_a_scene_that_needs_less_is_a_shorter_program(engine):
     assert_each_costs_more([steps(lowered(engine, **wanted).as_text()) for wanted in SCENES])
 

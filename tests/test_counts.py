@@ -23,6 +23,7 @@ def circle():
     return kc.circle_images(CAMERA, NORMAL, max_index=2)
 
 
+@pytest.mark.slow
 def test_points_lie_on_the_circle_and_on_their_sheet(circle):
     assert circle.certified and circle.remarks == ()
     axis = from_angles(*NORMAL)
@@ -89,6 +90,7 @@ def test_crossings_of_a_line_between_two_directions(circle):
     assert np.linalg.norm(line.sky - point, axis=1).min() < 1e-5
 
 
+@pytest.mark.slow
 def test_flat_edge_of_the_fast_hole():
     """JTFT fig 8: the paper sees 3 images of its galactic plane between the first two critical curves, 8 beyond."""
     camera = kc.Camera(0.999, 2.6)

@@ -37,6 +37,7 @@ def test_inside_a_caustic_are_two_images_more(sheets, order):
     np.testing.assert_allclose(one.away / one.fold[:, None], 1, atol=0.2)
 
 
+@pytest.mark.slow
 def test_an_image_of_order_1_outlives_its_partners_by_one_circuit(sheets):
     found = [life for life in lives(sheets, math.radians(85)) if life.crossings == 1]
     assert [life.index for life in found] == [1, 2] and not any(life.closed for life in found)

@@ -29,7 +29,9 @@ FIELDS = (
     "escaped",
 )
 
-pytestmark = pytest.mark.parametrize("engine", ENGINES)
+pytestmark = pytest.mark.parametrize(
+    "engine", [pytest.param(engine, marks=[pytest.mark.slow] * (engine != "closed-form")) for engine in ENGINES]
+)
 
 
 def truth(name: str) -> np.ndarray:

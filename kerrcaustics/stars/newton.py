@@ -58,7 +58,8 @@ def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps
         settled = ~allowed & (residual[active] < 1e3 * round_off) & (part[active] == 1)
         better = active[allowed]
         sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
-        error[better] = ((beams.error + distance) / np.abs(beams.delta_minus))[allowed]
+        with np.errstate(divide="ignore"):
+            error[better] = ((beams.error + distance) / np.abs(beams.delta_minus))[allowed]
         part[better] = np.minimum(1, 4 * part[better])
         part[active[~allowed]] /= 4
         done = settled | (allowed & (distance <= round_off))
