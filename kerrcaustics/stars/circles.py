@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from skimage.measure import find_contours
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical import Points
 from kerrcaustics.curves.follow import between
@@ -271,7 +271,7 @@ def _contours(sheets: Sheets, sheet: Sheet, circle: Circle, finer: int) -> list[
     turn, part = _grid(sheet, finer)
     at_turn, at_part = np.meshgrid(turn[:-1], part, indexing="ij")
     looking = sky_lines.looking(sheets.camera, at_turn, sheet.depth(at_turn, at_part))
-    height = circle.height(trace_rays(sheets.camera, sheets.sky(looking), "auto", _TOLERANCE).direction)
+    height = circle.height(sheets.mapped(sheets.sky(looking)))
     lines = find_contours(np.concatenate([height, height[:1]]), 0.0)
     last = len(turn) - 1
     curves = []

@@ -131,6 +131,10 @@ class Sheets:
         """Directions N on the sky of the camera at rest."""
         return sky_from_fido(self.frame, -looking)
 
+    def mapped(self, sky: Array) -> Array:
+        """Directions n' (..., 3) of the light seen in directions N (..., 3) of the camera at rest."""
+        return trace_rays(self.camera, sky, "auto", _TOLERANCE).direction
+
     def expected(self, star: Array) -> tuple[Array, Array]:
         """How many images a star (n, 3) has on each sheet, from the caustics alone; and how close it lies to them.
 
@@ -179,9 +183,6 @@ class Sheets:
             depth[here] = one.depth(turn[here], part[here])
         return self.sky(sky_lines.looking(self.camera, turn, depth))
 
-    def _rays(self, sheet: Array, turn: Array, part: Array) -> Array:
-        return trace_rays(self.camera, self._sky(sheet, turn, part), "auto", _TOLERANCE).direction
-
     def fine_starts(self, star: Array) -> Starts:
         """Guesses from cells around the stars (n, 3) that are divided into smaller ones, traced anew."""
         which, cell = self._around(star, WIDE)
@@ -214,7 +215,7 @@ class Sheets:
         sheet = cells.sheet[chosen]
         shape = (len(chosen), _PARTS + 1, _PARTS + 1)
         grid = [np.broadcast_to(v, shape) for v in (sheet[:, None, None], turn[:, :, None], part[:, None, :])]
-        direction = self._rays(*(v.ravel() for v in grid)).reshape(*shape, 3)
+        direction = self.mapped(self._sky(*(v.ravel() for v in grid))).reshape(*shape, 3)
         corners = np.stack([direction[:, i : i - 1 or None, j : j - 1 or None] for j in (0, 1) for i in (0, 1)], axis=3)
         pairs = [np.stack([v[:, :-1], v[:, 1:]], axis=-1) for v in (turn, part)]
         return _cells_of(
@@ -244,16 +245,16 @@ class Sheets:
     def _sheet(self, index: int, outer: Callable, inner: Callable, edge: Points) -> Sheet:
         turn = _thinned(edge)
         blank = Sheet(index, outer, inner, turn, np.linspace(0, 1, _PROBE_POINTS), np.empty(0))
-        probes = self._mapped(blank, turn[:: max(1, len(turn) // _PROBES)], blank.part)
+        probes = self._grid(blank, turn[:: max(1, len(turn) // _PROBES)], blank.part)
         lengths = np.linalg.norm(np.diff(probes, axis=1), axis=-1).sum(axis=1)
         part = np.linspace(0, 1, int(np.ceil(lengths.max() / _STEP)) + 2)
         turn = np.append(turn, turn[0] + 2 * np.pi)
-        return Sheet(index, outer, inner, turn, part, self._mapped(blank, turn, part))
+        return Sheet(index, outer, inner, turn, part, self._grid(blank, turn, part))
 
-    def _mapped(self, sheet: Sheet, turn: Array, part: Array) -> Array:
+    def _grid(self, sheet: Sheet, turn: Array, part: Array) -> Array:
         turn, part = np.meshgrid(turn, part, indexing="ij")
         looking = sky_lines.looking(self.camera, turn, sheet.depth(turn, part))
-        return trace_rays(self.camera, self.sky(looking), "auto", _TOLERANCE).direction
+        return self.mapped(self.sky(looking))
 
 
 @lru_cache(maxsize=8)
