@@ -11,7 +11,6 @@ All of it lives on the sky of a camera at rest: neither caustics nor the order o
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import chain
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -48,8 +47,8 @@ _PARTS = 8
 # Stars within so many radians of a caustic are close to it; and steps in depth away from its critical curve at which
 # their images are looked for.
 _CLOSE, _LADDER = 0.05, 10.0 ** np.arange(-8, 0, 0.5)
-# Up to so many stars a table of all cells, for so many stars at a time, is quicker than a tree.
-_FEW_STARS, _ROWS = 256, 32
+# Circles whose radii differ by less than this factor share a tree.
+_ALIKE = 1.5
 _TOLERANCE = 1e-12
 # Directions where images are counted on the grids, in no special place.
 _REFERENCES = from_angles([0.4, 0.9, 1.3, 2.1, 2.6], [1.0, 4.0, 2.5, 5.5, 0.3])
@@ -80,20 +79,24 @@ class Sheet:
 class _Cells:
     """The cells of all grids, flat.
 
-    sheet; turn and part (n, 2) of two opposite corners; corners (n, 4, 3): images of all four; centre of these;
-    inverse (n, 2, 3): from a direction, less the centre, to the place in the cell, by a linear map. The images, mostly
-    long and thin, are covered by circles: owner (m,), the cell; ball (m, 3), centre; radius.
+    sheet; turn and part (n, 2) of two opposite corners; corners (n, 4, 3): images of all four; linear (n, 2, 4): from a
+    direction, with a 1 behind it, to the place in the cell, the middle at 0, by a linear map.
     """
 
     sheet: Array
     turn: Array
     part: Array
     corners: Array
-    centre: Array
-    inverse: Array
-    owner: Array
-    ball: Array
-    radius: Array
+    linear: Array
+
+
+@dataclass(frozen=True)
+class _Circles:
+    """Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius."""
+
+    tree: cKDTree
+    cell: Array
+    radius: float
 
 
 @dataclass(frozen=True)
@@ -125,6 +128,7 @@ class Sheets:
         points = [course.points for course in courses]
         self.sheets = [self._sheet(k, depths[k], depths[k + 1], points[k]) for k in range(max_index + 1)]
         self.cells = _cells(self.sheets)
+        self.circles = _circles(self.cells.corners)
         self.pole_counts = self._counts_at_pole()
 
     def sky(self, looking: Array) -> Array:
@@ -227,20 +231,13 @@ class Sheets:
 
     def _around(self, star: Array, margin: float) -> tuple[Array, Array]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
-        cells = self.cells
-        if len(star) <= _FEW_STARS:
-            blocks = [
-                (block + first, cell)
-                for first in range(0, len(star), _ROWS)
-                for cell, block in [_all_inside(cells, star[first : first + _ROWS], margin)]
-            ]
-            which, cell = (np.concatenate(values) for values in zip(*blocks, strict=True))
-            return which, cell
-        found = cKDTree(star).query_ball_point(cells.ball, (1 + margin) * cells.radius)
-        cell = np.repeat(cells.owner, [len(stars) for stars in found])
-        which = np.fromiter(chain.from_iterable(found), int, len(cell))
-        near = _linearly_inside(cells, cell, star[which], margin)
-        return np.divmod(np.unique(which[near] * len(cells.sheet) + cell[near]), len(cells.sheet))
+        stars, found = cKDTree(star), []
+        for circles in self.circles:
+            pairs = stars.sparse_distance_matrix(circles.tree, (1 + margin) * circles.radius, output_type="ndarray")
+            which, cell = pairs["i"], circles.cell[pairs["j"]]
+            near = _linearly_inside(self.cells, cell, star[which], margin)
+            found.append(which[near] * len(self.cells.sheet) + cell[near])
+        return np.divmod(np.unique(np.concatenate(found)), len(self.cells.sheet))
 
     def _sheet(self, index: int, outer: Callable, inner: Callable, edge: Points) -> Sheet:
         turn = _thinned(edge)
@@ -326,13 +323,19 @@ def _cells(sheets: list[Sheet]) -> _Cells:
 
 
 def _cells_of(sheet: Array, turn: Array, part: Array, corners: Array) -> _Cells:
+    inverse = _linear_inverse(corners)
+    offset = np.einsum("nij,nj->ni", inverse, _centres(corners))
+    return _Cells(sheet, turn, part, corners, np.concatenate([inverse, -offset[..., None]], axis=2))
+
+
+def _centres(corners: Array) -> Array:
     middle = corners.sum(axis=1)
-    centre = middle / np.linalg.norm(middle, axis=1, keepdims=True)
-    return _Cells(sheet, turn, part, corners, centre, _linear_inverse(corners), *_balls(corners, centre))
+    return middle / np.linalg.norm(middle, axis=1, keepdims=True)
 
 
-def _balls(corners: Array, centre: Array) -> tuple[Array, Array, Array]:
-    """Circles along the longer axis of each cell's image: the cell that each belongs to, its centre, its radius."""
+def _circles(corners: Array) -> list[_Circles]:
+    """Circles that cover the cells' images, mostly long and thin, along their longer axes; ordered by size."""
+    centre = _centres(corners)
     away = corners - centre[:, None]
     axis = np.linalg.eigh(np.einsum("nci,ncj->nij", away, away))[1][..., -1]
     along = np.einsum("nci,ni->nc", away, axis)
@@ -344,7 +347,10 @@ def _balls(corners: Array, centre: Array) -> tuple[Array, Array, Array]:
     number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
     place = low[owner] + (number + 0.5) / count[owner] * length[owner]
     radius = _REACH * np.hypot(length / count, width)[owner] / 2
-    return owner, centre[owner] + place[:, None] * axis[owner], radius
+    middle = centre[owner] + place[:, None] * axis[owner]
+    size = np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE))
+    alike = [np.flatnonzero(size == one) for one in np.unique(size)]
+    return [_Circles(cKDTree(middle[these]), owner[these], radius[these].max()) for these in alike]
 
 
 def _linear_inverse(corners: Array) -> Array:
@@ -357,19 +363,11 @@ def _linear_inverse(corners: Array) -> Array:
     return np.stack([np.cross(across, normal), np.cross(normal, along)], axis=1) / square[..., None]
 
 
-def _all_inside(cells: _Cells, star: Array, margin: float) -> tuple[Array, Array]:
-    """Pairs of a cell and a star (n, 3) that may lie in it: all cells with all stars."""
-    place = np.abs(cells.inverse @ star.T - np.einsum("nij,nj->ni", cells.inverse, cells.centre)[..., None])
-    cell, which = np.nonzero((place.max(axis=1) <= 0.5 + _LINEAR + margin) & (cells.centre @ star.T > 0))
-    return cell, which
-
-
 def _linearly_inside(cells: _Cells, cell: Array, star: Array, margin: float) -> Array:
-    """True where a star (n, 3) may lie in a cell (n,), by a linear map."""
-    place = np.einsum("nij,nj->ni", cells.inverse[cell], star - cells.centre[cell])
-    near = np.abs(place).max(axis=1) <= 0.5 + _LINEAR + margin
-    near[near] = np.einsum("ni,ni->n", star[near], cells.centre[cell[near]]) > 0
-    return near
+    """True where a star (n, 3), not far from a cell (n,), may lie in it, by a linear map."""
+    linear = cells.linear[cell]
+    place = np.einsum("nij,nj->ni", linear[..., :3], star) + linear[..., 3]
+    return np.abs(place).max(axis=1) <= 0.5 + _LINEAR + margin
 
 
 def _bilinear_root(corners: Array, star: Array) -> tuple[Array, Array]:

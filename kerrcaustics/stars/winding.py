@@ -23,6 +23,60 @@ _CAUTION = 4.0
 _MOST_HALVINGS = 45
 # Stars within so many errors of a caustic cannot be told from it.
 _ERRORS = 10.0
+# For so many stars a table of all distances is quicker than a tree.
+_FEW_STARS = 16
+
+
+class _Polygon:
+    """A closed polygon of great circles through points of a caustic, with what every count needs of its sides."""
+
+    def __init__(self, points: Points) -> None:
+        self.points = points
+        self.start, self.end = points.direction, np.roll(points.direction, -1, axis=0)
+        chord = np.linalg.norm(self.end - self.start, axis=1)
+        self.height = _heights(points, chord)
+        # No further than the error of the points themselves.
+        self.error = _ERRORS * np.maximum(points.error, np.roll(points.error, -1))
+        self.margin = _CAUTION * self.height + _ERRORS * points.error
+        self.middle, self.reach = (self.start + self.end) / 2, chord / 2 + self.margin
+        # A side that runs east counts +1. Each side covers its range of azimuth without its western end.
+        (x, y, _), (x_end, y_end, _) = self.start.T, self.end.T
+        azimuth, change = np.arctan2(y, x), np.arctan2(x * y_end - y * x_end, x * x_end + y * y_end)
+        # The azimuth of the end itself, not a sum, so that neighbouring sides leave no gap.
+        other = np.roll(azimuth, -1)
+        other = other + 2 * np.pi * np.round((azimuth + change - other) / (2 * np.pi))
+        self.west, self.east = np.minimum(azimuth, other), np.maximum(azimuth, other)
+        self.sign = np.sign(change).astype(int)
+        # To the south of the great circle of the side.
+        normal = np.cross(self.start, self.end)
+        self.south = normal * np.where(normal[:, 2:] < 0, 1, -1)
+
+    def close(self, star: Array) -> tuple[Array, Array]:
+        """Pairs of a side and a star (n, 3) that is close to it."""
+        if len(star) <= _FEW_STARS:
+            away = np.linalg.norm(self.middle[:, None] - star, axis=2)
+            sides, stars = np.nonzero(away <= self.reach[:, None])
+        else:
+            found = cKDTree(star).query_ball_point(self.middle, self.reach)
+            sides = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
+            stars = np.concatenate([np.asarray(stars, int) for stars in found])
+        near = _distance(self.start[sides], self.end[sides], star[stars]) <= self.margin[sides]
+        return sides[near], stars[near]
+
+    def crossings(self, star: Array) -> Array:
+        """Signed crossings (n,) of the meridians from stars (n, 3) to the north pole."""
+        phi = np.arctan2(star[:, 1], star[:, 0])
+        order = np.argsort(phi)
+        count = np.zeros(len(star), int)
+        for turn in (-2 * np.pi, 0.0, 2 * np.pi):
+            first, last = (np.searchsorted(phi[order] + turn, edge, side="right") for edge in (self.west, self.east))
+            number = np.maximum(last - first, 0)
+            side = np.repeat(np.arange(len(first)), number)
+            place = np.arange(len(side)) - np.repeat(np.cumsum(number) - number, number) + np.repeat(first, number)
+            which = order[place]
+            above = np.einsum("ij,ij->i", self.south[side], star[which]) > 0
+            np.add.at(count, which[above], self.sign[side[above]])
+        return count
 
 
 class Edge:
@@ -33,7 +87,7 @@ class Edge:
         self.order = course.order
         self._search = search
         self._point = course.is_point
-        self.points: Points = course.points
+        self._polygon = _Polygon(course.points)
         # Searches on several cores share the polygon.
         self._lock = Lock()
 
@@ -46,14 +100,23 @@ class Edge:
             return np.zeros(len(star), int), self._at_point(star)
         with self._lock:
             touching = self._refined(star)
-            polygon = self.points.direction
-        return _crossings(polygon, star), touching
+            polygon = self._polygon
+        return polygon.crossings(star), touching
+
+    @property
+    def points(self) -> Points:
+        """The polygon's corners."""
+        return self._polygon.points
 
     def nearest(self, star: Array) -> tuple[Array, Array, Array]:
         """Turn and depth (n,) of the polygon's point that is nearest to each star (n, 3), and its distance."""
-        with self._lock:
-            points = self.points
-        distance, i = cKDTree(points.direction).query(star)
+        points = self.points
+        if len(star) <= _FEW_STARS:
+            away = np.linalg.norm(points.direction[:, None] - star, axis=2)
+            i = away.argmin(axis=0)
+            distance = away[i, np.arange(len(star))]
+        else:
+            distance, i = cKDTree(points.direction).query(star)
         return points.turn[i], points.depth[i], distance
 
     def _at_point(self, star: Array) -> Array:
@@ -64,30 +127,16 @@ class Edge:
     def _refined(self, star: Array) -> Array:
         """Refine the polygon around the stars; True for stars that cannot be told from the caustic."""
         touching = np.zeros(len(star), bool)
-        tree = cKDTree(star)
         for _ in range(_MOST_HALVINGS):
-            sides, stars = self._close(tree, star)
-            # No further than the error of the points themselves.
-            error = _ERRORS * np.maximum(self.points.error, np.roll(self.points.error, -1))[sides]
-            resolved = self._height[sides] <= error
+            polygon = self._polygon
+            sides, stars = polygon.close(star)
+            resolved = polygon.height[sides] <= polygon.error[sides]
             touching[stars[resolved]] = True
             split = np.unique(sides[~resolved & ~touching[stars]])
             if len(split) == 0 or not self._split(split):
                 touching[stars[~resolved]] |= len(split) > 0
                 break
         return touching
-
-    def _close(self, tree: cKDTree, star: Array) -> tuple[Array, Array]:
-        """Pairs of a side of the polygon and a star that is close to it."""
-        start, end = self.points.direction, np.roll(self.points.direction, -1, axis=0)
-        chord = np.linalg.norm(end - start, axis=1)
-        self._height = _heights(self.points, chord)
-        margin = _CAUTION * self._height + _ERRORS * self.points.error
-        found = tree.query_ball_point((start + end) / 2, chord / 2 + margin)
-        sides = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
-        stars = np.concatenate([np.asarray(stars, int) for stars in found])
-        near = _distance(start[sides], end[sides], star[stars]) <= margin[sides]
-        return sides[near], stars[near]
 
     def _split(self, sides: Array) -> bool:
         """Put a point of the caustic into the middle of the given sides; False when none could be found."""
@@ -97,7 +146,7 @@ class Edge:
         closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
         new = between(self._search, {self.order: closed}, {self.order: middle})[self.order]
         merged = points.joined(new)
-        self.points = merged[np.argsort(merged.turn, kind="stable")]
+        self._polygon = _Polygon(merged[np.argsort(merged.turn, kind="stable")])
         return len(new) > 0
 
 
@@ -127,36 +176,6 @@ def _distance(start: Array, end: Array, star: Array) -> Array:
     length = np.einsum("ij,ij->i", side, side)
     part = np.clip(np.einsum("ij,ij->i", side, way) / np.where(length == 0, 1, length), 0, 1)
     return np.linalg.norm(way - part[:, None] * side, axis=1)
-
-
-def _crossings(polygon: Array, star: Array) -> Array:
-    """Signed crossings (n,) of the meridians from stars (n, 3) to the north pole by a closed polygon (m, 3).
-
-    A side that runs east counts +1. Each side covers its range of azimuth without its western end.
-    """
-    start, end = polygon, np.roll(polygon, -1, axis=0)
-    azimuth = np.arctan2(start[:, 1], start[:, 0])
-    across = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
-    change = np.arctan2(across, start[:, 0] * end[:, 0] + start[:, 1] * end[:, 1])
-    # The azimuth of the end itself, not a sum, so that neighbouring sides leave no gap.
-    other = np.arctan2(end[:, 1], end[:, 0])
-    other += 2 * np.pi * np.round((azimuth + change - other) / (2 * np.pi))
-    west, east = np.minimum(azimuth, other), np.maximum(azimuth, other)
-    normal = np.cross(start, end)
-    normal *= np.where(normal[:, 2:] < 0, -1, 1)
-    phi = np.arctan2(star[:, 1], star[:, 0])
-    order = np.argsort(phi)
-    count = np.zeros(len(star), int)
-    for turn in (-2 * np.pi, 0.0, 2 * np.pi):
-        first, last = (np.searchsorted(phi[order] + turn, edge, side="right") for edge in (west, east))
-        number = np.maximum(last - first, 0)
-        side = np.repeat(np.arange(len(start)), number)
-        place = np.arange(len(side)) - np.repeat(np.cumsum(number) - number, number) + np.repeat(first, number)
-        which = order[place]
-        # North of the star: on the far side, seen from it, of the great circle of the side.
-        above = np.einsum("ij,ij->i", normal[side], star[which]) < 0
-        np.add.at(count, which[above], np.sign(change[side[above]]).astype(int))
-    return count
 
 
 def degree(grid: Array, star: Array) -> int:
