@@ -84,20 +84,21 @@ def recovered(camera: kc.Camera, sky: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def test_chosen_images_are_found_again():
-    again, flagged, _ = recovered(NEAR, chosen_images(NEAR, 200, 0, 1e-3))
-    assert (again | flagged).all()
+    again, flagged, _ = recovered(NEAR, chosen_images(NEAR, 200, 0, 1e-6))
+    assert again.all()
     assert flagged.mean() < 0.05
 
 
 @pytest.mark.slow
 def test_ten_thousand_chosen_images_are_found_again():
-    again, flagged, magnification = recovered(NEAR, chosen_images(NEAR, 10_000, 1, 1e-4))
-    assert magnification.max() > 1e3
-    assert (again | flagged).all()
-    assert again.mean() > 0.995 and flagged.mean() < 0.005
+    again, flagged, magnification = recovered(NEAR, chosen_images(NEAR, 10_000, 1, 5e-8))
+    assert magnification.max() > 1e6
+    assert again.all()
+    # Those that cannot be told from a caustic.
+    assert flagged.mean() < 0.05
 
 
-def fold_crossings(camera: kc.Camera, count: int, seed: int, search_too: bool) -> None:
+def fold_crossings(camera: kc.Camera, count: int, seed: int) -> None:
     """Counts on both sides of caustics differ by one on each of the two sheets that meet there, and nowhere else."""
     rng = np.random.default_rng(seed)
     sheets = sheets_of(camera, 2)
@@ -110,19 +111,20 @@ def fold_crossings(camera: kc.Camera, count: int, seed: int, search_too: bool) -
     across = np.cross(place, np.concatenate([p.major for p in points]))
     expected = np.zeros((len(order), 3), int)
     expected[number, np.array(order) - 1] = expected[number, np.array(order)] = 1
-    for distance, find in ((1e-8, False), (1e-4, True))[: 1 + search_too]:
+    for distance, find in ((1e-8, False), (1e-4, True), (1e-10, True)):
         sides = np.concatenate([place + sign * distance * across for sign in (-1, 1)])
         sides /= np.linalg.norm(sides, axis=1, keepdims=True)
         counts, sure = sheets.expected(sides)[0], np.ones(len(sides), bool)
         if find:
             found = search(sheets, sides)
             counts, sure = found.counts, found.certified
-            assert sure.mean() > 0.98
+            assert (sure | found.touching.any(axis=1)).all()
+            assert sure.mean() > 0.8
         here = sure[: len(place)] & sure[len(place) :]
         change = counts[len(place) :] - counts[: len(place)]
         # At a cusp both sides lie outside, and close to one where they are far from the caustic.
         crossed = change.any(axis=1)
-        assert crossed.mean() > (0.7 if find else 0.95)
+        assert crossed.mean() > (0.7 if distance > 1e-5 else 0.95)
         here &= crossed
         inside = np.sign(change.sum(axis=1))
         assert np.array_equal(change[here], (inside[:, None] * expected)[here])
@@ -130,12 +132,12 @@ def fold_crossings(camera: kc.Camera, count: int, seed: int, search_too: bool) -
 
 
 def test_a_fold_changes_two_counts_by_one():
-    fold_crossings(FAR, 50, 0, search_too=True)
+    fold_crossings(FAR, 50, 0)
 
 
 @pytest.mark.slow
 def test_a_thousand_folds_change_two_counts_by_one():
-    fold_crossings(NEAR, 1000, 1, search_too=False)
+    fold_crossings(NEAR, 1000, 1)
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ _MOST_STEPS = 80
 # Longest step on the sky, radians; and the part of a Newton step below which a search is given up.
 _LONGEST = 0.3
 _SHORTEST_PART = 1e-4
-# A residual below so many errors of the beam is round-off.
-_ERRORS = 2.0
+# A residual below so many errors of the beam is round-off; one below so many may be, where no step makes it smaller.
+_ERRORS, _MOST_ERRORS = 2.0, 10.0
 _TOLERANCE = 1e-12
 
 
@@ -51,18 +51,17 @@ def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps
     for _ in range(most_steps):
         beams = trace_beams(camera, trial, "auto", _TOLERANCE, crossings=False, redshift=False)
         wish, distance = _newton_step(star[active], trial, beams.direction, beams.jacobian)
-        round_off = _ERRORS * beams.error
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
         # As close as the beams can tell: no step is better, and none is needed.
-        settled = ~allowed & (residual[active] < 1e3 * round_off) & (part[active] == 1)
+        settled = ~allowed & (residual[active] < _MOST_ERRORS * beams.error) & (part[active] == 1)
         better = active[allowed]
         sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
         with np.errstate(divide="ignore"):
             error[better] = ((beams.error + distance) / np.abs(beams.delta_minus))[allowed]
         part[better] = np.minimum(1, 4 * part[better])
         part[active[~allowed]] /= 4
-        done = settled | (allowed & (distance <= round_off))
+        done = settled | (allowed & (distance <= _ERRORS * beams.error))
         found[active[done]] = True
         active = active[~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active])]
         if active.size == 0:

@@ -65,7 +65,7 @@ def _searched(sheets: Sheets, star: Array) -> Found:
     on_caustic: Array = np.asarray(touching.any(axis=1))
     # Next to a caustic both counts are put to the test.
     delicate = on_caustic | (sheets.distance_to_caustics(star) < _DELICATE)
-    for starts in (partial(sheets.starts, margin=WIDE), sheets.fold_starts, sheets.fine_starts):
+    for starts in (sheets.fold_starts, partial(sheets.starts, margin=WIDE)):
         doubtful = np.flatnonzero((_counted(images, expected.shape) != expected).any(axis=1) | delicate)
         if doubtful.size:
             images = _joined(images, _of(_images(sheets, star[doubtful], starts(star[doubtful])), doubtful))

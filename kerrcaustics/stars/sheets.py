@@ -22,6 +22,7 @@ from kerrcaustics.curves.critical import Points, Search
 from kerrcaustics.curves.follow import Course, follow
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
+from kerrcaustics.stars.fold import Fold
 from kerrcaustics.stars.winding import Edge, degree
 
 Array = np.ndarray
@@ -42,11 +43,6 @@ NARROW, WIDE = 0.05, 0.5
 _INSIDE = 0.002
 # The same for a linear model, beside that.
 _LINEAR = 0.25
-# Parts into which a cell is divided, each way, when searching again.
-_PARTS = 8
-# Stars within so many radians of a caustic are close to it; and steps in depth away from its critical curve at which
-# their images are looked for.
-_CLOSE, _LADDER = 0.05, 10.0 ** np.arange(-8, 0, 0.5)
 # Circles whose radii differ by less than this factor share a tree.
 _ALIKE = 1.5
 _TOLERANCE = 1e-12
@@ -126,6 +122,7 @@ class Sheets:
         self.edges = [Edge(self.search, course) for course in courses]
         depths = [_no_depth, *(_depth_of(course.points) for course in courses)]
         points = [course.points for course in courses]
+        self.folds = [Fold(self._at, course.points) for course in courses]
         self.sheets = [self._sheet(k, depths[k], depths[k + 1], points[k]) for k in range(max_index + 1)]
         self.cells = _cells(self.sheets)
         self.circles = _circles(self.cells.corners)
@@ -168,66 +165,29 @@ class Sheets:
 
     def starts(self, star: Array, margin: float) -> Starts:
         """Guesses for all images of the stars (n, 3); margin, NARROW or WIDE, how far outside a cell they may lie."""
-        return self._guesses(self.cells, star, *self._around(star, margin), margin)
-
-    def _guesses(self, cells: "_Cells", star: Array, which: Array, cell: Array, margin: float) -> Starts:
+        cells = self.cells
+        which, cell = self._around(star, margin)
         u, v = _bilinear_root(cells.corners[cell], star[which])
         near = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5)) <= 0.5 + margin
         which, cell, u, v = which[near], cell[near], np.clip(u[near], 0, 1), np.clip(v[near], 0, 1)
         turn = cells.turn[cell, 0] + u * (cells.turn[cell, 1] - cells.turn[cell, 0])
         part = cells.part[cell, 0] + v * (cells.part[cell, 1] - cells.part[cell, 0])
-        sky = self._sky(cells.sheet[cell], turn, np.clip(part, _INSIDE, 1 - _INSIDE))
-        return Starts(which, cells.sheet[cell], sky)
-
-    def _sky(self, sheet: Array, turn: Array, part: Array) -> Array:
-        """Directions N at places on sheets."""
-        depth = np.empty_like(turn)
-        for one in self.sheets:
-            here = sheet == one.index
-            depth[here] = one.depth(turn[here], part[here])
-        return self.sky(sky_lines.looking(self.camera, turn, depth))
-
-    def fine_starts(self, star: Array) -> Starts:
-        """Guesses from cells around the stars (n, 3) that are divided into smaller ones, traced anew."""
-        which, cell = self._around(star, WIDE)
-        chosen, place = np.unique(cell, return_inverse=True)
-        fine = self._divided(chosen)
-        # The small cells of one large one follow each other.
-        which, small = np.repeat(which, _PARTS**2), (place[:, None] * _PARTS**2 + np.arange(_PARTS**2)).ravel()
-        near = _linearly_inside(fine, small, star[which], WIDE)
-        return self._guesses(fine, star, which[near], small[near], WIDE)
+        part, depth = np.clip(part, _INSIDE, 1 - _INSIDE), np.empty_like(turn)
+        for sheet in self.sheets:
+            here = cells.sheet[cell] == sheet.index
+            depth[here] = sheet.depth(turn[here], part[here])
+        return Starts(which, cells.sheet[cell], self.sky(sky_lines.looking(self.camera, turn, depth)))
 
     def fold_starts(self, star: Array) -> Starts:
-        """Guesses for images of stars (n, 3) close to a caustic: a ladder on both sides of its critical curve."""
+        """Guesses for images of stars (n, 3) next to critical curves, on both sides of each."""
         parts = []
-        for order, edge in enumerate(self.edges, 1):
-            turn, depth, distance = edge.nearest(star)
-            close = np.flatnonzero(distance < _CLOSE)
-            which, turn, depth = (np.repeat(values, len(_LADDER)) for values in (close, turn[close], depth[close]))
-            rungs = np.tile(_LADDER, len(close))
-            for index, side in ((order - 1, -1), (order, 1)):
-                if index < len(self.sheets):
-                    looking = sky_lines.looking(self.camera, turn, np.maximum(depth + side * rungs, 0))
-                    parts.append((which, np.full(len(which), index), self.sky(looking)))
+        for order, (edge, fold) in enumerate(zip(self.edges, self.folds, strict=True), 1):
+            which, turn, depth, step = fold.guesses(edge.points, star)
+            index = np.where(step < 0, order - 1, order)
+            known = (index < len(self.sheets)) & (depth + step > 0)
+            looking = sky_lines.looking(self.camera, turn[known], (depth + step)[known])
+            parts.append((which[known], index[known], self.sky(looking)))
         return Starts(*(np.concatenate(values) for values in zip(*parts, strict=True)))
-
-    def _divided(self, chosen: Array) -> "_Cells":
-        """The chosen cells, each divided into _PARTS x _PARTS."""
-        cells = self.cells
-        steps = np.linspace(0, 1, _PARTS + 1)
-        turn, part = ((1 - steps) * ends[chosen, :1] + steps * ends[chosen, 1:] for ends in (cells.turn, cells.part))
-        sheet = cells.sheet[chosen]
-        shape = (len(chosen), _PARTS + 1, _PARTS + 1)
-        grid = [np.broadcast_to(v, shape) for v in (sheet[:, None, None], turn[:, :, None], part[:, None, :])]
-        direction = self.mapped(self._sky(*(v.ravel() for v in grid))).reshape(*shape, 3)
-        corners = np.stack([direction[:, i : i - 1 or None, j : j - 1 or None] for j in (0, 1) for i in (0, 1)], axis=3)
-        pairs = [np.stack([v[:, :-1], v[:, 1:]], axis=-1) for v in (turn, part)]
-        return _cells_of(
-            np.repeat(sheet, _PARTS**2),
-            np.repeat(pairs[0], _PARTS, axis=1).reshape(-1, 2),
-            np.tile(pairs[1], (1, _PARTS, 1)).reshape(-1, 2),
-            corners.reshape(-1, 4, 3),
-        )
 
     def _around(self, star: Array, margin: float) -> tuple[Array, Array]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
@@ -250,8 +210,11 @@ class Sheets:
 
     def _grid(self, sheet: Sheet, turn: Array, part: Array) -> Array:
         turn, part = np.meshgrid(turn, part, indexing="ij")
-        looking = sky_lines.looking(self.camera, turn, sheet.depth(turn, part))
-        return self.mapped(self.sky(looking))
+        return self._at(turn, sheet.depth(turn, part))
+
+    def _at(self, turn: Array, depth: Array) -> Array:
+        """Directions n' of light from places on the lines of sky_lines.py."""
+        return self.mapped(self.sky(sky_lines.looking(self.camera, turn, depth)))
 
 
 @lru_cache(maxsize=8)

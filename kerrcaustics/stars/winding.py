@@ -47,8 +47,8 @@ class _Polygon:
         other = other + 2 * np.pi * np.round((azimuth + change - other) / (2 * np.pi))
         self.west, self.east = np.minimum(azimuth, other), np.maximum(azimuth, other)
         self.sign = np.sign(change).astype(int)
-        # To the south of the great circle of the side.
-        normal = np.cross(self.start, self.end)
+        # To the south of the great circle of the side. Short sides ask for differences, not products of unit vectors.
+        normal = np.cross(self.start, self.end - self.start)
         self.south = normal * np.where(normal[:, 2:] < 0, 1, -1)
 
     def close(self, star: Array) -> tuple[Array, Array]:
@@ -60,7 +60,7 @@ class _Polygon:
             found = cKDTree(star).query_ball_point(self.middle, self.reach)
             sides = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
             stars = np.concatenate([np.asarray(stars, int) for stars in found])
-        near = _distance(self.start[sides], self.end[sides], star[stars]) <= self.margin[sides]
+        near = _distance(self.start[sides], self.end[sides], star[stars])[0] <= self.margin[sides]
         return sides[near], stars[near]
 
     def crossings(self, star: Array) -> Array:
@@ -74,7 +74,7 @@ class _Polygon:
             side = np.repeat(np.arange(len(first)), number)
             place = np.arange(len(side)) - np.repeat(np.cumsum(number) - number, number) + np.repeat(first, number)
             which = order[place]
-            above = np.einsum("ij,ij->i", self.south[side], star[which]) > 0
+            above = np.einsum("ij,ij->i", self.south[side], star[which] - self.start[side]) > 0
             np.add.at(count, which[above], self.sign[side[above]])
         return count
 
@@ -109,15 +109,24 @@ class Edge:
         return self._polygon.points
 
     def nearest(self, star: Array) -> tuple[Array, Array, Array]:
-        """Turn and depth (n,) of the polygon's point that is nearest to each star (n, 3), and its distance."""
-        points = self.points
+        """Turn and depth (n,) of the polygon's place that is nearest to each star (n, 3), and its distance.
+
+        Depths between points are those on straight lines: off by the square of a side's length.
+        """
+        polygon = self._polygon
+        points, size = polygon.points, len(polygon.points)
         if len(star) <= _FEW_STARS:
-            away = np.linalg.norm(points.direction[:, None] - star, axis=2)
-            i = away.argmin(axis=0)
-            distance = away[i, np.arange(len(star))]
+            corner = np.linalg.norm(polygon.start[:, None] - star, axis=2).argmin(axis=0)
         else:
-            distance, i = cKDTree(points.direction).query(star)
-        return points.turn[i], points.depth[i], distance
+            corner = cKDTree(polygon.start).query(star)[1]
+        sides = np.stack([corner - 1, corner]) % size
+        distance, part = _distance(polygon.start[sides], polygon.end[sides], star)
+        best, every = distance.argmin(axis=0), np.arange(len(star))
+        side, part = sides[best, every], part[best, every]
+        following = (side + 1) % size
+        d_turn = (points.turn[following] - points.turn[side]) % (2 * np.pi)
+        depth = points.depth[side] + part * (points.depth[following] - points.depth[side])
+        return points.turn[side] + part * d_turn, depth, distance[best, every]
 
     def _at_point(self, star: Array) -> Array:
         centre = self.points.direction.mean(axis=0)
@@ -170,12 +179,12 @@ def _heights(points: Points, chord: Array) -> Array:
     return np.where(back, longest, chord * np.maximum(bend, 2 * lean))
 
 
-def _distance(start: Array, end: Array, star: Array) -> Array:
-    """Distance (n,) of stars from straight sides."""
+def _distance(start: Array, end: Array, star: Array) -> tuple[Array, Array]:
+    """Distance of stars (..., 3) from straight sides, and the part of the side before the nearest place on it."""
     side, way = end - start, star - start
-    length = np.einsum("ij,ij->i", side, side)
-    part = np.clip(np.einsum("ij,ij->i", side, way) / np.where(length == 0, 1, length), 0, 1)
-    return np.linalg.norm(way - part[:, None] * side, axis=1)
+    length = (side * side).sum(axis=-1)
+    part = np.clip((side * way).sum(axis=-1) / np.where(length == 0, 1, length), 0, 1)
+    return np.linalg.norm(way - part[..., None] * side, axis=-1), part
 
 
 def degree(grid: Array, star: Array) -> int:
