@@ -68,11 +68,9 @@ bench: $(READY) ## Time the benchmarks on one core
 	@echo "Timing tests/bench on one core"
 	@$(ONE_CORE) $(BIN)/python -m pytest tests/bench --benchmark-only
 
-figures: $(READY) ## Run every script in figures/
-	@for script in $(sort $(wildcard figures/*.py)); do \
-		echo "Running $$script"; \
-		$(BIN)/python "$$script" || exit 1; \
-	done
+figures: $(READY) ## Make every figure into figures/out
+	@echo "Making the figures into figures/out"
+	@$(BIN)/kerrcaustics figures
 
 docs: $(READY) ## Build the documentation into docs/_build/html
 	@echo "Building docs/_build/html"

@@ -1,25 +1,14 @@
-"""The studies of a checkout: found and run by name, and what every study writes down beside its numbers.
+"""What every study (a script of the folder studies/ of a checkout) writes down beside its numbers, and its timing."""
 
-A study is a script studies/NAME.py with a function `main(output: Path, ...) -> list[Path]`, which puts its files into
-a folder that exists and returns them.
-"""
-
-import ast
 import json
 import os
 import platform
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import metadata
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import ModuleType
 from typing import Any
-
-STUDIES = Path(__file__).resolve().parents[1] / "studies"
-"""Folder of the studies, which is there in a checkout only."""
 
 # Work that takes less than this many seconds is repeated within one timing.
 _SHORTEST_TIMING = 0.05
@@ -27,31 +16,6 @@ _SHORTEST_TIMING = 0.05
 _WORDS = ("engine", "verdict")
 # Once repeats have taken this long in all, there are no more of them.
 _LONGEST_TIMING = 2.0
-
-
-def study_names() -> list[str]:
-    """Names of the studies of this checkout, in alphabetical order; none where there is no checkout."""
-    return [path.stem for path in sorted(STUDIES.glob("*.py")) if _takes_output(path)]
-
-
-def run_study(name: str, output: Path) -> list[Path]:
-    """Run one study and return the files it wrote into the folder `output`, which is made when missing."""
-    output.mkdir(parents=True, exist_ok=True)
-    return load_study(name).main(output)
-
-
-def load_study(name: str) -> ModuleType:
-    """The script of a study, imported with its neighbours in the folder within reach."""
-    if str(STUDIES) not in sys.path:
-        sys.path.append(str(STUDIES))
-    spec = spec_from_file_location(name, STUDIES / f"{name}.py")
-    if spec is None or spec.loader is None:
-        raise ImportError(f"There is no study {name} in {STUDIES}.")
-    module = module_from_spec(spec)
-    # Under a name of its own: other packages may have a module `accuracy`.
-    sys.modules[f"kerrcaustics_study_{name}"] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 def write_record(path: Path, name: str, **content: Any) -> Path:
@@ -140,14 +104,6 @@ def core_seconds(work: Callable[[], object], repeats: int = 3) -> float:
             calls *= 2
         best, total = min(best, spent / calls), total + spent
     return best
-
-
-def _takes_output(path: Path) -> bool:
-    """True where a script has `main(output, ...)`; it is not run for this."""
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.FunctionDef) and node.name == "main":
-            return [argument.arg for argument in node.args.args][:1] == ["output"]
-    return False
 
 
 def _processor() -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
-STAGES = ["spacetime", "beams", "curves", "stars", "scenes", "draw", "study", "cli"]
+STAGES = ["spacetime", "beams", "curves", "stars", "scenes", "draw", "scripts", "study", "cli"]
 ENTRY_POINTS = {"__init__", "__main__"}
 MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
 HEAVY = {"jax", "matplotlib", "pyvista", "scipy", "skimage"}

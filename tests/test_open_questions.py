@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.scripts import STUDIES
 from kerrcaustics.stars.sheets import sheets_of
-from kerrcaustics.study import load_study
 
-load_study("open_questions")
+STUDIES.load("open_questions")
 from open_counts import PLACES, circle_crossings, equatorial_images, line_between  # noqa: E402
 from open_crossings import critical_crossings, lives  # noqa: E402
 from open_pairs import crossings_of  # noqa: E402

@@ -5,20 +5,20 @@ import json
 import pytest
 from test_cli import run
 
-from kerrcaustics.study import load_study, study_names
+from kerrcaustics.scripts import STUDIES, ScriptFolder
 
 SETTINGS = {
     "accuracy": {"directions": 64, "repeats": 1, "methods": (("integrated", 1e-10), ("closed-form", 1e-10))},
     # Programs that other tests compile too.
     "cost": {"directions": 64, "repeats": 1, "scenes": (("rays", False, {}), ("beams", True, {}))},
-    "open_questions": load_study("open_questions").SMALL,
+    "open_questions": STUDIES.load("open_questions").SMALL,
     "stability": {"rays": 16, "truths": 1, "most": 1},
 }
 PICTURES = {"accuracy", "cost", "open_questions"}
 
 
 def test_every_study_is_tried_here():
-    assert set(study_names()) == set(SETTINGS)
+    assert set(STUDIES.names()) == set(SETTINGS)
 
 
 SLOW = {"open_questions": pytest.mark.slow, "stability": pytest.mark.slow}
@@ -26,7 +26,7 @@ SLOW = {"open_questions": pytest.mark.slow, "stability": pytest.mark.slow}
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in SETTINGS])
 def test_study_writes_its_files(name, tmp_path, capsys):
-    files = load_study(name).main(tmp_path, **SETTINGS[name])
+    files = STUDIES.load(name).main(tmp_path, **SETTINGS[name])
     assert {file.name for file in files} == {path.name for path in tmp_path.iterdir()}
     entry = json.loads((tmp_path / f"{name}.json").read_text())
     assert entry["schema"] == f"kerrcaustics/study/{name}/1"
@@ -42,7 +42,7 @@ def test_study_writes_its_files(name, tmp_path, capsys):
 
 def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch):
     module = type("Study", (), {"main": staticmethod(lambda output: [output / "cost.json"])})
-    monkeypatch.setattr("kerrcaustics.study.load_study", lambda _: module)
+    monkeypatch.setattr(ScriptFolder, "load", lambda _, name: module)
     status, out, err = run(capsys, "study", "cost", "--output", tmp_path / "new")
     assert (status, err) == (0, "") and str(tmp_path / "new" / "cost.json") in out
 
@@ -57,6 +57,6 @@ def test_unknown_study_is_one_line_and_status_2(tmp_path, capsys, monkeypatch):
 
 def test_without_a_checkout_a_study_is_refused(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("kerrcaustics.study.STUDIES", tmp_path / "studies")
+    monkeypatch.setattr("kerrcaustics.scripts.STUDIES", ScriptFolder("study", tmp_path / "studies"))
     status, _, err = run(capsys, "study", "cost")
     assert status == 2 and err.count("\n") == 1 and "checkout" in err

@@ -19,10 +19,10 @@ from kerrcaustics.cli.app import BadInput
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from kerrcaustics.scripts import ScriptFolder
     from kerrcaustics.spacetime.camera import Camera
 
 _FIGURE_ENDINGS = (".png", ".pdf", ".svg")
-_DOTS_PER_INCH = 200
 
 Velocity = Literal["circular", "fiducial", "static"] | None
 JsonTarget = Annotated[str | None, cyclopts.Parameter(name="--json", allow_leading_hyphen=True)]
@@ -100,10 +100,17 @@ def write_found(entry: dict[str, Any], target: str, seconds: float, indent: int 
 
 def write_figure(picture: "Figure", path: Path) -> None:
     """Write a picture in the format that the file's ending names."""
-    from kerrcaustics.curves.store import writing
+    from kerrcaustics.draw.files import write_picture
 
-    with writing(path) as file:
-        picture.savefig(file, format=path.suffix[1:].lower(), dpi=_DOTS_PER_INCH)
+    write_picture(picture, path)
+
+
+def script_names(scripts: "ScriptFolder", what: str) -> list[str]:
+    """Names of the scripts in a folder of the checkout; refused where there is none."""
+    names = scripts.names()
+    if not names:
+        raise BadInput(f"{what} need a checkout of kerrcaustics, and there is none: no folder {scripts.folder}.")
+    return names
 
 
 def make_folder(output: Path) -> None:

@@ -1,7 +1,7 @@
 """Pictures of star tracks: on the camera sky, unrolled at the shadow edge, and their brightness in time."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -49,15 +49,15 @@ _MOMENTS, _NEAREST = 100, 1e-10
 _BRIGHTEST, _ABOVE_USUAL = 30.0, 10.0
 
 
-def tracks_on_sky(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Array) -> Axes:
+def tracks_on_sky(ax: Axes, tracks: StarTracks | Sequence[StarTracks], caustics: CausticSet, edge: Array) -> Axes:
     """Tracks on the camera sky, as the camera sees it looking at the hole: one colour an index, in degrees.
 
     Parameters
     ----------
     ax : Axes
         Where to draw.
-    tracks : StarTracks
-        Triangles mark its events: upward a creation, downward an annihilation.
+    tracks : StarTracks, or several of the same camera
+        Triangles mark their events: upward a creation, downward an annihilation.
     caustics : CausticSet
         Of the same camera; the critical curves are dashed.
     edge : (n, 3) array
@@ -68,6 +68,7 @@ def tracks_on_sky(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Arra
     The projection is that of `camera_sky`: angles from the centre of the shadow are true. Half of the sky, 90 degrees
     around the centre, is shown, and more where a track with events needs it.
     """
+    stars = (tracks,) if isinstance(tracks, StarTracks) else tracks
     axes = view_axes(caustics, edge)
     ax.fill(*azimuthal_equidistant(edge, axes).T, **style.SHADOW)
     reach = [90.0]
@@ -76,14 +77,14 @@ def tracks_on_sky(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Arra
         line = azimuthal_equidistant(np.concatenate([curve, curve[:1]]) if caustic.closed else curve, axes)
         ax.plot(*line.T, zorder=1.5, **_CRITICAL)
         reach.append(1.1 * np.abs(line).max())
-    for track in tracks.tracks:
+    for track in (track for star in stars for track in star.tracks):
         picture = azimuthal_equidistant(track.sky, axes)
         # Round the back of the sky a short step is a long way on the picture.
         for index, which in _stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
             ax.plot(*picture[which].T, **_track_line(track, index))
         if track.events:
             reach.append(1.1 * np.abs(picture).max())
-    for event in _all_events(tracks):
+    for event in (event for star in stars for event in _all_events(star)):
         _mark(ax, azimuthal_equidistant(event.sky, axes), event)
     limit = min(max(reach), 180.0)
     ax.set_xlim(-limit, limit)
@@ -207,10 +208,17 @@ def tracks_figure(tracks: StarTracks, caustics: CausticSet) -> Figure:
             start, end = _window(tracks, first)
             zoom = brightness(figure.add_subplot(below[1]), tracks, start, end)
             zoom.set_title(f"creation of images of index {first.indices[0]} and {first.indices[1]}", pad=9)
-        handles = _legend(tracks)
+        handles = tracks_legend(tracks.max_index)
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
         figure.suptitle(f"star at θ′ = {math.degrees(tracks.theta):.12g} deg; {headline(caustics)}")
     return figure
+
+
+def tracks_legend(max_index: int) -> list[Line2D]:
+    """Handles for a legend of tracks: one line an index, the critical curves, the marks of events."""
+    lines = [Line2D([], [], label=f"index {index}", **_index_line(index)) for index in range(max_index + 1)]
+    marks = [Line2D([], [], label=kind, marker=marker, **_MARK) for kind, marker in _MARKERS.items()]
+    return [*lines, Line2D([], [], label="critical curve", **_CRITICAL), *marks]
 
 
 def _window(tracks: StarTracks, event: PairEvent) -> tuple[float, float]:
@@ -299,10 +307,3 @@ def _track_line(track: Track, index: int) -> dict[str, Any]:
 
 def _mark(ax: Axes, place: Array, event: PairEvent) -> None:
     ax.plot([place[0]], [place[1]], marker=_MARKERS[event.kind], **_MARK)
-
-
-def _legend(tracks: StarTracks) -> list[Line2D]:
-    indices = range(tracks.max_index + 1)
-    lines = [Line2D([], [], label=f"index {index}", **_index_line(index)) for index in indices]
-    marks = [Line2D([], [], label=kind, marker=marker, **_MARK) for kind, marker in _MARKERS.items()]
-    return [*lines, Line2D([], [], label="critical curve", **_CRITICAL), *marks]

@@ -1,0 +1,57 @@
+"""The scripts of a checkout: found, loaded and run by name, from its folders studies/ and figures/.
+
+Such a script is a file NAME.py with a function `main(output: Path, ...) -> list[Path]`, which puts its files into a
+folder that exists and returns them.
+"""
+
+import ast
+import sys
+from dataclasses import dataclass
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+"""Folder of the checkout, where this package was not installed out of one."""
+
+
+@dataclass(frozen=True)
+class ScriptFolder:
+    """A folder of scripts, and what one of them is called: "study" or "figure"."""
+
+    word: str
+    folder: Path
+
+    def names(self) -> list[str]:
+        """Names of the scripts, in alphabetical order; none where there is no checkout."""
+        return [path.stem for path in sorted(self.folder.glob("*.py")) if _takes_output(path)]
+
+    def load(self, name: str) -> ModuleType:
+        """A script as a module, imported with its neighbours in the folder within reach."""
+        if str(self.folder) not in sys.path:
+            sys.path.append(str(self.folder))
+        spec = spec_from_file_location(name, self.folder / f"{name}.py")
+        if spec is None or spec.loader is None:
+            raise ImportError(f"There is no {self.word} {name} in {self.folder}.")
+        module = module_from_spec(spec)
+        # Under a name of its own: other packages may have a module `accuracy`.
+        sys.modules[f"kerrcaustics_{self.word}_{name}"] = module
+        spec.loader.exec_module(module)
+        return module
+
+    def run(self, name: str, output: Path) -> list[Path]:
+        """Run a script and return the files it wrote into the folder `output`, which is made when missing."""
+        output.mkdir(parents=True, exist_ok=True)
+        return self.load(name).main(output)
+
+
+FIGURES = ScriptFolder("figure", CHECKOUT / "figures")
+STUDIES = ScriptFolder("study", CHECKOUT / "studies")
+
+
+def _takes_output(path: Path) -> bool:
+    """True where a script has `main(output, ...)`; it is not run for this."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef) and node.name == "main":
+            return [argument.arg for argument in node.args.args][:1] == ["output"]
+    return False
