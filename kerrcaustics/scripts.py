@@ -1,7 +1,7 @@
-"""The scripts of a checkout: found, loaded and run by name, from its folders studies/ and figures/.
+"""The scripts of a checkout: found, loaded and run by name, from its folders studies/, figures/ and figures/films/.
 
-Such a script is a file NAME.py with a function `main(output: Path, ...) -> list[Path]`, which puts its files into a
-folder that exists and returns them.
+The script of a study or a figure is a file NAME.py with a function `main(output: Path, ...) -> list[Path]`, which puts
+its files into a folder that exists and returns them; that of a film has `film(frames: int = ...) -> Film`.
 """
 
 import ast
@@ -17,14 +17,23 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 
 @dataclass(frozen=True)
 class ScriptFolder:
-    """A folder of scripts, and what one of them is called: "study" or "figure"."""
+    """A folder of scripts: what one of them is called ("study", "figure", "film"), its function and first argument."""
 
     word: str
     folder: Path
+    function: str = "main"
+    argument: str = "output"
 
     def names(self) -> list[str]:
         """Names of the scripts, in alphabetical order; none where there is no checkout."""
-        return [path.stem for path in sorted(self.folder.glob("*.py")) if _takes_output(path)]
+        return [path.stem for path in sorted(self.folder.glob("*.py")) if self._is_script(path)]
+
+    def _is_script(self, path: Path) -> bool:
+        """True where a file has the function; it is not run for this."""
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and node.name == self.function:
+                return [argument.arg for argument in node.args.args][:1] == [self.argument]
+        return False
 
     def load(self, name: str) -> ModuleType:
         """A script as a module, imported with its neighbours in the folder within reach."""
@@ -47,11 +56,4 @@ class ScriptFolder:
 
 FIGURES = ScriptFolder("figure", CHECKOUT / "figures")
 STUDIES = ScriptFolder("study", CHECKOUT / "studies")
-
-
-def _takes_output(path: Path) -> bool:
-    """True where a script has `main(output, ...)`; it is not run for this."""
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.FunctionDef) and node.name == "main":
-            return [argument.arg for argument in node.args.args][:1] == ["output"]
-    return False
+FILMS = ScriptFolder("film", CHECKOUT / "figures" / "films", "film", "frames")

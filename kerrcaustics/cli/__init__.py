@@ -1,4 +1,11 @@
 """The command line. Degrees in and out; heavy modules are imported inside the commands."""
 
-from kerrcaustics.cli import caustics as caustics, figures as figures, stars as stars, study as study, tracks as tracks
+from kerrcaustics.cli import (
+    caustics as caustics,
+    figures as figures,
+    film as film,
+    stars as stars,
+    study as study,
+    tracks as tracks,
+)
 from kerrcaustics.cli.app import BadInput as BadInput, app as app, main as main

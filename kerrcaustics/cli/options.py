@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from kerrcaustics.spacetime.camera import Camera
 
 _FIGURE_ENDINGS = (".png", ".pdf", ".svg")
+_FILM_ENDINGS = (".mp4", ".gif")
 
 Velocity = Literal["circular", "fiducial", "static"] | None
 JsonTarget = Annotated[str | None, cyclopts.Parameter(name="--json", allow_leading_hyphen=True)]
@@ -151,6 +153,18 @@ def check_ending(figure: Path | None) -> None:
         raise BadInput(f"Argument --figure must end in {', '.join(_FIGURE_ENDINGS)}, but is {figure}.")
 
 
+def check_film(film: Path | None, argument: str = "--film") -> None:
+    """Refuse films of other formats, or that cannot be written here."""
+    if film is None:
+        return
+    if film.suffix.lower() not in _FILM_ENDINGS:
+        raise BadInput(f"Argument {argument} must end in {' or '.join(_FILM_ENDINGS)}, but is {film}.")
+    if film.suffix.lower() == ".mp4" and find_spec("av") is None:
+        raise BadInput(
+            f'Argument {argument}: MP4 needs the package av (pip install "kerrcaustics[films]"); .gif does not.'
+        )
+
+
 @contextmanager
 def plain_errors() -> Iterator[None]:
     """Turn the package's own complaints about arguments into those of the command line."""
@@ -165,15 +179,17 @@ def plain_errors() -> Iterator[None]:
 
 
 @contextmanager
-def progress(prefix: str = "") -> Iterator[Callable[[str, float], None]]:
-    """A progress bar on standard error while it is a terminal, and nothing otherwise."""
+def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, float], None]]:
+    """A progress bar on standard error while it is a terminal, and nothing otherwise; left: with the time left."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _what, _part: None
         return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    if left:
+        columns += (TextColumn("left"), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(f"{prefix}loading and compiling", total=1.0)
         yield lambda what, part: bar.update(task, description=f"{prefix}{what}", completed=part)

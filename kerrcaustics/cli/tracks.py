@@ -15,6 +15,7 @@ from kerrcaustics.cli.options import (
     WholeNumber,
     camera_at,
     check_ending,
+    check_film,
     check_outputs,
     console,
     json_file,
@@ -44,6 +45,7 @@ def tracks(
     velocity: Velocity = None,
     max_index: WholeNumber = 2,
     figure: Path | None = None,
+    film: Path | None = None,
     json_: JsonTarget = None,
 ) -> None:
     """Follow all images of a star over one orbit of the camera, with the creation and annihilation of pairs.
@@ -65,13 +67,17 @@ def tracks(
         Highest Morse index, 0 to 6: how often a beam of light was focused to a line on its way.
     figure
         Draw the tracks, the events and the brightness into this file: .png, .pdf or .svg.
+    film
+        Write a film of the orbit into this file: .mp4 or .gif. It takes minutes; started again after an interruption,
+        it goes on where it stopped.
     json_
         Write the numbers to this file as JSON; - is standard output.
     """
     if not 0 <= star_theta <= 180:
         raise BadInput(f"Argument --star-theta must lie in [0, 180] degrees, but is {star_theta:g}.")
-    check_outputs({"--figure": figure, "--json": json_file(json_)})
+    check_outputs({"--figure": figure, "--film": film, "--json": json_file(json_)})
     check_ending(figure)
+    check_film(film)
     camera = camera_at(spin, radius, inclination, velocity)
     _check_orbit(camera)
     began = time.perf_counter()
@@ -86,6 +92,8 @@ def tracks(
             from kerrcaustics.draw.tracks import tracks_figure
 
             write_figure(tracks_figure(found, caustics(camera, max_index + 1)), figure)
+    if film is not None:
+        _write_film(found, film)
     if json_ is not None:
         from kerrcaustics.stars.records import tracks_record
 
@@ -93,6 +101,15 @@ def tracks(
     _print_tracks(camera, found, console(stderr=json_ == "-", width=_WIDE))
     if not found.certified:
         stop(1, "The tracks are not certified: see the remarks.")
+
+
+def _write_film(found: "StarTracks", path: Path) -> None:
+    from kerrcaustics.curves.caustic import caustics
+    from kerrcaustics.draw.films import write_film
+    from kerrcaustics.draw.orbit import orbit_film
+
+    with progress(left=True) as report:
+        write_film(path, orbit_film(found, caustics(found.camera, found.max_index + 1)), report)
 
 
 def _check_orbit(camera: "Camera") -> None:

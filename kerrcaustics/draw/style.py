@@ -49,6 +49,17 @@ RC: dict[Any, Any] = {
 }
 """Settings for `matplotlib.rc_context`, under which the figure and its artists are made."""
 
+FILM_RC: dict[Any, Any] = {
+    **RC,
+    "font.size": 10.5,
+    "axes.labelsize": 10.5,
+    "axes.titlesize": 12.0,
+    "xtick.labelsize": 9.5,
+    "ytick.labelsize": 9.5,
+    "legend.fontsize": 9.5,
+}
+"""The same for frames of films, which are seen at 100 pixels an inch."""
+
 _STEPS = (1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1080, 1800, 3600, 7200, 18000)
 _NAMES = ("primary", "secondary", "tertiary")
 

@@ -1,0 +1,22 @@
+"""
+Birth and death of an image pair
+================================
+
+One orbit of a camera at r = 6.03 round a hole of spin 0.999. A star at θ′ = 77° drifts round the camera's sky. Where it
+crosses the secondary caustic, two of its images are born at one point of the secondary critical curve; one circuit ends
+with the death of another pair (JTFT fig 6). Time runs slower around each event, which has a frame of its own.
+"""
+
+import math
+
+import kerrcaustics as kc
+from kerrcaustics.draw.films import Film
+from kerrcaustics.draw.orbit import orbit_film
+
+SPIN, RADIUS, THETA, MAX_INDEX = 0.999, 6.03, 77.0, 2
+
+
+def film(frames: int = 600) -> Film:
+    camera = kc.Camera(spin=SPIN, radius=RADIUS)
+    tracks = kc.star_tracks(camera, math.radians(THETA), MAX_INDEX)
+    return orbit_film(tracks, kc.caustics(camera, orders=MAX_INDEX + 1), frames)

@@ -1,0 +1,272 @@
+"""Frames of one orbit: a star's images on the camera sky, and the star among the caustics on the celestial sphere."""
+
+import math
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MultipleLocator
+
+from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.draw import style
+from kerrcaustics.draw.count_map import wrapped
+from kerrcaustics.draw.films import Film, blank_frame, pixels
+from kerrcaustics.draw.projection import azimuthal_equidistant, distance_to_edge, position_angle, unrolled, view_axes
+from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
+from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.stars.events import PairEvent
+from kerrcaustics.stars.tracks import StarTracks
+
+Array = np.ndarray
+
+_EDGE_POINTS = 2000
+# Time runs so many times slower around an event, over this part of the orbit: an image pair parts as the square root of
+# the time. So many frames its flash is seen, and before and after it the caption speaks of it.
+_SLOWER, _FLASH, _SPEAK = ((8.0, 0.012), (60.0, 0.0012)), 24, 60
+_LINE = 66
+_STAR: dict[str, Any] = {
+    "marker": "*",
+    "markersize": 15,
+    "color": "#F0B000",
+    "markeredgecolor": "black",
+    "markeredgewidth": 0.8,
+    "linestyle": "none",
+    "zorder": 6,
+}
+
+
+class Orbit:
+    """One orbit of a camera, drawn frame by frame; time runs slower at pair events, each of which has its own frame.
+
+    Attributes
+    ----------
+    times : (frames,) array
+        Coordinate time of each frame.
+    events : dict
+        The pair event of a frame, by frame number.
+    figure : Figure
+        As the last frame drew it. axes: camera sky, unrolled camera sky, celestial sphere.
+    """
+
+    def __init__(self, tracks: StarTracks, caustics: CausticSet, frames: int) -> None:
+        """Images at all moments; the caustics are of the same camera, orders to max_index + 1."""
+        self.tracks, self.caustics = tracks, caustics
+        self.times, self.events = _moments(tracks, frames)
+        images = tracks.images_at(self.times)
+        assert isinstance(images, tuple)
+        self.images = images
+        self._edge = shadow_edge(tracks.camera, _EDGE_POINTS)
+        self._view = view_axes(caustics, self._edge)
+        with rc_context(style.FILM_RC):
+            self.figure = blank_frame()
+            self.axes = self._panels()
+            self._prepare()
+
+    def frame(self, number: int) -> Array:
+        """The picture (height, width, 3) of a frame."""
+        with rc_context(style.FILM_RC):
+            self.show(number)
+            return pixels(self.figure)
+
+    def show(self, number: int) -> None:
+        """Put the star and its images where they are in a frame."""
+        images = self.images[number]
+        event = self.events.get(number)
+        for index in range(self.tracks.max_index + 1):
+            here = images.index == index
+            sky, bright = images.sky[here], images.magnification[here]
+            if event is not None and index in event.indices:
+                # The pair is one point now.
+                sky, bright = np.concatenate([sky, event.sky[None]]), np.append(bright, np.inf)
+            for dots, picture in zip(self._dots[index], self._pictures(sky), strict=True):
+                dots.set_offsets(picture)
+                dots.set_sizes(_area(bright))
+        phi = math.degrees(self.tracks.azimuth_at(self.times[number]))
+        self._star.set_data([(phi + 180) % 360 - 180], [math.degrees(self.tracks.theta)])
+        self._flash(number)
+        self._caption.set_text(self.caption(number))
+
+    def caption(self, number: int) -> str:
+        """What is to be seen in a frame, in a few lines."""
+        images = self.images[number]
+        counts = ", ".join(f"{images.per_index[k]} of index {k}" for k in sorted(images.per_index))
+        first = f"The star has {len(images)} images: {counts}."
+        ahead, event = min(
+            ((n - number, e) for n, e in self.events.items()), key=_closeness, default=(_SPEAK + 1, None)
+        )
+        if event is None or abs(ahead) > _SPEAK:
+            second = "Each runs along its own track while the camera goes round the hole."
+        else:
+            second = self._spoken(event, ahead)
+            first = first if ahead else ""
+        return "\n".join(fill(text, _LINE) for text in (first, second) if text)
+
+    def _spoken(self, event: PairEvent, ahead: int) -> str:
+        """A sentence about an event so many frames ahead."""
+        name, (low, high) = style.order_name(event.order), event.indices
+        born = event.kind == "creation"
+        if high > self.tracks.max_index:
+            change = ("will appear", "appears", "has appeared") if born else ("will vanish", "vanishes", "has vanished")
+            when = change[int(np.sign(-ahead)) + 1]
+            return f"At the {name} critical curve an image of index {low} {when}, and one of index {high}, not drawn."
+        if ahead > 0:
+            what = "two new images will be born." if born else "two images run towards each other."
+            return f"The star comes to the {name} caustic: {what}"
+        if ahead == 0:
+            what = "two images are born" if born else "two images meet, and vanish,"
+            return f"The star crosses the {name} caustic: {what} at one point of the {name} critical curve."
+        if born:
+            return f"The new images part, mirror images: index {low} outside the critical curve, {high} inside."
+        return f"The pair is gone: the star has left the {name} caustic."
+
+    def _pictures(self, sky: Array) -> tuple[Array, Array]:
+        """Places (n, 2) of directions (n, 3) on the two pictures of the camera sky."""
+        if not len(sky):
+            return np.empty((0, 2)), np.empty((0, 2))
+        distance = distance_to_edge(sky, self._edge)
+        return azimuthal_equidistant(sky, self._view), np.stack([position_angle(sky, self._view), distance], axis=-1)
+
+    def _panels(self) -> tuple[Axes, Axes, Axes]:
+        sky = self.figure.add_axes((0.065, 0.205, 0.425, 0.73))
+        near = self.figure.add_axes((0.575, 0.625, 0.40, 0.31))
+        sphere = self.figure.add_axes((0.575, 0.205, 0.40, 0.30))
+        return sky, near, sphere
+
+    def _prepare(self) -> None:
+        sky, near, sphere = self.axes
+        tracks_on_sky(sky, self.tracks, self.caustics, self._edge)
+        tracks_unrolled(near, self.tracks, self.caustics, self._edge)
+        for ax in (sky, near):
+            for line in ax.lines:
+                line.set_alpha(0.35 if line.get_marker() in ("None", "", None) else 0.0)
+        for caustic in self.caustics:
+            line = style.order_line(caustic.order)
+            closed = np.append(np.arange(len(caustic.sky)), 0)
+            sky.plot(*azimuthal_equidistant(caustic.sky[closed], self._view).T, linewidth=1.0, zorder=1.6, **line)
+            angle, distance = self._pictures(caustic.sky)[1].T
+            near.plot(*unrolled(angle, distance, caustic.closed).T, linewidth=1.0, zorder=1.6, **line)
+            closed = np.append(np.arange(len(caustic.celestial)), 0)
+            celestial = wrapped(np.degrees(caustic.celestial[closed]))
+            sphere.plot(*celestial.T, linewidth=1.2 if caustic.circuits < 2 else 0.5, **line)
+        sky.set_title("what the camera sees, looking at the hole")
+        near.set_title("the same, near the shadow (its edge is at the bottom)")
+        sphere.set_title("where the star is, and the caustics")
+        sphere.axhline(math.degrees(self.tracks.theta), color="#F0B000", linewidth=0.8, zorder=1)
+        sphere.set(xlim=(-180, 180), ylim=(180, 0), xlabel="φ′ from the camera (deg)", ylabel="θ′ (deg)")
+        sphere.xaxis.set_major_locator(MultipleLocator(60))
+        sphere.yaxis.set_major_locator(MultipleLocator(45))
+        (self._star,) = sphere.plot([], [], **_STAR)
+        self._dots = [
+            [
+                ax.scatter([], [], color=style.order_colour(index + 1), edgecolors="black", linewidths=0.7, zorder=5)
+                for ax in (sky, near)
+            ]
+            for index in range(self.tracks.max_index + 1)
+        ]
+        self._rings = [
+            ax.plot([], [], linestyle="none", marker="o", markerfacecolor="none", markeredgecolor="#D00000", zorder=7)[
+                0
+            ]
+            for ax in self.axes
+        ]
+        self._legend()
+        self._caption = self.figure.text(0.03, 0.115, "", fontsize=12.5, va="top", linespacing=1.35)
+
+    def _legend(self) -> None:
+        """One column an order: the curve, and the images that lie outside it."""
+        orders = range(1, len(self.caustics) + 1)
+        curves = [
+            Line2D([], [], label=f"{style.order_name(k)} caustic and critical curve", **style.order_line(k))
+            for k in orders
+        ]
+        dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black", "markeredgewidth": 0.7}
+        dots = [
+            Line2D(
+                [],
+                [],
+                label=f"image of index {k - 1}{'' if k % 2 else ', mirrored'}",
+                color=style.order_colour(k),
+                **dot,
+            )
+            for k in orders
+        ]
+        self.figure.legend(
+            handles=[*curves, *dots], loc="upper left", bbox_to_anchor=(0.555, 0.13), ncols=2, fontsize=9.5
+        )
+
+    def _flash(self, number: int) -> None:
+        """Rings that grow from where a pair has just appeared, or vanished."""
+        recent = [(number - n, event) for n, event in self.events.items() if 0 <= number - n < _FLASH]
+        for ring in self._rings:
+            ring.set_data([], [])
+        for age, event in recent[:1]:
+            phi = math.degrees(event.star[1])
+            places = [picture[0] for picture in self._pictures(event.sky[None])]
+            places.append(np.array([(phi + 180) % 360 - 180, math.degrees(self.tracks.theta)]))
+            for ring, place in zip(self._rings, places, strict=True):
+                ring.set_data(place[:1], place[1:])
+                ring.set_markersize(12 + 1.6 * age)
+                ring.set_markeredgewidth(2.5 * (1 - age / _FLASH) + 0.3)
+                ring.set_alpha(1 - age / _FLASH)
+
+
+def orbit_film(tracks: StarTracks, caustics: CausticSet, frames: int = 600, rate: int = 30) -> Film:
+    """The film of one orbit.
+
+    Parameters
+    ----------
+    tracks : StarTracks
+    caustics : CausticSet
+        Of the same camera, orders to max_index + 1.
+    frames, rate : int
+        How many, and how many a second.
+    """
+    camera = tracks.camera
+    settings = {
+        "spin": camera.spin,
+        "radius": camera.radius,
+        "inclination": camera.inclination,
+        "velocity": camera.velocity,
+        "theta": tracks.theta,
+        "max_index": tracks.max_index,
+    }
+    return Film("orbit", settings, frames, rate, Orbit(tracks, caustics, frames).frame)
+
+
+def _closeness(entry: tuple[int, PairEvent | None]) -> tuple[int, int]:
+    """Nearest event first; of two, the one ahead."""
+    return abs(entry[0]), -entry[0]
+
+
+def _area(magnification: Array) -> Array:
+    """Area of a dot in square points: the brighter, the larger, by the logarithm."""
+    decades = np.log10(np.clip(magnification, 1e-4, 1e2))
+    return (4.0 + 1.9 * (decades + 4)) ** 2 / 1.6
+
+
+def _moments(tracks: StarTracks, frames: int) -> tuple[Array, dict[int, PairEvent]]:
+    """Times of the frames of one orbit, slower at events, and the frames that show an event itself."""
+    period = tracks.period
+    events = sorted((*tracks.events, *tracks.ends), key=lambda event: event.time)
+    at = np.array([event.time for event in events])
+    # The orbit begins in the middle of the longest pause.
+    start = 0.0
+    if len(at):
+        gaps = np.diff(np.append(at, at[0] + period))
+        start = at[gaps.argmax()] + gaps.max() / 2
+    time = start + np.linspace(0, period, 20_001)
+    away = np.abs((time[:, None] - at + period / 2) % period - period / 2) / period
+    weight = np.ones_like(time)
+    for slower, near in _SLOWER:
+        weight += (slower - 1) * np.exp(-((away / near) ** 2)).sum(axis=1)
+    run = np.concatenate([[0], np.cumsum((weight[1:] + weight[:-1]) / 2)])
+    times = np.interp(np.arange(frames) / frames * run[-1], run, time)
+    shown = {}
+    for event in events:
+        moment = start + (event.time - start) % period
+        number = int(np.abs(times - moment).argmin())
+        times[number], shown[number] = moment, event
+    return times, shown

@@ -1,0 +1,202 @@
+"""Films: written, decoded again, continued after an interruption; frames of an orbit show what happens."""
+
+import math
+from itertools import pairwise
+
+import av
+import numpy as np
+import pytest
+from command_line import run
+from PIL import Image
+
+import kerrcaustics as kc
+from kerrcaustics.draw.caustic_films import Mapping, caustics_frame
+from kerrcaustics.draw.films import SIZE, Film, frames_folder, write_film
+from kerrcaustics.draw.orbit import Orbit
+from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
+from kerrcaustics.scripts import FILMS, ScriptFolder
+
+FRAMES = 12
+SCRIPT = """
+from kerrcaustics.draw.films import Film
+import numpy as np
+
+def film(frames=5):
+    return Film("grey", {}, frames, 25, lambda n: np.full((48, 96, 3), 60 + 20 * n, np.uint8))
+"""
+
+
+def small_film(draw=None, settings=None) -> Film:
+    """A bright bar that moves to the right."""
+
+    def bar(number: int) -> np.ndarray:
+        picture = np.full((48, 96, 3), 40, np.uint8)
+        picture[:, 8 * number : 8 * number + 8] = 250
+        return picture
+
+    return Film("bar", settings or {"speed": 8}, FRAMES, 25, draw or bar)
+
+
+def decoded(path) -> list[np.ndarray]:
+    if path.suffix == ".gif":
+        with Image.open(path) as film:
+            frames = []
+            for number in range(film.n_frames):
+                film.seek(number)
+                frames.append(np.asarray(film.convert("RGB")))
+        return frames
+    with av.open(str(path)) as film:
+        stream = film.streams.video[0]
+        assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
+        assert stream.average_rate == 25
+        return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+
+
+@pytest.mark.parametrize("ending", ["mp4", "gif"])
+def test_a_film_can_be_seen(tmp_path, ending):
+    film = small_film()
+    path = write_film(tmp_path / f"bar.{ending}", film)
+    frames = decoded(path)
+    assert len(frames) == FRAMES
+    for number, frame in enumerate(frames):
+        assert frame.shape == (48, 96, 3)
+        assert np.abs(frame.astype(int) - film.draw(number)).mean() < 12
+        assert frame.mean() > 30
+    assert np.abs(frames[0].astype(int) - frames[-1]).mean() > 20
+    # Nothing is left beside it.
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+def test_an_interrupted_film_goes_on(tmp_path):
+    whole, drawn = small_film(), []
+
+    def interrupted(number: int) -> np.ndarray:
+        drawn.append(number)
+        if len(drawn) == 8:
+            raise KeyboardInterrupt
+        return whole.draw(number)
+
+    path = tmp_path / "bar.mp4"
+    with pytest.raises(KeyboardInterrupt):
+        write_film(path, small_film(interrupted))
+    assert not path.exists() and frames_folder(path).is_dir()
+    write_film(path, small_film(interrupted))
+    # The frame that failed is the only one drawn twice.
+    assert drawn == [*range(8), *range(7, FRAMES)]
+    undisturbed = write_film(tmp_path / "other.mp4", whole)
+    assert path.read_bytes() == undisturbed.read_bytes()
+
+
+def test_frames_of_other_settings_are_not_taken(tmp_path):
+    path, drawn = tmp_path / "bar.gif", []
+
+    def broken(number: int) -> np.ndarray:
+        if number == 5:
+            raise RuntimeError
+        return np.zeros((48, 96, 3), np.uint8)
+
+    with pytest.raises(RuntimeError):
+        write_film(path, small_film(broken, {"speed": 1}))
+    film = small_film()
+    write_film(path, Film(film.name, film.settings, FRAMES, 25, lambda n: drawn.append(n) or film.draw(n)))
+    assert drawn == list(range(FRAMES))
+
+
+def test_bad_input(tmp_path):
+    with pytest.raises(ValueError, match=r"Argument `path` must end in .mp4 or .gif"):
+        write_film(tmp_path / "film.avi", small_film())
+    with pytest.raises(ValueError, match="Argument `path` must lie in a folder"):
+        write_film(tmp_path / "none" / "film.mp4", small_film())
+    for picture in (np.zeros((47, 96, 3), np.uint8), np.zeros((48, 96)), np.zeros((48, 96, 3))):
+        with pytest.raises(ValueError, match="even height and width"):
+            write_film(tmp_path / "film.mp4", small_film(lambda _n, picture=picture: picture))
+
+
+@pytest.fixture(scope="module")
+def orbit() -> Orbit:
+    camera = kc.Camera(0.999, 6.03)
+    return Orbit(kc.star_tracks(camera, math.radians(77), 2), kc.caustics(camera, orders=3), 120)
+
+
+def test_an_orbit_is_whole_and_in_order(orbit):
+    steps = np.diff(orbit.times)
+    assert (steps > 0).all() and orbit.times[-1] - orbit.times[0] < orbit.tracks.period
+    shown = {(event.kind, event.order) for event in orbit.events.values()}
+    assert shown == {(kind, order) for kind in ("creation", "annihilation") for order in (2, 3)}
+    for number, event in orbit.events.items():
+        assert orbit.times[number] % orbit.tracks.period == pytest.approx(event.time, abs=1e-9)
+        before, after = orbit.images[number - 1].per_index, orbit.images[number + 1].per_index
+        change = {k: after[k] - before[k] for k in after}
+        sign = 1 if event.kind == "creation" else -1
+        assert change == {k: sign * (k in event.indices) for k in change}
+
+
+def test_a_pair_is_born_on_the_critical_curve_to_a_pixel(orbit):
+    number = next(n for n, event in orbit.events.items() if (event.kind, event.order) == ("creation", 2))
+    orbit.show(number)
+    ax, curve = orbit.axes[0], orbit.caustics[1]
+    view = view_axes(orbit.caustics, kc.shadow_edge(orbit.tracks.camera, 2000))
+    line = ax.transData.transform(azimuthal_equidistant(np.append(curve.sky, curve.sky[:1], axis=0), view))
+    fine = np.concatenate([np.linspace(a, b, 20) for a, b in pairwise(line)])
+    gaps = []
+    for index in (1, 2):
+        dots = ax.transData.transform(orbit._dots[index][0].get_offsets())
+        gaps.append(np.linalg.norm(dots[:, None] - fine, axis=2).min(axis=1).min())
+    assert max(gaps) < 1
+    assert "two images are born" in orbit.caption(number)
+
+
+def test_frames_are_pictures(orbit):
+    caustics = kc.caustics(kc.Camera(0.999, 2.6), orders=3)
+    mapping = Mapping(caustics)
+    pictures = [
+        [orbit.frame(0), orbit.frame(60)],
+        [mapping.frame(0.0), mapping.frame(0.4)],
+        [caustics_frame(caustics, "one"), caustics_frame(kc.caustics(kc.Camera(0.0, 6.0), orders=2), "other")],
+    ]
+    for first, other in pictures:
+        for picture in (first, other):
+            assert picture.shape == (SIZE[1], SIZE[0], 3) and picture.dtype == np.uint8
+            assert 150 < picture.mean() < 254
+        assert (first != other).any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FILMS.names())
+def test_script_makes_a_film(name, tmp_path):
+    film = FILMS.load(name).film(4)
+    path = write_film(tmp_path / "film.gif", film)
+    frames = decoded(path)
+    assert len(frames) == film.frames == 4 and film.rate >= 24
+    assert all(frame.shape == (SIZE[1], SIZE[0], 3) for frame in frames)
+    assert min(frame.mean() for frame in frames) > 5
+    assert (frames[0] != frames[-1]).any()
+
+
+def test_command_makes_a_film(tmp_path, monkeypatch, capsys):
+    (tmp_path / "grey.py").write_text(SCRIPT)
+    monkeypatch.setattr("kerrcaustics.scripts.FILMS", ScriptFolder("film", tmp_path, "film", "frames"))
+    path = tmp_path / "new.gif"
+    status, out, err = run(capsys, "film", "grey", "--output", path)
+    assert (status, err) == (0, "") and str(path) in out
+    assert [int(frame.mean()) for frame in decoded(path)] == [60, 80, 100, 120, 140]
+    assert run(capsys, "film", "grey", "--frames", 3, "--output", path)[0] == 0
+    assert len(decoded(path)) == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["film", "nothing"], "Argument NAME must be one of"),
+        (["film", "spin", "--frames", "1"], "Argument --frames must be 2 or more"),
+        (["film", "spin", "--output", "film.avi"], "Argument --output must end in .mp4 or .gif"),
+        (["film", "spin", "--output", "no/such/film.gif"], "Argument --output must name a file in a folder"),
+        (
+            ["tracks", "--spin", "0.9", "--radius", "6", "--star-theta", "80", "--film", "film.png"],
+            "Argument --film must end in .mp4 or .gif",
+        ),
+    ],
+)
+def test_command_refuses(arguments, complaint, capsys):
+    status, out, err = run(capsys, *arguments)
+    assert (status, out) == (2, "") and complaint in err and err.count("\n") == 1
