@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import wrapped
-from kerrcaustics.draw.films import blank_frame, pixels
+from kerrcaustics.draw.films import Backdrop, blank_frame, pixels
 from kerrcaustics.draw.plots import camera_sky, celestial_sphere, headline
 from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed, view_axes
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -117,6 +117,9 @@ class Mapping:
                     ax.set_xlabel("")
                 self._movers.append((_mover(sky, caustic.order), _mover(ax, caustic.order)))
             self.figure.text(0.03, 0.03, headline(caustics), fontsize=12)
+            self._backdrop = Backdrop(
+                self.figure, [artist for movers in self._movers for pair in movers for artist in pair]
+            )
 
     def frame(self, part: float) -> Array:
         """The picture (height, width, 3) when the points have run through this part of their curves."""
@@ -129,7 +132,7 @@ class Mapping:
                 dot.set_data(line[:1, 0], line[:1, 1])
                 tail.set_data(line[:, 0], line[:, 1])
         with rc_context(style.FILM_RC):
-            return pixels(self.figure)
+            return self._backdrop.pixels()
 
 
 def _closer(ax: Axes, caustic: Caustic) -> None:

@@ -6,7 +6,7 @@ A film that is interrupted goes on where it stopped: each frame is a file of its
 import hashlib
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from importlib import metadata
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
@@ -109,6 +110,26 @@ def pixels(figure: Figure) -> Array:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+class Backdrop:
+    """A figure that is drawn once, and the artists that move on it: they alone are drawn for each frame."""
+
+    def __init__(self, figure: Figure, moving: Sequence[Artist]) -> None:
+        """Draw all but the moving artists."""
+        self._canvas, self._figure = FigureCanvasAgg(figure), figure
+        self._moving = sorted(moving, key=lambda artist: artist.get_zorder())
+        for artist in self._moving:
+            artist.set_animated(True)
+        self._canvas.draw()
+        self._still: Any = self._canvas.copy_from_bbox(figure.bbox)
+
+    def pixels(self) -> Array:
+        """The picture (height, width, 3) with the moving artists where they are now."""
+        self._canvas.restore_region(self._still)
+        for artist in self._moving:
+            (artist.axes or self._figure).draw_artist(artist)
+        return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
 
 
 def _prepare(folder: Path, film: Film) -> None:

@@ -1,6 +1,7 @@
 """Frames of one orbit: a star's images on the camera sky, and the star among the caustics on the celestial sphere."""
 
 import math
+from itertools import pairwise
 from textwrap import fill
 from typing import Any
 
@@ -13,7 +14,7 @@ from matplotlib.ticker import MultipleLocator
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import wrapped
-from kerrcaustics.draw.films import Film, blank_frame, pixels
+from kerrcaustics.draw.films import Backdrop, Film, blank_frame
 from kerrcaustics.draw.projection import azimuthal_equidistant, distance_to_edge, position_angle, unrolled, view_axes
 from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -60,16 +61,23 @@ class Orbit:
         self.images = images
         self._edge = shadow_edge(tracks.camera, _EDGE_POINTS)
         self._view = view_axes(caustics, self._edge)
+        # All at once: the distance to the edge takes its time.
+        ends = np.cumsum([0, *(len(image) for image in images)])
+        pictures = self._pictures(np.concatenate([image.sky for image in images]))
+        self._places = [[picture[i:j] for picture in pictures] for i, j in pairwise(ends)]
+        self._event_places = {number: self._pictures(event.sky[None]) for number, event in self.events.items()}
         with rc_context(style.FILM_RC):
             self.figure = blank_frame()
             self.axes = self._panels()
             self._prepare()
+            moving = [self._star, self._caption, *self._rings, *(dots for pair in self._dots for dots in pair)]
+            self._backdrop = Backdrop(self.figure, moving)
 
     def frame(self, number: int) -> Array:
         """The picture (height, width, 3) of a frame."""
         with rc_context(style.FILM_RC):
             self.show(number)
-            return pixels(self.figure)
+            return self._backdrop.pixels()
 
     def show(self, number: int) -> None:
         """Put the star and its images where they are in a frame."""
@@ -77,11 +85,12 @@ class Orbit:
         event = self.events.get(number)
         for index in range(self.tracks.max_index + 1):
             here = images.index == index
-            sky, bright = images.sky[here], images.magnification[here]
+            bright, places = images.magnification[here], [places[here] for places in self._places[number]]
             if event is not None and index in event.indices:
                 # The pair is one point now.
-                sky, bright = np.concatenate([sky, event.sky[None]]), np.append(bright, np.inf)
-            for dots, picture in zip(self._dots[index], self._pictures(sky), strict=True):
+                bright = np.append(bright, np.inf)
+                places = [np.append(a, b, axis=0) for a, b in zip(places, self._event_places[number], strict=True)]
+            for dots, picture in zip(self._dots[index], places, strict=True):
                 dots.set_offsets(picture)
                 dots.set_sizes(_area(bright))
         phi = math.degrees(self.tracks.azimuth_at(self.times[number]))
@@ -124,8 +133,6 @@ class Orbit:
 
     def _pictures(self, sky: Array) -> tuple[Array, Array]:
         """Places (n, 2) of directions (n, 3) on the two pictures of the camera sky."""
-        if not len(sky):
-            return np.empty((0, 2)), np.empty((0, 2))
         distance = distance_to_edge(sky, self._edge)
         return azimuthal_equidistant(sky, self._view), np.stack([position_angle(sky, self._view), distance], axis=-1)
 
@@ -199,12 +206,13 @@ class Orbit:
 
     def _flash(self, number: int) -> None:
         """Rings that grow from where a pair has just appeared, or vanished."""
-        recent = [(number - n, event) for n, event in self.events.items() if 0 <= number - n < _FLASH]
+        recent = [n for n in self.events if 0 <= number - n < _FLASH]
         for ring in self._rings:
             ring.set_data([], [])
-        for age, event in recent[:1]:
-            phi = math.degrees(event.star[1])
-            places = [picture[0] for picture in self._pictures(event.sky[None])]
+        for shown in recent[:1]:
+            age = number - shown
+            phi = math.degrees(self.events[shown].star[1])
+            places = [picture[0] for picture in self._event_places[shown]]
             places.append(np.array([(phi + 180) % 360 - 180, math.degrees(self.tracks.theta)]))
             for ring, place in zip(self._rings, places, strict=True):
                 ring.set_data(place[:1], place[1:])
