@@ -101,8 +101,8 @@ class Orbit:
     def caption(self, number: int) -> str:
         """What is to be seen in a frame, in a few lines."""
         images = self.images[number]
-        counts = ", ".join(f"{images.per_index[k]} of index {k}" for k in sorted(images.per_index))
-        first = f"The star has {len(images)} images: {counts}."
+        counts = " + ".join(str(images.per_index[k]) for k in sorted(images.per_index))
+        first = f"The star has {counts} images of index 0 to {self.tracks.max_index}."
         ahead, event = min(
             ((n - number, e) for n, e in self.events.items()), key=_closeness, default=(_SPEAK + 1, None)
         )
@@ -128,7 +128,7 @@ class Orbit:
             what = "two images are born" if born else "two images meet, and vanish,"
             return f"The star crosses the {name} caustic: {what} at one point of the {name} critical curve."
         if born:
-            return f"The new images part, mirror images: index {low} outside the critical curve, {high} inside."
+            return f"The new images part: index {low} outside the critical curve, index {high} inside."
         return f"The pair is gone: the star has left the {name} caustic."
 
     def _pictures(self, sky: Array) -> tuple[Array, Array]:
