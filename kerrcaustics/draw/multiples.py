@@ -31,6 +31,9 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
         Half the width of the panel in radians; it then shows offsets from the middle of the caustic.
     """
     curve = np.degrees(np.concatenate([caustic.celestial, caustic.celestial[:1]])[:, ::-1])
+    is_point = caustic.kind == "point"
+    if is_point:
+        curve = curve[:1]
     if half is not None:
         curve -= (curve.min(axis=0) + curve.max(axis=0)) / 2
         limit = math.degrees(half)
@@ -40,11 +43,15 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
     else:
         ax.set_ylim(180, 0)
         ax.yaxis.set_major_locator(MultipleLocator(90))
-    if caustic.kind == "point":
+    if is_point:
         style.draw_cross(ax, curve[0], caustic.order)
     else:
         ax.plot(*curve.T, **style.order_line(caustic.order))
-    words = f"{math.degrees(caustic.phi_extent):.3g} × {math.degrees(caustic.theta_extent):.3g} deg"
+    words = (
+        "a point"
+        if is_point
+        else f"{math.degrees(caustic.phi_extent):.3g} × {math.degrees(caustic.theta_extent):.3g} deg"
+    )
     ax.annotate(words, (0.02, 0.94), xycoords="axes fraction", va="top", fontsize=style.SMALLEST_TEXT)
     return ax
 
@@ -71,7 +78,8 @@ def multiples_figure(rows: Mapping[str, CausticSet], title: str) -> Figure:
             low, high = (math.degrees(f) for f in (min(c.phi_min for c in found), max(c.phi_max for c in found)))
             for ax, caustic in zip(panels[:, column], found, strict=True):
                 if order == 1:
-                    caustic_axes(ax, caustic, _OWN_SCALE * max(caustic.theta_extent, caustic.phi_extent))
+                    width = max(caustic.theta_extent, caustic.phi_extent)
+                    caustic_axes(ax, caustic, math.radians(0.5) if caustic.kind == "point" else _OWN_SCALE * width)
                     continue
                 caustic_axes(ax, caustic)
                 _common_axis(ax, low, high)
