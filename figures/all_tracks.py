@@ -7,14 +7,13 @@ camera sky (a), and with the distance to the shadow edge drawn out (b), where th
 apart. Triangles are the creations and annihilations of pairs, all of them on critical curves. Remakes JTFT figure 7.
 
 As there, each connected track belongs to one order ε, the number of times its rays cross the equatorial plane: that
-of order 0 stays outside the primary critical curve, that of order 1 crosses the secondary curve and comes back, that of
-order 2 does so with the tertiary one, and so on: one critical curve each.
+of order 0 stays outside the primary critical curve, that of order 1 crosses the secondary curve and comes back, that
+of order 2 does so with the tertiary one, and so on: one critical curve each.
 """
 
 import math
 from pathlib import Path
 
-import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
@@ -22,12 +21,13 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.plots import headline
-from kerrcaustics.draw.projection import distance_to_edge, position_angle, view_axes
 from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unrolled
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
 STAR = math.radians(77)
 MAX_INDEX = 3
+# Position angle and distance in degrees where there is room for the name of an order.
+LABELS = {0: (85, 55), 1: (280, 3.5), 2: (85, 0.22), 3: (315, 0.005)}
 
 
 def main(output: Path) -> list[Path]:
@@ -39,14 +39,9 @@ def main(output: Path) -> list[Path]:
         tracks_on_sky(sky, tracks, caustics, edge).set_title("(a) camera sky")
         sky.set_aspect("equal")
         tracks_unrolled(unrolled, tracks, caustics, edge).set_title("(b) drawn out at the shadow edge")
-        view = view_axes(caustics, edge)
         for track in tracks.tracks:
-            distance = distance_to_edge(track.sky, edge)
-            outermost = track.sky[np.argmax(distance)][None]
-            order = kc.trace_beams(CAMERA, outermost).crossings[0]
-            place = position_angle(outermost, view)[0], distance.max()
-            text = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": style.SMALLEST_TEXT}
-            unrolled.annotate(f"ε = {order}", place, (0, -5), **text)
+            order = int(kc.trace_beams(CAMERA, track.sky[len(track) // 2]).crossings)
+            unrolled.annotate(f"ε = {order}", LABELS[order], ha="center", fontsize=style.SMALLEST_TEXT)
         figure.legend(handles=tracks_legend(MAX_INDEX), loc="outside lower center", ncols=4)
         figure.suptitle(f"star at θ′ = {math.degrees(STAR):.12g} deg; {headline(caustics)}")
     return write_line_art(figure, output, "all_tracks")

@@ -7,8 +7,8 @@ orbits at r = 6.03 and r = 2.6 round a hole of spin 0.999, and for an inclined o
 cusps. Remakes JTFT figures 5 (r = 6.03) and 9 (r = 2.6), and the curves of figure 8.
 
 At r = 6.03 the primary caustic is an astroid 0.42 by 0.45 degrees wide, not far from the point behind the hole; the
-secondary one reaches over 0.73 of a circuit and the tertiary winds 5.2 times round the sky. At r = 2.6 these are
-1.8 by 2.1 degrees, one full circuit, and more than six, as the paper has it.
+secondary one reaches over 0.73 of a circuit and the tertiary winds 5.2 times round the sky. At r = 2.6 these are 1.8
+by 2.1 degrees, one full circuit, and more than six, as the paper has it.
 """
 
 import math

@@ -122,6 +122,13 @@ def test_map_shows_each_count_and_wraps_caustics():
     assert theta[1] == pytest.approx(85.0) and np.isnan(line[:, 0]).sum() == 2
 
 
+@pytest.mark.parametrize("beyond", [170.0, 190.0])
+def test_a_caustic_with_a_point_on_the_border_of_the_picture_does_not_cross_it(beyond):
+    line = wrapped(np.array([[90.0, 180.0], [89.0, beyond], [90.0, 180.0], [91.0, 185.0]]))
+    steps = np.abs(np.diff(line[:, 0]))
+    assert np.nanmax(steps) < 11 and np.isfinite(line).any()
+
+
 BAD_CIRCLES = [((4.0, 0.0), "`normal` must be"), ("milky way", "galactic plane"), ((1.0,), "`normal` must be")]
 
 

@@ -20,6 +20,8 @@ from kerrcaustics.stars.counts import CountMap
 _HALO = withStroke(linewidth=3, foreground="white")
 # Caustics below this extent, radians, are ringed.
 _SMALL = math.radians(4.0)
+# From the borders of the picture, degrees.
+_AWAY = 1e-9
 # Light enough for the lines of caustics on top.
 _COLOURS = ("YlGnBu", 0.0, 0.66)
 
@@ -91,6 +93,9 @@ def wrapped(celestial: np.ndarray) -> np.ndarray:
     Where it leaves the picture on one side it is led to the border, broken, and begun again on the other.
     """
     pieces = []
+    # A point on the border itself belongs to the side of larger phi'.
+    on_border = (celestial[:, 1] + 180) % 360 == 0
+    celestial = np.stack([celestial[:, 0], celestial[:, 1] + np.where(on_border, _AWAY, 0.0)], axis=-1)
     for start, end in pairwise(celestial):
         pieces.append(start)
         low, high = sorted((start[1], end[1]))
@@ -99,7 +104,7 @@ def wrapped(celestial: np.ndarray) -> np.ndarray:
             part = (phi - start[1]) / (end[1] - start[1]) if end[1] != start[1] else 0.0
             theta = start[0] + part * (end[0] - start[0])
             side = 1 if end[1] > start[1] else -1
-            pieces += [(theta, phi - side * 1e-9), (math.nan, math.nan), (theta, phi + side * 1e-9)]
+            pieces += [(theta, phi - side * _AWAY), (math.nan, math.nan), (theta, phi + side * _AWAY)]
     pieces.append(celestial[-1])
     theta, phi = np.array(pieces).T
     return np.stack([(phi + 180) % 360 - 180, theta], axis=-1)

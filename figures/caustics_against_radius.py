@@ -1,0 +1,31 @@
+"""
+Caustics against radius
+=======================
+
+The first three caustics of a hole of spin 0.999 for cameras on its equator, from r = 1.5 to r = 50, on the same axes
+down each column but the first, where each caustic has its own scale. Beyond the paper's figures.
+
+From far away the primary caustic is small, about 0.368 a^2 / r^2 radians wide, and almost behind the hole; it keeps
+its four cusps while it grows nearly a thousandfold. The secondary and tertiary ones are wide from any distance, as
+they are made where light circles the hole; close in, their prograde cusp runs ahead by another circuit and more.
+"""
+
+from pathlib import Path
+
+import kerrcaustics as kc
+from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.multiples import multiples_figure
+
+SPIN = 0.999
+RADII = (50.0, 15.0, 6.03, 2.6, 1.5)
+
+
+def main(output: Path) -> list[Path]:
+    rows = {f"r = {radius:g}": kc.caustics(kc.Camera(SPIN, radius), orders=3) for radius in RADII}
+    return write_line_art(multiples_figure(rows, f"spin {SPIN}, camera on the equator"), output, Path(__file__).stem)
+
+
+if __name__ == "__main__":
+    OUT = Path(__file__).parent / "out"
+    OUT.mkdir(exist_ok=True)
+    print(*main(OUT), sep="\n")

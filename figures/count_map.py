@@ -1,0 +1,35 @@
+"""
+How many images a star has
+==========================
+
+Images of index 0 to 2 of a star at any place of the celestial sphere, with the caustics, for a = 0.999 and cameras on
+the equator at r = 6.03 and r = 2.6. Beyond the paper's figures.
+
+Across the primary and the secondary caustic the count changes by two. Across the tertiary one it changes by one,
+because the partner has index 3 and is not counted.
+"""
+
+from pathlib import Path
+
+import kerrcaustics as kc
+from kerrcaustics.draw.count_map import count_map_figure
+from kerrcaustics.draw.files import write_line_art
+
+SPIN = 0.999
+RADII = (6.03, 2.6)
+ROWS = 360
+
+
+def main(output: Path) -> list[Path]:
+    files = []
+    for radius in RADII:
+        camera = kc.Camera(SPIN, radius)
+        picture = count_map_figure(kc.count_map(camera, max_index=2, rows=ROWS), kc.caustics(camera, orders=3))
+        files += write_line_art(picture, output, f"count_map_r{radius}")
+    return files
+
+
+if __name__ == "__main__":
+    OUT = Path(__file__).parent / "out"
+    OUT.mkdir(exist_ok=True)
+    print(*main(OUT), sep="\n")
