@@ -1,7 +1,12 @@
 """Sphinx configuration of the documentation."""
 
 import re
+import sys
 from importlib.metadata import version as installed_version
+from pathlib import Path
+
+# For figure_gallery.
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "kerrcaustics"
 author = "The kerrcaustics developers"
@@ -15,6 +20,7 @@ extensions = [
     "sphinx.ext.napoleon",
     # Copies MathJax and its fonts beside the pages, so that they need no network.
     "sphinx-mathjax-offline",
+    "sphinx_gallery.gen_gallery",
 ]
 # The tables are included in pages.
 exclude_patterns = ["_build", "tables"]
@@ -30,6 +36,22 @@ autodoc_typehints = "none"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_custom_sections = ["Errors"]
+
+# A script runs again when it has changed, or when docs/gallery is removed.
+sphinx_gallery_conf = {
+    "examples_dirs": "../figures",
+    "gallery_dirs": "gallery",
+    "filename_pattern": ".",
+    "image_scrapers": "figure_gallery.pictures",
+    "reset_argv": "figure_gallery.define_only",
+    "reset_modules": (),
+    "within_subsection_order": "ExampleTitleSortKey",
+    "download_all_examples": False,
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+    "min_reported_time": 3600,
+}
 
 html_theme = "furo"
 html_title = f"kerrcaustics {release}"

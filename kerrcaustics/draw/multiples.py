@@ -47,11 +47,9 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
         style.draw_cross(ax, curve[0], caustic.order)
     else:
         ax.plot(*curve.T, **style.order_line(caustic.order))
-    words = (
-        "a point"
-        if is_point
-        else f"{math.degrees(caustic.phi_extent):.3g} × {math.degrees(caustic.theta_extent):.3g} deg"
-    )
+    widths = (math.degrees(extent) for extent in (caustic.phi_extent, caustic.theta_extent))
+    words = " × ".join(f"{width:.3g}" if width < 1000 else f"{width:.0f}" for width in widths) + " deg"
+    words = "a point" if is_point else words
     ax.annotate(words, (0.02, 0.94), xycoords="axes fraction", va="top", fontsize=style.SMALLEST_TEXT)
     return ax
 
