@@ -1,4 +1,4 @@
-"""How sphinx-gallery makes the pictures of a script of figures/: by its function `main`, and not by running it as a program."""
+"""How sphinx-gallery makes the pictures of a script of figures/: by its function `main`, not as a program."""
 
 import shutil
 from pathlib import Path

@@ -2,12 +2,14 @@
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop
 from kerrcaustics.cli.options import console, make_folder, say, script_names
@@ -36,9 +38,9 @@ def figures(*names: str, output: Path | None = None) -> None:
     folder = output or FIGURES.folder / "out"
     make_folder(folder)
     out, failed = console(), []
-    with _bar(len(wanted)) as bar:
-        for name in wanted:
-            bar.update(bar.task_ids[0], description=name)
+    with _bar(len(wanted)) as report:
+        for made, name in enumerate(wanted):
+            report(name, made)
             began = time.perf_counter()
             try:
                 files = FIGURES.run(name, folder)
@@ -50,29 +52,36 @@ def figures(*names: str, output: Path | None = None) -> None:
                 say(out, f"{name} ({time.perf_counter() - began:.1f} s)")
                 for file in files:
                     say(out, f"  {file}")
-            bar.advance(bar.task_ids[0])
     if failed:
         stop(1, f"{len(failed)} of {len(wanted)} figures could not be made: {', '.join(failed)}")
 
 
+class _TimeLeft(ProgressColumn):
+    """Time left, if the figures to come take as long as those made so far."""
+
+    def render(self, task: Task) -> Text:
+        """The time since the last figure counts down."""
+        if not task.completed or task.total is None:
+            return Text("")
+        spent = task.fields["spent"]
+        left = spent * (task.total / task.completed - 1) - ((task.elapsed or 0.0) - spent)
+        return Text(f"about {timedelta(seconds=max(round(left), 1))} left" if task.remaining else "")
+
+
 @contextmanager
-def _bar(count: int) -> Iterator[Progress]:
-    """A progress bar of figures with the time left, on standard error while that is a terminal."""
+def _bar(count: int) -> Iterator[Callable[[str, int], None]]:
+    """A progress bar on standard error while that is a terminal; takes what is being made, and how many are done."""
     errors = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    left = TimeRemainingColumn()
-    # The time left follows from all figures made so far.
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), _TimeLeft())
     bar = Progress(
         *columns,
-        TextColumn("left"),
-        left,
         console=errors,
         transient=True,
         disable=not errors.is_terminal,
         # What goes to a file stays out of the terminal.
         redirect_stdout=sys.stdout.isatty(),
-        speed_estimate_period=3600,
     )
+    began = time.perf_counter()
     with bar:
-        bar.add_task("", total=count)
-        yield bar
+        task = bar.add_task("", total=count, spent=0.0)
+        yield lambda name, made: bar.update(task, description=name, completed=made, spent=time.perf_counter() - began)
