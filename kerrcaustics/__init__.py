@@ -25,10 +25,17 @@ if TYPE_CHECKING:
         save_caustics as save_caustics,
         to_xarray as to_xarray,
     )
+    from kerrcaustics.scenes.catalogue import (
+        StarCatalogue as StarCatalogue,
+        hipparcos as hipparcos,
+        tilted_galaxy as tilted_galaxy,
+    )
     from kerrcaustics.scenes.checkerboard import Checkerboard as Checkerboard
     from kerrcaustics.scenes.colour import black_body as black_body, tone_mapped as tone_mapped
     from kerrcaustics.scenes.footprint import Footprint as Footprint
+    from kerrcaustics.scenes.panorama import Panorama as Panorama
     from kerrcaustics.scenes.render import Scene as Scene, celestial_picture as celestial_picture, render as render
+    from kerrcaustics.scenes.star_field import StarField as StarField
     from kerrcaustics.scenes.view import View as View
     from kerrcaustics.spacetime.camera import Camera as Camera
     from kerrcaustics.spacetime.shadow import shadow_edge as shadow_edge
@@ -67,8 +74,11 @@ _HOMES = {
     "LineCrossings": "stars.lines",
     "PairEvent": "stars.events",
     "PairEvents": "stars.events",
+    "Panorama": "scenes.panorama",
     "Rays": "beams.beam",
     "Scene": "scenes.render",
+    "StarCatalogue": "scenes.catalogue",
+    "StarField": "scenes.star_field",
     "StarImages": "stars.images",
     "StarTracks": "stars.tracks",
     "Status": "beams.beam",
@@ -81,6 +91,7 @@ _HOMES = {
     "count_map": "stars.counts",
     "crossings_of_line": "stars.lines",
     "follow_star": "stars.following",
+    "hipparcos": "scenes.catalogue",
     "image_counts": "stars.counts",
     "load_caustics": "curves.store",
     "pair_events": "stars.events",
@@ -90,6 +101,7 @@ _HOMES = {
     "star_images": "stars.images",
     "star_tracks": "stars.tracks",
     "tangent_basis": "spacetime.sphere",
+    "tilted_galaxy": "scenes.catalogue",
     "to_xarray": "curves.store",
     "tone_mapped": "scenes.colour",
     "trace_beams": "beams.trace",
@@ -113,8 +125,11 @@ __all__ = [
     "LineCrossings",
     "PairEvent",
     "PairEvents",
+    "Panorama",
     "Rays",
     "Scene",
+    "StarCatalogue",
+    "StarField",
     "StarImages",
     "StarTracks",
     "Status",
@@ -127,6 +142,7 @@ __all__ = [
     "count_map",
     "crossings_of_line",
     "follow_star",
+    "hipparcos",
     "image_counts",
     "load_caustics",
     "pair_events",
@@ -136,6 +152,7 @@ __all__ = [
     "star_images",
     "star_tracks",
     "tangent_basis",
+    "tilted_galaxy",
     "to_xarray",
     "tone_mapped",
     "trace_beams",
