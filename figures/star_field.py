@@ -1,0 +1,74 @@
+"""
+A star field at r = 2.6
+=======================
+
+The stars of the Hipparcos-2 catalogue and a galactic plane, seen from a circular orbit at r = 2.6 round a hole of spin
+0.999 (JTFT fig 8): the camera sky with the first three critical curves, and the flat left edge of the shadow, without
+and with them. Stars near a critical curve are bright, and as small as anywhere.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import kerrcaustics as kc
+from kerrcaustics.draw import style
+from kerrcaustics.draw.scenes import show_critical_curves, show_picture
+
+CAMERA = kc.Camera(spin=0.999, radius=2.6)
+SKY = kc.StarField()
+
+
+def flat_edge(width: int, height: int, field: float) -> kc.View:
+    """The view of a field (radians) that has the prograde end of the shadow edge three quarters to the right."""
+    middle = kc.View.toward_hole(CAMERA, width, height, field)
+    left = kc.shadow_edge(CAMERA, 4)[0]
+    inward = np.cross(np.cross(left, middle.forward), left)
+    away = field / 4
+    forward = left * math.cos(away) - inward / np.linalg.norm(inward) * math.sin(away)
+    return kc.View(width, height, field, forward=forward, up=middle.up)
+
+
+def seen(ax: Axes, view: kc.View, picture: np.ndarray) -> Axes:
+    show_picture(ax, view, picture)
+    ax.set_facecolor("black")
+    return ax
+
+
+def picture_of(view: kc.View) -> np.ndarray:
+    light = kc.render(CAMERA, view, SKY).light
+    # One exposure for what one star gives a pixel: the sky's own light then looks alike in all panels.
+    return kc.tone_mapped(light, exposure=1 / 2500, curve="asinh", softening=25)
+
+
+def main(output: Path) -> list[Path]:
+    caustics = kc.caustics(CAMERA, orders=3)
+    whole = kc.View.toward_hole(CAMERA, 640, 456, math.radians(200), "fisheye")
+    near = flat_edge(360, 360, math.radians(24))
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 8.4), layout="constrained")
+        grid = figure.add_gridspec(2, 2, height_ratios=[1.5, 1])
+        sky = seen(figure.add_subplot(grid[0, :]), whole, picture_of(whole))
+        show_critical_curves(sky, whole, caustics, linewidth=0.7, path_effects=[])
+        sky.set_title("camera sky")
+        picture = picture_of(near)
+        plain = seen(figure.add_subplot(grid[1, 0]), near, picture)
+        plain.set_title("left edge of the shadow")
+        lined = seen(figure.add_subplot(grid[1, 1]), near, picture)
+        show_critical_curves(lined, near, caustics, linewidth=0.9, path_effects=[])
+        lined.set_title("with critical curves")
+        figure.legend(*sky.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    path = output / "star_field.png"
+    figure.savefig(path, dpi=200)
+    return [path]
+
+
+if __name__ == "__main__":
+    OUT = Path(__file__).parent / "out"
+    OUT.mkdir(exist_ok=True)
+    for made in main(OUT):
+        print(f"  {made}")

@@ -1,0 +1,118 @@
+"""A celestial sphere of paint swatches: colours by latitude, alternating in brightness, with gaps."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kerrcaustics.scenes.colour import from_srgb, shifted_light
+from kerrcaustics.scenes.footprint import DEVIATION, Footprint, averaged
+from kerrcaustics.spacetime.sphere import polar_angle
+
+Array = np.ndarray
+
+# From the north pole to the south pole; told apart by colour-blind readers (after Okabe and Ito).
+COLOURS = ("#B04000", "#E8821E", "#F5D547", "#A8DDB5", "#56B4E9", "#0072B2", "#3B2F80")
+GAP_COLOUR = "#F4F4F0"
+# Every second swatch is so much darker.
+_DARKER = 0.5
+# A box of this half width, in units of a size, has the deviation that `averaged` asks for.
+_HALF_WIDTH = DEVIATION * math.sqrt(3)
+
+
+@dataclass(frozen=True, eq=False)
+class Checkerboard:
+    """A sky of swatches between circles of latitude and meridians, as in JTFT fig 10.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Swatches from pole to pole, and once round; columns are even.
+    gap : float
+        Part of a swatch's period, 0 to 1, that is the gap, in either direction.
+    colours : tuple of str
+        "#rrggbb", north to south; rows between two of them are mixed in linear light.
+    gap_colour : str
+
+    Notes
+    -----
+    Averages are exact for a box in theta' and phi': the pattern is a sum of products of a function of theta' and one of
+    phi', whose integrals are piecewise linear. Near the poles the box goes all round, so nothing pinches there.
+    """
+
+    rows: int = 15
+    columns: int = 30
+    gap: float = 0.16
+    colours: tuple[str, ...] = COLOURS
+    gap_colour: str = GAP_COLOUR
+
+    def __post_init__(self) -> None:
+        """Refuse what is no checkerboard."""
+        for name, even in (("rows", False), ("columns", True)):
+            value = getattr(self, name)
+            whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+            if not (whole and 2 <= value <= 720 and not (even and value % 2)):
+                kind = "an even whole number" if even else "a whole number"
+                raise ValueError(f"Argument `{name}` must be {kind} from 2 to 720, but is {value!r}.")
+        if not (isinstance(self.gap, int | float) and 0 <= self.gap < 1):
+            raise ValueError(f"Argument `gap` must lie in [0, 1), but is {self.gap!r}.")
+        if len(self.colours) == 0:
+            raise ValueError("Argument `colours` must hold at least one colour.")
+        for colour in (*self.colours, self.gap_colour):
+            from_srgb(colour)
+
+    @cached_property
+    def _background(self) -> Array:
+        return from_srgb(self.gap_colour)
+
+    @cached_property
+    def _swatches(self) -> Array:
+        """Colours (rows, 2, 3), above the background, of the swatch that begins at phi' = 0 and of the one after it."""
+        stops = np.stack([from_srgb(colour) for colour in self.colours])
+        place = (np.arange(self.rows) + 0.5) / self.rows * (len(stops) - 1)
+        bright = np.stack([np.interp(place, np.arange(len(stops)), channel) for channel in stops.T], axis=-1)
+        even = (np.arange(self.rows) % 2 == 0)[:, None]
+        ones, others = np.where(even, bright, _DARKER * bright), np.where(even, _DARKER * bright, bright)
+        return np.stack([ones, others], axis=1) - self._background
+
+    @cached_property
+    def _before(self) -> Array:
+        """Integrals (rows, 2, 3) of the swatches over theta', in rows, from the pole to the start of each row."""
+        total = np.cumsum(self._swatches, axis=0) * (1 - self.gap)
+        return np.concatenate([np.zeros((1, 2, 3)), total[:-1]])
+
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+        """Linear sRGB light (n, 3) of pixels."""
+        light = averaged(self._average, footprint, finest=1e-6)
+        return light * shifted_light(footprint.redshift, beaming, colour_shift)
+
+    def _average(self, direction: Array, size: Array) -> Array:
+        """Colours (m, 3) over boxes about directions."""
+        theta = polar_angle(direction)
+        phi = np.arctan2(direction[:, 1], direction[:, 0])
+        half = np.maximum(_HALF_WIDTH * size, 1e-9)
+        with np.errstate(divide="ignore"):
+            half_phi = np.minimum(half / np.sin(theta), math.pi)
+        # What a box reaches beyond a pole is left out: on the other side all meridians meet as well.
+        low, high = np.maximum(theta - half, 0), np.minimum(theta + half, math.pi)
+        down = (self._along_theta(high) - self._along_theta(low)) * (math.pi / self.rows / (high - low))[:, None, None]
+        turn = self.columns / (4 * math.pi)
+        colours = np.tile(self._background, (len(theta), 1))
+        for parity in range(2):
+            right = self._along_phi((phi + half_phi) * turn - parity / 2)
+            left = self._along_phi((phi - half_phi) * turn - parity / 2)
+            colours += down[:, parity] * ((right - left) / (2 * half_phi * turn))[:, None]
+        return colours
+
+    def _along_theta(self, theta: Array) -> Array:
+        """Integral (m, 2, 3) of the swatches of both parities from the pole to theta', in rows."""
+        place = theta * (self.rows / math.pi)
+        row = np.minimum(place.astype(int), self.rows - 1)
+        inside = np.clip(place - row - self.gap / 2, 0, 1 - self.gap)
+        return self._before[row] + self._swatches[row] * inside[:, None, None]
+
+    def _along_phi(self, turns: Array) -> Array:
+        """Integral (m,) of the swatches of one parity, in periods of two swatches."""
+        whole = np.floor(turns)
+        return whole * (1 - self.gap) / 2 + np.clip(turns - whole - self.gap / 4, 0, (1 - self.gap) / 2)

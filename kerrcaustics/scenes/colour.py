@@ -1,0 +1,186 @@
+"""Light and colour: black bodies as linear sRGB, shifts of frequency, white balance, tone mapping."""
+
+import math
+import re
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+Array = np.ndarray
+
+CURVES = ("linear", "asinh")
+
+DAYLIGHT = 6504.0
+"""Temperature (K) of the black body that stands for the white of sRGB."""
+
+# Second radiation constant, nm K.
+_HC_OVER_K = 1.438776877e7
+_COOLEST, _HOTTEST, _TEMPERATURES = 300.0, 1e6, 600
+_WAVELENGTHS = np.arange(360.0, 831.0, 2.0)
+# Lobes (height, centre, width below, width above; nm) of the colour-matching functions x, y, z.
+_LOBES = (
+    ((1.056, 599.8, 37.9, 31.0), (0.362, 442.0, 16.0, 26.7), (-0.065, 501.1, 20.4, 26.2)),
+    ((0.821, 568.8, 46.9, 40.5), (0.286, 530.9, 16.3, 31.1)),
+    ((1.217, 437.0, 11.8, 36.0), (0.681, 459.0, 26.0, 13.8)),
+)
+# From XYZ to linear sRGB, IEC 61966-2-1.
+_TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def black_body(temperature: ArrayLike, white: float = DAYLIGHT) -> Array:
+    """Linear sRGB (..., 3) of black bodies, per area and solid angle, with a white balance.
+
+    Parameters
+    ----------
+    temperature : (...,) array
+        Kelvin; below 300 and above 1e6 those are used.
+    white : float
+        Temperature (K) of the black body that looks white, and has luminance 1.
+
+    Returns
+    -------
+    (..., 3) array
+        Channels divided by those of the white black body. Those outside what a screen shows are cut at zero.
+
+    Errors
+    ------
+    The colour-matching functions are the analytic fit of the reference, about 1 % of the maximum.
+
+    References
+    ----------
+    Wyman, Sloan & Shirley 2013, J. Comput. Graph. Tech. 2(2), eq. 4: the CIE 1931 functions.
+    """
+    _check_white(white)
+    return np.exp(_interpolated(np.asarray(temperature, float)) - _interpolated(np.array(float(white))))
+
+
+def luminance(light: ArrayLike) -> Array:
+    """Luminance (...,) of linear sRGB light (..., 3)."""
+    return np.asarray(light) @ _LUMINANCE
+
+
+def star_temperature(colour_index: ArrayLike) -> Array:
+    """Temperature (...,) in kelvin of stars of colour index B - V (...,).
+
+    References: Ballesteros 2012, EPL 97 34008, eq. 14; B - V is cut to [-0.4, 2.5], where it was tried.
+    """
+    index = np.clip(np.asarray(colour_index, float), -0.4, 2.5)
+    return 4600 * (1 / (0.92 * index + 1.7) + 1 / (0.92 * index + 0.62))
+
+
+def shifted_light(redshift: Array, beaming: bool, colour_shift: bool, temperature: ArrayLike = DAYLIGHT) -> Array:
+    """Factors (..., 3) of linear sRGB light that comes with frequency ratios g = nu_camera / nu_source (...,).
+
+    Parameters
+    ----------
+    redshift : (...,) array
+    beaming : bool
+        Intensity times g^4, over all frequencies. Else the luminance stays.
+    colour_shift : bool
+        The spectrum moves by g: a black body of temperature T looks like one of g T.
+    temperature : float or (...,) array
+        Of the light's source; pictures and swatches count as lit by daylight.
+
+    Notes
+    -----
+    With both, the factor is the ratio of the black bodies of g T and T: I_nu / nu^3 is the same for all observers, so
+    that Planck's law at T becomes Planck's law at g T, brightness and all.
+    """
+    if not (beaming or colour_shift):
+        return np.ones((*np.shape(redshift), 3))
+    if not colour_shift:
+        return np.repeat((np.asarray(redshift) ** 4)[..., None], 3, axis=-1)
+    before = black_body(np.broadcast_to(temperature, np.shape(redshift)))
+    after = black_body(np.asarray(temperature) * redshift)
+    factor = after / before
+    if not beaming:
+        factor *= (luminance(before) / luminance(after))[..., None]
+    return factor
+
+
+def from_srgb(colour: str) -> Array:
+    """Linear light (3,) of "#rrggbb"."""
+    if not (isinstance(colour, str) and re.fullmatch("#[0-9a-fA-F]{6}", colour)):
+        raise ValueError(f'Argument `colour` must look like "#rrggbb", but is {colour!r}.')
+    return decoded(np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]))
+
+
+def decoded(values: ArrayLike) -> Array:
+    """Linear light of sRGB values in [0, 1] (IEC 61966-2-1)."""
+    values = np.asarray(values)
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def encoded(light: ArrayLike) -> Array:
+    """sRGB values in [0, 1] of linear light; what is outside [0, 1] is cut."""
+    light = np.clip(light, 0, 1)
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+def tone_mapped(light: ArrayLike, exposure: float = 1.0, curve: str = "linear", softening: float = 30.0) -> Array:
+    """Picture for a screen, sRGB (..., 3) uint8, of linear light (..., 3).
+
+    Parameters
+    ----------
+    light : (..., 3) array
+        Linear sRGB, any unit.
+    exposure : float
+        Factor of the light: 1 becomes white.
+    curve : str
+        "linear": cut at white. "asinh": luminance L becomes asinh(s L) / asinh(s), linear in the dark and logarithmic
+        in the light, with s the softening; colours keep their hue, and what is then too bright for a channel is mixed
+        with white of its luminance.
+    softening : float
+        How much the dark is raised.
+
+    References
+    ----------
+    Lupton et al. 2004, PASP 116 133, for the curve.
+    """
+    if curve not in CURVES:
+        raise ValueError(f"Argument `curve` must be one of {', '.join(CURVES)}, but is {curve!r}.")
+    for name, value in (("exposure", exposure), ("softening", softening)):
+        if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
+            raise ValueError(f"Argument `{name}` must be a positive number, but is {value!r}.")
+    light = np.asarray(light, np.float32) * np.float32(exposure)
+    if curve == "asinh":
+        grey = luminance(light)[..., None]
+        wanted = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
+        light = light * (wanted / np.maximum(grey, 1e-30))
+        most = light.max(axis=-1, keepdims=True)
+        # Toward grey of the same luminance, until the brightest channel is 1.
+        pale = np.where(most > 1, (most - 1) / np.maximum(most - wanted, 1e-30), 0)
+        light = light + (wanted - light) * pale
+    return (encoded(light) * 255 + 0.5).astype(np.uint8)
+
+
+def _check_white(white: float) -> None:
+    if not (isinstance(white, int | float) and 1000 <= white <= 40000):
+        raise ValueError(f"Argument `white` must lie in [1000, 40000] kelvin, but is {white!r}.")
+
+
+def _interpolated(temperature: Array) -> Array:
+    """Logarithms (..., 3) of the channels."""
+    grid, channels = _table()
+    place = np.log(np.clip(temperature, _COOLEST, _HOTTEST))
+    return np.stack([np.interp(place, grid, channel) for channel in channels], axis=-1)
+
+
+@cache
+def _table() -> tuple[Array, Array]:
+    """Logarithms of temperatures (n,), and of the channels (3, n) of their black bodies."""
+    grid = np.linspace(math.log(_COOLEST), math.log(_HOTTEST), _TEMPERATURES)
+    ratio = _HC_OVER_K / (_WAVELENGTHS * np.exp(grid)[:, None])
+    spectrum = (_WAVELENGTHS / 560.0) ** -5 * np.exp(-ratio) / -np.expm1(-ratio)
+    matching = np.stack([sum(_lobe(*lobe) for lobe in lobes) for lobes in _LOBES])
+    light = spectrum @ matching.T @ _TO_SRGB.T
+    # A red or blue outside what a screen shows keeps a trace, so that ratios of it stay finite.
+    grey = (light @ _LUMINANCE)[:, None]
+    return grid, np.log(np.maximum(light, 1e-3 * grey)).T
+
+
+def _lobe(height: float, centre: float, below: float, above: float) -> Array:
+    width = np.where(centre > _WAVELENGTHS, below, above)
+    return height * np.exp(-(((_WAVELENGTHS - centre) / width) ** 2) / 2)

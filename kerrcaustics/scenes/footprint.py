@@ -1,0 +1,143 @@
+"""Footprints: what part of the celestial sphere the beam of a pixel covers, and how to average a sky over it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
+
+Array = np.ndarray
+
+# Radians above which the footprint of a pixel is cut: what lies so far from the beam is no linear image of it.
+LONGEST = 1.0
+# A pixel's own filter has this standard deviation along each side: that of a box and a tent, as in a picture's pixels.
+DEVIATION = 0.5
+# Beyond this ratio of its axes a footprint is widened: so many probes would be too many.
+_ASPECT = 16.0
+# Probes along the major axis lie within two deviations; a footprint takes the next of these numbers of them.
+_PROBES = (1, 3, 5, 9, 17, 33)
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """What n pixels see of the celestial sphere.
+
+    direction (n, 3): n' of the middle; matrix (n, 2, 2): displacements along e_theta', e_phi' (rows) per pixel along x
+    and y (columns), radians; bend (n,): spread of the beam's neighbours, radians, that the matrix does not hold, along
+    the minor axis; redshift (n,): nu_camera / nu_source, 1 where no shift is asked for.
+    """
+
+    direction: Array
+    matrix: Array
+    bend: Array
+    redshift: Array
+
+    def __len__(self) -> int:
+        """Number of pixels."""
+        return len(self.direction)
+
+    def part(self, which: slice | Array) -> "Footprint":
+        """The footprints of some of the pixels."""
+        return Footprint(self.direction[which], self.matrix[which], self.bend[which], self.redshift[which])
+
+    @cached_property
+    def axes(self) -> tuple[Array, Array, Array]:
+        """Major and minor axis (n,), radians for one pixel, and the angle (n,) from e_theta' to the major one.
+
+        Singular values of the matrix; the minor axis with the bend, both cut at `LONGEST`.
+        """
+        major, minor, angle = singular_values(self.matrix)
+        return np.minimum(major, LONGEST), np.minimum(np.hypot(minor, self.bend), LONGEST), angle
+
+    @property
+    def major_axis(self) -> Array:
+        """Unit tangents (n, 3) of the celestial sphere along the major axes."""
+        e_theta, e_phi = polar_basis(self.direction)
+        angle = self.axes[2][:, None]
+        return e_theta * np.cos(angle) + e_phi * np.sin(angle)
+
+
+def singular_values(matrix: Array) -> tuple[Array, Array, Array]:
+    """Larger and smaller singular value of matrices (..., 2, 2), and the angle of the larger one's axis."""
+    even = (matrix[..., 0, 0] + matrix[..., 1, 1]) + 1j * (matrix[..., 1, 0] - matrix[..., 0, 1])
+    odd = (matrix[..., 0, 0] - matrix[..., 1, 1]) + 1j * (matrix[..., 1, 0] + matrix[..., 0, 1])
+    return (
+        (np.abs(even) + np.abs(odd)) / 2,
+        np.abs(np.abs(even) - np.abs(odd)) / 2,
+        (np.angle(even) + np.angle(odd)) / 2,
+    )
+
+
+def pixel_matrix(beams: Beams, sky: Array, steps: Array) -> Array:
+    """Matrices (..., 2, 2) of the footprints of pixels with directions N (..., 3) and steps (..., 3, 2)."""
+    basis = np.stack(tangent_basis(sky), axis=-2)
+    return beams.jacobian @ (basis @ steps)
+
+
+def bend_of(direction: Array, matrix: Array) -> Array:
+    """Spread (..., h, w) along the minor axis from the second derivatives of the sky map, by differences of neighbours.
+
+    Parameters: direction (..., h, w, 3) and matrix (..., h, w, 2, 2) of a lattice of pixels, h and w at least 2.
+
+    A pixel on a critical curve has a minor axis of zero, but its neighbourhood is folded over a strip of the sky. With
+    second derivatives H along the minor axis and a deviation of 1/2 pixel, the deviation of x H x / 2 is
+    |H| / (4 sqrt 2), which is that of a minor axis of |H| / sqrt 8.
+    """
+    basis = np.stack(polar_basis(direction), axis=-1)
+    columns = basis @ matrix
+    angle = singular_values(matrix)[2]
+    across = basis[..., 1] * np.cos(angle)[..., None] - basis[..., 0] * np.sin(angle)[..., None]
+    total = np.zeros(direction.shape[:-1])
+    for axis in (-4, -3):
+        change = np.gradient(columns, axis=axis)
+        total += ((change * across[..., None]).sum(axis=-2) ** 2).sum(axis=-1)
+    return np.nan_to_num(np.sqrt(total / 8), nan=0.0)
+
+
+def averaged(sky: Callable[[Array, Array], Array], footprint: Footprint, finest: float) -> Array:
+    """Colours (n, 3) of a sky, averaged over footprints by probes along their major axes.
+
+    Parameters
+    ----------
+    sky : function
+        Of directions (m, 3) and sizes (m,): colours (m, 3), averaged over a round neighbourhood with a standard
+        deviation of `DEVIATION` times the size.
+    footprint : Footprint
+    finest : float
+        Size below which the sky has no detail.
+
+    Notes
+    -----
+    Probes of the size of the minor axis, no further apart than it, weighted by a Gaussian whose variance is what
+    the major axis has more.
+    """
+    major, minor, _ = footprint.axes
+    major = np.maximum(major, finest)
+    minor = np.maximum(np.maximum(minor, finest), major / _ASPECT)
+    deviation = DEVIATION * np.sqrt(np.maximum(major**2 - minor**2, 0))
+    needed = 1 + np.ceil(4 * deviation / minor - 0.5)
+    colours = np.empty((len(footprint), 3))
+    tangent = footprint.major_axis
+    before = 0
+    for count in _PROBES:
+        which = np.flatnonzero((needed > before) & ((needed <= count) | (count == _PROBES[-1])))
+        before = count
+        if not which.size:
+            continue
+        if count == 1:
+            colours[which] = sky(footprint.direction[which], np.sqrt(major * minor)[which])
+            continue
+        places = np.linspace(-2, 2, count)
+        weights = np.exp(-(places**2) / 2)
+        weights /= weights.sum()
+        total = np.zeros((len(which), 3))
+        for place, weight in zip(places, weights, strict=True):
+            turn = (place * deviation[which])[:, None]
+            total += weight * sky(
+                footprint.direction[which] * np.cos(turn) + tangent[which] * np.sin(turn), minor[which]
+            )
+        colours[which] = total
+    return colours

@@ -1,0 +1,165 @@
+"""Any equirectangular picture as the celestial sphere."""
+
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kerrcaustics.scenes.colour import decoded, shifted_light
+from kerrcaustics.scenes.footprint import Footprint, averaged
+from kerrcaustics.spacetime.sphere import polar_angle
+
+Array = np.ndarray
+
+_ENDINGS = (".png", ".jpg", ".jpeg")
+_FEWEST_ROWS, _MOST_ROWS = 4, 8192
+# The coarsest level of the pyramid has at least so many rows.
+_COARSEST = 4
+
+
+class Panorama:
+    """A sky from an equirectangular picture: theta' downward, phi' from 0 at the left edge to 2 pi at the right one.
+
+    Parameters
+    ----------
+    light : (h, 2 h, 3) array
+        Linear sRGB, any unit.
+    orientation : (3, 3) array, optional
+        Rotation from the picture's axes to those of the celestial sphere.
+
+    Notes
+    -----
+    Held as a pyramid of pictures, each half as fine as the one before. Every one is smoothed along its rows as far as
+    its resolution asks for on the sphere, which is more and more pixels toward the poles: a look-up therefore averages
+    over round neighbourhoods, the poles included. Look-ups are linear within a picture and between two, and
+    go on across the edge phi' = 0 and across the poles.
+    """
+
+    def __init__(self, light: ArrayLike, orientation: ArrayLike | None = None) -> None:
+        """Smooth the picture at every level; see the class."""
+        picture = np.asarray(light, np.float32)
+        if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
+            raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")
+        if not _FEWEST_ROWS <= len(picture) <= _MOST_ROWS:
+            raise ValueError(f"Argument `light` must have {_FEWEST_ROWS} to {_MOST_ROWS} rows, but has {len(picture)}.")
+        if not (np.isfinite(picture).all() and picture.min() >= 0):
+            raise ValueError("Argument `light` must hold finite numbers that are not negative.")
+        self.orientation = rotation(orientation)
+        self.rows = len(picture)
+        self._levels = [_padded(level) for level in _pyramid(picture)]
+
+    def __repr__(self) -> str:
+        """One line: its size."""
+        return f"<Panorama of {2 * self.rows} x {self.rows} pixels>"
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str], orientation: ArrayLike | None = None) -> "Panorama":
+        """The panorama of a PNG or JPEG file, twice as wide as high.
+
+        The file's values count as sRGB. OpenEXR files are refused: convert them, or give an array to `Panorama`.
+        """
+        from PIL import Image, UnidentifiedImageError
+
+        name = Path(path)
+        if name.suffix.lower() not in _ENDINGS:
+            raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {os.fspath(path)!r}.")
+        try:
+            with Image.open(name) as file:
+                values = np.asarray(file.convert("RGB"), np.float32) / 255
+        except (OSError, UnidentifiedImageError) as error:
+            reason = getattr(error, "strerror", None) or "it is no such picture"
+            raise ValueError(
+                f"Argument `path` must name a picture that can be read: {os.fspath(path)!r}: {reason}."
+            ) from None
+        if values.shape[1] != 2 * values.shape[0]:
+            raise ValueError(
+                f"Argument `path` must name a picture twice as wide as high, but {os.fspath(path)!r} has "
+                f"{values.shape[1]} x {values.shape[0]} pixels."
+            )
+        return cls(decoded(values), orientation)
+
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+        """Linear sRGB light (n, 3) of pixels; for a shift of colours the picture counts as lit by daylight."""
+        light = averaged(self.around, footprint, finest=math.pi / self.rows)
+        return light * shifted_light(footprint.redshift, beaming, colour_shift)
+
+    def around(self, direction: Array, size: Array) -> Array:
+        """Light (m, 3) about directions (m, 3), averaged over neighbourhoods of sizes (m,) in radians."""
+        local = direction @ self.orientation
+        theta, phi = polar_angle(local), np.arctan2(local[:, 1], local[:, 0])
+        level = np.clip(np.log2(np.maximum(size, 1e-9) * (self.rows / math.pi)), 0, len(self._levels) - 1)
+        lower = np.minimum(level.astype(int), max(len(self._levels) - 2, 0))
+        part = (level - lower)[:, None].astype(np.float32)
+        light = np.empty((len(theta), 3), np.float32)
+        for k in np.unique(lower):
+            which = lower == k
+            place = theta[which] / math.pi, phi[which] / (2 * math.pi) % 1.0
+            fine = _looked_up(self._levels[k], *place)
+            if k + 1 < len(self._levels):
+                fine += part[which] * (_looked_up(self._levels[k + 1], *place) - fine)
+            light[which] = fine
+        return light
+
+
+def rotation(matrix: ArrayLike | None) -> Array:
+    """The matrix (3, 3) of an argument `orientation`, the identity when left out."""
+    if matrix is None:
+        return np.eye(3)
+    value = np.asarray(matrix, float)
+    if value.shape != (3, 3) or not np.allclose(value @ value.T, np.eye(3), atol=1e-6) or np.linalg.det(value) < 0:
+        raise ValueError("Argument `orientation` must be a rotation, a (3, 3) matrix.")
+    return value
+
+
+def _pyramid(picture: Array) -> list[Array]:
+    """The picture and coarser ones, each smoothed along its rows."""
+    levels = [_smoothed(picture)]
+    while len(levels[-1]) % 2 == 0 and len(levels[-1]) // 2 >= _COARSEST:
+        levels.append(_smoothed(_halved(levels[-1])))
+    return levels
+
+
+def _halved(picture: Array) -> Array:
+    """Means of two by two pixels, weighted by their areas on the sphere."""
+    rows = len(picture)
+    weight = np.sin((np.arange(rows) + 0.5) * math.pi / rows).astype(np.float32).reshape(-1, 2, 1, 1)
+    pairs = picture.reshape(rows // 2, 2, -1, 3)
+    tall = (pairs * weight).sum(axis=1) / weight.sum(axis=1)
+    return (tall[:, ::2] + tall[:, 1::2]) / 2
+
+
+def _smoothed(picture: Array) -> Array:
+    """Rows smoothed by a Gaussian as wide as a row is high, where that is more than a pixel.
+
+    Half a row's height on the sphere is what look-ups have for a deviation; the pixels' own is taken off.
+    """
+    rows = len(picture)
+    s = np.sin((np.arange(rows) + 0.5) * math.pi / rows)
+    deviation = 0.5 * np.sqrt(np.maximum(1 / s**2 - 1, 0))
+    wave = np.fft.rfftfreq(picture.shape[1]) * 2 * math.pi
+    result = np.empty_like(picture)
+    for i, row in enumerate(picture):
+        damping = np.exp(-((deviation[i] * wave) ** 2) / 2)[:, None]
+        result[i] = np.fft.irfft(np.fft.rfft(row, axis=0) * damping, n=len(row), axis=0)
+    return result
+
+
+def _padded(picture: Array) -> Array:
+    """With one more pixel on every side: the other edge's at the sides, those beyond the pole above and below."""
+    half = picture.shape[1] // 2
+    tall = np.concatenate([np.roll(picture[:1], half, axis=1), picture, np.roll(picture[-1:], half, axis=1)])
+    return np.ascontiguousarray(np.concatenate([tall[:, -1:], tall, tall[:, :1]], axis=1))
+
+
+def _looked_up(padded: Array, down: Array, right: Array) -> Array:
+    """Light (m, 3) at parts of the height and width of a padded picture, linear between pixels."""
+    rows, columns = padded.shape[0] - 2, padded.shape[1] - 2
+    y, x = down * rows + 0.5, right * columns + 0.5
+    i, j = np.minimum(y.astype(int), rows), np.minimum(x.astype(int), columns)
+    v, u = (y - i)[:, None].astype(np.float32), (x - j)[:, None].astype(np.float32)
+    flat, start = padded.reshape(-1, 3), i * (columns + 2) + j
+    upper = flat[start] * (1 - u) + flat[start + 1] * u
+    below = flat[start + columns + 2] * (1 - u) + flat[start + columns + 3] * u
+    return upper * (1 - v) + below * v

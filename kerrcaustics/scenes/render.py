@@ -1,0 +1,157 @@
+"""Rendering: the beams of all pixels of a view, and the light of a sky in them."""
+
+import math
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from kerrcaustics.beams.trace import cores, trace_beams
+from kerrcaustics.scenes.footprint import Footprint, bend_of, pixel_matrix, singular_values
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.sphere import from_angles
+
+Array = np.ndarray
+
+# Of a pixel a hundredth is seen: its beam need not be better.
+_TOLERANCE = 1e-7
+# Pixels that are traced together, and that one core lights at a time: memory beside the picture is what these need.
+_CHUNK, _LIT = 1 << 18, 1 << 14
+# Pixels on the shadow edge are divided so many times in each direction, and so are those whose footprint is longer
+# than this (radians), to which the linear map of a beam does not reach.
+_DIVISIONS = 4
+_LONG = 0.5
+
+
+class Sky(Protocol):
+    """What a celestial sphere must do to be seen."""
+
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+        """Linear sRGB light (n, 3), as intensity, that n pixels receive."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A sky as a camera sees it.
+
+    light (height, width, 3): linear sRGB intensity, float32, in the sky's unit; the shadow is 0. open (height, width):
+    part of each pixel that is not in the shadow; divided, pixels that were divided; seconds, beams: what it took.
+    """
+
+    camera: Camera
+    view: View
+    light: Array
+    open: Array
+    divided: int
+    beams: int
+    seconds: float
+
+    def __repr__(self) -> str:
+        """One line: size, camera, time."""
+        size = f"{self.view.width} x {self.view.height}"
+        return f"<Scene {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
+
+
+def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Scene:
+    """A sky seen through the hole: each pixel holds the mean of the sky over the footprint of its beam.
+
+    Parameters
+    ----------
+    camera : Camera
+    view : View
+    sky : Checkerboard, Panorama, StarField or anything else with their method `light`
+    beaming : bool
+        Intensity times the fourth power of nu_camera / nu_source.
+    colour_shift : bool
+        Spectra move with nu_camera / nu_source; see `shifted_light`.
+
+    Returns
+    -------
+    Scene
+        Its light becomes a picture by `tone_mapped`.
+
+    Errors
+    ------
+    Beams are good to 1e-7 rad. A footprint is the linear image of its pixel, filtered with a deviation of half a pixel;
+    pixels at the shadow edge, and those whose footprint is longer than 0.5 rad, are divided into 16.
+
+    References
+    ----------
+    JTFT section 2 and appendix A.3: beams in place of rays, so that nothing flickers or aliases.
+    """
+    began = time.perf_counter()
+    shape = (view.height, view.width)
+    light = np.zeros((*shape, 3), np.float32)
+    reached, long = np.zeros(shape, bool), np.zeros(shape, bool)
+    rows = min(max(_CHUNK // view.width, 2), view.height)
+    shifts = {"beaming": beaming, "colour_shift": colour_shift}
+    with ThreadPoolExecutor(cores()) as pool:
+        for top in range(0, view.height, rows):
+            # The last ones overlap those before, so that there are always two rows to take differences of.
+            first = max(min(top, view.height - rows), 0)
+            part = slice(first, first + rows)
+            x, y = np.meshgrid(np.arange(view.width), np.arange(first, first + rows))
+            footprint, inside = _traced(camera, view, x[None], y[None], 1.0, beaming or colour_shift)
+            reached[part] = inside.reshape(-1, view.width)
+            long[part].flat[np.flatnonzero(inside)] = singular_values(footprint.matrix)[0] > _LONG
+            light[part].reshape(-1, 3)[np.flatnonzero(inside)] = _lit(pool, sky, footprint, **shifts)
+        opened = reached.astype(np.float32)
+        divided = np.flatnonzero(_at_edge(reached) | long)
+        within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
+        for start in range(0, len(divided), _CHUNK // _DIVISIONS**2):
+            which = divided[start : start + _CHUNK // _DIVISIONS**2]
+            y, x = (place[:, None, None] for place in np.divmod(which, view.width))
+            x, y = np.broadcast_arrays(x + within, y + within[:, None])
+            footprint, inside = _traced(camera, view, x, y, 1 / _DIVISIONS, beaming or colour_shift)
+            parts = np.zeros((inside.size, 3))
+            parts[np.flatnonzero(inside)] = _lit(pool, sky, footprint, **shifts)
+            light.reshape(-1, 3)[which] = parts.reshape(len(which), -1, 3).mean(axis=1)
+            opened.flat[which] = inside.reshape(len(which), -1).mean(axis=1)
+    beams = reached.size + len(divided) * _DIVISIONS**2
+    return Scene(camera, view, light, opened, len(divided), beams, time.perf_counter() - began)
+
+
+def celestial_picture(sky: Sky, height: int) -> Array:
+    """Light (height, 2 height, 3) of a sky itself, with no hole: theta' downward, phi' from 0 to 2 pi to the right."""
+    if not (isinstance(height, int | np.integer) and not isinstance(height, bool) and 2 <= height <= 8192):
+        raise ValueError(f"Argument `height` must be a whole number from 2 to 8192, but is {height!r}.")
+    pixel = math.pi / height
+    theta = (np.arange(height) + 0.5)[:, None] * pixel
+    phi = (np.arange(2 * height) + 0.5) * pixel
+    direction = from_angles(theta, phi).reshape(-1, 3)
+    matrix = np.zeros((len(direction), 2, 2))
+    matrix[:, 0, 0] = pixel
+    matrix[:, 1, 1] = pixel * np.repeat(np.sin(theta[:, 0]), 2 * height)
+    footprint = Footprint(direction, matrix, np.zeros(len(direction)), np.ones(len(direction)))
+    return sky.light(footprint, False, False).reshape(height, 2 * height, 3)
+
+
+def _traced(camera: Camera, view: View, x: Array, y: Array, size: float, redshift: bool) -> tuple[Footprint, Array]:
+    """Footprints of those pixels (k, h, w) of a size that are not in the shadow, and which those are (k, h, w)."""
+    sky, steps = view.directions(x, y)
+    beams = trace_beams(camera, sky, "auto", _TOLERANCE, index=False, crossings=False, redshift=redshift)
+    matrix = pixel_matrix(beams, sky, size * steps)
+    # Captured beams are NaN.
+    inside = np.isfinite(matrix.sum(axis=(-2, -1)) + beams.direction.sum(axis=-1))
+    bend = bend_of(beams.direction, matrix) if min(x.shape[1:]) > 1 else np.zeros(x.shape)
+    ratio = beams.redshift[inside] if beams.redshift is not None else np.ones(int(inside.sum()))
+    return Footprint(beams.direction[inside], matrix[inside], bend[inside], ratio), inside
+
+
+def _lit(pool: ThreadPoolExecutor, sky: Sky, footprint: Footprint, **shifts: bool) -> Array:
+    """Light (n, 3), on all cores."""
+    parts = [footprint.part(slice(start, start + _LIT)) for start in range(0, len(footprint), _LIT)]
+    lights = list(pool.map(lambda part: sky.light(part, **shifts), parts))
+    return np.concatenate([np.zeros((0, 3)), *lights])
+
+
+def _at_edge(reached: Array) -> Array:
+    """Pixels (h, w) with a neighbour, also across a corner, on the other side of the shadow edge."""
+    framed = np.pad(reached, 1, mode="edge")
+    height, width = reached.shape
+    around = [framed[i : i + height, j : j + width] for i in range(3) for j in range(3)]
+    return np.logical_or.reduce(around) & ~np.logical_and.reduce(around)

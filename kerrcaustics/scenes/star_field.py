@@ -1,0 +1,204 @@
+"""A sky of point stars with a galactic band: each star gives its light to every beam whose footprint holds it."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
+from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, shifted_light, star_temperature
+from kerrcaustics.scenes.footprint import Footprint, singular_values
+from kerrcaustics.scenes.panorama import Panorama, rotation
+from kerrcaustics.spacetime.sphere import from_angles, polar_basis
+
+Array = np.ndarray
+
+# A pixel's weight for a star reaches one and a half pixels to each side; its corners are so far from the middle.
+_REACH = 1.5 * math.sqrt(2)
+# Radians above which the footprint of a pixel is cut, for stars.
+_LONGEST = 0.08
+# Below this part of the major axis a minor axis is widened: thinner footprints hold no star but by chance.
+_THINNEST = 1e-4
+# Next to the shadow, where footprints are strongly bent, so much of it is heeded: many stars would make no difference.
+_MOST_BEND = 5e-3
+# Discs that are searched together.
+_DISCS = 1 << 13
+_BAND_ROWS = 512
+# Light of one star of magnitude 0 on a square degree, per steradian.
+_SQUARE_DEGREES = (180 / math.pi) ** 2
+
+
+@dataclass(frozen=True, eq=False)
+class StarField:
+    """A sky of stars and of the diffuse light of a galactic plane.
+
+    Parameters
+    ----------
+    catalogue : StarCatalogue
+        Left out, the Hipparcos-2 stars up to magnitude 8 that come with the package.
+    orientation : (3, 3) array
+        Rotation from the catalogue's directions to the celestial sphere. Left out, the galactic plane is inclined by 25
+        degrees to the hole's equatorial plane.
+    band : float
+        Brightness of the galactic band, 1 for about that of our own from outside the Earth's air, 0 for none. It
+        needs a catalogue in ICRS directions.
+    white : float
+        Temperature (K) of a star that looks white.
+
+    Notes
+    -----
+    Light is in units of a star of magnitude 0 per steradian. Stars have the colour of a black body for their B - V.
+
+    A star at x, y pixels from the middle of a pixel, by the inverse of the beam's linear map, gives it the part
+    B(x) B(y) of its light, with the quadratic B-spline B: over all pixels the parts add up to 1, wherever the star is.
+    The light of an image is therefore that of the star times the magnification, and its size that of a pixel, however
+    much it is lensed. JTFT take a Gaussian over round beams, cut off, in place of B(x) B(y).
+    """
+
+    catalogue: StarCatalogue = field(default_factory=hipparcos)
+    orientation: Any = None
+    band: float = 1.0
+    white: float = DAYLIGHT
+
+    def __post_init__(self) -> None:
+        """Refuse what is no star field."""
+        if not isinstance(self.catalogue, StarCatalogue):
+            raise ValueError(f"Argument `catalogue` must be a StarCatalogue, but is {type(self.catalogue).__name__}.")
+        if not (isinstance(self.band, int | float) and math.isfinite(self.band) and self.band >= 0):
+            raise ValueError(f"Argument `band` must be a number that is not negative, but is {self.band!r}.")
+        turn = tilted_galaxy(math.radians(25), math.radians(-60), math.radians(60))
+        object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))
+        black_body(DAYLIGHT, self.white)
+
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+        """Linear sRGB light (n, 3) of pixels, stars of magnitude 0 per steradian."""
+        light = np.zeros((len(footprint), 3))
+        if self.band:
+            light += self._band.light(footprint, beaming, colour_shift)
+        matrix, density = _usable(footprint)
+        for pixel, star, weight in self._pairs(footprint.direction, matrix):
+            flux = self._flux[star] * (weight * density[pixel])[:, None]
+            if beaming or colour_shift:
+                flux *= shifted_light(footprint.redshift[pixel], beaming, colour_shift, self._temperature[star])
+            for channel in range(3):
+                light[:, channel] += np.bincount(pixel, flux[:, channel], minlength=len(footprint))
+        return light
+
+    @cached_property
+    def _stars(self) -> Array:
+        """Directions n' (n, 3)."""
+        return self.catalogue.direction @ self.orientation.T
+
+    @cached_property
+    def _tree(self) -> KDTree:
+        return KDTree(self._stars)
+
+    @cached_property
+    def _temperature(self) -> Array:
+        return star_temperature(self.catalogue.colour_index)
+
+    @cached_property
+    def _flux(self) -> Array:
+        """Linear sRGB light (n, 3) with the luminance of the magnitude."""
+        colour = black_body(self._temperature, self.white)
+        return colour * (10 ** (-0.4 * self.catalogue.magnitude) / luminance(colour))[:, None]
+
+    @cached_property
+    def _band(self) -> Panorama:
+        rows = _BAND_ROWS
+        theta = (np.arange(rows) + 0.5)[:, None] * math.pi / rows
+        light = milky_way(from_angles(theta, (np.arange(2 * rows) + 0.5) * math.pi / rows))
+        tint = black_body(4800.0, self.white)
+        light = self.band * light[..., None] * (tint / luminance(tint))
+        return Panorama(light, self.orientation @ galactic_axes().T)
+
+    def _pairs(self, direction: Array, matrix: Array) -> Iterator[tuple[Array, Array, Array]]:
+        """Pixels, stars and weights (m,) of every star in every footprint that holds it, some pixels at a time."""
+        pixel, centre, radius, place, half = _discs(direction, matrix, len(self.catalogue))
+        # As chords, of which the tree is made.
+        chord = 2 * np.sin(np.minimum(radius, math.pi) / 2)
+        tangents = np.stack(polar_basis(direction), axis=-2)
+        angle = singular_values(matrix)[2]
+        axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None] @ tangents
+        # Of displacements in space: two rows for pixels along x and y, one for radians along the major axis.
+        rows = np.concatenate([np.linalg.inv(matrix) @ tangents, axis], axis=1)
+        for start in range(0, len(pixel), _DISCS):
+            part = slice(start, start + _DISCS)
+            lists = self._tree.query_ball_point(centre[part], chord[part])
+            counts = np.fromiter(map(len, lists), int, len(lists))
+            star = np.fromiter(chain.from_iterable(lists), int, int(counts.sum()))
+            disc = start + np.repeat(np.arange(len(lists)), counts)
+            which = pixel[disc]
+            offset = _offsets(direction[which], rows[which], self._stars[star])
+            weight = _spline(offset[:, 0]) * _spline(offset[:, 1])
+            # Where discs of one pixel overlap, a star belongs to that in whose part of the major axis it is.
+            along = offset[:, 2] - place[disc]
+            inside = (weight > 0) & (along >= -half[disc]) & (along < half[disc])
+            yield which[inside], star[inside], weight[inside]
+
+
+def _discs(direction: Array, matrix: Array, stars: int) -> tuple[Array, Array, Array, Array, Array]:
+    """Discs that cover footprints, several along the major axis of a long one.
+
+    Of each disc: pixel, centre (m, 3), radius, place on the major axis, and half of the part of it that is its own.
+    """
+    major, minor, angle = singular_values(matrix)
+    # More discs are more searches, fewer hold more stars in vain: measured, this many take the least time.
+    number = np.minimum(np.ceil(0.2 * math.sqrt(stars) * major), np.ceil(major / minor)).astype(int)
+    pixel = np.repeat(np.arange(len(direction)), number)
+    first = np.cumsum(number) - number
+    half = (_REACH * major / number)[pixel]
+    place = half * (2 * (np.arange(len(pixel)) - first[pixel]) + 1 - number[pixel])
+    e_theta, e_phi = polar_basis(direction)
+    tangent = e_theta * np.cos(angle)[:, None] + e_phi * np.sin(angle)[:, None]
+    turn = place[:, None]
+    centre = direction[pixel] * np.cos(turn) + tangent[pixel] * np.sin(turn)
+    return pixel, centre, np.hypot(half, _REACH * minor[pixel]), place, half
+
+
+def _offsets(n: Array, rows: Array, star: Array) -> Array:
+    """Products (m, 3) of rows (m, 3, 3) with displacements from directions n to stars, along great circles."""
+    cosine = np.einsum("ni,ni->n", n, star)
+    sine = np.sqrt(np.maximum(1 - cosine**2, 1e-30))
+    return np.einsum("nij,nj->ni", rows, star) * (np.arctan2(sine, cosine) / sine)[:, None]
+
+
+def milky_way(galactic: Array) -> Array:
+    """Diffuse light (...,) of a galactic plane in galactic directions (..., 3), stars of magnitude 0 per steradian.
+
+    A model of this package, for pictures: a disc that fades with latitude and away from the centre, a bulge, a lane of
+    dust, and a faint light everywhere. Its scale is that of the brightness of the Milky Way in visible light, about 300
+    stars of magnitude 10 per square degree toward the centre.
+    """
+    latitude = np.degrees(np.arcsin(np.clip(galactic[..., 2], -1, 1)))
+    longitude = np.degrees(np.arctan2(galactic[..., 1], galactic[..., 0]))
+    turn = np.radians(longitude)
+    inward = np.exp(-((longitude / 70) ** 2))
+    disc = (70 + 130 * inward) * np.exp(-np.sqrt(latitude**2 + 4) / (9 + 3 * inward))
+    bulge = 260 * np.exp(-((longitude / 16) ** 2 + (latitude / 9) ** 2))
+    lane = 1.2 * np.sin(2 * turn + 0.7) + 0.8 * np.sin(7 * turn + 2.0) + 0.5 * np.sin(17 * turn)
+    depth = (0.55 + 0.25 * inward) * (1 + 0.25 * np.sin(5 * turn + 1.0) + 0.15 * np.sin(23 * turn))
+    dust = 1 - np.clip(depth, 0, 0.9) * np.exp(-(((latitude - lane) / 2.6) ** 2))
+    return ((disc + bulge) * dust + 6) * 1e-4 * _SQUARE_DEGREES
+
+
+def _usable(footprint: Footprint) -> tuple[Array, Array]:
+    """Matrices (n, 2, 2) with the minor axis widened by the bend and the axes cut, and 1 / |det| (n,)."""
+    u, s, v = np.linalg.svd(footprint.matrix)
+    major = np.minimum(s[:, 0], _LONGEST)
+    minor = np.minimum(
+        np.maximum(np.hypot(s[:, 1], np.minimum(footprint.bend, _MOST_BEND)), _THINNEST * major), _LONGEST
+    )
+    axes = np.stack([major, minor], axis=-1)
+    return (u * axes[:, None, :]) @ v, 1 / axes.prod(axis=1)
+
+
+def _spline(x: Array) -> Array:
+    """The quadratic B-spline (...,), 3/4 at 0 and 0 beyond 3/2: its values at whole steps add up to 1."""
+    x = np.abs(x)
+    return np.where(x < 0.5, 0.75 - x**2, np.maximum(1.5 - x, 0) ** 2 / 2)

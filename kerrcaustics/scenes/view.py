@@ -1,0 +1,197 @@
+"""Views: which part of the camera sky becomes a picture, and what its pixels cover."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.shadow import shadow_edge
+
+Array = np.ndarray
+
+PROJECTIONS = ("pinhole", "fisheye", "equirectangular")
+
+_EDGE_POINTS = 720
+# A pinhole wider than this is nearly all stretched rim.
+_WIDEST_PINHOLE = math.radians(170)
+_LARGEST = 16384
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A rectangle of pixels on the camera sky.
+
+    Parameters
+    ----------
+    width, height : int
+        Pixels; column x runs to the right from 0, row y down from 0, and whole numbers are pixel centres.
+    field_of_view : float
+        Full horizontal angle of the picture, radians.
+    projection : str
+        "pinhole" (straight lines stay straight; below 170 degrees), "fisheye" (azimuthal equidistant: angles from the
+        centre are true), "equirectangular" (longitude and latitude about `up`; half as many rows as columns for a
+        whole sky).
+    forward, up : (3,) arrays
+        Unit vectors N in the camera basis: where the middle of the picture looks, and what points up in it; `up` needs
+        only not to be along `forward`. Left out, -e_x and e_z: toward the hole, the spin axis up, for a camera that
+        is at rest or moves along e_phi; `toward_hole` looks at the middle of the shadow.
+
+    Notes
+    -----
+    Right is forward x up.
+    """
+
+    width: int
+    height: int
+    field_of_view: float
+    projection: str = "pinhole"
+    forward: Any = (-1.0, 0.0, 0.0)
+    up: Any = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        """Refuse a view that is no picture of the sky; make the axes orthonormal."""
+        for name in ("width", "height"):
+            value = getattr(self, name)
+            if not (isinstance(value, int | np.integer) and not isinstance(value, bool) and 0 < value <= _LARGEST):
+                raise ValueError(f"Argument `{name}` must be a whole number from 1 to {_LARGEST}, but is {value!r}.")
+        if self.projection not in PROJECTIONS:
+            raise ValueError(
+                f"Argument `projection` must be one of {', '.join(PROJECTIONS)}, but is {self.projection!r}."
+            )
+        _check_field(self.field_of_view, self.width, self.height, self.projection)
+        forward = _unit("forward", self.forward)
+        up = _unit("up", self.up)
+        up = up - (up @ forward) * forward
+        if np.linalg.norm(up) < 1e-9:
+            raise ValueError("Argument `up` must not lie along `forward`.")
+        object.__setattr__(self, "forward", forward)
+        object.__setattr__(self, "up", up / np.linalg.norm(up))
+
+    @classmethod
+    def toward_hole(
+        cls, camera: Camera, width: int, height: int, field_of_view: float, projection: str = "pinhole"
+    ) -> "View":
+        """The view with the middle of the shadow in its centre and the spin axis (-e_theta) up."""
+        check_camera(camera)
+        edge = shadow_edge(camera, _EDGE_POINTS)
+        frame = camera.frame()
+        area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
+        forward = area * math.copysign(1, area @ sky_from_fido(frame, np.array([1.0, 0.0, 0.0])))
+        return cls(width, height, field_of_view, projection, forward, -np.asarray(frame.basis)[:, 1])
+
+    @property
+    def right(self) -> Array:
+        """Unit vector (3,) to the right."""
+        return np.cross(self.forward, self.up)
+
+    @property
+    def pixel(self) -> float:
+        """Step from one pixel to the next in the middle of the picture: radians, for a pinhole their tangent."""
+        if self.projection == "pinhole":
+            return 2 * math.tan(self.field_of_view / 2) / self.width
+        return self.field_of_view / self.width
+
+    def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+        """Directions N (..., 3) of points of the picture, and their steps (..., 3, 2) per pixel along x and y.
+
+        Parameters: x, y, arrays that broadcast, in pixels; whole numbers are pixel centres.
+        Errors: both are closed formulas, good to round-off.
+        """
+        across, above = np.broadcast_arrays(
+            (np.asarray(x, float) - (self.width - 1) / 2) * self.pixel,
+            ((self.height - 1) / 2 - np.asarray(y, float)) * self.pixel,
+        )
+        chart = {"pinhole": _pinhole, "fisheye": _fisheye, "equirectangular": _equirectangular}[self.projection]
+        local, to_right, to_up = chart(across, above)
+        axes = np.stack([self.forward, self.right, self.up])
+        steps = np.stack([to_right @ axes, -(to_up @ axes)], axis=-1) * self.pixel
+        return local @ axes, steps
+
+    def solid_angle(self, steps: Array) -> Array:
+        """Solid angle (...,) of pixels with these steps (..., 3, 2)."""
+        return np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1)
+
+    def pixels(self, sky: ArrayLike) -> Array:
+        """Places (..., 2), x and y in pixels, of directions N (..., 3); NaN for what a pinhole has behind it.
+
+        Errors: round-off. The inverse of `directions`; places outside the picture are given too.
+        """
+        n = np.asarray(sky, float) @ np.stack([self.forward, self.right, self.up]).T
+        along, right, up = np.moveaxis(n, -1, 0)
+        if self.projection == "pinhole":
+            with np.errstate(divide="ignore", invalid="ignore"):
+                across, above = (np.where(along > 0, part / along, np.nan) for part in (right, up))
+        elif self.projection == "fisheye":
+            beside = np.hypot(right, up)
+            scale = np.where(beside > 0, np.arctan2(beside, along) / np.where(beside > 0, beside, 1), 1.0)
+            across, above = right * scale, up * scale
+        else:
+            across, above = np.arctan2(right, along), np.arctan2(up, np.hypot(along, right))
+        return np.stack(
+            [across / self.pixel + (self.width - 1) / 2, (self.height - 1) / 2 - above / self.pixel], axis=-1
+        )
+
+
+def _pinhole(across: Array, above: Array) -> tuple[Array, Array, Array]:
+    """Directions in (forward, right, up), and their derivatives along right and up, at tangents of angles."""
+    length = np.sqrt(1 + across**2 + above**2)
+    n = np.stack([1 / length, across / length, above / length], axis=-1)
+    to_right = (np.array([0.0, 1.0, 0.0]) - n * n[..., 1:2]) / length[..., None]
+    to_up = (np.array([0.0, 0.0, 1.0]) - n * n[..., 2:3]) / length[..., None]
+    return n, to_right, to_up
+
+
+def _fisheye(across: Array, above: Array) -> tuple[Array, Array, Array]:
+    """The same at angles from the centre: N = cos(rho) forward + sin(rho)/rho (across, above)."""
+    square = across**2 + above**2
+    rho = np.sqrt(square)
+    sinc = np.sinc(rho / np.pi)
+    near = square < 1e-4
+    # (cos(rho) - sin(rho)/rho) / rho^2, by its series where it would cancel.
+    slope = np.where(near, -1 / 3 + square / 30, (np.cos(rho) - sinc) / np.where(near, 1, square))
+    n = np.stack([np.cos(rho), sinc * across, sinc * above], axis=-1)
+    to_right = np.stack([-sinc * across, sinc + slope * across**2, slope * across * above], axis=-1)
+    to_up = np.stack([-sinc * above, slope * across * above, sinc + slope * above**2], axis=-1)
+    return n, to_right, to_up
+
+
+def _equirectangular(across: Array, above: Array) -> tuple[Array, Array, Array]:
+    """The same at longitude and latitude."""
+    c, s = np.cos(above), np.sin(above)
+    n = np.stack([c * np.cos(across), c * np.sin(across), s], axis=-1)
+    to_right = np.stack([-c * np.sin(across), c * np.cos(across), np.zeros_like(s)], axis=-1)
+    to_up = np.stack([-s * np.cos(across), -s * np.sin(across), c], axis=-1)
+    return n, to_right, to_up
+
+
+def _check_field(angle: float, width: int, height: int, projection: str) -> None:
+    if not (isinstance(angle, int | float) and math.isfinite(angle) and angle > 0):
+        raise ValueError(f"Argument `field_of_view` must be a positive number of radians, but is {angle!r}.")
+    if projection == "pinhole" and angle > _WIDEST_PINHOLE:
+        raise ValueError(
+            f"Argument `field_of_view` must be at most 170 degrees ({_WIDEST_PINHOLE:.6g}) for a pinhole, "
+            f"but is {angle:g}."
+        )
+    if projection == "equirectangular" and max(angle / 2, angle * height / width) > math.pi * (1 + 1e-12):
+        raise ValueError(
+            "Argument `field_of_view` must leave an equirectangular picture within 2 pi by pi radians, "
+            f"but is {angle:g} for {width} x {height} pixels."
+        )
+    if projection == "fisheye" and angle / 2 * math.hypot(1, height / width) > math.pi:
+        raise ValueError(
+            "Argument `field_of_view` must keep the corners of a fisheye picture within pi radians of its centre, "
+            f"but is {angle:g} for {width} x {height} pixels."
+        )
+
+
+def _unit(name: str, vector: Any) -> Array:
+    try:
+        value = np.asarray(vector, float)
+    except (TypeError, ValueError):
+        value = np.empty(0)
+    if value.shape != (3,) or not np.isfinite(value).all() or not value.any():
+        raise ValueError(f"Argument `{name}` must be a vector of three numbers that is not zero, but is {vector!r}.")
+    return value / np.linalg.norm(value)

@@ -1,0 +1,129 @@
+"""Equirectangular pictures as the celestial sphere: values, seam, poles, coarse look-ups, files."""
+
+import math
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import kerrcaustics as kc
+from kerrcaustics.scenes.colour import decoded
+from kerrcaustics.spacetime.sphere import from_angles
+
+ROWS = 128
+
+
+def directions_of(rows):
+    theta = (np.arange(rows) + 0.5) * math.pi / rows
+    return from_angles(theta[:, None], (np.arange(2 * rows) + 0.5) * math.pi / rows)
+
+
+def smooth_light(n):
+    return np.stack([2 + n[..., 0], 2 + n[..., 1] * n[..., 2], 1 + n[..., 2] ** 2], axis=-1)
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    return kc.Panorama(smooth_light(directions_of(ROWS)))
+
+
+def round_footprints(direction, size):
+    n = len(direction)
+    return kc.Footprint(direction, size * np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.ones(n))
+
+
+@pytest.fixture(scope="module")
+def anywhere():
+    n = np.random.default_rng(5).normal(size=(4000, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    near_poles = from_angles(np.array([1e-9, 1e-3, 0.02, math.pi - 1e-3]), np.array([0.3, 5.0, 2.0, 3.0]))
+    return np.concatenate([n, near_poles])
+
+
+@pytest.mark.parametrize("size", [1e-4, 0.02, 0.3])
+def test_a_constant_picture_is_constant(anywhere, size):
+    panorama = kc.Panorama(np.full((64, 128, 3), 0.7))
+    assert panorama.light(round_footprints(anywhere, size), False, False) == pytest.approx(0.7, abs=2e-6)
+
+
+def test_a_smooth_picture_has_its_values_at_poles_and_seam_too(smooth, anywhere):
+    pixel = math.pi / ROWS
+    seen = smooth.light(round_footprints(anywhere, 1e-4), False, False)
+    wrong = np.abs(seen - smooth_light(anywhere)).max(axis=1)
+    inner = np.abs(anywhere[:, 2]) < math.cos(3 * pixel)
+    # Second derivatives of at most 4, and deviations of half a pixel; next to a pole a row turns round within a pixel.
+    assert wrong[inner].max() < 0.5 * pixel**2 * 4
+    assert wrong.max() < 0.3 * pixel
+
+
+@pytest.mark.parametrize("size", [0.05, 0.2])
+def test_a_wide_look_up_averages_over_a_gaussian(smooth, anywhere, size):
+    # On a sphere harmonics of degree l shrink by exp(-l (l + 1) sigma^2 / 2), with sigma half of the size.
+    shrink = [math.exp(-degree * (degree + 1) * size**2 / 8) for degree in (1, 2)]
+    n = anywhere
+    wanted = np.stack(
+        [2 + shrink[0] * n[:, 0], 2 + shrink[1] * n[:, 1] * n[:, 2], 4 / 3 + shrink[1] * (n[:, 2] ** 2 - 1 / 3)],
+        axis=-1,
+    )
+    seen = smooth.light(round_footprints(n, size), False, False)
+    wrong = np.abs(seen - wanted).max(axis=1)
+    inner = np.hypot(n[:, 0], n[:, 1]) > 3 * size
+    assert wrong[inner].max() < 0.35 * size**2 + 2 * (math.pi / ROWS) ** 2
+    assert wrong.max() < 0.2 * size
+
+
+def test_a_turned_picture(smooth, anywhere):
+    c, s = math.cos(0.7), math.sin(0.7)
+    turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    turned = kc.Panorama(smooth_light(directions_of(ROWS)), orientation=turn)
+    there = turned.light(round_footprints(anywhere @ turn.T, 0.01), False, False)
+    assert there == pytest.approx(smooth.light(round_footprints(anywhere, 0.01), False, False), abs=1e-5)
+
+
+@pytest.mark.parametrize("theta", [1.5, 0.3, 0.02])
+def test_fine_stripes_do_not_alias(theta):
+    # Meridians of the finest kind: any footprint of two stripes or more on the sphere sees grey.
+    stripes = np.zeros((ROWS, 2 * ROWS, 3))
+    stripes[:, ::2] = 1
+    panorama = kc.Panorama(stripes)
+    n = from_angles(theta, np.linspace(0, 0.3, 500))
+    assert panorama.light(round_footprints(n, 4 * math.pi / ROWS), False, False) == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_long_footprint_sees_along_its_major_axis_only():
+    # A bright band at the equator, 12 rows wide: footprints along it see it whole, those across it a part.
+    band = np.zeros((ROWS, 2 * ROWS, 3))
+    band[ROWS // 2 - 6 : ROWS // 2 + 6] = 1
+    panorama = kc.Panorama(band)
+    n = from_angles(np.full(1, math.pi / 2), np.ones(1))
+    along, across = (np.diag(axes)[None] for axes in ((0.02, 0.9), (0.9, 0.02)))
+    ones = np.ones(1)
+    assert panorama.light(kc.Footprint(n, along, 0 * ones, ones), False, False)[0, 0] > 0.95
+    thickness = 12 * math.pi / ROWS
+    # Twice the deviation of the Gaussian is the axis: the middle of a normal distribution, cut at two deviations.
+    wanted = math.erf(thickness / 2 / 0.45 / math.sqrt(2)) / math.erf(math.sqrt(2))
+    assert panorama.light(kc.Footprint(n, across, 0 * ones, ones), False, False)[0, 0] == pytest.approx(
+        wanted, abs=0.04
+    )
+
+
+def test_a_picture_file(tmp_path):
+    values = np.random.default_rng(3).integers(0, 256, (16, 32, 3), dtype=np.uint8)
+    Image.fromarray(values).save(tmp_path / "sky.png")
+    seen = kc.Panorama.read(tmp_path / "sky.png")
+    given = kc.Panorama(decoded(values / 255))
+    n = directions_of(16).reshape(-1, 3)
+    assert seen.around(n, np.full(len(n), 1e-3)) == pytest.approx(given.around(n, np.full(len(n), 1e-3)), abs=1e-6)
+
+
+def test_refusals(tmp_path):
+    for light in (np.zeros((16, 16, 3)), np.zeros((2, 4, 3)), -np.ones((8, 16, 3)), np.full((8, 16, 3), np.nan)):
+        with pytest.raises(ValueError, match="Argument `light` must"):
+            kc.Panorama(light)
+    with pytest.raises(ValueError, match="Argument `orientation` must"):
+        kc.Panorama(np.zeros((8, 16, 3)), np.ones((3, 3)))
+    Image.fromarray(np.zeros((8, 8, 3), np.uint8)).save(tmp_path / "square.png")
+    (tmp_path / "text.png").write_text("no picture")
+    for name in ("square.png", "text.png", "none.png", "sky.exr"):
+        with pytest.raises(ValueError, match="Argument `path` must"):
+            kc.Panorama.read(tmp_path / name)

@@ -1,0 +1,221 @@
+"""Views, footprints, the checkerboard, light and colour, and the pictures that come of them."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.scenes.colour import decoded, encoded, luminance, shifted_light, star_temperature
+from kerrcaustics.scenes.footprint import bend_of, singular_values
+from kerrcaustics.spacetime.sphere import from_angles
+
+NEAR = kc.Camera(spin=0.999, radius=2.6)
+FAR = kc.Camera(spin=0.0, radius=1e7, velocity="fiducial")
+VIEWS = {
+    "pinhole": kc.View(64, 40, 1.7, "pinhole", (-1, 0.3, 0.2), (0.1, 0, 1)),
+    "fisheye": kc.View(64, 40, 3.0, "fisheye", (-1, 0.3, 0.2), (0.1, 0, 1)),
+    "equirectangular": kc.View(64, 32, 2 * math.pi, "equirectangular", (-1, 0.3, 0.2), (0.1, 0, 1)),
+}
+
+
+class Plain:
+    """A sky with one function of the direction, unfiltered."""
+
+    def __init__(self, function):
+        self.function = function
+
+    def light(self, footprint, beaming, colour_shift):
+        factor = footprint.redshift**4 if beaming else 1.0
+        return np.repeat((self.function(footprint.direction) * factor)[:, None], 3, axis=1)
+
+
+def identity_footprint(direction, size):
+    """Round footprints of a size (radians)."""
+    n = len(direction)
+    return kc.Footprint(direction, size * np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.ones(n))
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_places_and_directions_are_inverse(name):
+    rng = np.random.default_rng(1)
+    view = VIEWS[name]
+    places = rng.uniform(0, 1, (500, 2)) * [view.width - 1, view.height - 1]
+    sky, _ = view.directions(*places.T)
+    assert np.abs(np.linalg.norm(sky, axis=1) - 1).max() < 1e-15
+    assert np.abs(view.pixels(sky) - places).max() < 1e-10
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_steps_are_the_derivatives(name):
+    view = VIEWS[name]
+    x, y = np.meshgrid(np.arange(view.width), np.arange(view.height))
+    _, steps = view.directions(x, y)
+    h = 1e-5
+    along_x = (view.directions(x + h, y)[0] - view.directions(x - h, y)[0]) / (2 * h)
+    along_y = (view.directions(x, y + h)[0] - view.directions(x, y - h)[0]) / (2 * h)
+    assert np.abs(steps - np.stack([along_x, along_y], axis=-1)).max() < 1e-9
+
+
+def test_pixels_of_a_whole_sky_fill_it():
+    view = kc.View(400, 200, 2 * math.pi, "equirectangular")
+    x, y = np.meshgrid(np.arange(400), np.arange(200))
+    assert view.solid_angle(view.directions(x, y)[1]).sum() == pytest.approx(4 * math.pi, rel=3e-5)
+
+
+def test_view_toward_the_hole_has_the_shadow_in_its_middle():
+    view = kc.View.toward_hole(NEAR, 200, 200, 2.4, "fisheye")
+    places = view.pixels(kc.shadow_edge(NEAR, 400))
+    assert abs(places[:, 1].max() + places[:, 1].min() - 199) < 0.01
+    assert abs(places[:, 0].max() + places[:, 0].min() - 199) < 6
+    assert view.up == pytest.approx([0, 0, 1], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("argument", "values"),
+    [
+        ("width", {"width": 0}),
+        ("height", {"height": 2.5}),
+        ("projection", {"projection": "mercator"}),
+        ("field_of_view", {"field_of_view": 3.1}),
+        ("field_of_view", {"field_of_view": 6.2, "projection": "fisheye"}),
+        ("field_of_view", {"field_of_view": 6.3, "projection": "equirectangular"}),
+        ("forward", {"forward": (0, 0, 0)}),
+        ("up", {"up": (2, 0, 0)}),
+    ],
+)
+def test_view_refuses(argument, values):
+    with pytest.raises(ValueError, match=f"Argument `{argument}` must"):
+        kc.View(**{"width": 64, "height": 48, "field_of_view": 1.0, **values})
+
+
+def test_footprint_axes_are_singular_values():
+    rng = np.random.default_rng(2)
+    matrix = rng.normal(size=(200, 2, 2))
+    major, minor, angle = singular_values(matrix)
+    u, s, _ = np.linalg.svd(matrix)
+    assert np.abs(np.stack([major, minor], axis=-1) - s).max() < 1e-13
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    assert np.abs(np.abs((along * u[:, :, 0]).sum(axis=-1)) - 1).max() < 1e-12
+
+
+def test_bend_of_a_fold():
+    # n' near (1, 0, 0) with theta' = pi/2 + c x^2 / 2, phi' = s y: the minor axis is along x, and vanishes at x = 0.
+    c, s = 1e-4, 1e-3
+    x, y = np.meshgrid(np.arange(-3, 4), np.arange(-3, 4))
+    direction = from_angles(math.pi / 2 + c * x**2 / 2, s * y)
+    matrix = np.zeros((7, 7, 2, 2))
+    matrix[..., 0, 0], matrix[..., 1, 1] = c * x, s
+    assert bend_of(direction, matrix)[3, 3] == pytest.approx(c / math.sqrt(8), rel=1e-3)
+
+
+def test_swatches_are_averaged_over_their_box():
+    board = kc.Checkerboard(rows=7, columns=10, gap=0.3)
+    centre, size = np.array([1.1, 2.9]), 0.4
+    half = size * math.sqrt(3) / 2
+    theta = centre[0] + half * (np.arange(400) + 0.5 - 200) / 200
+    phi = centre[1] + half / math.sin(centre[0]) * (np.arange(400) + 0.5 - 200) / 200
+    fine = board._average(from_angles(*np.meshgrid(theta, phi)).reshape(-1, 3), np.full(160000, 1e-9))
+    coarse = board._average(from_angles(*centre)[None], np.array([size]))
+    assert coarse[0] == pytest.approx(fine.mean(axis=0), abs=2e-3)
+
+
+def test_swatches_have_no_seam_and_no_pinch():
+    board = kc.Checkerboard()
+    theta = np.linspace(0.05, 3.1, 300)
+    sides = [
+        board.light(identity_footprint(from_angles(theta, phi), 0.03), False, False) for phi in (3.14159, -3.14159)
+    ]
+    assert np.abs(sides[0] - sides[1]).max() < 1e-3
+    round_pole = board.light(identity_footprint(from_angles(1e-4, np.arange(60) * 0.1), 0.1), False, False)
+    assert np.ptp(round_pole, axis=0).max() < 1e-12
+
+
+def test_a_long_footprint_sees_the_mean_of_the_columns():
+    board = kc.Checkerboard(rows=5, columns=60, gap=0.2)
+    matrix = np.array([[[1e-3, 0.0], [0.0, 0.8]]])
+    direction = from_angles(np.array([math.pi / 2]), np.array([1.0]))
+    seen = board.light(kc.Footprint(direction, matrix, np.zeros(1), np.ones(1)), False, False)
+    around = board._average(from_angles(math.pi / 2, np.linspace(0, 2 * math.pi, 6000)), np.full(6000, 1e-6))
+    assert np.ptp(around, axis=0).max() > 0.2
+    assert seen[0] == pytest.approx(around.mean(axis=0), abs=0.02)
+
+
+@pytest.mark.parametrize("values", [{"rows": 1}, {"columns": 7}, {"gap": 1.0}, {"colours": ("red",)}, {"colours": ()}])
+def test_checkerboard_refuses(values):
+    with pytest.raises(ValueError, match="must"):
+        kc.Checkerboard(**values)
+
+
+def test_far_from_a_hole_the_sky_is_itself():
+    view = kc.View(48, 32, 1.2, forward=(1, 0.2, 0.1))
+    scene = kc.render(FAR, view, Plain(lambda n: 2 + n[:, 0] + 3 * n[:, 1] * n[:, 2]))
+    x, y = np.meshgrid(np.arange(48), np.arange(32))
+    # The camera basis is (e_r, e_phi, -e_theta), which are x, y, z of the celestial sphere here.
+    n, _ = view.directions(x, y)
+    assert scene.light[..., 0] == pytest.approx(2 + n[..., 0] + 3 * n[..., 1] * n[..., 2], abs=3e-6)
+    assert scene.open.min() == 1
+
+
+def test_pixels_on_the_shadow_edge_are_covered_in_part():
+    view = kc.View.toward_hole(NEAR, 96, 96, math.radians(150), "fisheye")
+    scene = kc.render(NEAR, view, Plain(lambda n: np.ones(len(n))))
+    assert scene.light[..., 1] == pytest.approx(scene.open, abs=1e-6)
+    places = view.pixels(kc.shadow_edge(NEAR, 4000))
+    x, y = places.T
+    area = abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
+    assert (1 - scene.open).sum() == pytest.approx(area, rel=2e-3)
+    partly = (scene.open > 0) & (scene.open < 1)
+    assert 100 < partly.sum() < 300
+    assert scene.divided >= partly.sum()
+
+
+def test_beaming_is_the_fourth_power_of_the_redshift():
+    view = kc.View(12, 8, 1.0, forward=(1, -0.5, 0))
+    plain = kc.render(NEAR, view, Plain(lambda n: np.ones(len(n))))
+    beamed = kc.render(NEAR, view, Plain(lambda n: np.ones(len(n))), beaming=True)
+    x, y = np.meshgrid(np.arange(12), np.arange(8))
+    ratio = kc.trace_rays(NEAR, view.directions(x, y)[0], redshift=True).redshift
+    assert beamed.light[..., 0] == pytest.approx(ratio**4 * plain.light[..., 0], rel=1e-6)
+
+
+def test_daylight_is_white_and_cooler_is_redder():
+    assert kc.black_body(6504.0) == pytest.approx([1, 1, 1], abs=1e-12)
+    assert kc.black_body(4500.0, white=4500.0) == pytest.approx([1, 1, 1], abs=1e-12)
+    warm, cold = kc.black_body(3000.0), kc.black_body(12000.0)
+    assert warm[0] > warm[1] > warm[2] and cold[0] < cold[1] < cold[2]
+    assert star_temperature(0.65) == pytest.approx(5778, abs=5)
+
+
+def test_colour_of_a_black_body_against_the_planckian_locus():
+    # Chromaticity (x, y) of 4500 K from the tabulated CIE 1931 functions: 0.3608, 0.3635.
+    from kerrcaustics.scenes.colour import _TO_SRGB, _table
+
+    grid, channels = _table()
+    light = np.exp([np.interp(math.log(4500.0), grid, channel) for channel in channels])
+    xyz = np.linalg.solve(_TO_SRGB, light)
+    assert xyz[:2] / xyz.sum() == pytest.approx([0.3608, 0.3635], abs=2e-3)
+
+
+def test_shift_of_a_black_body_is_another_black_body():
+    ratio = np.array([0.6, 1.0, 1.7])
+    both = shifted_light(ratio, True, True, 5000.0)
+    assert both * kc.black_body(5000.0) == pytest.approx(kc.black_body(5000.0 * ratio))
+    colour = shifted_light(ratio, False, True, 5000.0) * kc.black_body(5000.0)
+    assert luminance(colour) == pytest.approx(np.full(3, luminance(kc.black_body(5000.0))))
+    assert shifted_light(ratio, True, False)[:, 1] == pytest.approx(ratio**4)
+    assert (shifted_light(ratio, False, False) == 1).all()
+
+
+def test_tone_curves():
+    values = np.linspace(0, 1, 256)
+    assert encoded(decoded(values)) == pytest.approx(values, abs=1e-4)
+    picture = kc.tone_mapped(np.array([[0, 0, 0], [1, 1, 1], [9, 0.5, 0.1]]), curve="asinh", softening=10)
+    assert picture.dtype == np.uint8
+    assert picture[0].tolist() == [0, 0, 0] and picture[1].tolist() == [255, 255, 255]
+    assert picture[2, 0] == 255 and picture[2, 0] >= picture[2, 1] >= picture[2, 2]
+    grey = kc.tone_mapped(np.full((1, 3), 0.01), curve="asinh", softening=10)
+    assert decoded(grey / 255)[0, 0] == pytest.approx(math.asinh(0.1) / math.asinh(10), abs=2e-3)
+    for bad in ({"exposure": 0.0}, {"curve": "log"}, {"softening": -1.0}):
+        with pytest.raises(ValueError, match="Argument"):
+            kc.tone_mapped(np.zeros((1, 3)), **bad)

@@ -1,0 +1,134 @@
+"""Point stars: catalogue, galactic axes, and the light that images of stars give."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.scenes.catalogue import galactic_axes
+from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.star_field import _spline, milky_way
+from kerrcaustics.spacetime.sphere import from_angles
+
+CAMERA = kc.Camera(spin=0.999, radius=6.03)
+STAR = (1.77, -1.07)
+
+
+def one_star(theta, phi):
+    catalogue = kc.StarCatalogue(from_angles(theta, phi)[None], np.zeros(1), np.full(1, 0.65))
+    return kc.StarField(catalogue, orientation=np.eye(3), band=0)
+
+
+def received(scene):
+    """Light of all pixels together: luminance times solid angle."""
+    x, y = np.meshgrid(np.arange(scene.view.width), np.arange(scene.view.height))
+    return (luminance(scene.light) * scene.view.solid_angle(scene.view.directions(x, y)[1])).sum()
+
+
+def test_catalogue_holds_known_stars():
+    stars = kc.hipparcos()
+    assert len(stars) == 37622
+    assert np.abs(np.linalg.norm(stars.direction, axis=1) - 1).max() < 1e-12
+    assert stars.magnitude.max() <= 8 and (np.diff(stars.magnitude) >= 0).all()
+    # Sirius, and Polaris (HIP 11767: 37.95 and 89.26 degrees).
+    assert stars.magnitude[0] == pytest.approx(-1.088, abs=1e-3)
+    assert stars.direction[0] == pytest.approx(from_angles(math.radians(90 + 16.713), math.radians(101.289)), abs=1e-3)
+    polaris = from_angles(math.radians(90 - 89.264), math.radians(37.95))
+    nearest = np.argmax(stars.direction @ polaris)
+    assert stars.direction[nearest] @ polaris > 1 - 1e-8 and stars.magnitude[nearest] < 2.5
+
+
+def test_galactic_axes_point_to_the_centre_and_the_pole():
+    axes = galactic_axes()
+    assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-12)
+    centre = from_angles(math.radians(90 + 28.936), math.radians(266.405))
+    assert axes @ centre == pytest.approx([1, 0, 0], abs=1e-4)
+    turn = kc.tilted_galaxy(0.3, 0.0, 0.0)
+    assert (turn @ axes.T)[:, 2] == pytest.approx([0, -math.sin(0.3), math.cos(0.3)])
+    assert (turn @ axes.T)[:, 0] == pytest.approx([1, 0, 0])
+
+
+def test_weights_of_pixels_add_up_to_one():
+    assert sum(_spline(np.linspace(-0.5, 0.5, 101) + step) for step in range(-3, 4)) == pytest.approx(1.0)
+
+
+def narrow_view(sky, shift):
+    """24 x 24 pixels in which a direction lies somewhere between pixels; the sky map is nearly linear over them."""
+    view = kc.View(24, 24, 0.004, forward=sky)
+    return kc.View(24, 24, 0.004, forward=view.directions(11.5 + shift[0], 11.5 + shift[1])[0])
+
+
+@pytest.mark.parametrize("sky", [(0.9, -0.3, 0.3), (-0.5, -0.6, 0.5), (-0.62, -0.3, -0.72), (0.2, -0.9, 0.3)])
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.5, 0.25), (0.3, 0.9)])
+def test_an_image_has_the_light_of_its_magnification(sky, shift):
+    sky = np.array(sky) / np.linalg.norm(sky)
+    beam = kc.trace_beams(CAMERA, sky)
+    star = one_star(np.arccos(beam.direction[2]), np.arctan2(beam.direction[1], beam.direction[0]))
+    view = narrow_view(sky, shift)
+    scene = kc.render(CAMERA, view, star)
+    assert received(scene) == pytest.approx(beam.magnification, rel=0.02)
+    # However magnified, an image is small: nothing two and a half pixels away from it.
+    y, x = np.nonzero(luminance(scene.light))
+    place = view.pixels(sky)
+    assert np.hypot(x - place[0], y - place[1]).max() < 2.5
+
+
+def test_beaming_of_an_image():
+    sky = np.array([-0.5, -0.6, 0.5]) / np.linalg.norm([-0.5, -0.6, 0.5])
+    beam = kc.trace_beams(CAMERA, sky)
+    star = one_star(np.arccos(beam.direction[2]), np.arctan2(beam.direction[1], beam.direction[0]))
+    view = narrow_view(sky, (0.2, 0.1))
+    plain, beamed = (received(kc.render(CAMERA, view, star, beaming=on)) for on in (False, True))
+    assert beamed / plain == pytest.approx(beam.redshift**4, rel=1e-3)
+    bluer = kc.render(CAMERA, view, star, colour_shift=True)
+    assert received(bluer) == pytest.approx(plain, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_all_images_of_a_star_in_a_picture():
+    images = kc.star_images(CAMERA, STAR, max_index=1)
+    for sky, magnification in zip(images.sky, images.magnification, strict=True):
+        scene = kc.render(CAMERA, narrow_view(sky, (0.3, 0.6)), one_star(*STAR))
+        assert received(scene) == pytest.approx(magnification, rel=0.03)
+
+
+def test_long_footprints_hold_the_mean_of_the_stars():
+    rng = np.random.default_rng(8)
+    stars = rng.normal(size=(20000, 3))
+    stars /= np.linalg.norm(stars, axis=1, keepdims=True)
+    sky = kc.StarField(kc.StarCatalogue(stars, np.zeros(20000), np.full(20000, 0.65)), np.eye(3), 0)
+    n = rng.normal(size=(400, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    c, s = np.cos(rng.uniform(0, 7, 400)), np.sin(rng.uniform(0, 7, 400))
+    turn = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+    matrix = turn * np.array([0.06, 0.01])
+    # No orthogonal matrix, but one with a long and a short axis.
+    seen = sky.light(kc.Footprint(n, matrix, np.zeros(400), np.ones(400)), False, False)
+    assert luminance(seen).mean() == pytest.approx(20000 / (4 * math.pi), rel=0.03)
+    # One by one, from all stars, without tree and discs.
+    gap = np.stack([stars @ e for e in _frame(n[0])], axis=-1)
+    near = stars @ n[0] > 0.5
+    angle = np.arccos(stars[near] @ n[0])
+    gap = gap[near] * (angle / np.sin(angle))[:, None]
+    offset = gap @ np.linalg.inv(matrix[0]).T
+    wanted = (_spline(offset[:, 0]) * _spline(offset[:, 1])).sum() / abs(np.linalg.det(matrix[0]))
+    assert luminance(seen)[0] == pytest.approx(wanted, rel=1e-6)
+
+
+def _frame(n):
+    theta, phi = np.arccos(n[2]), np.arctan2(n[1], n[0])
+    e_theta = np.array([math.cos(theta) * math.cos(phi), math.cos(theta) * math.sin(phi), -math.sin(theta)])
+    return e_theta, np.array([-math.sin(phi), math.cos(phi), 0.0])
+
+
+def test_band_lies_along_the_galactic_plane():
+    longitude = np.linspace(0, 6.2, 50)
+    plane, away = milky_way(from_angles(math.pi / 2 + 0.12, longitude)), milky_way(from_angles(0.3, longitude))
+    assert (plane > 3 * away).all() and (away > 0).all()
+
+
+@pytest.mark.parametrize("values", [{"catalogue": 3}, {"band": -1}, {"white": 10}, {"orientation": np.zeros((3, 3))}])
+def test_star_field_refuses(values):
+    with pytest.raises(ValueError, match="Argument"):
+        kc.StarField(**values)
