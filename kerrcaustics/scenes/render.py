@@ -3,7 +3,7 @@
 import math
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -56,6 +56,43 @@ class Scene:
         return f"<Scene {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
 
 
+@dataclass(frozen=True, eq=False)
+class TracedView:
+    """The beams of a view, traced once for any sky: what `trace_view` returns.
+
+    open (height, width): part of each pixel that is not in the shadow. divided, beams, seconds: as in `Scene`.
+    """
+
+    camera: Camera
+    view: View
+    open: Array
+    divided: int
+    beams: int
+    seconds: float
+    # Which pixels the footprints belong to, all of them, and 16 of each divided one; with its part of the pixel.
+    _whole: list[tuple[Array, Footprint]] = field(repr=False)
+    _parts: list[tuple[Array, Footprint]] = field(repr=False)
+
+    def show(self, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Scene:
+        """A sky as it is seen in this view; parameters as for `render`."""
+        began = time.perf_counter()
+        if (beaming or colour_shift) and any(len(f) and np.isnan(f.redshift).all() for _, f in self._whole):
+            raise ValueError("Arguments `beaming` and `colour_shift` need a view that was traced with its redshift.")
+        light = np.zeros((self.view.height * self.view.width, 3), np.float32)
+        shifts = {"beaming": beaming, "colour_shift": colour_shift}
+        with ThreadPoolExecutor(cores()) as pool:
+            for pixel, footprint in self._whole:
+                light[pixel] = _lit(pool, sky, footprint, **shifts)
+            for pixel, footprint in self._parts:
+                parts = _lit(pool, sky, footprint, **shifts) / _DIVISIONS**2
+                divided, place = np.unique(pixel, return_inverse=True)
+                total = [np.bincount(place, parts[:, channel], minlength=len(divided)) for channel in range(3)]
+                light[divided] = np.stack(total, axis=-1)
+        light = light.reshape(self.view.height, self.view.width, 3)
+        seconds = self.seconds + time.perf_counter() - began
+        return Scene(self.camera, self.view, light, self.open, self.divided, self.beams, seconds)
+
+
 def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Scene:
     """A sky seen through the hole: each pixel holds the mean of the sky over the footprint of its beam.
 
@@ -83,36 +120,41 @@ def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colou
     ----------
     JTFT section 2 and appendix A.3: beams in place of rays, so that nothing flickers or aliases.
     """
+    traced = trace_view(camera, view, redshift=beaming or colour_shift)
+    return traced.show(sky, beaming=beaming, colour_shift=colour_shift)
+
+
+def trace_view(camera: Camera, view: View, *, redshift: bool = False) -> TracedView:
+    """The beams of all pixels of a view, for `TracedView.show`: for films, where the sky moves and the camera does not.
+
+    redshift: whether beaming and shift of colours will be wanted.
+    """
     began = time.perf_counter()
     shape = (view.height, view.width)
-    light = np.zeros((*shape, 3), np.float32)
     reached, long = np.zeros(shape, bool), np.zeros(shape, bool)
     rows = min(max(_CHUNK // view.width, 2), view.height)
-    shifts = {"beaming": beaming, "colour_shift": colour_shift}
-    with ThreadPoolExecutor(cores()) as pool:
-        for top in range(0, view.height, rows):
-            # The last ones overlap those before, so that there are always two rows to take differences of.
-            first = max(min(top, view.height - rows), 0)
-            part = slice(first, first + rows)
-            x, y = np.meshgrid(np.arange(view.width), np.arange(first, first + rows))
-            footprint, inside = _traced(camera, view, x[None], y[None], 1.0, beaming or colour_shift)
-            reached[part] = inside.reshape(-1, view.width)
-            long[part].flat[np.flatnonzero(inside)] = singular_values(footprint.matrix)[0] > _LONG
-            light[part].reshape(-1, 3)[np.flatnonzero(inside)] = _lit(pool, sky, footprint, **shifts)
-        opened = reached.astype(np.float32)
-        divided = np.flatnonzero(_at_edge(reached) | long)
-        within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
-        for start in range(0, len(divided), _CHUNK // _DIVISIONS**2):
-            which = divided[start : start + _CHUNK // _DIVISIONS**2]
-            y, x = (place[:, None, None] for place in np.divmod(which, view.width))
-            x, y = np.broadcast_arrays(x + within, y + within[:, None])
-            footprint, inside = _traced(camera, view, x, y, 1 / _DIVISIONS, beaming or colour_shift)
-            parts = np.zeros((inside.size, 3))
-            parts[np.flatnonzero(inside)] = _lit(pool, sky, footprint, **shifts)
-            light.reshape(-1, 3)[which] = parts.reshape(len(which), -1, 3).mean(axis=1)
-            opened.flat[which] = inside.reshape(len(which), -1).mean(axis=1)
+    whole, parts = [], []
+    for top in range(0, view.height, rows):
+        # The last ones overlap those before, so that there are always two rows to take differences of.
+        first = max(min(top, view.height - rows), 0)
+        x, y = np.meshgrid(np.arange(view.width), np.arange(first, first + rows))
+        footprint, inside = _traced(camera, view, x[None], y[None], 1.0, redshift)
+        part = slice(first, first + rows)
+        reached[part] = inside.reshape(-1, view.width)
+        long[part].flat[np.flatnonzero(inside)] = singular_values(footprint.matrix)[0] > _LONG
+        whole.append((np.flatnonzero(inside) + first * view.width, footprint))
+    opened = reached.astype(np.float32)
+    divided = np.flatnonzero(_at_edge(reached) | long)
+    within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
+    for start in range(0, len(divided), _CHUNK // _DIVISIONS**2):
+        which = divided[start : start + _CHUNK // _DIVISIONS**2]
+        y, x = (place[:, None, None] for place in np.divmod(which, view.width))
+        x, y = np.broadcast_arrays(x + within, y + within[:, None])
+        footprint, inside = _traced(camera, view, x, y, 1 / _DIVISIONS, redshift)
+        parts.append((np.repeat(which, inside[0].size)[inside.ravel()], footprint))
+        opened.flat[which] = inside.reshape(len(which), -1).mean(axis=1)
     beams = reached.size + len(divided) * _DIVISIONS**2
-    return Scene(camera, view, light, opened, len(divided), beams, time.perf_counter() - began)
+    return TracedView(camera, view, opened, len(divided), beams, time.perf_counter() - began, whole, parts)
 
 
 def celestial_picture(sky: Sky, height: int) -> Array:
@@ -138,7 +180,7 @@ def _traced(camera: Camera, view: View, x: Array, y: Array, size: float, redshif
     # Captured beams are NaN.
     inside = np.isfinite(matrix.sum(axis=(-2, -1)) + beams.direction.sum(axis=-1))
     bend = bend_of(beams.direction, matrix) if min(x.shape[1:]) > 1 else np.zeros(x.shape)
-    ratio = beams.redshift[inside] if beams.redshift is not None else np.ones(int(inside.sum()))
+    ratio = beams.redshift[inside] if beams.redshift is not None else np.full(int(inside.sum()), np.nan)
     return Footprint(beams.direction[inside], matrix[inside], bend[inside], ratio), inside
 
 
