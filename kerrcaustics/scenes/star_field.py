@@ -56,8 +56,9 @@ class StarField:
 
     A star at x, y pixels from the middle of a pixel, by the inverse of the beam's linear map, gives it the part
     B(x) B(y) of its light, with the quadratic B-spline B: over all pixels the parts add up to 1, wherever the star is.
-    The light of an image is therefore that of the star times the magnification, and its size that of a pixel, however
-    much it is lensed. JTFT take a Gaussian over round beams, cut off, in place of B(x) B(y).
+    The light of an image is therefore that of the star times the magnification, and its size that of a pixel. Within a
+    few pixels of a critical curve, where the map is not linear over a pixel, it is spread over these. JTFT take a
+    Gaussian over round beams, cut off, in place of B(x) B(y).
     """
 
     catalogue: StarCatalogue = field(default_factory=hipparcos)
