@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -28,6 +27,7 @@ _THINNEST = 1e-4
 _MOST_BEND = 5e-3
 # Discs that are searched together.
 _DISCS = 1 << 13
+_ALIKE = 1.5
 _BAND_ROWS = 512
 # Light of one star of magnitude 0 on a square degree, per steradian.
 _SQUARE_DEGREES = (180 / math.pi) ** 2
@@ -128,12 +128,11 @@ class StarField:
         axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None] @ tangents
         # Of displacements in space: two rows for pixels along x and y, one for radians along the major axis.
         rows = np.concatenate([np.linalg.inv(matrix) @ tangents, axis], axis=1)
-        for start in range(0, len(pixel), _DISCS):
-            part = slice(start, start + _DISCS)
-            lists = self._tree.query_ball_point(centre[part], chord[part])
-            counts = np.fromiter(map(len, lists), int, len(lists))
-            star = np.fromiter(chain.from_iterable(lists), int, int(counts.sum()))
-            disc = start + np.repeat(np.arange(len(lists)), counts)
+        for part in _alike(chord):
+            found = KDTree(centre[part]).sparse_distance_matrix(self._tree, chord[part].max(), output_type="ndarray")
+            disc, star = part[found["i"]], found["j"]
+            near = found["v"] <= chord[disc]
+            disc, star = disc[near], star[near]
             which = pixel[disc]
             offset = _offsets(direction[which], rows[which], self._stars[star])
             weight = _spline(offset[:, 0]) * _spline(offset[:, 1])
@@ -160,6 +159,14 @@ def _discs(direction: Array, matrix: Array, stars: int) -> tuple[Array, Array, A
     turn = place[:, None]
     centre = direction[pixel] * np.cos(turn) + tangent[pixel] * np.sin(turn)
     return pixel, centre, np.hypot(half, _REACH * minor[pixel]), place, half
+
+
+def _alike(chord: Array) -> Iterator[Array]:
+    """Numbers of discs in groups, of no more than _DISCS and of chords that differ by less than a factor of _ALIKE."""
+    order = np.argsort(chord)
+    kind = np.floor(np.log(chord[order]) / math.log(_ALIKE))
+    for group in np.split(order, np.flatnonzero(np.diff(kind)) + 1):
+        yield from np.split(group, range(_DISCS, len(group), _DISCS))
 
 
 def _offsets(n: Array, rows: Array, star: Array) -> Array:
