@@ -13,6 +13,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from kerrcaustics.beams.beam import Beams as Beams, Rays as Rays, Status as Status
     from kerrcaustics.beams.ends import EquatorialPlane as EquatorialPlane
+    from kerrcaustics.beams.paths import (
+        RayPaths as RayPaths,
+        SpacePoints as SpacePoints,
+        ray_paths as ray_paths,
+        trapped_orbit as trapped_orbit,
+    )
     from kerrcaustics.beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
     from kerrcaustics.curves.caustic import (
         Caustic as Caustic,
@@ -60,7 +66,9 @@ _HOMES = {
     "LineCrossings": "stars.lines",
     "PairEvent": "stars.events",
     "PairEvents": "stars.events",
+    "RayPaths": "beams.paths",
     "Rays": "beams.beam",
+    "SpacePoints": "beams.paths",
     "StarImages": "stars.images",
     "StarTracks": "stars.tracks",
     "Status": "beams.beam",
@@ -73,6 +81,7 @@ _HOMES = {
     "image_counts": "stars.counts",
     "load_caustics": "curves.store",
     "pair_events": "stars.events",
+    "ray_paths": "beams.paths",
     "save_caustics": "curves.store",
     "shadow_edge": "spacetime.shadow",
     "star_images": "stars.images",
@@ -81,6 +90,7 @@ _HOMES = {
     "to_xarray": "curves.store",
     "trace_beams": "beams.trace",
     "trace_rays": "beams.trace",
+    "trapped_orbit": "beams.paths",
 }
 
 __all__ = [
@@ -98,7 +108,9 @@ __all__ = [
     "LineCrossings",
     "PairEvent",
     "PairEvents",
+    "RayPaths",
     "Rays",
+    "SpacePoints",
     "StarImages",
     "StarTracks",
     "Status",
@@ -111,6 +123,7 @@ __all__ = [
     "image_counts",
     "load_caustics",
     "pair_events",
+    "ray_paths",
     "save_caustics",
     "shadow_edge",
     "star_images",
@@ -119,6 +132,7 @@ __all__ = [
     "to_xarray",
     "trace_beams",
     "trace_rays",
+    "trapped_orbit",
 ]
 __version__ = metadata.version("kerrcaustics")
 
