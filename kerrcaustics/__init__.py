@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         save_caustics as save_caustics,
         to_xarray as to_xarray,
     )
+    from kerrcaustics.curves.tubes import CausticTube as CausticTube, caustic_tubes as caustic_tubes
     from kerrcaustics.spacetime.camera import Camera as Camera
     from kerrcaustics.spacetime.shadow import shadow_edge as shadow_edge
     from kerrcaustics.spacetime.sphere import tangent_basis as tangent_basis
@@ -56,6 +57,7 @@ _HOMES = {
     "Camera": "spacetime.camera",
     "Caustic": "curves.caustic",
     "CausticSet": "curves.caustic",
+    "CausticTube": "curves.tubes",
     "CircleCurve": "stars.circles",
     "CircleImages": "stars.circles",
     "CountMap": "stars.counts",
@@ -73,6 +75,7 @@ _HOMES = {
     "StarTracks": "stars.tracks",
     "Status": "beams.beam",
     "Track": "stars.tracks",
+    "caustic_tubes": "curves.tubes",
     "caustics": "curves.caustic",
     "circle_images": "stars.circles",
     "count_map": "stars.counts",
@@ -98,6 +101,7 @@ __all__ = [
     "Camera",
     "Caustic",
     "CausticSet",
+    "CausticTube",
     "CircleCurve",
     "CircleImages",
     "CountMap",
@@ -115,6 +119,7 @@ __all__ = [
     "StarTracks",
     "Status",
     "Track",
+    "caustic_tubes",
     "caustics",
     "circle_images",
     "count_map",

@@ -18,7 +18,7 @@ from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.ends import Goal, aim_at, goal_of
 from kerrcaustics.beams.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
 from kerrcaustics.beams.geometry import area, azimuth_step, length, turned
-from kerrcaustics.beams.integrated import DENSEST, MAX_STEPS, local_error, start, with_variations
+from kerrcaustics.beams.integrated import DENSEST, local_error, start, with_variations
 from kerrcaustics.beams.nystroem import Path, nystroem_step
 from kerrcaustics.beams.trace import as_vectors, normalised
 from kerrcaustics.spacetime import kerr, radial
@@ -32,6 +32,8 @@ Array = Any
 _CHUNK = 512
 # Radians of arc between two looks at the beam's area: its zeros lie about pi apart.
 _LONGEST_ARC = 0.8
+# Arc beyond which a ray is taken to wind for ever, and steps in one of those intervals: none needs so many.
+_MOST_ARC, _MOST_STEPS = 60.0, 300
 # A captured ray ends a hundredth above the horizon, or closer where the camera is close: at the horizon itself the
 # azimuth is infinite.
 _ABOVE_HORIZON = 0.01
@@ -89,7 +91,7 @@ class RayPaths(SpacePoints):
     radians, and of 1 / radius; status (...,), `Status` values, INACCURATE where the error at the end is above 1e-9;
     conjugate, the conjugate points in the order of the ray, shape (..., most on one ray), NaN where there are no more;
     index (...,), how many there are. NaN, and an index of -1, for photons that cannot come from infinity (inside the
-    ergosphere).
+    ergosphere), and within round-off of the shadow edge, where they wind for ever.
     """
 
     error: np.ndarray
@@ -109,13 +111,14 @@ class _State(NamedTuple):
 class _Beam(NamedTuple):
     """What stays the same along a batch of rays.
 
-    end_time, of Mino, NaN for rays that are not followed; lost, that end is not the one wanted; captured; opening, the
-    rate in Mino time at which the beam opens at the camera.
+    end_time, of Mino, NaN for rays that are not followed; end_u, 1 / r there; lost, that end is not the one wanted;
+    captured; opening, the rate in Mino time at which the beam opens at the camera.
     """
 
     constants: Constants
     variations: list[Constants]
     end_time: Array
+    end_u: Array
     lost: Array
     captured: Array
     opening: Array
@@ -213,7 +216,7 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     constants = Constants(0 * one, 0 * one, 0 * one, (q + impact**2) * one, impact * one)
     ray = Path((one / radius, one, 0 * one, 0 * one), (0 * one, 0 * one, -impact * one, math.sqrt(q) * one), 0 * one)
     still = jax.tree.map(lambda part: 0 * part, (constants, ray))
-    beam = _Beam(constants, [still[0]] * 2, one, one, one, one)
+    beam = _Beam(constants, [still[0]] * 2, one, one, one, one, one)
     state = _State((ray, still[1], still[1]), 0 * one, 0 * one)
     light = Photon(impact, q + impact**2, q + (impact - spin) ** 2, q, (0, 0, 0, 0.0), (0, 0, 0, 1.0), 1.0)
     period = 2 * float(mino_time_to_plane(Camera(spin, radius).frame(), light, 1))
@@ -251,7 +254,11 @@ def _followed(camera: Camera, sky: np.ndarray, n: int, goal: Goal) -> dict[str, 
     unknown = np.isnan(end_time)
     kept = jax.tree.map(lambda leaf: leaf[::part], track)
     fields: dict[str, np.ndarray] = dict(zip(_COORDINATES, _coordinates(kept, times[::part]), strict=True))
-    fields["error"] = np.asarray(_errors(frame.spin, beam, kept))
+    fields["error"] = np.array(_errors(frame.spin, beam, kept))
+    # The end is known beforehand: missing it shows what the time is worth, close to the shadow edge.
+    fields["error"][-1] += np.abs(kept.paths[0].position[0][-1] - beam.end_u) * np.asarray(
+        polar_rapidity(beam.constants)
+    )
     conjugate, index = _conjugate_points(frame.spin, beam, track, times)
     captured, lost = np.asarray(beam.captured), np.asarray(beam.lost)
     _set_ends(fields, goal, camera, captured, lost)
@@ -287,14 +294,20 @@ def _begun(frame: Frame, sky: tuple[Array, ...], goal_kind: str, goal_value: Any
     stop = horizon + _ABOVE_HORIZON * jnp.minimum(1.0, frame.radius - horizon)
     falling = radial.mino_time_to(frame, light, quartic, stop, jnp.zeros_like(aim.captured))
     elsewhere = jnp.where(aim.captured, falling, radial.mino_time(frame, light, quartic))
-    end_time = jnp.where(light.energy_ratio > 0, jnp.where(aim.lost, elsewhere, aim.mino_time), jnp.nan)
+    end_time = jnp.where(aim.lost, elsewhere, aim.mino_time)
+    known = (light.energy_ratio > 0) & (end_time * polar_rapidity(constants) < _MOST_ARC)
+    end_time = jnp.where(known, end_time, jnp.nan)
+    end_u = jnp.where(aim.captured, 1 / stop, 0.0)
+    if goal.kind == "sphere":
+        end_u = jnp.where(aim.lost, end_u, 1 / goal.value)
     opening = length((*paths[1].rate[1:], *paths[2].rate[1:]))
-    beam = _Beam(constants, variations, end_time, aim.lost, aim.captured, opening)
+    beam = _Beam(constants, variations, end_time, end_u, aim.lost, aim.captured, opening)
     return beam, _State(paths, jnp.where(frame.sin_theta == 0, jnp.arctan2(ray.rate[2], ray.rate[1]), 0.0), 0 * light.b)
 
 
 def _begin(frame: Frame, sky: tuple[Array, ...], goal: Goal) -> tuple[_Beam, _State]:
-    return _begun(frame, sky, goal.kind, goal.value)
+    # As plain arrays, so that what advances them is compiled once.
+    return jax.tree.map(np.asarray, _begun(frame, sky, goal.kind, goal.value))
 
 
 @jax.jit
@@ -318,7 +331,7 @@ def _advanced(spin: float, beam: _Beam, state: _State, duration: Array) -> _Stat
         return jnp.where(count <= 1, 0.0, left - h), steps + 1, after
 
     def going(now: tuple[Array, Array, _State]) -> Array:
-        return jnp.any(now[0] > 0) & (now[1] < MAX_STEPS)
+        return jnp.any(now[0] > 0) & (now[1] < _MOST_STEPS)
 
     return jax.lax.while_loop(going, step, (duration, 0, state))[2]
 
@@ -382,7 +395,7 @@ def _zero(spin: float, beam: _Beam, track: _State, times: np.ndarray, value: np.
         at_left = np.where(on_left, there, at_left / 2)
         moved = np.minimum(trial - left, right - trial)
         left, right = np.where(on_left, trial, left), np.where(on_left, right, trial)
-        if np.all((moved <= 1e-14 * whole) | (there == 0)):
+        if np.all((moved <= 1e-13 * whole) | (there == 0)):
             break
     state = jax.tree.map(np.asarray, state)
     return np.stack(_coordinates(state, times[low, lane] + trial), axis=-1)
