@@ -350,7 +350,7 @@ def _coordinates(state: _State, times: np.ndarray) -> list[np.ndarray]:
 
 @jax.jit
 def _errors(spin: float, beam: _Beam, state: _State) -> Array:
-    """What errors of the steps and round-off in N make of the direction, in radians, and of 1 / r: (time, ray)."""
+    """What errors of the steps and round-off in N make of the direction and of 1 / r: (time, ray)."""
     m = state.paths[0].position[1:]
     spread = length(
         [part for path in state.paths[1:] for part in (path.position[0], *turned(m, path.position[1:], path.psi))]

@@ -21,7 +21,7 @@ from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 
 # Steps along the caustic between neighbouring lines, in radians; fewest and most lines round a tube.
-_STEP = math.radians(3.0)
+_STEP = math.radians(2.0)
 _FEWEST, _MOST = 160, 900
 # Every so many lines are searched for the rays whose conjugate points lie at the wanted radii.
 _SPARSE = 4
@@ -30,7 +30,7 @@ _PARTS = np.concatenate([1 - np.geomspace(1e-3, 0.99, 16), -np.geomspace(0.01, 3
 # Places at which a ray is looked at for its conjugate points.
 _PLACES = 24
 # The last radius, above the horizon, and the radius that lies halfway between hole and infinity in the usual rows.
-_ABOVE_HORIZON = 0.1
+_ABOVE_HORIZON = 0.4
 _USUAL_SCALE, _USUAL_ROWS = 6.0, 48
 
 
@@ -80,7 +80,7 @@ def caustic_tubes(camera: Camera, orders: int = 2, radii: np.ndarray | None = No
     orders : int
         How many, 1 to 10; those that cannot be found are left out.
     radii : (rows,) array, optional
-        Where the tube is wanted, falling from math.inf. Left out, 48 radii to 0.1 above the horizon.
+        Where the tube is wanted, falling from math.inf. Left out, 48 radii to 0.4 above the horizon.
 
     Returns
     -------
