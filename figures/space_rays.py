@@ -19,7 +19,7 @@ from kerrcaustics.draw.space import write_scene
 def main(output: Path) -> list[Path]:
     """The files, made in an existing folder."""
     camera = kc.Camera(spin=0.999, radius=6.03)
-    across = np.radians(np.linspace(-44, 40, 57))
+    across = np.radians(np.linspace(-44, 40, 59))
     fans = [
         np.stack([-np.cos(across), np.sin(across) * np.cos(tilt), np.sin(across) * np.sin(tilt)], axis=-1)
         for tilt in np.radians([0.0, 60.0])

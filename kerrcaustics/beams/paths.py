@@ -32,10 +32,9 @@ Array = Any
 _CHUNK = 512
 # Radians of arc between two looks at the beam's area: its zeros lie about pi apart.
 _LONGEST_ARC = 0.8
-# Arc beyond which a ray is taken to wind for ever, and steps in one of those intervals: none needs so many.
+# Arc beyond which a ray winds for ever, and more steps than are needed between two looks.
 _MOST_ARC, _MOST_STEPS = 60.0, 300
-# A captured ray ends a hundredth above the horizon, or closer where the camera is close: at the horizon itself the
-# azimuth is infinite.
+# A captured ray ends a little above the horizon, where the azimuth is infinite; closer where the camera is close.
 _ABOVE_HORIZON = 0.01
 # Steps of the search for a zero of the area, by false position.
 _MOST_TRIALS = 30
@@ -306,7 +305,7 @@ def _begun(frame: Frame, sky: tuple[Array, ...], goal_kind: str, goal_value: Any
 
 
 def _begin(frame: Frame, sky: tuple[Array, ...], goal: Goal) -> tuple[_Beam, _State]:
-    # As plain arrays, so that what advances them is compiled once.
+    """Rays at the camera, as plain arrays, so that what advances them is compiled once."""
     return jax.tree.map(np.asarray, _begun(frame, sky, goal.kind, goal.value))
 
 

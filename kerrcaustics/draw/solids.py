@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.paths import RayPaths, SpacePoints
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.curves.tubes import CausticTube
@@ -22,7 +23,8 @@ from kerrcaustics.spacetime.sphere import from_angles
 Array = Any
 
 HORIZON_COLOUR = "#1a1a1a"
-ERGOSPHERE_COLOUR = "#8c8c8c"
+ERGOSPHERE_COLOUR = "#7f7fb5"
+CAPTURED_COLOUR = "#a8a8a8"
 CAMERA_COLOUR = "#000000"
 _MIDDLE, _FINE = 48, 96
 
@@ -127,14 +129,23 @@ def rays_scene(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Scene:
         part = position[: inside[0]] if len(inside) else position
         if index < 0 or len(part) < 2:
             continue
-        colour = "#9a9a9a" if status == 1 else style.order_colour(int(index) + 1)
-        lines.append(Line("captured ray" if status == 1 else f"ray of index {index}", part, colour, 2.0))
-    escaped = sorted({int(k) for k, s in zip(paths.index, paths.status, strict=True) if s != 1 and k in indices})
+        colour = CAPTURED_COLOUR if status == Status.CAPTURED else style.order_colour(int(index) + 1)
+        lines.append(
+            Line(
+                "captured ray" if status == Status.CAPTURED else f"ray of index {index}",
+                part,
+                colour,
+                1.0 if status == Status.CAPTURED else 2.0,
+            )
+        )
+    escaped = sorted(
+        {int(k) for k, s in zip(paths.index, paths.status, strict=True) if s != Status.CAPTURED and k in indices}
+    )
     key = [(f"index {k}", style.order_colour(k + 1)) for k in escaped]
-    key += [("captured", "#9a9a9a")] if np.any(paths.status == 1) else []
+    key += [("captured", CAPTURED_COLOUR)] if np.any(paths.status == Status.CAPTURED) else []
     key += [("ergosphere", ERGOSPHERE_COLOUR), ("horizon", HORIZON_COLOUR)]
     title = f"Rays of one camera, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
-    return Scene(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=reach)
+    return Scene(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.1 * reach)
 
 
 def trapped_scene(orbit: SpacePoints) -> Scene:
