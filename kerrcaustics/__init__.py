@@ -13,6 +13,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from kerrcaustics.beams.beam import Beams as Beams, Rays as Rays, Status as Status
     from kerrcaustics.beams.ends import EquatorialPlane as EquatorialPlane
+    from kerrcaustics.beams.paths import (
+        RayPaths as RayPaths,
+        SpacePoints as SpacePoints,
+        ray_paths as ray_paths,
+        trapped_orbit as trapped_orbit,
+    )
     from kerrcaustics.beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
     from kerrcaustics.curves.caustic import (
         Caustic as Caustic,
@@ -25,6 +31,7 @@ if TYPE_CHECKING:
         save_caustics as save_caustics,
         to_xarray as to_xarray,
     )
+    from kerrcaustics.curves.tubes import CausticTube as CausticTube, caustic_tubes as caustic_tubes
     from kerrcaustics.scenes.catalogue import (
         StarCatalogue as StarCatalogue,
         hipparcos as hipparcos,
@@ -63,6 +70,7 @@ _HOMES = {
     "Caustic": "curves.caustic",
     "CausticSet": "curves.caustic",
     "Checkerboard": "scenes.checkerboard",
+    "CausticTube": "curves.tubes",
     "CircleCurve": "stars.circles",
     "CircleImages": "stars.circles",
     "CountMap": "stars.counts",
@@ -79,12 +87,16 @@ _HOMES = {
     "Scene": "scenes.render",
     "StarCatalogue": "scenes.catalogue",
     "StarField": "scenes.star_field",
+    "RayPaths": "beams.paths",
+    "Rays": "beams.beam",
+    "SpacePoints": "beams.paths",
     "StarImages": "stars.images",
     "StarTracks": "stars.tracks",
     "Status": "beams.beam",
     "Track": "stars.tracks",
     "View": "scenes.view",
     "black_body": "scenes.colour",
+    "caustic_tubes": "curves.tubes",
     "caustics": "curves.caustic",
     "celestial_picture": "scenes.render",
     "circle_images": "stars.circles",
@@ -96,6 +108,7 @@ _HOMES = {
     "load_caustics": "curves.store",
     "pair_events": "stars.events",
     "render": "scenes.render",
+    "ray_paths": "beams.paths",
     "save_caustics": "curves.store",
     "shadow_edge": "spacetime.shadow",
     "star_images": "stars.images",
@@ -106,6 +119,7 @@ _HOMES = {
     "tone_mapped": "scenes.colour",
     "trace_beams": "beams.trace",
     "trace_rays": "beams.trace",
+    "trapped_orbit": "beams.paths",
 }
 
 __all__ = [
@@ -113,6 +127,7 @@ __all__ = [
     "Camera",
     "Caustic",
     "CausticSet",
+    "CausticTube",
     "Checkerboard",
     "CircleCurve",
     "CircleImages",
@@ -126,8 +141,10 @@ __all__ = [
     "PairEvent",
     "PairEvents",
     "Panorama",
+    "RayPaths",
     "Rays",
     "Scene",
+    "SpacePoints",
     "StarCatalogue",
     "StarField",
     "StarImages",
@@ -136,6 +153,7 @@ __all__ = [
     "Track",
     "View",
     "black_body",
+    "caustic_tubes",
     "caustics",
     "celestial_picture",
     "circle_images",
@@ -146,6 +164,7 @@ __all__ = [
     "image_counts",
     "load_caustics",
     "pair_events",
+    "ray_paths",
     "render",
     "save_caustics",
     "shadow_edge",
@@ -157,6 +176,7 @@ __all__ = [
     "tone_mapped",
     "trace_beams",
     "trace_rays",
+    "trapped_orbit",
 ]
 __version__ = metadata.version("kerrcaustics")
 

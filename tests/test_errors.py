@@ -106,7 +106,7 @@ def test_captured_rays_hold_nan_and_escaping_ones_do_not():
 def paths_in_equal_steps(camera: Camera, n: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """End (u, x, y, z, psi) (n, 5) of one ray after three quarters of its Mino time, in `counts` steps."""
     sky = tuple(jnp.full(len(counts), part) for part in n)
-    constants, path, aim = integrated._start(camera.frame(), sky)
+    constants, path, aim = integrated.start(camera.frame(), sky)
     h = 0.75 * aim.mino_time / counts
     paths, variations = integrated._with_instability(constants, path)
     step = jax.jit(partial(nystroem_step, partial(integrated._all_rates, camera.spin, constants, variations)))

@@ -32,7 +32,7 @@ Array = Any
 
 MAX_STEPS = 3000
 # Steps per radian of arc that bring the local error down to round-off.
-_DENSEST = 3.6
+DENSEST = 3.6
 # The remaining arc, in radians, below which the path is straight enough to land on its end by one Taylor step.
 _LANDING_ARC = 1e-8
 # Steps onto a finite end after the computed arrival: where the ray only grazes it, round-off keeps it off for ever.
@@ -41,7 +41,7 @@ _MOST_CORRECTIONS = 3
 
 def survey(frame: Frame, sky: tuple[Array, Array, Array], goal: Goal = INFINITY) -> tuple[Array, Array]:
     """Which rays do not reach their end, and an estimate of the work of the others, without integrating."""
-    constants, path, aim = _start(frame, sky, goal)
+    constants, path, aim = start(frame, sky, goal)
     work = aim.mino_time * rapidity(frame.spin, constants, path) * _near_edge(constants, aim.mino_time)
     return aim.lost, jnp.where(aim.lost, 0, work)
 
@@ -64,9 +64,9 @@ def trace(
     a ray out; tolerance, the wanted error of n' in radians; goal, where rays end; beams, index, crossings, time: what
     to compute beside n'.
     """
-    constants, ray, aim = _start(frame, sky, goal)
-    paths, variations = _with_variations(frame, sky, ray) if beams else _with_instability(constants, ray)
-    density = refinement * jnp.minimum(_density(tolerance, index) * _near_edge(constants, aim.mino_time), _DENSEST)
+    constants, ray, aim = start(frame, sky, goal)
+    paths, variations = with_variations(frame, sky, ray) if beams else _with_instability(constants, ray)
+    density = refinement * jnp.minimum(_density(tolerance, index) * _near_edge(constants, aim.mino_time), DENSEST)
     idle = aim.lost | (refinement <= 0)
     rates = partial(_all_rates, frame.spin, constants, variations)
     if time:
@@ -163,7 +163,7 @@ def _step(course: _Course, now: _Progress) -> _Progress:
         time=jnp.where(count <= 1, jnp.maximum(course.arrival, now.time), now.time + h),
         steps=now.steps + (h != 0),
         paths=paths,
-        local_error=now.local_error + _local_error(course.constants, course.aim, gaps[0]),
+        local_error=now.local_error + local_error(course.constants, course.aim, gaps[0]),
         azimuth=now.azimuth + turn,
     )
     if now.clock_error is not None:
@@ -183,7 +183,8 @@ def _beam_area(course: _Course, paths: tuple[Path, ...]) -> Array:
     return area(ray_rates(course.spin, course.constants, paths[0].position)[1], paths[:3])
 
 
-def _start(frame: Frame, sky: tuple[Array, Array, Array], goal: Goal = INFINITY) -> tuple[Constants, Path, Aim]:
+def start(frame: Frame, sky: tuple[Array, ...], goal: Goal = INFINITY) -> tuple[Constants, Path, Aim]:
+    """What stays the same along rays, the rays at the camera, and where they are going."""
     light = photon(frame, sky)
     a2, a1, a0 = radial.potential_coefficients(frame.spin, light)
     quartic = radial.factor(a2, a1, a0)
@@ -191,12 +192,12 @@ def _start(frame: Frame, sky: tuple[Array, Array, Array], goal: Goal = INFINITY)
     return Constants(a2, a1, a0, light.k, light.b), Path(light.position, light.rate, 0 * light.b), aim
 
 
-def _with_variations(frame: Frame, sky: tuple[Array, ...], ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
+def with_variations(frame: Frame, sky: tuple[Array, ...], ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
     """The ray with its variations in two orthonormal directions of the camera sky, and those of its constants."""
     started = []
     for direction in tangent_basis(jnp.stack(sky, axis=-1), jnp):
         tangent = tuple(direction[..., i] for i in range(3))
-        started.append(jax.jvp(lambda *s: _start(frame, s)[:2], sky, tangent)[1])
+        started.append(jax.jvp(lambda *s: start(frame, s)[:2], sky, tangent)[1])
     return (ray, *(path for _, path in started)), [variation for variation, _ in started]
 
 
@@ -218,12 +219,12 @@ def _all_rates(
     return [accelerations, (slope * positions[1][0],)], [psi_rate, jnp.zeros_like(psi_rate)]
 
 
-def _local_error(constants: Constants, aim: Aim, gap: Path) -> Array:
+def local_error(constants: Constants, aim: Aim | None, gap: Path) -> Array:
     """What the gap between the orders means for n', in radians: what tells the arrival counts through its time."""
     speed = polar_rapidity(constants)
     in_u = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / speed
     in_m, in_m_rate = gap.position[1:], gap.rate[1:]
-    if aim.plane_rate is not None:
+    if aim is not None and aim.plane_rate is not None:
         late = jnp.maximum(speed / aim.plane_rate, 1)
         in_m, in_m_rate = ((x, y, late * z) for x, y, z in (in_m, in_m_rate))
     return length(in_m) + length(in_m_rate) / speed + speed * in_u + jnp.abs(gap.psi)

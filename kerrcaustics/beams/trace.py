@@ -174,11 +174,11 @@ def _traced(
     """All fields of the result, traced block by block on all cores."""
     check_request(camera, engine, tolerance)
     goal = goal_of(camera, end)
-    directions, shape = _vectors(sky)
+    directions, shape = as_vectors(sky)
     count = len(directions)
 
     def block(start: int) -> Fields:
-        unit = _normalised(directions[start : start + _BLOCK])
+        unit = normalised(directions[start : start + _BLOCK])
         ends = _followed(camera, unit, engine, tolerance, goal, many=count >= _MANY, **wanted)
         if redshift:
             ends["redshift"] = redshift_at_end(camera, unit, end, ends["direction"], ends.get("radius"))
@@ -212,8 +212,8 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _vectors(sky: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
-    """The directions (n, 3), and the batch shape they had."""
+def as_vectors(sky: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
+    """The directions (n, 3), not yet of unit length, and the batch shape they had."""
     try:
         directions = np.asarray(sky, float)
     except (TypeError, ValueError):
@@ -223,7 +223,8 @@ def _vectors(sky: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
     return directions.reshape(-1, 3), directions.shape[:-1]
 
 
-def _normalised(directions: np.ndarray) -> np.ndarray:
+def normalised(directions: np.ndarray) -> np.ndarray:
+    """Unit vectors along the directions (n, 3); those that are unit vectors already stay as they are."""
     squares = np.einsum("ij,ij->i", directions, directions)
     if np.all(np.abs(squares - 1) < _UNIT):
         return directions

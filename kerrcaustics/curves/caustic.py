@@ -168,8 +168,7 @@ def caustics(
     `Caustic.error`, dominated at high order by round-off of the camera-sky direction (about 1e-15 times the
     beam's major diameter). What was missed is in `Caustic.remarks` and `CausticSet.missing`.
     """
-    if not (isinstance(orders, int | np.integer) and not isinstance(orders, bool) and 1 <= orders <= HIGHEST_ORDER):
-        raise ValueError(f"Argument `orders` must be a whole number from 1 to {HIGHEST_ORDER}, but is {orders!r}.")
+    check_orders(orders)
     began = time.perf_counter()
     report = progress or (lambda _what, _part: None)
     search = Search(camera, engine, tolerance)
@@ -188,6 +187,12 @@ def caustics(
         versions={name: version(name) for name in ("kerrcaustics", "jax", "numpy")},
         missing=tuple(k for k in range(1, orders + 1) if k not in {course.order for course in courses}),
     )
+
+
+def check_orders(orders: object) -> None:
+    """Refuse what is no number of orders, with one clear ValueError."""
+    if not (isinstance(orders, int | np.integer) and not isinstance(orders, bool) and 1 <= orders <= HIGHEST_ORDER):
+        raise ValueError(f"Argument `orders` must be a whole number from 1 to {HIGHEST_ORDER}, but is {orders!r}.")
 
 
 def _caustic(camera: Camera, course: Course, features: Features) -> Caustic:

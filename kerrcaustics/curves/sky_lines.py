@@ -24,12 +24,20 @@ def looking(camera: Camera, turn: np.ndarray, depth: np.ndarray) -> np.ndarray:
 
     Errors: about 1e-16 rad; the distance from the edge keeps its relative accuracy down to 1e-15 rad.
     """
+    return beside_edge(camera, turn, np.exp(-np.asarray(depth, float)))
+
+
+def beside_edge(camera: Camera, turn: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Looking directions (..., 3) on the lines at a part of the reach from the edge, negative inside the shadow.
+
+    Parameters and errors as for `looking`, whose part is exp(-depth).
+    """
     edge = -edge_photons(camera, turn)
     radial = -edge[..., :1]
     across = np.hypot(edge[..., 1:2], edge[..., 2:])
     # Tangent to the sky at the edge, away from the hole, whose centre lies at (-1, 0, 0).
     away = np.concatenate([across, radial * edge[..., 1:] / across], axis=-1)
     reach = np.pi - np.arctan2(across, radial)
-    distance = reach * np.exp(-np.asarray(depth, float))[..., None]
+    distance = reach * np.asarray(part, float)[..., None]
     direction = edge * np.cos(distance) + away * np.sin(distance)
     return direction / np.linalg.norm(direction, axis=-1, keepdims=True)

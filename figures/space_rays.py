@@ -1,0 +1,34 @@
+"""Rays round the hole
+===================
+
+Rays of a camera at r = 6.03 M that leave close to the shadow, in the equatorial plane and in a plane tilted against it,
+in the colour of their Morse index: how many conjugate points each has passed when it comes from the sky.
+
+Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import kerrcaustics as kc
+from kerrcaustics.draw.solids import rays_scene
+from kerrcaustics.draw.space import write_scene
+
+
+def main(output: Path) -> list[Path]:
+    """The files, made in an existing folder."""
+    camera = kc.Camera(spin=0.999, radius=6.03)
+    across = np.radians(np.linspace(-44, 40, 59))
+    fans = [
+        np.stack([-np.cos(across), np.sin(across) * np.cos(tilt), np.sin(across) * np.sin(tilt)], axis=-1)
+        for tilt in np.radians([0.0, 60.0])
+    ]
+    paths = kc.ray_paths(camera, np.concatenate(fans), 600)
+    return write_scene(rays_scene(camera, paths), output, "space_rays")
+
+
+if __name__ == "__main__":
+    folder = Path(__file__).parent / "out"
+    folder.mkdir(exist_ok=True)
+    main(folder)

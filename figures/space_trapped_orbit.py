@@ -1,0 +1,26 @@
+"""A trapped photon
+================
+
+An unstable photon orbit of constant radius round a hole of spin 0.999, on its sphere: it swings between two latitudes
+while the hole drags it round (after figure 11 of JTFT).
+
+Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
+"""
+
+from pathlib import Path
+
+import kerrcaustics as kc
+from kerrcaustics.draw.solids import trapped_scene
+from kerrcaustics.draw.space import write_scene
+
+
+def main(output: Path) -> list[Path]:
+    """The files, made in an existing folder."""
+    orbit = kc.trapped_orbit(spin=0.999, impact=1.5, n=6000, oscillations=5)
+    return write_scene(trapped_scene(orbit), output, "space_trapped_orbit")
+
+
+if __name__ == "__main__":
+    folder = Path(__file__).parent / "out"
+    folder.mkdir(exist_ok=True)
+    main(folder)

@@ -1,0 +1,167 @@
+"""Caustic tubes: the caustics of a camera's past light cone, from the celestial sphere down to the hole.
+
+The tube of order k is the set of all k-th conjugate points. On a line of sky_lines.py the k-th conjugate point comes in
+from infinity as the ray moves from the critical curve toward the shadow edge, passes the photon orbits where the ray is
+on the edge, and falls to the horizon with the rays inside the shadow. Its 1 / r grows all the way, so a line and a
+radius name a point of the tube.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from kerrcaustics.beams.paths import SpacePoints, ray_paths
+from kerrcaustics.curves import sky_lines
+from kerrcaustics.curves.caustic import check_orders
+from kerrcaustics.curves.critical import Points, Search
+from kerrcaustics.curves.follow import Course, follow, steps
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+
+# Steps along the caustic between neighbouring lines, in radians; fewest and most lines round a tube.
+_STEP = math.radians(2.0)
+_FEWEST, _MOST = 160, 900
+# Every so many lines are searched for the rays whose conjugate points lie at the wanted radii.
+_SPARSE = 4
+# Distances from the shadow edge of the search, as parts of that of the critical curve: negative inside the shadow.
+_PARTS = np.concatenate([1 - np.geomspace(1e-3, 0.99, 16), -np.geomspace(0.01, 3, 26)])
+# Places at which a ray is looked at for its conjugate points.
+_PLACES = 24
+# The last radius, above the horizon, and the radius that lies halfway between hole and infinity in the usual rows.
+_ABOVE_HORIZON = 0.4
+_USUAL_SCALE, _USUAL_ROWS = 6.0, 48
+
+
+@dataclass(frozen=True, eq=False)
+class CausticTube:
+    """One caustic of the past light cone, in space: a surface of conjugate points.
+
+    Attributes
+    ----------
+    order : int
+        1 primary, 2 secondary, and on.
+    points : SpacePoints
+        Of shape (rows, lines). The first row is the caustic on the celestial sphere, at infinite radius; the others are
+        about at the radii asked for. Along the lines the tube closes: the first one is not repeated. A line that
+        falls into the hole before the last radii holds its last point there.
+    sky : (rows, lines, 3) array
+        Camera-sky directions N of the rays through them.
+    closed : bool
+        True when the whole critical curve was found.
+    """
+
+    order: int
+    points: SpacePoints
+    sky: np.ndarray
+    closed: bool
+
+    def __repr__(self) -> str:
+        """One line: order and size."""
+        return f"<CausticTube of order {self.order}, {self.points.radius.shape} points>"
+
+
+def usual_radii(spin: float) -> np.ndarray:
+    """Radii from infinity to just above the horizon, evenly spaced in r / (r + 6)."""
+    low = kerr.horizon(spin) + _ABOVE_HORIZON
+    part = np.linspace(1, low / (low + _USUAL_SCALE), _USUAL_ROWS)
+    with np.errstate(divide="ignore"):
+        return _USUAL_SCALE * part / (1 - part)
+
+
+def caustic_tubes(camera: Camera, orders: int = 2, radii: np.ndarray | None = None) -> tuple[CausticTube, ...]:
+    """The caustics of a camera's past light cone as surfaces in space, primary first.
+
+    Parameters
+    ----------
+    camera : Camera
+        Its velocity moves the rays on its sky, and leaves the tubes alone.
+    orders : int
+        How many, 1 to 10; those that cannot be found are left out.
+    radii : (rows,) array, optional
+        Where the tube is wanted, falling from math.inf. Left out, 48 radii to 0.4 above the horizon.
+
+    Returns
+    -------
+    tuple of CausticTube
+
+    Errors
+    ------
+    Every point is a conjugate point, in error as `ray_paths` says; its radius misses the one asked for by a few
+    hundredths of it, and more in the last rows.
+
+    References
+    ----------
+    Rauch & Blandford 1994 (ApJ 421, 46) for the tube of astroid section.
+    """
+    check_orders(orders)
+    search = Search(camera, "auto", 1e-12)
+    radii = usual_radii(camera.spin) if radii is None else np.asarray(radii, float)
+    falling = radii.ndim == 1 and len(radii) > 1 and np.all(radii[1:] < radii[:-1])
+    if not (falling and radii[0] == math.inf and radii[-1] > kerr.horizon(camera.spin)):
+        raise ValueError("Argument `radii` must fall from math.inf to a radius outside the horizon.")
+    courses = follow(search, int(orders), lambda _what, _part: None)
+    return tuple(_tube(camera, course, radii) for course in courses)
+
+
+def _tube(camera: Camera, course: Course, radii: np.ndarray) -> CausticTube:
+    curve = course.points[_lines(course.points)]
+    reach = np.exp(-curve.depth)
+    parts = _parts_at(camera, curve, course.order, 1 / radii[1:])
+    turn = np.broadcast_to(curve.turn, parts.shape)
+    looking = sky_lines.beside_edge(camera.at_rest(), turn, parts * reach)
+    found = _conjugate(camera, looking, course.order)
+    # Filled from the row above where the ray has fallen in.
+    place = np.stack([found.mino_time, found.radius, found.theta, found.azimuth])
+    rim = np.stack([0 * reach, np.full(len(curve), math.inf), curve.theta, curve.azimuth])
+    place = np.concatenate([rim[:, None], place], axis=1)
+    looking = np.concatenate([curve.looking[None], looking])
+    for row in range(1, len(radii)):
+        lost = ~np.isfinite(place[1, row])
+        place[:, row, lost], looking[row, lost] = place[:, row - 1, lost], looking[row - 1, lost]
+    # The azimuth of the caustic is joined over b = 0, the others follow it.
+    turns = np.round((place[3, :1] - place[3, 1:2]) / (2 * math.pi))
+    place[3, 1:] += 2 * math.pi * turns
+    place[0, 0] = math.nan
+    names = ("mino_time", "radius", "theta", "azimuth")
+    points = SpacePoints(spin=camera.spin, **dict(zip(names, place, strict=True)))
+    return CausticTube(course.order, points, sky_from_fido(camera.frame(), -looking), course.closed)
+
+
+def _lines(curve: Points) -> np.ndarray:
+    """Which points of a critical curve to keep: even steps along the caustic and along the curve together."""
+    on_caustic, on_sky = steps(curve.joined(curve[:1].shifted(1)))
+    count = int(np.clip(on_caustic.sum() / _STEP, _FEWEST, _MOST))
+    whole = on_caustic / max(on_caustic.sum(), 1e-300) + on_sky / on_sky.sum()
+    along = np.concatenate([[0.0], np.cumsum(whole)[:-1]])
+    return np.unique(np.searchsorted(along, np.arange(count) / count * whole.sum()).clip(0, len(curve) - 1))
+
+
+def _parts_at(camera: Camera, curve: Points, order: int, inverse: np.ndarray) -> np.ndarray:
+    """Parts of the distance from critical curve to edge, (rows, lines), of rays with conjugate points at given 1/r."""
+    sparse = np.unique(np.append(np.arange(0, len(curve), _SPARSE), len(curve) - 1))
+    turn = np.broadcast_to(curve.turn[sparse], (len(_PARTS), len(sparse)))
+    looking = sky_lines.beside_edge(camera.at_rest(), turn, _PARTS[:, None] * np.exp(-curve.depth[sparse]))
+    found = 1 / _conjugate(camera, looking, order).radius
+    parts = np.empty((len(inverse), len(sparse)))
+    for column, known in enumerate(found.T):
+        # To the first one that falls in, or has come round to the other side of the hole.
+        rising = np.concatenate([[True], np.diff(known) > 0]) & np.isfinite(known)
+        last = len(known) if rising.all() else int(np.argmin(rising))
+        curve_of = PchipInterpolator(np.append(0.0, known[:last]), np.append(1.0, _PARTS[:last]))
+        # A little further, where the radius may still be met: what is not found there is left out.
+        step = _PARTS[last - 1] - _PARTS[last] if last < len(known) else 0.0
+        beyond = np.clip((inverse - known[last - 1]) / max(known[last - 1] - known[last - 2], 1e-12), 0, 1)
+        parts[:, column] = curve_of(np.minimum(inverse, known[last - 1])) - step * beyond
+    return PchipInterpolator(sparse, parts, axis=1)(np.arange(len(curve)))
+
+
+def _conjugate(camera: Camera, looking: np.ndarray, order: int) -> SpacePoints:
+    """The conjugate points of one order on rays, NaN where there is none."""
+    still = camera.at_rest()
+    points = ray_paths(still, sky_from_fido(still.frame(), -looking), _PLACES).conjugate
+    names = ("mino_time", "radius", "theta", "azimuth")
+    missing = points.radius.shape[-1] < order
+    parts = [np.full(looking.shape[:-1], math.nan) if missing else getattr(points, n)[..., order - 1] for n in names]
+    return SpacePoints(spin=camera.spin, **dict(zip(names, parts, strict=True)))

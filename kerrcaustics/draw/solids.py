@@ -1,0 +1,234 @@
+"""Scenes in three dimensions as plain numbers: surfaces, lines and labels, for whatever draws or writes them.
+
+A scene is made of places (..., 3). Two kinds of scenes are made here: near the hole in Cartesian Boyer-Lindquist
+coordinates (x, y = sqrt(r^2 + a^2) sin theta (cos phi, sin phi), z = r cos theta), and of all space with the radius
+drawn as r / (r + c), so that the celestial sphere is the unit sphere.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kerrcaustics.beams.beam import Status
+from kerrcaustics.beams.paths import RayPaths, SpacePoints
+from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.curves.tubes import CausticTube
+from kerrcaustics.draw import style
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.sphere import from_angles
+
+Array = Any
+
+HORIZON_COLOUR = "#1a1a1a"
+ERGOSPHERE_COLOUR = "#7f7fb5"
+CAPTURED_COLOUR = "#a8a8a8"
+CAMERA_COLOUR = "#000000"
+_MIDDLE, _FINE = 48, 96
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A surface: points (rows, columns, 3), colour "#rrggbb", opacity; closed, the last column meets the first."""
+
+    name: str
+    points: np.ndarray
+    colour: str
+    opacity: float = 1.0
+    closed: bool = False
+
+    def triangles(self) -> np.ndarray:
+        """Corners (n, 3), as numbers of the points in reading order; triangles without an area are left out."""
+        rows, columns = self.points.shape[:2]
+        number = np.arange(rows * columns).reshape(rows, columns)
+        if self.closed:
+            number = np.concatenate([number, number[:, :1]], axis=1)
+        a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
+        corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+        p, q, r = np.moveaxis(self.points.reshape(-1, 3)[corners], 1, 0)
+        size = np.linalg.norm(np.cross(q - p, r - p), axis=1)
+        return corners[size > 1e-12 * size.max(initial=0)]
+
+    def normals(self) -> np.ndarray:
+        """Unit normals (points, 3) at the points in reading order, on one side throughout."""
+        places = self.points.reshape(-1, 3)
+        corners = self.triangles()
+        p, q, r = np.moveaxis(places[corners], 1, 0)
+        across = np.cross(q - p, r - p)
+        total = np.stack([np.bincount(corners.ravel(), np.repeat(part, 3), len(places)) for part in across.T], axis=1)
+        size = np.linalg.norm(total, axis=1, keepdims=True)
+        return np.where(size > 0, total / np.where(size > 0, size, 1), [0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A line: points (n, 3), colour "#rrggbb", width in pixels of a picture 1200 high."""
+
+    name: str
+    points: np.ndarray
+    colour: str
+    width: float = 3.0
+    opacity: float = field(default=1.0, init=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What is to be seen. key: (words, colour) for the legend; look: where from, (azimuth, elevation) in degrees.
+
+    extent: radius of the sphere round the hole that fills the picture.
+    """
+
+    title: str
+    surfaces: tuple[Surface, ...]
+    lines: tuple[Line, ...]
+    key: tuple[tuple[str, str], ...]
+    look: tuple[float, float] = (-60.0, 25.0)
+    extent: float = 1.0
+
+
+def in_all_space(points: SpacePoints, scale: float) -> np.ndarray:
+    """Places (..., 3) with the radius drawn as r / (r + scale), along the direction of the angles."""
+    with np.errstate(invalid="ignore"):
+        part = np.where(np.isinf(points.radius), 1.0, points.radius / (points.radius + scale))
+    return part[..., None] * points.direction
+
+
+def tubes_scene(camera: Camera, tubes: tuple[CausticTube, ...]) -> Scene:
+    """The caustic tubes of a camera from the hole to the celestial sphere; radius drawn as r / (r + r_c)."""
+    scale = camera.radius
+    hole = kerr.horizon(camera.spin)
+    surfaces = [Surface("horizon", hole / (hole + scale) * _sphere(), HORIZON_COLOUR)]
+    lines = [*_sky_frame(), _spin_axis(1.1), *_marked(_place(camera, scale))]
+    for tube in tubes:
+        colour, name = style.order_colour(tube.order), style.order_name(tube.order)
+        points = in_all_space(tube.points, scale)
+        surfaces.append(Surface(f"{name} tube", points, colour, 1.0 if tube.order == 1 else 0.3, closed=True))
+        lines.append(Line(f"{name} caustic", _closed(points[0]), colour, 5.0))
+    key = [(f"{style.order_name(tube.order)} caustic", style.order_colour(tube.order)) for tube in tubes]
+    title = f"Caustic tubes, spin {camera.spin:g}, camera at r = {camera.radius:g} M; radius drawn as r / (r + r_c)"
+    return Scene(title, tuple(surfaces), tuple(lines), (*key, ("horizon", HORIZON_COLOUR)), (-20.0, 32.0), extent=1.15)
+
+
+def rays_scene(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Scene:
+    """Rays near the hole, one colour for each Morse index, in Cartesian Boyer-Lindquist coordinates.
+
+    Parameters
+    ----------
+    camera : Camera
+    paths : RayPaths
+        Of shape (rays, places).
+    reach : float
+        Radius of what is shown, units of M.
+    """
+    lines = [_spin_axis(0.6 * reach), *_marked(_near(camera), 0.02 * reach)]
+    indices = sorted({int(k) for k in paths.index if k >= 0})
+    for position, radius, index, status in zip(paths.position, paths.radius, paths.index, paths.status, strict=True):
+        inside = np.flatnonzero(~(radius <= 1.02 * reach))
+        part = position[: inside[0]] if len(inside) else position
+        if index < 0 or len(part) < 2:
+            continue
+        colour = CAPTURED_COLOUR if status == Status.CAPTURED else style.order_colour(int(index) + 1)
+        lines.append(
+            Line(
+                "captured ray" if status == Status.CAPTURED else f"ray of index {index}",
+                part,
+                colour,
+                1.0 if status == Status.CAPTURED else 2.0,
+            )
+        )
+    escaped = sorted(
+        {int(k) for k, s in zip(paths.index, paths.status, strict=True) if s != Status.CAPTURED and k in indices}
+    )
+    key = [(f"index {k}", style.order_colour(k + 1)) for k in escaped]
+    key += [("captured", CAPTURED_COLOUR)] if np.any(paths.status == Status.CAPTURED) else []
+    key += [("ergosphere", ERGOSPHERE_COLOUR), ("horizon", HORIZON_COLOUR)]
+    title = f"Rays of one camera, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
+    return Scene(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.1 * reach)
+
+
+def trapped_scene(orbit: SpacePoints) -> Scene:
+    """A photon's orbit on its sphere: radius and angles drawn as if they were spherical coordinates (JTFT fig 11)."""
+    radius = float(orbit.radius[0])
+    colour = style.order_colour(2)
+    places = 1.004 * radius * orbit.direction
+    surfaces = (Surface("sphere of the orbit", radius * _sphere(_FINE), "#c9d8e6", 0.8),)
+    least = float(orbit.theta.min())
+    turn = np.linspace(0, 2 * math.pi, 181)
+    lines = [Line("orbit", places, colour, 5.0), _spin_axis(1.12 * radius)]
+    for theta, name in ((math.pi / 2, "equator"), (least, "turning latitude"), (math.pi - least, "turning latitude")):
+        lines.append(Line(name, 1.002 * radius * from_angles(np.full_like(turn, theta), turn), "#6f7f8f", 2.0))
+    key = (("photon orbit", colour), ("equator, turning latitudes", "#6f7f8f"))
+    title = f"Trapped photon, spin {orbit.spin:g}, orbit at r = {radius:.4f} M"
+    return Scene(title, surfaces, tuple(lines), key, (-40.0, 22.0), extent=1.15 * radius)
+
+
+def celestial_scene(caustics: CausticSet) -> Scene:
+    """The celestial sphere with the caustics wound round it, seen from outside."""
+    surfaces = (Surface("celestial sphere", 0.985 * _sphere(_FINE), "#e2e2e2"),)
+    lines = [*_sky_frame(), _spin_axis(1.1)]
+    # The highest order lies lowest, so that the lower ones are seen.
+    for caustic in reversed(caustics):
+        places = from_angles(*caustic.celestial.T)
+        width = 6.0 if caustic.order == 1 else 6.0 / caustic.order**0.7
+        height = 1 + 0.004 * (len(caustics) - caustic.order)
+        colour = style.order_colour(caustic.order)
+        lines.append(Line(f"{style.order_name(caustic.order)} caustic", height * _closed(places), colour, width))
+    key = tuple(
+        (f"{style.order_name(c.order)}, {c.circuits:.3g} circuits", style.order_colour(c.order)) for c in caustics
+    )
+    camera = caustics.camera
+    title = f"Caustics on the celestial sphere, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
+    first = math.degrees(float(caustics[0].celestial[:, 1].mean())) if caustics else 0.0
+    return Scene(title, surfaces, tuple(lines), key, (first - 25, 20.0), extent=1.15)
+
+
+def _sphere(rows: int = _MIDDLE) -> np.ndarray:
+    return from_angles(
+        *np.meshgrid(np.linspace(0, math.pi, rows), np.linspace(0, 2 * math.pi, 2 * rows), indexing="ij")
+    )
+
+
+def _hole(spin: float) -> list[Surface]:
+    """Horizon and ergosphere in Cartesian Boyer-Lindquist coordinates."""
+    theta, phi = np.meshgrid(np.linspace(0, math.pi, _MIDDLE), np.linspace(0, 2 * math.pi, 2 * _MIDDLE), indexing="ij")
+    static = 1 + np.sqrt(1 - (spin * np.cos(theta)) ** 2)
+    horizon = np.full_like(theta, kerr.horizon(spin))
+    solids = (("horizon", horizon, HORIZON_COLOUR, 1.0), ("ergosphere", static, ERGOSPHERE_COLOUR, 0.3))
+    return [
+        Surface(
+            name, SpacePoints(spin=spin, mino_time=0 * r, radius=r, theta=theta, azimuth=phi).position, colour, opaque
+        )
+        for name, r, colour, opaque in solids
+    ]
+
+
+def _sky_frame() -> list[Line]:
+    """Meridians and parallels of the celestial sphere, every 30 degrees."""
+    along, turn = np.linspace(0, math.pi, 91), np.linspace(0, 2 * math.pi, 181)
+    grid = [from_angles(along, np.full_like(along, phi)) for phi in np.radians(np.arange(0, 360, 30))]
+    grid += [from_angles(np.full_like(turn, theta), turn) for theta in np.radians(np.arange(30, 180, 30))]
+    return [Line("celestial sphere", places, "#d8d8d8", 1.0) for places in grid]
+
+
+def _spin_axis(height: float) -> Line:
+    return Line("spin axis", np.array([[0, 0, -height], [0, 0, height]]), "#6f6f6f", 1.5)
+
+
+def _place(camera: Camera, scale: float) -> np.ndarray:
+    return camera.radius / (camera.radius + scale) * from_angles(camera.inclination, 0.0)
+
+
+def _near(camera: Camera) -> np.ndarray:
+    at = [np.array(value) for value in (0.0, camera.radius, camera.inclination, 0.0)]
+    return SpacePoints(spin=camera.spin, mino_time=at[0], radius=at[1], theta=at[2], azimuth=at[3]).position
+
+
+def _marked(place: np.ndarray, size: float = 0.03) -> list[Line]:
+    """A camera: a small cross in space."""
+    return [Line("camera", place + size * np.outer([-1, 1], axis), CAMERA_COLOUR, 4.0) for axis in np.eye(3)]
+
+
+def _closed(points: np.ndarray) -> np.ndarray:
+    return np.concatenate([points, points[:1]])

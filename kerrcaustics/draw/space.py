@@ -1,0 +1,126 @@
+"""Scenes in three dimensions by pyvista, which is imported here alone: plotters, and pictures as PNG."""
+
+import functools
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista
+from matplotlib.image import imsave
+
+from kerrcaustics.curves.store import writing
+from kerrcaustics.draw.solid_files import write_gltf, write_html
+from kerrcaustics.draw.solids import Scene
+
+SIZE = (3200, 2400)
+"""Pixels of a new plotter; a picture is half as large, so that its edges are smooth."""
+
+PACKAGES = ("libegl1", "libegl-mesa0", "libgl1-mesa-dri")
+"""What Debian calls the OpenGL that works without a screen."""
+
+# What a picture needs of OpenGL; without it VTK does not raise, it ends the process.
+_PROBE = """
+import pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(32, 32))
+plotter.add_mesh(pyvista.Sphere(), color="red")
+assert plotter.screenshot(return_img=True).max() > 0
+"""
+
+
+class NoOpenGLError(RuntimeError):
+    """Nothing can be drawn in three dimensions on this machine."""
+
+
+@functools.cache
+def check_opengl() -> None:
+    """Raise `NoOpenGLError` where nothing can be drawn: tried once, in a process of its own."""
+    _use_egl()
+    try:
+        works = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, timeout=120).returncode == 0
+    except subprocess.TimeoutExpired:
+        works = False
+    if not works:
+        raise NoOpenGLError(
+            "No picture in three dimensions can be drawn here: OpenGL does not work. On Debian or Ubuntu install the "
+            f"packages {', '.join(PACKAGES)}. Scenes are written as glTF and HTML without it."
+        )
+
+
+def draw_scene(scene: Scene, plotter: pyvista.Plotter | None = None) -> pyvista.Plotter:
+    """The plotter with the scene in it, the given one or a new one off screen, looking at it.
+
+    Raises
+    ------
+    NoOpenGLError
+        Where this machine cannot draw in three dimensions.
+    """
+    check_opengl()
+    view: Any = plotter
+    if view is None:
+        view = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="light kit")
+        view.set_background("white")
+    scale = view.window_size[1] / 1200
+    azimuth, elevation = np.radians(scene.look)
+    towards = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    for line in scene.lines:
+        mesh = pyvista.lines_from_points(line.points)
+        view.add_mesh(mesh, color=line.colour, line_width=scale * line.width, lighting=False)
+    for surface in scene.surfaces:
+        places, corners = surface.points.reshape(-1, 3), surface.triangles()
+        # The farthest first, so that what is translucent lets the rest show: the peeling of depths, which would do
+        # without, loses translucent surfaces on some machines.
+        corners = corners[np.argsort(places[corners].sum(axis=1) @ towards, kind="stable")]
+        mesh = pyvista.PolyData(places, np.insert(corners, 0, 3, axis=1).ravel())
+        mesh.point_data.active_normals = surface.normals()
+        view.add_mesh(mesh, color=surface.colour, opacity=surface.opacity, ambient=0.2, specular=0.1)
+    for row, (words, colour) in enumerate(reversed(scene.key)):
+        place = (0.02, 0.025 + 0.036 * row)
+        view.add_text(
+            words, position=place, viewport=True, font_size=round(15 * scale), color=colour, name=f"key {row}"
+        )
+    place = (0.02, 0.955)
+    view.add_text(scene.title, position=place, viewport=True, font_size=round(15 * scale), color="black", name="title")
+    view.camera.position = tuple(4.2 * scene.extent * towards)
+    view.camera.focal_point = (0.0, 0.0, 0.0)
+    view.camera.up = (0.0, 0.0, 1.0)
+    view.camera.view_angle = 28.0
+    view.reset_camera_clipping_range()
+    return view
+
+
+def write_png(scene: Scene, path: str | os.PathLike[str]) -> None:
+    """The scene as a picture of 1600 x 1200 pixels."""
+    plotter: Any = draw_scene(scene)
+    try:
+        pixels = np.asarray(plotter.screenshot(return_img=True), float)
+    finally:
+        plotter.close()
+    height, width = pixels.shape[0] // 2, pixels.shape[1] // 2
+    smooth = pixels.reshape(height, 2, width, 2, 3).mean(axis=(1, 3)).round().astype(np.uint8)
+    with writing(path) as file:
+        drawn: Any = file
+        imsave(drawn, smooth, format="png")
+
+
+def write_scene(scene: Scene, folder: Path, name: str) -> list[Path]:
+    """The scene in an existing folder as NAME.glb, NAME.html and, last, NAME.png; the paths of the three.
+
+    Raises
+    ------
+    NoOpenGLError
+        Where no picture can be drawn, when the other two are written.
+    """
+    paths = [folder / f"{name}{ending}" for ending in (".glb", ".html", ".png")]
+    write_gltf(scene, paths[0])
+    write_html(scene, paths[1])
+    write_png(scene, paths[2])
+    return paths
+
+
+def _use_egl() -> None:
+    """With no display, let VTK draw through EGL."""
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")

@@ -1,0 +1,114 @@
+"""Scenes in space: meshes, files that need no OpenGL, and the error where there is none."""
+
+import base64
+import json
+import math
+import re
+import struct
+
+import numpy as np
+import pytest
+
+from kerrcaustics.beams.paths import SpacePoints
+from kerrcaustics.draw import solids
+from kerrcaustics.draw.solid_files import write_gltf, write_html
+from kerrcaustics.draw.solids import Line, Scene, Surface, in_all_space
+
+TURN = np.linspace(0, 2 * math.pi, 24, endpoint=False)
+BALL = np.stack([solids.from_angles(np.full(24, t), TURN) for t in np.linspace(0, math.pi, 13)])
+
+
+@pytest.fixture
+def scene() -> Scene:
+    ball = Surface("ball", BALL, "#0072B2", 0.5, closed=True)
+    line = Line("axis", np.array([[0.0, 0, -2], [0, 0, 2]]), "#D55E00")
+    return Scene("A <ball>", (ball,), (line,), (("ball", "#0072B2"),), extent=2.0)
+
+
+def test_triangles_cover_a_closed_surface(scene):
+    ball = scene.surfaces[0]
+    corners = ball.triangles()
+    p, q, r = np.moveaxis(BALL.reshape(-1, 3)[corners], 1, 0)
+    assert np.linalg.norm(np.cross(q - p, r - p), axis=1).sum() / 2 == pytest.approx(4 * math.pi, rel=0.02)
+    # Those at the poles have no area and are left out.
+    assert len(corners) == 2 * 24 * 12 - 2 * 24
+    middle = ball.normals().reshape(13, 24, 3)[1:-1]
+    assert np.abs(np.abs((middle * BALL[1:-1]).sum(axis=-1)) - 1).max() < 0.01
+
+
+def test_all_space_fits_in_the_unit_sphere():
+    radius = np.array([math.inf, 6.0, 2.0])
+    at = SpacePoints(spin=0.9, mino_time=0 * radius[1], radius=radius, theta=np.full(3, 1.0), azimuth=np.zeros(3))
+    assert np.linalg.norm(in_all_space(at, 6.0), axis=-1) == pytest.approx([1, 0.5, 0.25])
+
+
+def test_binary_gltf_can_be_read_again(scene, tmp_path):
+    write_gltf(scene, tmp_path / "ball.glb")
+    data = (tmp_path / "ball.glb").read_bytes()
+    magic, version, size = struct.unpack("<4sII", data[:12])
+    assert (magic, version, size) == (b"glTF", 2, len(data))
+    length = struct.unpack("<I", data[12:16])[0]
+    tree, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
+    assert [mesh["name"] for mesh in tree["meshes"]] == ["axis", "ball"]
+    primitive = tree["meshes"][1]["primitives"][0]
+    accessor = tree["accessors"][primitive["attributes"]["POSITION"]]
+    view = tree["bufferViews"][accessor["bufferView"]]
+    places = np.frombuffer(binary, np.float32, 3 * accessor["count"], view["byteOffset"]).reshape(-1, 3)
+    # glTF's y points upward.
+    assert np.allclose(places[:, [2, 0, 1]], BALL.reshape(-1, 3), atol=1e-7)
+    assert accessor["max"] == pytest.approx(places.max(axis=0))
+    assert tree["materials"][1]["alphaMode"] == "BLEND"
+
+
+def test_gltf_as_text_holds_its_numbers(scene, tmp_path):
+    write_gltf(scene, tmp_path / "ball.gltf")
+    tree = json.loads((tmp_path / "ball.gltf").read_text())
+    kind, numbers = tree["buffers"][0]["uri"].split(",")
+    assert kind == "data:application/octet-stream;base64"
+    assert len(base64.b64decode(numbers)) == tree["buffers"][0]["byteLength"]
+    with pytest.raises(ValueError, match="Argument `path` must end"):
+        write_gltf(scene, tmp_path / "ball.obj")
+
+
+def test_page_loads_nothing(scene, tmp_path):
+    write_html(scene, tmp_path / "ball.html")
+    page = (tmp_path / "ball.html").read_text()
+    assert not re.search(r"https?://|<link|src=|@[A-Z]+@|import\(|fetch\(|url\(", page)
+    assert "A &lt;ball&gt;" in page
+    tree = json.loads(re.search(r'id="scene">(.*?)</script>', page)[1])
+    numbers = base64.b64decode(re.search(r'id="numbers">(.*?)</script>', page)[1])
+    begin, size = tree["parts"][0]["points"]
+    assert np.allclose(np.frombuffer(numbers, np.float32, size, begin), BALL.ravel(), atol=1e-7)
+
+
+def test_no_opengl_is_a_clear_error_and_the_rest_works(scene, tmp_path, monkeypatch):
+    space = pytest.importorskip("kerrcaustics.draw.space")
+    space.check_opengl.cache_clear()
+    # A window that VTK does not have: what makes the probe fail, as without the packages.
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    monkeypatch.setattr(space, "_PROBE", "import os; os.abort()")
+    try:
+        with pytest.raises(space.NoOpenGLError, match="libegl1, libegl-mesa0, libgl1-mesa-dri"):
+            space.write_scene(scene, tmp_path, "ball")
+    finally:
+        space.check_opengl.cache_clear()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["ball.glb", "ball.html"]
+
+
+@pytest.mark.slow
+def test_a_picture_shows_the_scene(scene, tmp_path):
+    space = pytest.importorskip("kerrcaustics.draw.space")
+    try:
+        space.check_opengl()
+    except space.NoOpenGLError:
+        pytest.skip("no OpenGL here")
+    from matplotlib.image import imread
+
+    space.write_png(scene, tmp_path / "ball.png")
+    picture = imread(tmp_path / "ball.png")[..., :3]
+    assert picture.shape == (1200, 1600, 3)
+    assert np.all(picture[600, 5] == 1)
+    # The ball is blue, and lets the axis show.
+    red, _, blue = picture[600, 700]
+    assert blue > red + 0.1
+    assert picture[600, 800, 0] > red
