@@ -42,6 +42,8 @@ sphinx_gallery_conf = {
     "examples_dirs": "../figures",
     "gallery_dirs": "gallery",
     "filename_pattern": ".",
+    # Films take minutes.
+    "ignore_pattern": r"films",
     "image_scrapers": "figure_gallery.pictures",
     "reset_argv": "figure_gallery.define_only",
     "reset_modules": (),

@@ -41,8 +41,15 @@ if TYPE_CHECKING:
     from kerrcaustics.scenes.colour import black_body as black_body, tone_mapped as tone_mapped
     from kerrcaustics.scenes.footprint import Footprint as Footprint
     from kerrcaustics.scenes.panorama import Panorama as Panorama
-    from kerrcaustics.scenes.render import Scene as Scene, celestial_picture as celestial_picture, render as render
+    from kerrcaustics.scenes.render import (
+        Scene as Scene,
+        TracedView as TracedView,
+        celestial_picture as celestial_picture,
+        render as render,
+        trace_view as trace_view,
+    )
     from kerrcaustics.scenes.star_field import StarField as StarField
+    from kerrcaustics.scenes.turned import TurnedSky as TurnedSky
     from kerrcaustics.scenes.view import View as View
     from kerrcaustics.spacetime.camera import Camera as Camera
     from kerrcaustics.spacetime.shadow import shadow_edge as shadow_edge
@@ -88,12 +95,13 @@ _HOMES = {
     "StarCatalogue": "scenes.catalogue",
     "StarField": "scenes.star_field",
     "RayPaths": "beams.paths",
-    "Rays": "beams.beam",
     "SpacePoints": "beams.paths",
     "StarImages": "stars.images",
     "StarTracks": "stars.tracks",
     "Status": "beams.beam",
+    "TracedView": "scenes.render",
     "Track": "stars.tracks",
+    "TurnedSky": "scenes.turned",
     "View": "scenes.view",
     "black_body": "scenes.colour",
     "caustic_tubes": "curves.tubes",
@@ -119,6 +127,7 @@ _HOMES = {
     "tone_mapped": "scenes.colour",
     "trace_beams": "beams.trace",
     "trace_rays": "beams.trace",
+    "trace_view": "scenes.render",
     "trapped_orbit": "beams.paths",
 }
 
@@ -150,7 +159,9 @@ __all__ = [
     "StarImages",
     "StarTracks",
     "Status",
+    "TracedView",
     "Track",
+    "TurnedSky",
     "View",
     "black_body",
     "caustic_tubes",
@@ -176,6 +187,7 @@ __all__ = [
     "tone_mapped",
     "trace_beams",
     "trace_rays",
+    "trace_view",
     "trapped_orbit",
 ]
 __version__ = metadata.version("kerrcaustics")

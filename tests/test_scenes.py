@@ -219,3 +219,17 @@ def test_tone_curves():
     for bad in ({"exposure": 0.0}, {"curve": "log"}, {"softening": -1.0}):
         with pytest.raises(ValueError, match="Argument"):
             kc.tone_mapped(np.zeros((1, 3)), **bad)
+
+
+def test_a_traced_view_serves_many_skies_that_turn():
+    view = kc.View.toward_hole(NEAR, 48, 32, 2.2)
+    traced = kc.trace_view(NEAR, view)
+    angle = 2 * math.pi / kc.Checkerboard().columns
+    # Swatches are in turn light and dark: two of them on, the sky is the same.
+    for sky in (kc.Checkerboard(), kc.TurnedSky(kc.Checkerboard(), 2 * angle)):
+        assert np.allclose(traced.show(sky).light, kc.render(NEAR, view, kc.Checkerboard()).light, atol=1e-6)
+    turned = traced.show(kc.TurnedSky(Plain(lambda direction: direction[:, 0]), 0.3)).light
+    expected = traced.show(Plain(lambda n: math.cos(0.3) * n[:, 0] + math.sin(0.3) * n[:, 1])).light
+    assert np.allclose(turned, expected, atol=1e-6)
+    with pytest.raises(ValueError, match="traced with its redshift"):
+        traced.show(kc.Checkerboard(), beaming=True)

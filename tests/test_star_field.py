@@ -1,6 +1,7 @@
 """Point stars: catalogue, galactic axes, and the light that images of stars give."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -74,6 +75,21 @@ def test_an_image_has_the_light_of_its_magnification(sky, shift):
     assert np.hypot(x - place[0], y - place[1]).max() < 2.5
 
 
+def test_a_moving_star_is_the_mean_of_its_moments():
+    sky = np.array([0.9, -0.3, 0.3]) / np.linalg.norm([0.9, -0.3, 0.3])
+    beam = kc.trace_beams(CAMERA, sky)
+    star = one_star(np.arccos(beam.direction[2]), np.arctan2(beam.direction[1], beam.direction[0]))
+    view = kc.trace_view(CAMERA, narrow_view(sky, (0.3, 0.1)))
+    sweep = 8 * view.view.pixel
+    blurred = view.show(replace(star, sweep=sweep))
+    parts = (np.arange(400) + 0.5) / 400 - 0.5
+    moments = [view.show(kc.TurnedSky(star, float(sweep * part))).light for part in parts]
+    mean = np.mean(moments, axis=0)
+    assert luminance(blurred.light).max() < 0.5 * luminance(view.show(star).light).max()
+    assert np.abs(blurred.light - mean).max() < 0.02 * mean.max()
+    assert received(blurred) == pytest.approx(received(view.show(star)), rel=0.02)
+
+
 def test_beaming_of_an_image():
     sky = np.array([-0.5, -0.6, 0.5]) / np.linalg.norm([-0.5, -0.6, 0.5])
     beam = kc.trace_beams(CAMERA, sky)
@@ -128,7 +144,9 @@ def test_band_lies_along_the_galactic_plane():
     assert (plane > 3 * away).all() and (away > 0).all()
 
 
-@pytest.mark.parametrize("values", [{"catalogue": 3}, {"band": -1}, {"white": 10}, {"orientation": np.zeros((3, 3))}])
+@pytest.mark.parametrize(
+    "values", [{"catalogue": 3}, {"band": -1}, {"white": 10}, {"orientation": np.zeros((3, 3))}, {"sweep": -1}]
+)
 def test_star_field_refuses(values):
     with pytest.raises(ValueError, match="Argument"):
         kc.StarField(**values)

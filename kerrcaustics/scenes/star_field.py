@@ -28,6 +28,8 @@ _MOST_BEND = 5e-3
 # Discs that are searched together.
 _DISCS = 1 << 13
 _ALIKE = 1.5
+# Moments in which a moving star is looked at while it crosses a pixel's reach.
+_MOMENTS = 6
 _BAND_ROWS = 512
 # Light of one star of magnitude 0 on a square degree, per steradian.
 _SQUARE_DEGREES = (180 / math.pi) ** 2
@@ -49,6 +51,9 @@ class StarField:
         needs a catalogue in ICRS directions.
     white : float
         Temperature (K) of a star that looks white.
+    sweep : float
+        Angle (radians) by which the stars turn about the spin axis while the picture is exposed, half of it on either
+        side: motion blur. The band is too smooth to need any.
 
     Notes
     -----
@@ -65,6 +70,7 @@ class StarField:
     orientation: Any = None
     band: float = 1.0
     white: float = DAYLIGHT
+    sweep: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what is no star field."""
@@ -72,6 +78,8 @@ class StarField:
             raise ValueError(f"Argument `catalogue` must be a StarCatalogue, but is {type(self.catalogue).__name__}.")
         if not (isinstance(self.band, int | float) and math.isfinite(self.band) and self.band >= 0):
             raise ValueError(f"Argument `band` must be a number that is not negative, but is {self.band!r}.")
+        if not (isinstance(self.sweep, int | float) and 0 <= self.sweep <= math.pi):
+            raise ValueError(f"Argument `sweep` must be an angle from 0 to pi radians, but is {self.sweep!r}.")
         turn = tilted_galaxy(math.radians(25), math.radians(-60), math.radians(60))
         object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))
         black_body(DAYLIGHT, self.white)
@@ -122,7 +130,7 @@ class StarField:
         """Pixels, stars and weights (m,) of every star in every footprint that holds it, some pixels at a time."""
         pixel, centre, radius, place, half = _discs(direction, matrix, len(self.catalogue))
         # As chords, of which the tree is made.
-        chord = 2 * np.sin(np.minimum(radius, math.pi) / 2)
+        chord = 2 * np.sin(np.minimum(radius + self.sweep / 2, math.pi) / 2)
         tangents = np.stack(polar_basis(direction), axis=-2)
         angle = singular_values(matrix)[2]
         axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None] @ tangents
@@ -135,7 +143,13 @@ class StarField:
             disc, star = disc[near], star[near]
             which = pixel[disc]
             offset = _offsets(direction[which], rows[which], self._stars[star])
-            weight = _spline(offset[:, 0]) * _spline(offset[:, 1])
+            if self.sweep:
+                x, y, _ = self._stars[star].T
+                motion = np.einsum("nij,nj->ni", rows[which], self.sweep * np.stack([-y, x, np.zeros_like(x)], axis=-1))
+                weight, moment = _swept(offset, motion)
+                offset = offset + moment[:, None] * motion
+            else:
+                weight = _spline(offset[:, 0]) * _spline(offset[:, 1])
             # Where discs of one pixel overlap, a star belongs to that in whose part of the major axis it is.
             along = offset[:, 2] - place[disc]
             inside = (weight > 0) & (along >= -half[disc]) & (along < half[disc])
@@ -204,6 +218,27 @@ def _usable(footprint: Footprint) -> tuple[Array, Array]:
     )
     axes = np.stack([major, minor], axis=-1)
     return (u * axes[:, None, :]) @ v, 1 / axes.prod(axis=1)
+
+
+def _swept(offset: Array, motion: Array) -> tuple[Array, Array]:
+    """Mean weights (m,) of stars that run from offset - motion / 2 to offset + motion / 2 (m, 3), and a middle moment.
+
+    The moments in which a star is within the pixel's reach are from one time to another: Gauss's rule between them.
+    """
+    first, last = np.full(len(offset), -0.5), np.full(len(offset), 0.5)
+    for place, speed in ((offset[:, k], motion[:, k]) for k in (0, 1)):
+        still = np.abs(speed) < 1e-12
+        ends = np.sort([(side * 1.5 - place) / np.where(still, 1, speed) for side in (-1, 1)], axis=0)
+        inside = np.abs(place) < 1.5
+        first = np.maximum(first, np.where(still, np.where(inside, -0.5, 0.5), ends[0]))
+        last = np.minimum(last, np.where(still, np.where(inside, 0.5, -0.5), ends[1]))
+    length, middle = np.maximum(last - first, 0), (first + last) / 2
+    weight = np.zeros(len(offset))
+    for node, share in zip(*np.polynomial.legendre.leggauss(_MOMENTS), strict=True):
+        moment = middle + length * node / 2
+        x, y = (offset[:, k] + moment * motion[:, k] for k in (0, 1))
+        weight += share / 2 * _spline(x) * _spline(y)
+    return weight * length, middle
 
 
 def _spline(x: Array) -> Array:
