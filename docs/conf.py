@@ -38,6 +38,8 @@ napoleon_use_rtype = False
 napoleon_custom_sections = ["Errors"]
 
 # A script runs again when it has changed, or when docs/gallery is removed.
+# Films, which are left out below, may be called like figures.
+suppress_warnings = ["sphinx_gallery.duplicate_filename"]
 sphinx_gallery_conf = {
     "examples_dirs": "../figures",
     "gallery_dirs": "gallery",

@@ -1,11 +1,13 @@
 """How sphinx-gallery makes the pictures of a script of figures/: by its function `main`, not as a program."""
 
 import shutil
+import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from sphinx_gallery.scrapers import figure_rst
 
+from kerrcaustics.draw.space import NoOpenGLError
 from kerrcaustics.scripts import FIGURES
 
 
@@ -19,7 +21,13 @@ def pictures(_block, script, conf):
     """The PNG files that the `main` of a script makes, put where the gallery looks for them."""
     places = []
     with TemporaryDirectory() as folder:
-        for file in FIGURES.run(Path(script["src_file"]).stem, Path(folder)):
+        try:
+            files = FIGURES.run(Path(script["src_file"]).stem, Path(folder))
+        except NoOpenGLError as error:
+            # The page is made all the same, without its picture.
+            print(f"{script['src_file']}: {error}", file=sys.stderr)
+            files = []
+        for file in files:
             if file.suffix == ".png":
                 places.append(next(script["image_path_iterator"]))
                 shutil.copy(file, places[-1])
