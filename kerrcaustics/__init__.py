@@ -35,7 +35,9 @@ if TYPE_CHECKING:
     from kerrcaustics.scenes.catalogue import (
         StarCatalogue as StarCatalogue,
         hipparcos as hipparcos,
+        merged_catalogues as merged_catalogues,
         tilted_galaxy as tilted_galaxy,
+        tycho2 as tycho2,
     )
     from kerrcaustics.scenes.checkerboard import Checkerboard as Checkerboard
     from kerrcaustics.scenes.colour import black_body as black_body, tone_mapped as tone_mapped
@@ -114,6 +116,7 @@ _HOMES = {
     "hipparcos": "scenes.catalogue",
     "image_counts": "stars.counts",
     "load_caustics": "curves.store",
+    "merged_catalogues": "scenes.catalogue",
     "pair_events": "stars.events",
     "render": "scenes.render",
     "ray_paths": "beams.paths",
@@ -129,6 +132,7 @@ _HOMES = {
     "trace_rays": "beams.trace",
     "trace_view": "scenes.render",
     "trapped_orbit": "beams.paths",
+    "tycho2": "scenes.catalogue",
 }
 
 __all__ = [
@@ -174,6 +178,7 @@ __all__ = [
     "hipparcos",
     "image_counts",
     "load_caustics",
+    "merged_catalogues",
     "pair_events",
     "ray_paths",
     "render",
@@ -189,6 +194,7 @@ __all__ = [
     "trace_rays",
     "trace_view",
     "trapped_orbit",
+    "tycho2",
 ]
 __version__ = metadata.version("kerrcaustics")
 

@@ -116,6 +116,20 @@ def test_a_picture_file(tmp_path):
     assert seen.around(n, np.full(len(n), 1e-3)) == pytest.approx(given.around(n, np.full(len(n), 1e-3)), abs=1e-6)
 
 
+def test_an_openexr_file_is_linear(tmp_path):
+    exr = pytest.importorskip("OpenEXR")
+    light = np.random.default_rng(3).uniform(0, 5, (16, 32, 3)).astype(np.float32)
+    exr.File({"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}, {"RGB": light}).write(
+        str(tmp_path / "sky.exr")
+    )
+    direction, size = from_angles([0.4, 1.2, 2.7], [0.1, 3.0, 6.2]), np.full(3, 0.01)
+    read = kc.Panorama.read(tmp_path / "sky.exr")
+    assert np.array_equal(read.around(direction, size), kc.Panorama(light).around(direction, size))
+    (tmp_path / "text.exr").write_text("no picture")
+    with pytest.raises(ValueError, match="Argument `path` must name a picture that can be read"):
+        kc.Panorama.read(tmp_path / "text.exr")
+
+
 def test_refusals(tmp_path):
     for light in (np.zeros((16, 16, 3)), np.zeros((2, 4, 3)), -np.ones((8, 16, 3)), np.full((8, 16, 3), np.nan)):
         with pytest.raises(ValueError, match="Argument `light` must"):
@@ -124,6 +138,6 @@ def test_refusals(tmp_path):
         kc.Panorama(np.zeros((8, 16, 3)), np.ones((3, 3)))
     Image.fromarray(np.zeros((8, 8, 3), np.uint8)).save(tmp_path / "square.png")
     (tmp_path / "text.png").write_text("no picture")
-    for name in ("square.png", "text.png", "none.png", "sky.exr"):
+    for name in ("square.png", "text.png", "none.png", "none.exr", "sky.tif"):
         with pytest.raises(ValueError, match="Argument `path` must"):
             kc.Panorama.read(tmp_path / name)

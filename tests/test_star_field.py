@@ -40,6 +40,35 @@ def test_catalogue_holds_known_stars():
     assert stars.direction[nearest] @ polaris > 1 - 1e-8 and stars.magnitude[nearest] < 2.5
 
 
+def test_tycho_file_is_read_and_merged(tmp_path):
+    fits = pytest.importorskip("astropy.io.fits")
+    rng = np.random.default_rng(8)
+    direction = rng.normal(size=(60, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    magnitude = rng.uniform(5, 12, 60).astype("<f4")
+    # As a tree of astrometry.net holds them: bytes of low, high and scale, and whole numbers from low on.
+    scale = 2.0**30
+    tables = {
+        "kdtree_range_stars": ("8B", np.array([-1.0, -1, -1, 1, 1, 1, scale]).view(np.uint8).reshape(-1, 8)),
+        "kdtree_data_stars": ("12B", np.round((direction + 1) * scale).astype("<u4").view(np.uint8).reshape(-1, 12)),
+        "MAG_VT": ("1E", magnitude),
+    }
+    columns = [
+        fits.BinTableHDU.from_columns([fits.Column(name, form, array=values)])
+        for name, (form, values) in tables.items()
+    ]
+    fits.HDUList([fits.PrimaryHDU(), *columns]).writeto(tmp_path / "index.fits")
+    stars = kc.tycho2(tmp_path / "index.fits")
+    order = np.argsort(magnitude)
+    assert np.abs(stars.direction - direction[order]).max() < 2e-9
+    assert np.array_equal(stars.magnitude, magnitude[order].astype(float))
+    half = kc.StarCatalogue(direction[:30], np.zeros(30), np.ones(30))
+    both = kc.merged_catalogues(half, stars)
+    assert len(both) == 60 and (both.magnitude == 0).sum() == 30 and (np.diff(both.magnitude) >= 0).all()
+    with pytest.raises(ValueError, match="Argument `path` must name a Tycho-2 index file"):
+        kc.tycho2(tmp_path / "none.fits")
+
+
 def test_galactic_axes_point_to_the_centre_and_the_pole():
     axes = galactic_axes()
     assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-12)

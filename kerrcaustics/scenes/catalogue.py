@@ -1,11 +1,13 @@
 """Stars as data: the catalogue of the package, and the directions of the Galaxy."""
 
 import math
+import os
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -14,6 +16,9 @@ Array = np.ndarray
 _FILE = Path(__file__).parent / "data" / "hipparcos.npz"
 # North galactic pole (right ascension, declination) and galactic longitude of the north celestial pole, degrees, J2000.
 _POLE, _NODE = (192.85948, 27.12825), 122.93192
+
+# Colour index of the Sun; and a distance on the sky, radians, within which two entries are one star.
+_SUN, _SAME = 0.65, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +44,44 @@ def hipparcos() -> StarCatalogue:
         right_ascension, declination = stored["right_ascension"].astype(float), stored["declination"].astype(float)
         hp, colour_index = stored["hp"] / 1000, stored["colour_index"] / 1000
     return StarCatalogue(from_angles(math.pi / 2 - declination, right_ascension), hp, colour_index)
+
+
+def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
+    """The stars of a Tycho-2 index file of astrometry.net, such as index-tycho2-10.littleendian.fits: 362,950 stars.
+
+    Directions are ICRS, to 1e-9 rad; magnitudes are V_T; colours are not in the file, and taken to be the Sun's. Bright
+    stars are missing: see `merged_catalogues`. Needs the package astropy.
+
+    References: Hog et al. 2000, A&A 355, L27.
+    """
+    try:
+        from astropy.io import fits
+    except ImportError:
+        raise ImportError('Tycho-2 files need the package astropy: pip install "kerrcaustics[catalogues]"') from None
+    try:
+        with fits.open(path) as tables:
+            columns = {table.columns[0].name: table for table in tables[1:]}
+            # As bytes: low, high (3 each) and one scale; then whole numbers, three a star.
+            values = np.frombuffer(columns["kdtree_range_stars"].data.tobytes(), "<f8")
+            numbers = np.frombuffer(columns["kdtree_data_stars"].data.tobytes(), "<u4").reshape(-1, 3)
+            magnitude = np.asarray(columns["MAG_VT"].data["MAG_VT"], float)
+    except (OSError, KeyError, IndexError, AttributeError, ValueError):
+        raise ValueError(
+            f"Argument `path` must name a Tycho-2 index file of astrometry.net, but {os.fspath(path)!r} is none."
+        ) from None
+    direction = values[:3] + numbers / values[6]
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    order = np.argsort(magnitude, kind="stable")
+    return StarCatalogue(direction[order], magnitude[order], np.full(len(order), _SUN))
+
+
+def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalogue:
+    """Both catalogues as one, brightest first; stars of the other within 20 arc seconds of one of the first are it."""
+    apart = KDTree(first.direction).query(other.direction, distance_upper_bound=_SAME)[0] > _SAME
+    names = ("direction", "magnitude", "colour_index")
+    values = [np.concatenate([getattr(first, name), getattr(other, name)[apart]]) for name in names]
+    order = np.argsort(values[1], kind="stable")
+    return StarCatalogue(*(value[order] for value in values))
 
 
 def galactic_axes() -> Array:

@@ -13,7 +13,7 @@ from kerrcaustics.spacetime.sphere import polar_angle
 
 Array = np.ndarray
 
-_ENDINGS = (".png", ".jpg", ".jpeg")
+_ENDINGS = (".png", ".jpg", ".jpeg", ".exr")
 _FEWEST_ROWS, _MOST_ROWS = 4, 8192
 # The coarsest level of the pyramid has at least so many rows.
 _COARSEST = 4
@@ -56,19 +56,17 @@ class Panorama:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], orientation: ArrayLike | None = None) -> "Panorama":
-        """The panorama of a PNG or JPEG file, twice as wide as high.
+        """The panorama of a PNG, JPEG or OpenEXR file, twice as wide as high.
 
-        The file's values count as sRGB. OpenEXR files are refused: convert them, or give an array to `Panorama`.
+        Values of PNG and JPEG count as sRGB, those of OpenEXR as linear; OpenEXR needs the package of that name.
         """
-        from PIL import Image, UnidentifiedImageError
-
         name = Path(path)
         if name.suffix.lower() not in _ENDINGS:
             raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {os.fspath(path)!r}.")
+        linear = name.suffix.lower() == ".exr"
         try:
-            with Image.open(name) as file:
-                values = np.asarray(file.convert("RGB"), np.float32) / 255
-        except (OSError, UnidentifiedImageError) as error:
+            values = _read_exr(name) if linear else _read_screen(name)
+        except (OSError, RuntimeError, ValueError, KeyError) as error:
             reason = getattr(error, "strerror", None) or "it is no such picture"
             raise ValueError(
                 f"Argument `path` must name a picture that can be read: {os.fspath(path)!r}: {reason}."
@@ -78,7 +76,7 @@ class Panorama:
                 f"Argument `path` must name a picture twice as wide as high, but {os.fspath(path)!r} has "
                 f"{values.shape[1]} x {values.shape[0]} pixels."
             )
-        return cls(decoded(values), orientation)
+        return cls(values if linear else decoded(values), orientation)
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
         """Linear sRGB light (n, 3) of pixels; for a shift of colours the picture counts as lit by daylight."""
@@ -101,6 +99,29 @@ class Panorama:
                 fine += part[which] * (_looked_up(self._levels[k + 1], *place) - fine)
             light[which] = fine
         return light
+
+
+def _read_screen(path: Path) -> Array:
+    from PIL import Image
+
+    with Image.open(path) as file:
+        return np.asarray(file.convert("RGB"), np.float32) / 255
+
+
+def _read_exr(path: Path) -> Array:
+    try:
+        import OpenEXR
+    except ImportError:
+        raise ImportError('OpenEXR pictures need the package OpenEXR: pip install "kerrcaustics[exr]"') from None
+    # The library writes its complaints to the terminal, too.
+    if not path.is_file():
+        raise FileNotFoundError(2, os.strerror(2))
+    with OpenEXR.File(str(path)) as file:
+        channels = file.channels()
+        name = next(name for name in ("RGB", "RGBA") if name in channels) if {"RGB", "RGBA"} & set(channels) else "Y"
+        values = np.asarray(channels[name].pixels, np.float32)
+    grey = values.ndim == 2
+    return np.repeat(values[..., None], 3, axis=2) if grey else values[..., :3]
 
 
 def rotation(matrix: ArrayLike | None) -> Array:
