@@ -1,0 +1,133 @@
+"""The scene of a sweep: what is computed, and for which cameras. Read from TOML; anything unknown is refused."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+
+Array = np.ndarray
+Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
+
+AXES = ("spin", "radius", "inclination")
+HIGHEST_ORDER, MOST_POINTS = 10, 4_000_000
+_LIMITS = {"spin": "in [0, 1)", "radius": "more than 0", "inclination": "in [0, 180] degrees"}
+
+
+class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True, rename={"start": "from", "end": "to"}):
+    """Values from `start` to `end`, both included: in TOML {from = 2, to = 1000, count = 20, spacing = "log"}."""
+
+    start: float
+    end: float
+    count: int
+    spacing: Literal["linear", "log"] = "linear"
+
+
+class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What a sweep computes.
+
+    spin, radius, inclination (degrees): a number, a list, or a range. velocity: of the camera; None, the usual one
+    where it is: circular if there is such an orbit, else fiducial. orders: of caustics, 1 to 10. compute: what is
+    stored. curve_points: of each curve that is stored; map_rows: of the image-count maps; directions: on the camera sky
+    for statistics of the magnification. tolerance: wanted error of directions, radians.
+    """
+
+    spin: float | list[float] | Range
+    radius: float | list[float] | Range
+    inclination: float | list[float] | Range = 90.0
+    velocity: Literal["circular", "fiducial", "static"] | None = None
+    orders: int = 3
+    compute: tuple[Quantity, ...] = ("geometry", "cusps", "areas")
+    curve_points: int = 256
+    map_rows: int = 32
+    directions: int = 8192
+    tolerance: float = 1e-10
+    title: str = ""
+
+    def values(self, axis: str) -> Array:
+        """The values along "spin", "radius" or "inclination", in ascending order."""
+        given = getattr(self, axis)
+        if isinstance(given, Range):
+            space = np.geomspace if given.spacing == "log" else np.linspace
+            return space(given.start, given.end, given.count)
+        return np.sort(np.atleast_1d(np.asarray(given, float)))
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Numbers of spins, radii and inclinations."""
+        spins, radii, inclinations = (len(self.values(axis)) for axis in AXES)
+        return spins, radii, inclinations
+
+    def record(self) -> dict[str, Any]:
+        """The scene as plain data, from which `from_record` makes it again."""
+        return msgspec.to_builtins(self)
+
+
+def read_scene(path: str | Path) -> Scene:
+    """The scene in a TOML file; a ValueError of one line names what is wrong and where."""
+    path = Path(path)
+    try:
+        return _checked(msgspec.toml.decode(path.read_bytes(), type=Scene), str(path))
+    except OSError as error:
+        raise ValueError(f"Argument SCENE must name a file that can be read: {path}: {error.strerror}.") from None
+    except (msgspec.ValidationError, msgspec.DecodeError) as error:
+        raise ValueError(f"Scene {path}: {_plainly(str(error))}.") from None
+
+
+def from_record(record: dict[str, Any]) -> Scene:
+    """The scene that `Scene.record` told."""
+    return _checked(msgspec.convert(record, Scene), "of the store")
+
+
+def differences(scene: Scene, other: Scene) -> list[str]:
+    """Lines that say where two scenes differ: the entry, its value in the first and in the other."""
+    first, second = scene.record(), other.record()
+    return [
+        f"{name}: {json.dumps(first[name])} here, {json.dumps(second[name])} in the store"
+        for name in first
+        if first[name] != second[name]
+    ]
+
+
+def _plainly(message: str) -> str:
+    """What msgspec complains about, the path first: "spin.count: expected `int`, got `str`"."""
+    what, _, path = message.partition(" - at `$")
+    what = what[:1].lower() + what[1:]
+    place = path.rstrip("`").lstrip(".")
+    return f"{place}: {what}" if place else what
+
+
+def _checked(scene: Scene, name: str) -> Scene:
+    def refuse(entry: str, must: str, value: Any) -> None:
+        raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value!r}.")
+
+    for axis in AXES:
+        given = getattr(scene, axis)
+        if isinstance(given, Range):
+            if given.count < 1:
+                refuse(f"{axis}.count", "1 or more", given.count)
+            if given.spacing == "log" and not (given.start > 0 and given.end > 0):
+                refuse(f"{axis}.from and {axis}.to", "more than 0 for log spacing", (given.start, given.end))
+        values = scene.values(axis)
+        inside = {"spin": (values >= 0) & (values < 1), "radius": values > 0}.get(axis, (values >= 0) & (values <= 180))
+        if not len(values) or not inside.all() or not np.isfinite(values).all():
+            refuse(axis, _LIMITS[axis], given if not len(values) else values[~inside].tolist()[:3])
+        if (np.diff(values) <= 0).any():
+            refuse(axis, "values that differ, from the least to the largest", given)
+    for entry, low, high in (
+        ("orders", 1, HIGHEST_ORDER),
+        ("curve_points", 8, 100_000),
+        ("map_rows", 4, 2000),
+        ("directions", 64, 10_000_000),
+    ):
+        if not low <= getattr(scene, entry) <= high:
+            refuse(entry, f"from {low} to {high}", getattr(scene, entry))
+    if not scene.compute or len(set(scene.compute)) < len(scene.compute):
+        refuse("compute", "a list of different quantities", list(scene.compute))
+    if not 1e-14 <= scene.tolerance <= 1e-2:
+        refuse("tolerance", "in [1e-14, 1e-2]", scene.tolerance)
+    if math.prod(scene.shape) > MOST_POINTS:
+        refuse("the number of points", f"{MOST_POINTS} at most", math.prod(scene.shape))
+    return scene
