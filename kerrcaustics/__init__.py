@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from kerrcaustics.stars.images import StarImages as StarImages, star_images as star_images
     from kerrcaustics.stars.lines import LineCrossings as LineCrossings, crossings_of_line as crossings_of_line
     from kerrcaustics.stars.tracks import StarTracks as StarTracks, Track as Track, star_tracks as star_tracks
+    from kerrcaustics.sweeps.engine import SweepResult as SweepResult, sweep as sweep
+    from kerrcaustics.sweeps.scene import read_scene as read_scene
 
 _HOMES = {
     "Beams": "beams.beam",
@@ -64,6 +66,7 @@ _HOMES = {
     "StarImages": "stars.images",
     "StarTracks": "stars.tracks",
     "Status": "beams.beam",
+    "SweepResult": "sweeps.engine",
     "Track": "stars.tracks",
     "caustics": "curves.caustic",
     "circle_images": "stars.circles",
@@ -73,10 +76,12 @@ _HOMES = {
     "image_counts": "stars.counts",
     "load_caustics": "curves.store",
     "pair_events": "stars.events",
+    "read_scene": "sweeps.scene",
     "save_caustics": "curves.store",
     "shadow_edge": "spacetime.shadow",
     "star_images": "stars.images",
     "star_tracks": "stars.tracks",
+    "sweep": "sweeps.engine",
     "tangent_basis": "spacetime.sphere",
     "to_xarray": "curves.store",
     "trace_beams": "beams.trace",
@@ -102,6 +107,7 @@ __all__ = [
     "StarImages",
     "StarTracks",
     "Status",
+    "SweepResult",
     "Track",
     "caustics",
     "circle_images",
@@ -111,10 +117,12 @@ __all__ = [
     "image_counts",
     "load_caustics",
     "pair_events",
+    "read_scene",
     "save_caustics",
     "shadow_edge",
     "star_images",
     "star_tracks",
+    "sweep",
     "tangent_basis",
     "to_xarray",
     "trace_beams",

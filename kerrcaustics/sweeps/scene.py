@@ -12,7 +12,7 @@ Array = np.ndarray
 Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
 
 AXES = ("spin", "radius", "inclination")
-HIGHEST_ORDER, MOST_POINTS = 10, 4_000_000
+HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
 _LIMITS = {"spin": "in [0, 1)", "radius": "more than 0", "inclination": "in [0, 180] degrees"}
 
 
@@ -31,7 +31,8 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     spin, radius, inclination (degrees): a number, a list, or a range. velocity: of the camera; None, the usual one
     where it is: circular if there is such an orbit, else fiducial. orders: of caustics, 1 to 10. compute: what is
     stored. curve_points: of each curve that is stored; map_rows: of the image-count maps; directions: on the camera sky
-    for statistics of the magnification. tolerance: wanted error of directions, radians.
+    for statistics of the magnification. tolerance: wanted error of directions, radians. block: radii that are computed
+    together and lie in one chunk of the store.
     """
 
     spin: float | list[float] | Range
@@ -44,6 +45,7 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     map_rows: int = 32
     directions: int = 8192
     tolerance: float = 1e-10
+    block: int = 8
     title: str = ""
 
     def values(self, axis: str) -> Array:
@@ -69,7 +71,7 @@ def read_scene(path: str | Path) -> Scene:
     """The scene in a TOML file; a ValueError of one line names what is wrong and where."""
     path = Path(path)
     try:
-        return _checked(msgspec.toml.decode(path.read_bytes(), type=Scene), str(path))
+        return checked(msgspec.toml.decode(path.read_bytes(), type=Scene), str(path))
     except OSError as error:
         raise ValueError(f"Argument SCENE must name a file that can be read: {path}: {error.strerror}.") from None
     except (msgspec.ValidationError, msgspec.DecodeError) as error:
@@ -78,16 +80,16 @@ def read_scene(path: str | Path) -> Scene:
 
 def from_record(record: dict[str, Any]) -> Scene:
     """The scene that `Scene.record` told."""
-    return _checked(msgspec.convert(record, Scene), "of the store")
+    return checked(msgspec.convert(record, Scene), "of the store")
 
 
 def differences(scene: Scene, other: Scene) -> list[str]:
-    """Lines that say where two scenes differ: the entry, its value in the first and in the other."""
+    """Lines that say where two scenes differ, titles aside: the entry, its value in the first and in the other."""
     first, second = scene.record(), other.record()
     return [
         f"{name}: {json.dumps(first[name])} here, {json.dumps(second[name])} in the store"
         for name in first
-        if first[name] != second[name]
+        if first[name] != second[name] and name != "title"
     ]
 
 
@@ -99,7 +101,9 @@ def _plainly(message: str) -> str:
     return f"{place}: {what}" if place else what
 
 
-def _checked(scene: Scene, name: str) -> Scene:
+def checked(scene: Scene, name: str) -> Scene:
+    """The scene itself; a ValueError of one line, which calls it `name`, says which entry cannot be."""
+
     def refuse(entry: str, must: str, value: Any) -> None:
         raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value!r}.")
 
@@ -121,11 +125,14 @@ def _checked(scene: Scene, name: str) -> Scene:
         ("curve_points", 8, 100_000),
         ("map_rows", 4, 2000),
         ("directions", 64, 10_000_000),
+        ("block", 1, 10_000),
     ):
         if not low <= getattr(scene, entry) <= high:
             refuse(entry, f"from {low} to {high}", getattr(scene, entry))
     if not scene.compute or len(set(scene.compute)) < len(scene.compute):
         refuse("compute", "a list of different quantities", list(scene.compute))
+    if "counts" in scene.compute and scene.orders > HIGHEST_COUNTED:
+        refuse("orders", f"{HIGHEST_COUNTED} at most where counts are computed", scene.orders)
     if not 1e-14 <= scene.tolerance <= 1e-2:
         refuse("tolerance", "in [1e-14, 1e-2]", scene.tolerance)
     if math.prod(scene.shape) > MOST_POINTS:

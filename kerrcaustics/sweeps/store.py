@@ -5,9 +5,13 @@ and all its chunks can be read. Every chunk carries a checksum. A point's number
 store that was interrupted, wherever and however often, ends up the same to the bit.
 """
 
+import fcntl
 import math
 import os
 import shutil
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -17,16 +21,15 @@ import numpy as np
 import zarr
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from kerrcaustics.sweep.quantities import Variable, dimensions, variables
-from kerrcaustics.sweep.scene import AXES, Scene, differences, from_record
+from kerrcaustics.sweeps.quantities import Variable, dimensions, variables
+from kerrcaustics.sweeps.scene import AXES, Scene, differences, from_record
 
 Array = np.ndarray
 
 SCHEMA = "kerrcaustics/sweep/1"
 WAITING, DONE, FAILED = 0, 1, 2
-# Bytes of a reason, UTF-8, and the points of one block at most.
+# Bytes of a reason, UTF-8.
 _REASON = 160
-_BLOCK = 8
 _UNITS = {"spin": "1", "radius": "GM/c^2", "inclination": "degrees"}
 
 
@@ -43,6 +46,10 @@ class Block:
         """Where they lie in the arrays."""
         one = slice(self.spin, self.spin + 1), slice(self.inclination, self.inclination + 1)
         return one[0], slice(*self.radii), one[1]
+
+    def __len__(self) -> int:
+        """How many points."""
+        return self.radii[1] - self.radii[0]
 
 
 class Store:
@@ -64,7 +71,10 @@ class Store:
                 f"The store {path} was written by kerrcaustics {made}, and this is {version('kerrcaustics')}: its "
                 "numbers may differ. Finish it with that version, or name another store."
             )
-        self.scene = from_record(attributes["scene"])
+        try:
+            self.scene = from_record(dict[str, Any](attributes["scene"]))
+        except Exception as error:
+            raise ValueError(f"The store {path} tells no scene: {' '.join(str(error).split())}") from None
         self._variables = variables(self.scene)
 
     def blocks(self) -> list[Block]:
@@ -78,10 +88,32 @@ class Store:
             for j in range(0, radii, size)
         ]
 
-    def is_done(self, block: Block) -> bool:
-        """True where the mask says so, and every chunk of the block can be read."""
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """While no other sweep writes to this store; the lock goes with the process, however that ends."""
+        folder = os.open(self.path, os.O_RDONLY)
         try:
-            if (self._read("status", block) == WAITING).any():
+            try:
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise ValueError(f"The store {self.path} is in use: another sweep is writing to it.") from None
+            except OSError:
+                # A file system without locks.
+                pass
+            yield
+        finally:
+            os.close(folder)
+
+    def clean(self) -> None:
+        """Remove chunks that were being written when a process was killed."""
+        for part in self.path.rglob("*.partial"):
+            part.unlink(missing_ok=True)
+
+    def is_done(self, block: Block, retry: bool = False) -> bool:
+        """True where the mask says so, and every chunk of the block can be read; retry: and no point failed."""
+        try:
+            status = self._read("status", block)
+            if (status == WAITING).any() or (retry and (status == FAILED).any()):
                 return False
             for variable in self._variables:
                 self._read(variable.name, block)
@@ -115,10 +147,17 @@ class Store:
         return lines
 
     def _array(self, name: str) -> Any:
-        return self._group[name]
+        # Blank chunks are written too: only then a chunk that is not there is known to be lost.
+        return self._group[name].with_config({"write_empty_chunks": True})  # pyright: ignore
 
     def _read(self, name: str, block: Block) -> Array:
-        return np.asarray(self._array(name)[block.region])
+        array = self._array(name)
+        place = [part.start // size for part, size in zip(block.region, array.chunks, strict=False)]
+        place += [0] * (array.ndim - len(place))
+        # A chunk that is not there would be read as blanks.
+        if not (self.path / name / array.metadata.encode_chunk_key(tuple(place))).is_file():
+            raise FileNotFoundError(name)
+        return np.asarray(array[block.region])
 
 
 def open_store(path: Path, scene: Scene) -> Store:
@@ -129,19 +168,16 @@ def open_store(path: Path, scene: Scene) -> Store:
     different = differences(scene, store.scene)
     if different:
         raise ValueError(f"The store {path} is of another scene; name another store. " + "; ".join(different) + ".")
-    # Chunks that were being written when a process was killed.
-    for part in path.rglob("*.partial"):
-        part.unlink(missing_ok=True)
     return store
 
 
 def _block_size(scene: Scene) -> int:
-    return min(_BLOCK, scene.shape[1])
+    return min(scene.block, scene.shape[1])
 
 
 def _create(path: Path, scene: Scene) -> None:
     """A store with nothing computed, which takes its name when it is complete."""
-    made = path.with_name(f".{path.name}.{os.getpid()}.new")
+    made = path.with_name(f".{path.name}.new")
     try:
         group = zarr.open_group(str(made), mode="w", zarr_format=3)
         group.attrs.update(
@@ -156,6 +192,10 @@ def _create(path: Path, scene: Scene) -> None:
             }
         )
         _create_arrays(group, scene)
+        with warnings.catch_warnings():
+            # Readers without this extension of the format read the arrays' own descriptions.
+            warnings.simplefilter("ignore")
+            zarr.consolidate_metadata(group.store)
         made.rename(path)
     except BaseException:
         shutil.rmtree(made, ignore_errors=True)
@@ -181,7 +221,6 @@ def _create_arrays(group: zarr.Group, scene: Scene) -> None:
             compressors=[ZstdCodec(level=3), Crc32cCodec()],
             dimension_names=(*AXES, *variable.dims),
             attributes={"units": variable.units, "long_name": variable.text},
-            config={"write_empty_chunks": True},
         )
     for name, extra, dims, text in (
         ("status", (), (), "0 not computed, 1 done, 2 failed"),
@@ -196,7 +235,6 @@ def _create_arrays(group: zarr.Group, scene: Scene) -> None:
             compressors=[ZstdCodec(level=3), Crc32cCodec()],
             dimension_names=(*AXES, *dims),
             attributes={"units": "1", "long_name": text},
-            config={"write_empty_chunks": True},
         )
 
 

@@ -10,7 +10,7 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.stars.counts import count_map
-from kerrcaustics.sweep.scene import Scene
+from kerrcaustics.sweeps.scene import Scene
 
 Array = np.ndarray
 

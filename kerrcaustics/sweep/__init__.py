@@ -1,1 +1,0 @@
-"""Sweeps over spin, radius and inclination, kept in one store that survives interruptions."""
