@@ -24,7 +24,7 @@ Run = Callable[[str, list[Block]], Iterator[Block]]
 # A block may take so many rounds of workers with it before its points are given up.
 _ROUNDS = 5
 # Blocks that the scheduler holds at a time.
-_IN_FLIGHT = 2000
+_IN_FLIGHT = 20_000
 _DIED = "the process that computed it died each time (too little memory?)"
 
 
@@ -138,8 +138,8 @@ def _runner(workers: int | None, scheduler: str | None) -> Iterator[Run]:
                 threads_per_worker=1,
                 dashboard_address="",
                 silence_logs=logging.CRITICAL,
-                # Cores that a worker takes for itself, XLA included.
-                env={"NPROC": str(share)},
+                # Cores that a worker takes for itself, XLA included; and no profile of itself, which takes time.
+                env={"NPROC": str(share), "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"},
             )
             stack.enter_context(cluster)
             client = stack.enter_context(Client(cluster, set_as_default=False))

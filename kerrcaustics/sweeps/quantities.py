@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
@@ -67,9 +68,9 @@ _VARIABLES: dict[str, list[Variable]] = {
                 ("theta_max", "degrees", "largest theta' of the caustic"),
                 ("phi_min", "degrees", "least phi' of the caustic, unwrapped"),
                 ("phi_max", "degrees", "largest phi' of the caustic, unwrapped"),
-                ("theta_extent", "degrees", "width of the caustic in theta'"),
-                ("phi_extent", "degrees", "width of the caustic in phi'"),
-                ("circuits", "1", "how often the caustic goes round the celestial sphere"),
+                ("theta_extent", "degrees", "width in theta'"),
+                ("phi_extent", "degrees", "width in phi'"),
+                ("circuits", "1", "circuits of the celestial sphere"),
             ),
         ),
         Variable("cusp_count", ("order",), "1", "cusps; -1 where they could not be told", "int16"),
@@ -95,7 +96,7 @@ _VARIABLES: dict[str, list[Variable]] = {
         Variable("curve_error", ("order",), "degrees", "error of the points"),
     ],
     "counts": [
-        Variable("image_count", ("theta", "phi", "index"), "1", "images of a star there", "int16"),
+        Variable("image_count", ("theta", "phi", "index"), "1", "images of a star", "int16"),
         Variable("image_count_on_caustic", ("theta", "phi"), "1", "1 where a caustic runs through, 0: exact", "int8"),
     ],
     "magnification": [
@@ -164,11 +165,9 @@ def _areas(scene: Scene, found: CausticSet) -> dict[str, Array]:
     for i, caustic in enumerate(_by_order(scene, found)):
         if caustic is None or not caustic.closed:
             continue
-        for row, area, curve in ((0, _celestial_area, caustic.celestial), (2, _solid_angle, caustic.sky)):
-            # Chords cut off a part that falls as the square of their length: half of them cut off four times as much.
-            whole, half = area(curve), area(curve[::2])
-            values[row, i] = whole + (whole - half) / 3
-            values[row + 1, i] = abs(whole - half)
+        whole, half = _loop_areas(caustic.sky, caustic.celestial), _loop_areas(caustic.sky[::2], caustic.celestial[::2])
+        # Half the points have sixteen times the error.
+        values[:, i] = whole[0], abs(whole[0] - half[0]), whole[1], abs(whole[1] - half[1])
     return {
         "caustic_area": values[0],
         "caustic_area_error": values[1] + np.array([caustic_error(c) for c in _by_order(scene, found)]),
@@ -184,21 +183,30 @@ def caustic_error(caustic: Caustic | None) -> float:
     return 2 * caustic.error * (caustic.theta_extent + caustic.phi_extent) + caustic.error**2
 
 
-def _celestial_area(curve: Array) -> float:
-    """Area (steradian) inside a closed curve (n, 2) of theta' and unwrapped phi'."""
-    height = -np.cos(curve[:, 0])
-    step = np.roll(curve[:, 1], -1) - curve[:, 1]
-    return abs(float(((height + np.roll(height, -1)) / 2 * step).sum()))
+def _loop_areas(sky: Array, celestial: Array) -> tuple[float, float]:
+    """Areas (steradian) inside a caustic, theta' and unwrapped phi' (n, 2), and inside its critical curve (n, 3).
 
-
-def _solid_angle(curve: Array) -> float:
-    """Solid angle inside a closed curve (n, 3) of directions round its own middle."""
-    middle = np.cross(curve, np.roll(curve, -1, axis=0)).sum(axis=0)
+    Both are smooth in the arc of the critical curve, at the cusps too: integrals along splines.
+    """
+    points = np.hstack([sky, celestial])
+    points = np.vstack([points, points[:1]])
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)))
+    distinct = np.append(True, np.diff(arc) > 0)
+    arc, points = arc[distinct], points[distinct]
+    points[-1] = points[0]
+    spline = CubicSpline(arc, points, bc_type="periodic")
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    step = np.diff(arc)[:, None]
+    places = arc[:-1, None] + step * (1 + nodes) / 2
+    at, slope, weight = spline(places.ravel()), spline(places.ravel(), 1), (step * weights / 2).ravel()
+    caustic = abs(float(-(np.cos(at[:, 3]) * slope[:, 4]) @ weight))
+    turning = np.cross(at[:, :3], slope[:, :3])
+    middle = weight @ turning
     middle /= np.linalg.norm(middle)
-    following = np.roll(curve, -1, axis=0)
-    triple = np.einsum("ij,ij->i", np.cross(curve, following), np.broadcast_to(middle, curve.shape))
-    below = 1 + np.einsum("ij,ij->i", curve, following) + curve @ middle + following @ middle
-    return abs(float(2 * np.arctan2(triple, below).sum()))
+    length = np.linalg.norm(at[:, :3], axis=1)
+    # (1 - cos alpha) d beta in polar coordinates about the middle.
+    solid = float((turning @ middle / (length * (length + at[:, :3] @ middle))) @ weight)
+    return caustic, abs(solid)
 
 
 def _curves(scene: Scene, found: CausticSet) -> dict[str, Array]:
@@ -220,7 +228,7 @@ def _magnification(scene: Scene, camera: Camera) -> dict[str, Array]:
     z = 1 - (2 * number + 1) / scene.directions
     across = np.sqrt(1 - z**2)
     sky = np.stack([across * np.cos(_GOLDEN * number), across * np.sin(_GOLDEN * number), z], axis=-1)
-    beams = trace_beams(camera, sky, "auto", scene.tolerance, index=False, crossings=False, redshift=False)
+    beams = trace_beams(camera, sky, "auto", scene.tolerance, crossings=False, redshift=False)
     parts = []
     for chosen in (slice(None), *(slice(first, None, 4) for first in range(4))):
         escaped = np.asarray(beams.escaped)[chosen]

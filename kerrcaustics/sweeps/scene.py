@@ -3,16 +3,19 @@
 import json
 import math
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import msgspec
 import numpy as np
 
 Array = np.ndarray
 Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
+Velocity = Literal["circular", "fiducial", "static"]
+Spacing = Literal["linear", "log"]
 
 AXES = ("spin", "radius", "inclination")
 HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
+_WORDS = {"compute": get_args(Quantity), "velocity": get_args(Velocity), "spacing": get_args(Spacing)}
 _LIMITS = {"spin": "in [0, 1)", "radius": "more than 0", "inclination": "in [0, 180] degrees"}
 
 
@@ -22,7 +25,7 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True, rename={"st
     start: float
     end: float
     count: int
-    spacing: Literal["linear", "log"] = "linear"
+    spacing: Spacing = "linear"
 
 
 class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -38,7 +41,7 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     spin: float | list[float] | Range
     radius: float | list[float] | Range
     inclination: float | list[float] | Range = 90.0
-    velocity: Literal["circular", "fiducial", "static"] | None = None
+    velocity: Velocity | None = None
     orders: int = 3
     compute: tuple[Quantity, ...] = ("geometry", "cusps", "areas")
     curve_points: int = 256
@@ -97,7 +100,15 @@ def _plainly(message: str) -> str:
     """What msgspec complains about, the path first: "spin.count: expected `int`, got `str`"."""
     what, _, path = message.partition(" - at `$")
     what = what[:1].lower() + what[1:]
+    for theirs, ours in (
+        ("object contains unknown field", "unknown key"),
+        ("object missing required field", "missing key"),
+        ("object", "table"),
+    ):
+        what = what.replace(theirs, ours)
     place = path.rstrip("`").lstrip(".")
+    if what.startswith("invalid enum value"):
+        what += f", expected {' or '.join(_WORDS[place.rpartition('.')[2].partition('[')[0]])}"
     return f"{place}: {what}" if place else what
 
 
@@ -105,19 +116,22 @@ def checked(scene: Scene, name: str) -> Scene:
     """The scene itself; a ValueError of one line, which calls it `name`, says which entry cannot be."""
 
     def refuse(entry: str, must: str, value: Any) -> None:
-        raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value!r}.")
+        raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value}.")
 
     for axis in AXES:
         given = getattr(scene, axis)
         if isinstance(given, Range):
-            if given.count < 1:
-                refuse(f"{axis}.count", "1 or more", given.count)
+            if not 1 <= given.count <= MOST_POINTS:
+                refuse(f"{axis}.count", f"from 1 to {MOST_POINTS}", given.count)
             if given.spacing == "log" and not (given.start > 0 and given.end > 0):
                 refuse(f"{axis}.from and {axis}.to", "more than 0 for log spacing", (given.start, given.end))
         values = scene.values(axis)
         inside = {"spin": (values >= 0) & (values < 1), "radius": values > 0}.get(axis, (values >= 0) & (values <= 180))
-        if not len(values) or not inside.all() or not np.isfinite(values).all():
-            refuse(axis, _LIMITS[axis], given if not len(values) else values[~inside].tolist()[:3])
+        inside &= np.isfinite(values)
+        if not len(values):
+            refuse(axis, "a list of one value or more", given)
+        if not inside.all():
+            refuse(axis, _LIMITS[axis], ", ".join(map(str, values[~inside].tolist()[:3])))
         if (np.diff(values) <= 0).any():
             refuse(axis, "values that differ, from the least to the largest", given)
     for entry, low, high in (

@@ -6,6 +6,7 @@ store that was interrupted, wherever and however often, ends up the same to the 
 """
 
 import fcntl
+import json
 import math
 import os
 import shutil
@@ -60,7 +61,7 @@ class Store:
         self.path = path
         try:
             self._group = zarr.open_group(str(path), mode="r+")
-            attributes = dict(self._group.attrs)
+            attributes: dict[str, Any] = dict(self._group.attrs)
         except Exception as error:
             raise ValueError(f"The store {path} cannot be opened: {' '.join(str(error).split())}") from None
         if attributes.get("schema") != SCHEMA:
@@ -72,7 +73,7 @@ class Store:
                 "numbers may differ. Finish it with that version, or name another store."
             )
         try:
-            self.scene = from_record(dict[str, Any](attributes["scene"]))
+            self.scene = from_record(json.loads(attributes["scene"]))
         except Exception as error:
             raise ValueError(f"The store {path} tells no scene: {' '.join(str(error).split())}") from None
         self._variables = variables(self.scene)
@@ -187,7 +188,7 @@ def _create(path: Path, scene: Scene) -> None:
                 "title": scene.title,
                 "engine": "auto",
                 "tolerance": scene.tolerance,
-                "scene": scene.record(),
+                "scene": json.dumps(scene.record()),
                 "description": "Caustics of Kerr black holes. The camera is at phi' = 0; phi' is unwrapped.",
             }
         )
