@@ -72,6 +72,8 @@ if TYPE_CHECKING:
     from kerrcaustics.stars.images import StarImages as StarImages, star_images as star_images
     from kerrcaustics.stars.lines import LineCrossings as LineCrossings, crossings_of_line as crossings_of_line
     from kerrcaustics.stars.tracks import StarTracks as StarTracks, Track as Track, star_tracks as star_tracks
+    from kerrcaustics.sweeps.engine import SweepResult as SweepResult, sweep as sweep
+    from kerrcaustics.sweeps.scene import read_scene as read_scene
 
 _HOMES = {
     "Beams": "beams.beam",
@@ -102,6 +104,7 @@ _HOMES = {
     "StarTracks": "stars.tracks",
     "Status": "beams.beam",
     "TracedView": "scenes.render",
+    "SweepResult": "sweeps.engine",
     "Track": "stars.tracks",
     "TurnedSky": "scenes.turned",
     "View": "scenes.view",
@@ -120,10 +123,12 @@ _HOMES = {
     "pair_events": "stars.events",
     "render": "scenes.render",
     "ray_paths": "beams.paths",
+    "read_scene": "sweeps.scene",
     "save_caustics": "curves.store",
     "shadow_edge": "spacetime.shadow",
     "star_images": "stars.images",
     "star_tracks": "stars.tracks",
+    "sweep": "sweeps.engine",
     "tangent_basis": "spacetime.sphere",
     "tilted_galaxy": "scenes.catalogue",
     "to_xarray": "curves.store",
@@ -163,6 +168,7 @@ __all__ = [
     "StarImages",
     "StarTracks",
     "Status",
+    "SweepResult",
     "TracedView",
     "Track",
     "TurnedSky",
@@ -181,11 +187,13 @@ __all__ = [
     "merged_catalogues",
     "pair_events",
     "ray_paths",
+    "read_scene",
     "render",
     "save_caustics",
     "shadow_edge",
     "star_images",
     "star_tracks",
+    "sweep",
     "tangent_basis",
     "tilted_galaxy",
     "to_xarray",

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
-STAGES = ["spacetime", "beams", "curves", "stars", "scenes", "draw", "scripts", "study", "cli"]
+STAGES = ["spacetime", "beams", "curves", "stars", "scenes", "draw", "sweeps", "scripts", "study", "cli"]
 ENTRY_POINTS = {"__init__", "__main__"}
 MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
-HEAVY = {"jax", "matplotlib", "pyvista", "scipy", "skimage"}
+HEAVY = {"distributed", "jax", "matplotlib", "msgspec", "pyvista", "scipy", "skimage", "xarray", "zarr"}
 STARTS = {
     "import": "import kerrcaustics",
     "help": "sys.argv[1:] = ['--help']; runpy.run_module('kerrcaustics', run_name='__main__')",

@@ -208,8 +208,10 @@ def _used(fields: Fields) -> str:
 
 
 def cores() -> int:
-    """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Cores this process may use; the environment's NPROC, which XLA heeds too, is an upper limit."""
+    found = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    limit = os.environ.get("NPROC", "")
+    return max(1, min(found, int(limit))) if limit.isdigit() else found
 
 
 def as_vectors(sky: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:

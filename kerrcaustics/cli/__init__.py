@@ -6,6 +6,7 @@ from kerrcaustics.cli import (
     film as film,
     stars as stars,
     study as study,
+    sweep as sweep,
     tracks as tracks,
 )
 from kerrcaustics.cli.app import BadInput as BadInput, app as app, main as main

@@ -1,0 +1,82 @@
+"""The command `sweep`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from kerrcaustics.cli.app import BadInput, app, one_line, stop
+from kerrcaustics.cli.options import WholeNumber, console, plain_errors, progress, say
+
+if TYPE_CHECKING:
+    from kerrcaustics.sweeps.engine import SweepResult
+
+# Lines about failed points that are printed; the store has them all.
+_SHOWN = 20
+
+
+@app.command
+def sweep(
+    scene: Path,
+    /,
+    *,
+    output: Path | None = None,
+    workers: WholeNumber | None = None,
+    scheduler: str | None = None,
+    retry: bool = False,
+) -> None:
+    """Compute caustics over spin, radius and inclination, as a scene file says, into one zarr store.
+
+    Interrupted and started again, it goes on where it stopped.
+
+    Parameters
+    ----------
+    scene
+        The scene, a TOML file: see docs/sweeps.md.
+    output
+        The store; by default in this folder, named like the scene, with the ending .zarr.
+    workers
+        Compute in so many processes of this machine. By default in the threads of one.
+    scheduler
+        Compute on the Dask cluster with this scheduler, such as tcp://host:8786, whose workers see the same files.
+    retry
+        Try again the points that failed before.
+    """
+    if workers is not None and scheduler is not None:
+        raise BadInput("Arguments --workers and --scheduler: only one of them can be given.")
+    store = output or Path(f"{scene.stem}.zarr")
+    if not store.absolute().parent.is_dir():
+        raise BadInput(f"Argument --output must name a store in a folder that exists, but {store.parent} does not.")
+    result = _swept(scene, store, workers, scheduler, retry)
+    out = console()
+    now = result.points - result.before
+    say(
+        out,
+        f"{result.points} points: {result.before} done before, {now} computed now, {len(result.failures)} failed; "
+        f"{result.seconds:.1f} s",
+    )
+    say(out, f"Store: {store}")
+    if result.failures:
+        errors = console(stderr=True)
+        for line in result.failures[:_SHOWN]:
+            say(errors, f"failed: {line}")
+        more = len(result.failures) - _SHOWN
+        if more > 0:
+            say(errors, f"... and {more} more; status and reason in the store tell them all")
+        stop(1, f"{len(result.failures)} of {result.points} points failed.")
+
+
+def _swept(scene: Path, store: Path, workers: int | None, scheduler: str | None, retry: bool) -> "SweepResult":
+    try:
+        with plain_errors(), progress(left=True) as report:
+            from kerrcaustics.sweeps.engine import sweep as run
+            from kerrcaustics.sweeps.scene import read_scene
+
+            return run(read_scene(scene), store, workers=workers, scheduler=scheduler, retry=retry, progress=report)
+    except ImportError as error:
+        raise BadInput(one_line(str(error))) from None
+    except OSError as error:
+        reason = error.strerror or one_line(str(error))
+        stop(1, f"The store {store} cannot be written: {reason}. What it holds is kept; start again to go on.")
+    except BadInput:
+        raise
+    except ValueError as error:
+        raise BadInput(one_line(str(error))) from None

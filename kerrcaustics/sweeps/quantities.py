@@ -1,0 +1,246 @@
+"""What a sweep computes for one camera, each quantity with its error; and how it is described in the store."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.stars.counts import count_map
+from kerrcaustics.sweeps.scene import Scene
+
+Array = np.ndarray
+
+MOST_CUSPS = 12
+QUANTILES = (0.1, 0.5, 0.9)
+_GOLDEN = math.pi * (3 - math.sqrt(5))
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An array of the store: its name, the dimensions beside spin, radius and inclination, units, and what it is."""
+
+    name: str
+    dims: tuple[str, ...]
+    units: str
+    text: str
+    dtype: str = "float64"
+
+
+def dimensions(scene: Scene) -> dict[str, Array]:
+    """The values along every further dimension."""
+    rows = scene.map_rows
+    theta = (np.arange(rows) + 0.5) * 180 / rows
+    return {
+        "order": np.arange(1, scene.orders + 1),
+        "cusp": np.arange(MOST_CUSPS),
+        "vertex": np.arange(scene.curve_points),
+        "axis": np.arange(3),
+        "index": np.arange(scene.orders),
+        "theta": theta,
+        "phi": (np.arange(2 * rows) + 0.5) * 180 / rows,
+        "quantile": np.array(QUANTILES),
+    }
+
+
+def variables(scene: Scene) -> list[Variable]:
+    """All variables of a scene, the error of a quantity behind it."""
+    return [variable for name in scene.compute for variable in _VARIABLES[name]]
+
+
+def _with_errors(dims: tuple[str, ...], entries: Iterable[tuple[str, str, str]]) -> list[Variable]:
+    found = []
+    for name, units, text in entries:
+        found += [Variable(name, dims, units, text), Variable(f"{name}_error", dims, units, f"error of {name}")]
+    return found
+
+
+_VARIABLES: dict[str, list[Variable]] = {
+    "geometry": [
+        *_with_errors(
+            ("order",),
+            (
+                ("theta_min", "degrees", "least theta' of the caustic"),
+                ("theta_max", "degrees", "largest theta' of the caustic"),
+                ("phi_min", "degrees", "least phi' of the caustic, unwrapped"),
+                ("phi_max", "degrees", "largest phi' of the caustic, unwrapped"),
+                ("theta_extent", "degrees", "width in theta'"),
+                ("phi_extent", "degrees", "width in phi'"),
+                ("circuits", "1", "circuits of the celestial sphere"),
+            ),
+        ),
+        Variable("cusp_count", ("order",), "1", "cusps; -1 where they could not be told", "int16"),
+        Variable("closed", ("order",), "1", "1 where the whole curve was found, 0 where not", "int8"),
+        Variable("residual", ("order",), "1", "largest delta_minus / delta_plus on the critical curve"),
+    ],
+    "cusps": [
+        Variable("cusp_theta", ("order", "cusp"), "degrees", "theta' of the cusps, in the order of the curve"),
+        Variable("cusp_phi", ("order", "cusp"), "degrees", "unwrapped phi' of the cusps"),
+        Variable("cusp_error", ("order", "cusp"), "degrees", "error of both"),
+    ],
+    "areas": _with_errors(
+        ("order",),
+        (
+            ("caustic_area", "steradian", "area inside the caustic, unwrapped"),
+            ("critical_area", "steradian", "solid angle inside the critical curve on the camera sky"),
+        ),
+    ),
+    "curves": [
+        Variable("curve_theta", ("order", "vertex"), "degrees", "theta' of points of the caustic, padded with NaN"),
+        Variable("curve_phi", ("order", "vertex"), "degrees", "their unwrapped phi'"),
+        Variable("curve_sky", ("order", "vertex", "axis"), "1", "direction N of the critical curve's points"),
+        Variable("curve_error", ("order",), "degrees", "error of the points"),
+    ],
+    "counts": [
+        Variable("image_count", ("theta", "phi", "index"), "1", "images of a star", "int16"),
+        Variable("image_count_on_caustic", ("theta", "phi"), "1", "1 where a caustic runs through, 0: exact", "int8"),
+    ],
+    "magnification": [
+        Variable("escaping", (), "1", "part of the camera sky that shows the celestial sphere"),
+        Variable("escaping_error", (), "1", "error of escaping"),
+        Variable("magnification", ("quantile",), "1", "quantiles of the magnification over that part of the sky"),
+        Variable("magnification_error", ("quantile",), "1", "error of magnification"),
+    ],
+}
+
+
+def computed(scene: Scene, spin: float, radius: float, inclination: float) -> dict[str, Array]:
+    """All variables of a scene for one camera; a ValueError says why there are none."""
+    camera = Camera(spin, radius, math.radians(inclination), scene.velocity)
+    values: dict[str, Array] = {}
+    if {"geometry", "cusps", "areas", "curves"} & set(scene.compute):
+        found = caustics(camera, scene.orders, tolerance=scene.tolerance)
+        for name, compute in (("geometry", _geometry), ("cusps", _cusps), ("areas", _areas), ("curves", _curves)):
+            if name in scene.compute:
+                values |= compute(scene, found)
+    if "counts" in scene.compute:
+        counts = count_map(camera, max_index=scene.orders - 1, rows=scene.map_rows)
+        values |= {"image_count": counts.counts, "image_count_on_caustic": counts.on_caustic}
+    if "magnification" in scene.compute:
+        values |= _magnification(scene, camera)
+    return values
+
+
+def _by_order(scene: Scene, found: CausticSet) -> list[Caustic | None]:
+    known = {caustic.order: caustic for caustic in found}
+    return [known.get(order) for order in range(1, scene.orders + 1)]
+
+
+def _geometry(scene: Scene, found: CausticSet) -> dict[str, Array]:
+    names = [variable.name for variable in _VARIABLES["geometry"]]
+    rows = []
+    for caustic in _by_order(scene, found):
+        row: dict[str, float] = dict.fromkeys(names, math.nan) | {"cusp_count": -1, "closed": 0}
+        if caustic is not None:
+            error = math.degrees(caustic.error)
+            for name in ("theta_min", "theta_max", "phi_min", "phi_max", "theta_extent", "phi_extent"):
+                row[name] = math.degrees(getattr(caustic, name))
+                row[f"{name}_error"] = error * (2 if name.endswith("extent") else 1)
+            told = caustic.kind != "unresolved"
+            row |= {
+                "circuits": caustic.circuits,
+                "circuits_error": 2 * error / 360,
+                "cusp_count": len(caustic.cusps) if told else -1,
+                "closed": caustic.closed,
+                "residual": caustic.residual,
+            }
+        rows.append(row)
+    return {name: np.array([row[name] for row in rows]) for name in names}
+
+
+def _cusps(scene: Scene, found: CausticSet) -> dict[str, Array]:
+    values = np.full((3, scene.orders, MOST_CUSPS), np.nan)
+    for i, caustic in enumerate(_by_order(scene, found)):
+        for j, cusp in enumerate(caustic.cusps[:MOST_CUSPS] if caustic else ()):
+            values[:, i, j] = np.degrees([*cusp.celestial, cusp.error])
+    return dict(zip(("cusp_theta", "cusp_phi", "cusp_error"), values, strict=True))
+
+
+def _areas(scene: Scene, found: CausticSet) -> dict[str, Array]:
+    values = np.full((4, scene.orders), np.nan)
+    for i, caustic in enumerate(_by_order(scene, found)):
+        if caustic is None or not caustic.closed:
+            continue
+        whole, half = _loop_areas(caustic.sky, caustic.celestial), _loop_areas(caustic.sky[::2], caustic.celestial[::2])
+        # Half the points have sixteen times the error.
+        values[:, i] = whole[0], abs(whole[0] - half[0]), whole[1], abs(whole[1] - half[1])
+    return {
+        "caustic_area": values[0],
+        "caustic_area_error": values[1] + np.array([caustic_error(c) for c in _by_order(scene, found)]),
+        "critical_area": values[2],
+        "critical_area_error": values[3],
+    }
+
+
+def caustic_error(caustic: Caustic | None) -> float:
+    """Error of a caustic's area, steradian, that comes from the error of its points."""
+    if caustic is None:
+        return math.nan
+    return 2 * caustic.error * (caustic.theta_extent + caustic.phi_extent) + caustic.error**2
+
+
+def _loop_areas(sky: Array, celestial: Array) -> tuple[float, float]:
+    """Areas (steradian) inside a caustic, theta' and unwrapped phi' (n, 2), and inside its critical curve (n, 3).
+
+    Both are smooth in the arc of the critical curve, at the cusps too: integrals along splines.
+    """
+    points = np.hstack([sky, celestial])
+    points = np.vstack([points, points[:1]])
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)))
+    distinct = np.append(True, np.diff(arc) > 0)
+    arc, points = arc[distinct], points[distinct]
+    points[-1] = points[0]
+    spline = CubicSpline(arc, points, bc_type="periodic")
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    step = np.diff(arc)[:, None]
+    places = arc[:-1, None] + step * (1 + nodes) / 2
+    at, slope, weight = spline(places.ravel()), spline(places.ravel(), 1), (step * weights / 2).ravel()
+    caustic = abs(float(-(np.cos(at[:, 3]) * slope[:, 4]) @ weight))
+    turning = np.cross(at[:, :3], slope[:, :3])
+    middle = weight @ turning
+    middle /= np.linalg.norm(middle)
+    length = np.linalg.norm(at[:, :3], axis=1)
+    # (1 - cos alpha) d beta in polar coordinates about the middle.
+    solid = float((turning @ middle / (length * (length + at[:, :3] @ middle))) @ weight)
+    return caustic, abs(solid)
+
+
+def _curves(scene: Scene, found: CausticSet) -> dict[str, Array]:
+    count = scene.curve_points
+    celestial, sky = np.full((scene.orders, count, 2), np.nan), np.full((scene.orders, count, 3), np.nan)
+    error = np.full(scene.orders, np.nan)
+    for i, caustic in enumerate(_by_order(scene, found)):
+        if caustic is not None:
+            kept = min(count, len(caustic.sky))
+            chosen = np.arange(kept) * len(caustic.sky) // kept
+            celestial[i, :kept], sky[i, :kept] = np.degrees(caustic.celestial[chosen]), caustic.sky[chosen]
+            error[i] = math.degrees(caustic.error)
+    return {"curve_theta": celestial[..., 0], "curve_phi": celestial[..., 1], "curve_sky": sky, "curve_error": error}
+
+
+def _magnification(scene: Scene, camera: Camera) -> dict[str, Array]:
+    """Statistics over directions spread evenly on the sky; the error from the four quarters of them."""
+    number = np.arange(scene.directions)
+    z = 1 - (2 * number + 1) / scene.directions
+    across = np.sqrt(1 - z**2)
+    sky = np.stack([across * np.cos(_GOLDEN * number), across * np.sin(_GOLDEN * number), z], axis=-1)
+    beams = trace_beams(camera, sky, "auto", scene.tolerance, crossings=False, redshift=False)
+    parts = []
+    for chosen in (slice(None), *(slice(first, None, 4) for first in range(4))):
+        escaped = np.asarray(beams.escaped)[chosen]
+        bright = np.asarray(beams.magnification)[chosen][escaped]
+        quantiles = np.quantile(bright, QUANTILES) if len(bright) else np.full(len(QUANTILES), np.nan)
+        parts.append(np.append(quantiles, escaped.mean()))
+    whole, quarters = parts[0], np.array(parts[1:])
+    # Of the mean of four; a factor of 2 since four values tell their own scatter badly.
+    error = 2 * np.std(quarters, axis=0, ddof=1) / 2
+    return {
+        "escaping": whole[-1],
+        "escaping_error": error[-1],
+        "magnification": whole[:-1],
+        "magnification_error": error[:-1],
+    }

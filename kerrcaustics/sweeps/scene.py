@@ -1,0 +1,154 @@
+"""The scene of a sweep: what is computed, and for which cameras. Read from TOML; anything unknown is refused."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import msgspec
+import numpy as np
+
+Array = np.ndarray
+Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
+Velocity = Literal["circular", "fiducial", "static"]
+Spacing = Literal["linear", "log"]
+
+AXES = ("spin", "radius", "inclination")
+HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
+_WORDS = {"compute": get_args(Quantity), "velocity": get_args(Velocity), "spacing": get_args(Spacing)}
+_LIMITS = {"spin": "in [0, 1)", "radius": "more than 0", "inclination": "in [0, 180] degrees"}
+
+
+class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True, rename={"start": "from", "end": "to"}):
+    """Values from `start` to `end`, both included: in TOML {from = 2, to = 1000, count = 20, spacing = "log"}."""
+
+    start: float
+    end: float
+    count: int
+    spacing: Spacing = "linear"
+
+
+class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What a sweep computes.
+
+    spin, radius, inclination (degrees): a number, a list, or a range. velocity: of the camera; None, the usual one
+    where it is: circular if there is such an orbit, else fiducial. orders: of caustics, 1 to 10. compute: what is
+    stored. curve_points: of each curve that is stored; map_rows: of the image-count maps; directions: on the camera sky
+    for statistics of the magnification. tolerance: wanted error of directions, radians. block: radii that are computed
+    together and lie in one chunk of the store.
+    """
+
+    spin: float | list[float] | Range
+    radius: float | list[float] | Range
+    inclination: float | list[float] | Range = 90.0
+    velocity: Velocity | None = None
+    orders: int = 3
+    compute: tuple[Quantity, ...] = ("geometry", "cusps", "areas")
+    curve_points: int = 256
+    map_rows: int = 32
+    directions: int = 8192
+    tolerance: float = 1e-10
+    block: int = 8
+    title: str = ""
+
+    def values(self, axis: str) -> Array:
+        """The values along "spin", "radius" or "inclination", in ascending order."""
+        given = getattr(self, axis)
+        if isinstance(given, Range):
+            space = np.geomspace if given.spacing == "log" else np.linspace
+            return space(given.start, given.end, given.count)
+        return np.sort(np.atleast_1d(np.asarray(given, float)))
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Numbers of spins, radii and inclinations."""
+        spins, radii, inclinations = (len(self.values(axis)) for axis in AXES)
+        return spins, radii, inclinations
+
+    def record(self) -> dict[str, Any]:
+        """The scene as plain data, from which `from_record` makes it again."""
+        return msgspec.to_builtins(self)
+
+
+def read_scene(path: str | Path) -> Scene:
+    """The scene in a TOML file; a ValueError of one line names what is wrong and where."""
+    path = Path(path)
+    try:
+        return checked(msgspec.toml.decode(path.read_bytes(), type=Scene), str(path))
+    except OSError as error:
+        raise ValueError(f"Argument SCENE must name a file that can be read: {path}: {error.strerror}.") from None
+    except (msgspec.ValidationError, msgspec.DecodeError) as error:
+        raise ValueError(f"Scene {path}: {_plainly(str(error))}.") from None
+
+
+def from_record(record: dict[str, Any]) -> Scene:
+    """The scene that `Scene.record` told."""
+    return checked(msgspec.convert(record, Scene), "of the store")
+
+
+def differences(scene: Scene, other: Scene) -> list[str]:
+    """Lines that say where two scenes differ, titles aside: the entry, its value in the first and in the other."""
+    first, second = scene.record(), other.record()
+    return [
+        f"{name}: {json.dumps(first[name])} here, {json.dumps(second[name])} in the store"
+        for name in first
+        if first[name] != second[name] and name != "title"
+    ]
+
+
+def _plainly(message: str) -> str:
+    """What msgspec complains about, the path first: "spin.count: expected `int`, got `str`"."""
+    what, _, path = message.partition(" - at `$")
+    what = what[:1].lower() + what[1:]
+    for theirs, ours in (
+        ("object contains unknown field", "unknown key"),
+        ("object missing required field", "missing key"),
+        ("object", "table"),
+    ):
+        what = what.replace(theirs, ours)
+    place = path.rstrip("`").lstrip(".")
+    if what.startswith("invalid enum value"):
+        what += f", expected {' or '.join(_WORDS[place.rpartition('.')[2].partition('[')[0]])}"
+    return f"{place}: {what}" if place else what
+
+
+def checked(scene: Scene, name: str) -> Scene:
+    """The scene itself; a ValueError of one line, which calls it `name`, says which entry cannot be."""
+
+    def refuse(entry: str, must: str, value: Any) -> None:
+        raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value}.")
+
+    for axis in AXES:
+        given = getattr(scene, axis)
+        if isinstance(given, Range):
+            if not 1 <= given.count <= MOST_POINTS:
+                refuse(f"{axis}.count", f"from 1 to {MOST_POINTS}", given.count)
+            if given.spacing == "log" and not (given.start > 0 and given.end > 0):
+                refuse(f"{axis}.from and {axis}.to", "more than 0 for log spacing", (given.start, given.end))
+        values = scene.values(axis)
+        inside = {"spin": (values >= 0) & (values < 1), "radius": values > 0}.get(axis, (values >= 0) & (values <= 180))
+        inside &= np.isfinite(values)
+        if not len(values):
+            refuse(axis, "a list of one value or more", given)
+        if not inside.all():
+            refuse(axis, _LIMITS[axis], ", ".join(map(str, values[~inside].tolist()[:3])))
+        if (np.diff(values) <= 0).any():
+            refuse(axis, "values that differ, from the least to the largest", given)
+    for entry, low, high in (
+        ("orders", 1, HIGHEST_ORDER),
+        ("curve_points", 8, 100_000),
+        ("map_rows", 4, 2000),
+        ("directions", 64, 10_000_000),
+        ("block", 1, 10_000),
+    ):
+        if not low <= getattr(scene, entry) <= high:
+            refuse(entry, f"from {low} to {high}", getattr(scene, entry))
+    if not scene.compute or len(set(scene.compute)) < len(scene.compute):
+        refuse("compute", "a list of different quantities", list(scene.compute))
+    if "counts" in scene.compute and scene.orders > HIGHEST_COUNTED:
+        refuse("orders", f"{HIGHEST_COUNTED} at most where counts are computed", scene.orders)
+    if not 1e-14 <= scene.tolerance <= 1e-2:
+        refuse("tolerance", "in [1e-14, 1e-2]", scene.tolerance)
+    if math.prod(scene.shape) > MOST_POINTS:
+        refuse("the number of points", f"{MOST_POINTS} at most", math.prod(scene.shape))
+    return scene

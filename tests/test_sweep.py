@@ -1,0 +1,314 @@
+"""Scenes, and stores that survive what can happen to them."""
+
+import errno
+import os
+import sys
+
+import numpy as np
+import pytest
+import zarr
+from command_line import run
+from sweeping import PLAIN, files, opened, written
+
+import kerrcaustics as kc
+from kerrcaustics.sweeps import engine
+from kerrcaustics.sweeps.quantities import dimensions, variables
+from kerrcaustics.sweeps.scene import Range, Scene
+from kerrcaustics.sweeps.store import Store
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return kc.read_scene(written(tmp_path, PLAIN))
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Numbers that cost nothing, in place of the physics; the list of points that were computed."""
+    calls = []
+
+    def numbers(scene, spin, radius, inclination):
+        calls.append((spin, radius, inclination))
+        if radius < 1:
+            raise ValueError("too close")
+        sizes = {name: len(values) for name, values in dimensions(scene).items()}
+        seed = np.random.default_rng([int(1e6 * spin), int(1e6 * radius)])
+        return {v.name: seed.integers(0, 99, [sizes[dim] for dim in v.dims]).astype(v.dtype) for v in variables(scene)}
+
+    monkeypatch.setattr(engine, "computed", numbers)
+    return calls
+
+
+def test_scene_file_says_all(tmp_path):
+    text = """
+        title = "all"
+        spin = {from = 0, to = 0.9, count = 4}
+        radius = {from = 2, to = 200, count = 3, spacing = "log"}
+        inclination = [90, 60.0]
+        velocity = "fiducial"
+        orders = 2
+        compute = ["areas", "counts"]
+        curve_points = 16
+        map_rows = 6
+        directions = 100
+        tolerance = 1e-9
+        block = 3
+    """
+    scene = kc.read_scene(written(tmp_path, text))
+    assert scene.shape == (4, 3, 2)
+    assert np.allclose(scene.values("spin"), [0, 0.3, 0.6, 0.9]) and np.allclose(scene.values("radius"), [2, 20, 200])
+    assert scene.values("inclination").tolist() == [60, 90]
+    expected = Scene(
+        Range(0, 0.9, 4),
+        Range(2, 200, 3, "log"),
+        [90, 60],
+        "fiducial",
+        2,
+        ("areas", "counts"),
+        16,
+        6,
+        100,
+        1e-9,
+        3,
+        "all",
+    )
+    assert scene == expected
+    least = kc.read_scene(written(tmp_path, "spin = 0.5\nradius = 6"))
+    assert least.shape == (1, 1, 1) and least.values("inclination").tolist() == [90]
+
+
+BAD = {
+    "spin = {from = 0, to = 1, count = 'x'}\nradius = 3": "spin.count: expected `int`, got `str`",
+    "spin = {from = 0, count = 2}\nradius = 3": "spin: missing key `to`",
+    "spin = {from = 0, to = 0.5, count = 2, by = 1}\nradius = 3": "spin: unknown key `by`",
+    "spin = {from = 0, to = 0.5, count = 2, spacing = 'even'}\nradius = 3": "spin.spacing: invalid enum value 'even', "
+    "expected linear or log",
+    "spin = 'fast'\nradius = 3": "spin: expected `float | table | array`, got `str`",
+    "spin = [0.1, 'fast']\nradius = 3": "spin[1]: expected `float`, got `str`",
+    "spin = 0.5": "missing key `radius`",
+    "spin = 0.5\nradius = 3\ncolour = 1": "unknown key `colour`",
+    "spin = 0.5\nradius = 3\norders = 2.5": "orders: expected `int`, got `float`",
+    "spin = 0.5\nradius = 3\norders = 0": "orders must be from 1 to 10, but is 0",
+    "spin = 0.5\nradius = 3\norders = 8\ncompute = ['counts']": "orders must be 7 at most where counts are computed",
+    "spin = 0.5\nradius = 3\ncompute = ['mass']": "compute[0]: invalid enum value 'mass', expected geometry or cusps",
+    "spin = 0.5\nradius = 3\ncompute = []": "compute must be a list of different quantities",
+    "spin = 0.5\nradius = 3\ncompute = ['areas', 'areas']": "compute must be a list of different quantities",
+    "spin = 0.5\nradius = 3\nvelocity = 'warp'": "velocity: invalid enum value 'warp', expected circular",
+    "spin = 0.5\nradius = 3\ntolerance = 1": "tolerance must be in [1e-14, 1e-2], but is 1",
+    "spin = 0.5\nradius = 3\nblock = 0": "block must be from 1 to 10000, but is 0",
+    "spin = [0.5, 1.0]\nradius = 3": "spin must be in [0, 1), but is 1.0",
+    "spin = 0.5\nradius = -3": "radius must be more than 0, but is -3.0",
+    "spin = 0.5\nradius = inf": "radius must be more than 0, but is inf",
+    "spin = []\nradius = 3": "spin must be a list of one value or more, but is []",
+    "spin = 0.5\nradius = [3, 3]": "radius must be values that differ",
+    "spin = 0.5\nradius = 3\ninclination = 200": "inclination must be in [0, 180] degrees, but is 200.0",
+    "spin = {from = 0, to = 0.5, count = 0}\nradius = 3": "spin.count must be from 1 to",
+    "spin = {from = 0.5, to = 0.1, count = 3}\nradius = 3": "spin must be values that differ, from the least",
+    "spin = 0.5\nradius = {from = 0, to = 9, count = 3, spacing = 'log'}": "radius.from and radius.to must be",
+    "spin = {from = 0, to = 0.9, count = 3000}\nradius = {from = 2, to = 9, count = 3000}": "the number of points",
+    "spin = 0.5 radius = 3": "line 1",
+}
+
+
+@pytest.mark.parametrize("text", BAD)
+def test_bad_scene_is_one_line_that_names_the_place(text, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = written(tmp_path, text)
+    status, out, err = run(capsys, "sweep", path)
+    assert (status, out) == (2, "") and err.count("\n") == 1
+    assert err.startswith(f"kerrcaustics: Scene {path}: ") and BAD[text] in err
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_point_that_fails_costs_no_other(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = written(tmp_path, "spin = [0.0, 0.9]\nradius = [1.6, 6.0]\norders = 1", "close.toml")
+    status, out, err = run(capsys, "sweep", path)
+    assert status == 1 and "4 points: 0 done before, 4 computed now, 1 failed; " in out
+    where, end = err.splitlines()
+    assert where.startswith("failed: spin 0, radius 1.6, inclination 90: Argument `radius` must be larger than the hor")
+    assert end == "kerrcaustics: 1 of 4 points failed."
+    store = opened(tmp_path / "close.zarr")
+    assert store.status.values[:, :, 0].tolist() == [[2, 1], [1, 1]]
+    assert np.isfinite(store.phi_extent.values[:, :, 0, 0]).tolist() == [[False, True], [True, True]]
+    assert b"horizon" in bytes(store.reason.values[0, 0, 0])
+    status, out, _ = run(capsys, "sweep", path)
+    assert status == 1 and "4 points: 4 done before, 0 computed now, 1 failed; " in out
+
+
+def test_long_lists_of_failures_are_cut(tmp_path, capsys, quick):
+    path = written(tmp_path, "spin = 0.5\nradius = {from = 0.1, to = 2, count = 100}")
+    status, _, err = run(capsys, "sweep", path, "--output", tmp_path / "s.zarr")
+    lines = err.splitlines()
+    assert status == 1 and len(lines) == 22 and lines[-2].startswith("... and 27 more; ")
+    assert lines[-1] == "kerrcaustics: 47 of 100 points failed."
+    assert len(quick) == 100
+    run(capsys, "sweep", path, "--output", tmp_path / "s.zarr", "--retry")
+    # Whole blocks of eight: six of them hold points that failed.
+    assert len(quick) == 100 + 48
+
+
+def test_an_interrupted_sweep_goes_on(tmp_path, scene, quick, monkeypatch):
+    whole, part = tmp_path / "whole.zarr", tmp_path / "part.zarr"
+    kc.sweep(scene, whole)
+    assert len(quick) == 6
+    quick.clear()
+
+    kept = engine.computed
+
+    def interrupt(*arguments):
+        if len(quick) == 3:
+            raise KeyboardInterrupt
+        return kept(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(engine, "cores", lambda: 1)
+        patch.setattr(engine, "computed", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            kc.sweep(scene, part)
+    (part / "status" / "half.partial").write_bytes(b"half")
+    before = len(quick)
+    result = kc.sweep(scene, part)
+    assert result.before <= before and len(quick) - before == 6 - result.before
+    assert (result.points, result.failures) == (6, ()) and 0 < result.before < 6
+    assert files(part) == files(whole)
+    quick.clear()
+    assert kc.sweep(scene, part).before == 6 and quick == []
+
+
+HARM = {
+    "flipped": lambda path: path.write_bytes(
+        bytes([*path.read_bytes()[:-6], *(255 - b for b in path.read_bytes()[-6:])])
+    ),
+    "truncated": lambda path: path.write_bytes(path.read_bytes()[:-3]),
+    "emptied": lambda path: path.write_bytes(b""),
+    "lost": lambda path: path.unlink(),
+}
+
+
+@pytest.mark.parametrize("harm", HARM)
+@pytest.mark.parametrize(
+    "name", ["caustic_area/c/1/0/0/0", "caustic_area/c/1/1/0/0", "reason/c/1/1/0/0", "status/c/1/1/0"]
+)
+def test_a_harmed_chunk_is_computed_again(harm, name, tmp_path, scene, quick):
+    path = tmp_path / "s.zarr"
+    kc.sweep(scene, path)
+    good = files(path)
+    quick.clear()
+    HARM[harm](path / name)
+    assert files(path) != good
+    radii = scene.values("radius")
+    again = radii[2:] if "/c/1/1/" in name else radii[:2]
+    assert kc.sweep(scene, path).before == 6 - len(again)
+    assert sorted(quick) == [(0.9, radius, 90.0) for radius in again]
+    assert files(path) == good
+
+
+def test_a_store_of_another_scene_is_refused_with_a_diff(tmp_path, capsys, quick):
+    target = tmp_path / "s.zarr"
+    assert run(capsys, "sweep", written(tmp_path, PLAIN), "--output", target)[0] == 0
+    good = files(target)
+    other = written(tmp_path, PLAIN.replace("orders = 1", "orders = 2").replace("3.0, ", ""))
+    status, out, err = run(capsys, "sweep", other, "--output", target)
+    assert (status, out) == (2, "") and err.count("\n") == 1
+    assert "another scene" in err
+    assert "radius: [4.0, 6.0] here, [3.0, 4.0, 6.0] in the store; orders: 2 here, 1 in the store." in err
+    renamed = written(tmp_path, PLAIN.replace("Schön", "Schöner"))
+    assert run(capsys, "sweep", renamed, "--output", target)[0] == 0
+    assert files(target) == good
+
+
+def test_what_is_no_store_of_this_version_is_refused(tmp_path, scene, quick, capsys, monkeypatch):
+    target, path = tmp_path / "s.zarr", written(tmp_path, PLAIN)
+    kc.sweep(scene, target)
+    good = files(target)
+    monkeypatch.setattr("kerrcaustics.sweeps.store.version", lambda _: "9.9")
+    status, out, err = run(capsys, "sweep", path, "--output", target)
+    assert (status, out) == (2, "") and err.count("\n") == 1
+    assert f"was written by kerrcaustics {kc.__version__}, and this is 9.9" in err
+    monkeypatch.undo()
+    (tmp_path / "folder").mkdir()
+    for no_store in (path, tmp_path / "folder"):
+        status, out, err = run(capsys, "sweep", path, "--output", no_store)
+        assert (status, out) == (2, "") and err.count("\n") == 1 and "cannot be opened" in err
+    zarr.open_group(str(tmp_path / "folder"), mode="w")
+    status, out, err = run(capsys, "sweep", path, "--output", tmp_path / "folder")
+    assert status == 2 and "holds no sweep" in err
+    assert files(target) == good
+
+
+def test_a_full_disk_at_any_moment(tmp_path, scene, quick, capsys, monkeypatch):
+    """Also while the store is made: then there is none."""
+    whole, path = tmp_path / "whole.zarr", written(tmp_path, PLAIN)
+    kept, left = zarr.storage.LocalStore.set, [10**6]
+
+    async def until_full(store, key, value):
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        await kept(store, key, value)
+
+    monkeypatch.setattr(zarr.storage.LocalStore, "set", until_full)
+    kc.sweep(scene, whole)
+    writes = 10**6 - left[0]
+    for room in (3, 30, writes // 2, writes - 30, writes - 1):
+        target = tmp_path / f"{room}.zarr"
+        left[0] = room
+        status, out, err = run(capsys, "sweep", path, "--output", target)
+        assert (status, out) == (1, "") and err.count("\n") == 1
+        assert "cannot be written: No space left on device. What it holds is kept" in err
+        left[0] = 10**6
+        result = kc.sweep(scene, target)
+        assert (result.points, result.failures) == (6, ())
+        assert result.before >= (4 if room == writes - 1 else 0)
+        assert files(target) == files(whole)
+    assert sorted(p.name for p in tmp_path.iterdir() if p.name.startswith(".")) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_a_read_only_store_is_one_line(tmp_path, scene, quick, capsys):
+    target, path = tmp_path / "s.zarr", written(tmp_path, PLAIN)
+    kc.sweep(scene, target)
+    (target / "status" / "c" / "0" / "0" / "0").unlink()
+    folders = [target, *(p for p in target.rglob("*") if p.is_dir())]
+    for folder in folders:
+        folder.chmod(0o500)
+    try:
+        status, out, err = run(capsys, "sweep", path, "--output", target)
+    finally:
+        for folder in folders:
+            folder.chmod(0o700)
+    assert (status, out) == (1, "") and err.count("\n") == 1 and "cannot be written: Permission denied." in err
+
+
+def test_a_store_in_use_is_refused(tmp_path, scene, quick):
+    kc.sweep(scene, tmp_path / "s.zarr")
+    with Store(tmp_path / "s.zarr").locked(), pytest.raises(ValueError, match="another sweep is writing to it"):
+        kc.sweep(scene, tmp_path / "s.zarr")
+    assert kc.sweep(scene, tmp_path / "s.zarr").before == 6
+
+
+def test_bad_arguments_are_one_line(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = written(tmp_path, PLAIN)
+    for arguments, words in (
+        ((path, "--workers", 0), "Argument --workers must be 1 or more, but is 0."),
+        ((path, "--workers", 2, "--scheduler", "tcp://127.0.0.1:1"), "only one of them can be given"),
+        ((path, "--output", tmp_path / "no" / "s.zarr"), "in a folder that exists"),
+        ((tmp_path / "none.toml",), "No such file"),
+    ):
+        status, out, err = run(capsys, "sweep", *arguments)
+        assert (status, out) == (2, "") and err.count("\n") == 1 and words in err
+    assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(ValueError, match="spin must be in"):
+        kc.sweep(Scene(2.0, 3.0), tmp_path / "s.zarr")
+
+
+@pytest.mark.parametrize("package", ["msgspec", "zarr", "distributed"])
+def test_a_missing_package_is_named(package, tmp_path, capsys, monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("kerrcaustics.sweeps")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    status, out, err = run(capsys, "sweep", written(tmp_path, PLAIN), "--output", tmp_path / "s.zarr", "--workers", 1)
+    assert (status, out) == (2, "") and err.count("\n") == 1
+    assert package in err and 'pip install "kerrcaustics[sweep]"' in err
