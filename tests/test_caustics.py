@@ -66,6 +66,7 @@ def test_table_of_known_extents(radius):
         assert curve.kind == "astroid" and curve.closed and not curve.remarks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", REFERENCE, ids=str)
 def test_extents_and_cusps_against_another_program(case):
     curves = reference_set(case)
@@ -268,6 +269,7 @@ def test_azimuths_close_to_the_axis_have_an_honest_error(inclination):
             assert abs(getattr(loose, name) - getattr(tight, name)) <= 2 * (loose.error + tight.error)
 
 
+@pytest.mark.slow
 def test_cameras_next_to_the_horizon_find_whole_curves():
     for camera in (kc.Camera(0.999, 1.05), kc.Camera(0.999848, 1.04996, 1.163)):
         for curve in kc.caustics(camera, 2):

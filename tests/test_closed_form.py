@@ -190,6 +190,7 @@ def test_principal_null_rays_and_their_neighbours_vary_smoothly():
         assert np.ptp(beams.direction, axis=0).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_every_escaping_ray_has_a_closed_form():
     rng = np.random.default_rng(2)
     small = 0

@@ -45,6 +45,7 @@ def test_times_on_random_cameras(trace, finite):
     assert np.median(relative) < 1e-13
 
 
+@pytest.mark.slow
 def test_times_of_rays_that_leave_close_to_their_turning_point():
     camera = kc.Camera(0.7, 8.0, 1.2, "fiducial")
     for tilt in (1e-3, 1e-6, 1e-9, 0.0, -1e-9, -1e-6, -1e-3):

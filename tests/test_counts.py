@@ -55,6 +55,7 @@ def test_stars_on_the_circle_lie_on_its_curves(circle):
             assert np.linalg.norm(points - sky, axis=1).min() < steps
 
 
+@pytest.mark.slow
 def test_schwarzschild_shows_the_whole_circle_once_an_index():
     found = kc.circle_images(kc.Camera(0.0, 6.0), (0.3, 1.0), max_index=2)
     assert found.certified and found.per_index == {0: 1, 1: 1, 2: 1}

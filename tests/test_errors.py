@@ -115,6 +115,7 @@ def paths_in_equal_steps(camera: Camera, n: np.ndarray, counts: np.ndarray) -> n
     return np.stack([*paths[0].position, paths[0].psi], axis=-1)
 
 
+@pytest.mark.slow
 def test_order_of_the_integrator():
     """Fit the slope of error against step: the claim is order 12."""
     counts = np.array([4, 5, 6, 7, 8, 40])

@@ -46,6 +46,7 @@ def test_paths_end_where_rays_do(paths, beams):
     assert np.all(paths.azimuth[:, 0] == 0)
 
 
+@pytest.mark.slow
 def test_paths_to_a_radius_are_traced_rays(sky):
     # Also those that only pass by: they go on to infinity.
     for end in (4.0, 30.0):
@@ -107,6 +108,7 @@ def test_conjugate_points_are_as_many_as_the_index_says(paths, beams):
     assert np.all(paths.conjugate.mino_time[twice, 1] < paths.mino_time[twice, -1])
 
 
+@pytest.mark.slow
 def test_at_a_conjugate_point_the_index_changes(paths, beams, sky):
     """Against the beams in closed form, to a radius just below and just above: their last arrival is the first."""
     for ray in np.flatnonzero(beams.index == 1)[:4]:

@@ -56,6 +56,7 @@ def wrapped(angle):
     return (np.asarray(angle) + math.pi) % (2 * math.pi) - math.pi
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "theta"), FAST + slow(SLOW))
 def test_every_point_of_a_track_shows_the_star(name, theta):
     tracks = tracked(name, theta)

@@ -42,6 +42,7 @@ def test_the_first_row_is_the_caustic_itself(tube, caustic):
     assert np.ptp(tube.points.theta[0]) == pytest.approx(caustic.theta_extent, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_points_are_conjugate_points_of_their_rays(tube):
     # Their rays, traced in closed form to a little below and a little above.
     for row, line in ((2, 10), (3, 60), (4, 90)):
