@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
+from kerrcaustics.draw.files import write_picture
 from kerrcaustics.draw.scenes import show_critical_curves, show_picture
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
@@ -59,13 +60,10 @@ def main(output: Path) -> list[Path]:
         near = seen(figure.add_subplot(grid[1, 1]), flat_edge(800, 800, math.radians(50)), caustics)
         near.set_title("left edge of the shadow")
         figure.legend(*near.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    path = output / "checkerboard.png"
-    figure.savefig(path, dpi=200)
-    return [path]
+    return [write_picture(figure, output / "checkerboard.png")]
 
 
 if __name__ == "__main__":
     OUT = Path(__file__).parent / "out"
     OUT.mkdir(exist_ok=True)
-    for made in main(OUT):
-        print(f"  {made}")
+    print(*main(OUT), sep="\n")

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
+from kerrcaustics.draw.files import write_picture
 from kerrcaustics.draw.scenes import show_critical_curves, show_picture
 
 CAMERAS = {"r = 6.03": (kc.Camera(spin=0.999, radius=6.03), 150), "r = 2.6": (kc.Camera(spin=0.999, radius=2.6), 230)}
@@ -49,13 +50,10 @@ def main(output: Path) -> list[Path]:
         bar.set_label("magnification")
         bar.set_ticks(range(-4, 3), labels=[f"$10^{{{power}}}$" for power in range(-4, 3)])
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    path = output / "magnification_map.png"
-    figure.savefig(path, dpi=200)
-    return [path]
+    return [write_picture(figure, output / "magnification_map.png")]
 
 
 if __name__ == "__main__":
     OUT = Path(__file__).parent / "out"
     OUT.mkdir(exist_ok=True)
-    for made in main(OUT):
-        print(f"  {made}")
+    print(*main(OUT), sep="\n")

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
+from kerrcaustics.draw.files import write_picture
 from kerrcaustics.draw.scenes import show_critical_curves, show_picture
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
@@ -62,13 +63,10 @@ def main(output: Path) -> list[Path]:
         show_critical_curves(lined, near, caustics, linewidth=0.9, path_effects=[])
         lined.set_title("with critical curves")
         figure.legend(*sky.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    path = output / "star_field.png"
-    figure.savefig(path, dpi=200)
-    return [path]
+    return [write_picture(figure, output / "star_field.png")]
 
 
 if __name__ == "__main__":
     OUT = Path(__file__).parent / "out"
     OUT.mkdir(exist_ok=True)
-    for made in main(OUT):
-        print(f"  {made}")
+    print(*main(OUT), sep="\n")

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 import pyvista
-from matplotlib.image import imsave
 
-from kerrcaustics.curves.store import writing
+from kerrcaustics.draw.scenes import save_picture
 from kerrcaustics.draw.solid_files import write_gltf, write_html
 from kerrcaustics.draw.solids import Scene
 
@@ -100,9 +99,7 @@ def write_png(scene: Scene, path: str | os.PathLike[str]) -> None:
         plotter.close()
     height, width = pixels.shape[0] // 2, pixels.shape[1] // 2
     smooth = pixels.reshape(height, 2, width, 2, 3).mean(axis=(1, 3)).round().astype(np.uint8)
-    with writing(path) as file:
-        drawn: Any = file
-        imsave(drawn, smooth, format="png")
+    save_picture(path, smooth)
 
 
 def write_scene(scene: Scene, folder: Path, name: str) -> list[Path]:
