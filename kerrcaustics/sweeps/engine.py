@@ -69,7 +69,7 @@ def sweep(
     path : str or path
         The store. One of the same scene is gone on with; one of another scene is refused.
     workers : int
-        So many processes of this machine, which share its cores; None, threads of this process.
+        So many processes of this machine, of one core each; None, threads of this process.
     scheduler : str
         Instead: address of a Dask scheduler whose workers see the same file system, such as "tcp://host:8786".
     retry : bool
@@ -144,8 +144,8 @@ def _runner(workers: int | None, scheduler: str | None) -> Iterator[Run]:
                 threads_per_worker=1,
                 dashboard_address="",
                 silence_logs=logging.CRITICAL,
-                # Cores that a worker takes for itself, XLA included.
-                env={"NPROC": str(max(1, cores() // (workers or 1)))},
+                # One core each, XLA included: how long a sweep takes then depends on their number alone.
+                env={"NPROC": "1"},
             )
             stack.enter_context(cluster)
             client = stack.enter_context(Client(cluster, set_as_default=False))
