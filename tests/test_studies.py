@@ -13,17 +13,18 @@ SETTINGS = {
     # Programs that other tests compile too.
     "cost": {"directions": 64, "repeats": 1, "scenes": (("rays", False, {}), ("beams", True, {}))},
     "open_questions": STUDIES.load("open_questions").SMALL,
+    "orders": STUDIES.load("orders").SMALL,
     "spin_radius": STUDIES.load("spin_radius").SMALL,
     "stability": {"rays": 16, "truths": 1, "most": 1},
 }
-PICTURES = {"accuracy", "cost", "open_questions", "spin_radius"}
+PICTURES = {"accuracy", "cost", "open_questions", "orders", "spin_radius"}
 
 
 def test_every_study_is_tried_here():
     assert set(STUDIES.names()) == set(SETTINGS)
 
 
-SLOW = {name: pytest.mark.slow for name in ("open_questions", "spin_radius", "stability")}
+SLOW = {name: pytest.mark.slow for name in ("open_questions", "orders", "spin_radius", "stability")}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in SETTINGS])
@@ -36,6 +37,11 @@ def test_study_writes_its_files(name, tmp_path, capsys):
     assert (tmp_path / f"{name}.md").read_text().count("| ---") > 0
     if name in PICTURES:
         assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    if name == "orders":
+        for end in entry["ends"]:
+            reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]
+            assert len(reached) == 3 and all(true < reported for true, reported in reached)
+            assert abs(end["drift_excess"][1]) < abs(end["drift_excess"][0]) / 10
     if name == "stability":
         assert {row["verdict"] for row in entry["problems"]} <= {"ok", "honest", "FAIL"}
         assert all((row["verdict"] == "FAIL") == bool(row["faults"]) for row in entry["problems"])
@@ -53,7 +59,7 @@ def test_unknown_study_is_one_line_and_status_2(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     status, out, err = run(capsys, "study", "alchemy")
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert "accuracy, cost, open_questions, spin_radius, stability" in err and "alchemy" in err
+    assert "accuracy, cost, open_questions, orders, spin_radius, stability" in err and "alchemy" in err
     assert list(tmp_path.iterdir()) == []
 
 
