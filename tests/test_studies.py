@@ -6,6 +6,7 @@ import math
 import pytest
 from test_cli import run
 
+from kerrcaustics.report.records import find_records
 from kerrcaustics.scripts import STUDIES, ScriptFolder
 
 SETTINGS = {
@@ -34,6 +35,9 @@ def test_study_writes_its_files(name, tmp_path, capsys):
     assert entry["schema"] == f"kerrcaustics/study/{name}/1"
     assert entry["version"] and entry["machine"]["processor"] and entry["machine"]["jax"]
     assert (tmp_path / f"{name}.md").read_text().count("| ---") > 0
+    # The report takes it, with its picture and its tables.
+    (record,) = find_records(tmp_path)
+    assert record.name == name and record.date and record.about == STUDIES.docstring(name) and record.tables
     if name in PICTURES:
         assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     if name == "stability":
