@@ -52,6 +52,8 @@ def _draw_engine(ax: Axes, rows: list[dict[str, Any]]) -> None:
     )
     for verdict, mark in _MARKS.items():
         here = [row for row in rows if row["verdict"] == verdict and row["truths"]]
+        if not here:
+            continue
         errors = [max(row["error"], _LEAST_ERROR) for row in here]
         ratios = [min(max(HONEST * row["ratio"], _LEAST_RATIO), _MOST_RATIO) for row in here]
         ax.plot(errors, ratios, linestyle="none", zorder=2, clip_on=False, **mark)

@@ -17,6 +17,7 @@ SETTINGS = {
     "spin_radius": STUDIES.load("spin_radius").SMALL,
     "stability": {"rays": 16, "truths": 1, "most": 1},
 }
+FINDINGS = {"accuracy", "cost", "open_questions", "spin_radius", "stability"}
 PICTURES = {"accuracy", "cost", "open_questions", "spin_radius"}
 
 
@@ -38,6 +39,9 @@ def test_study_writes_its_files(name, tmp_path, capsys):
     # The report takes it, with its picture and its tables.
     (record,) = find_records(tmp_path)
     assert record.name == name and record.date and record.about == STUDIES.docstring(name) and record.tables
+    if name in FINDINGS:
+        assert record.findings and all(text.endswith(".") and "nan" not in text for text in record.findings)
+        assert record.settings and record.seconds > 0
     if name in PICTURES:
         assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     if name == "stability":
