@@ -5,6 +5,8 @@ its files into a folder that exists and returns them; that of a film has `film(f
 """
 
 import ast
+import os
+import subprocess
 import sys
 from dataclasses import dataclass
 from importlib.util import module_from_spec, spec_from_file_location
@@ -35,6 +37,11 @@ class ScriptFolder:
                 return [argument.arg for argument in node.args.args][:1] == [self.argument]
         return False
 
+    def docstring(self, name: str) -> str:
+        """What a script says of itself; nothing where there is no such script. It is not run for this."""
+        path = self.folder / f"{name}.py"
+        return ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "" if path.is_file() else ""
+
     def load(self, name: str) -> ModuleType:
         """A script as a module, imported with its neighbours in the folder within reach."""
         if str(self.folder) not in sys.path:
@@ -53,7 +60,31 @@ class ScriptFolder:
         output.mkdir(parents=True, exist_ok=True)
         return self.load(name).main(output)
 
+    def run_apart(self, name: str, output: Path) -> None:
+        """Run a script in a process of its own, whose threads and compiled programs no other script shares.
+
+        Raises
+        ------
+        RuntimeError
+            The script failed; it has said why on standard error.
+        """
+        arguments = [self.word, str(self.folder), name, str(output)]
+        done = subprocess.run([sys.executable, "-m", "kerrcaustics.scripts", *arguments], check=False)
+        if done.returncode:
+            raise RuntimeError(f"The {self.word} {name} ended with status {done.returncode}.")
+
 
 FIGURES = ScriptFolder("figure", CHECKOUT / "figures")
 STUDIES = ScriptFolder("study", CHECKOUT / "studies")
 FILMS = ScriptFolder("film", CHECKOUT / "figures" / "films", "film", "frames")
+
+if __name__ == "__main__":
+    # For `run_apart`.
+    try:
+        ScriptFolder(sys.argv[1], Path(sys.argv[2])).run(sys.argv[3], Path(sys.argv[4]))
+    except KeyboardInterrupt:
+        sys.exit(1)
+    except Exception as error:
+        if os.environ.get("KERRCAUSTICS_TRACEBACK"):
+            raise
+        sys.exit(f"kerrcaustics: {sys.argv[3]}: {type(error).__name__}: {' '.join(str(error).split())}")

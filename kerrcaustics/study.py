@@ -6,9 +6,12 @@ import platform
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+
+from kerrcaustics.scripts import STUDIES
 
 # Work that takes less than this many seconds is repeated within one timing.
 _SHORTEST_TIMING = 0.05
@@ -19,12 +22,15 @@ _LONGEST_TIMING = 2.0
 
 
 def write_record(path: Path, name: str, **content: Any) -> Path:
-    """Write the numbers of a study as JSON, with its schema, the version and the machine; return the path.
+    """Write the numbers of a study as JSON, with its schema, the version, the machine and the date; return the path.
 
-    Numbers that are not finite become null.
+    Numbers that are not finite become null. What `kerrcaustics study report` shows of the content: `settings` (a dict),
+    `findings` (sentences), `seconds` (how long it took), and `problems` (rows with engine, group, problem, verdict,
+    faults).
     """
     entry = {"schema": f"kerrcaustics/study/{name}/1", "version": metadata.version("kerrcaustics")}
-    entry |= {"machine": machine(), **content}
+    entry |= {"date": datetime.now(UTC).isoformat(timespec="seconds"), "machine": machine()}
+    entry |= {"about": STUDIES.docstring(name), **content}
     return write_text(path, json.dumps(_finite(entry), indent=1, allow_nan=False) + "\n")
 
 

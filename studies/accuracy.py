@@ -4,11 +4,14 @@
 
 Errors of n' in radians and of delta_minus relative to delta_plus, of 400 rays whose truth is known to 25 digits; time
 of a beam with Morse index, crossings and redshift on one core, of many directions drawn in the same way from the same
-cameras, after compilation. Writes accuracy.json, accuracy.png and accuracy.md.
+cameras, after compilation. In the picture 99 % of the rays are better than the dots, thin lines go from the median to
+the worst ray, and the dashed line is what the rounding of the direction N to double precision costs, whatever computes
+the ray. Writes accuracy.json, accuracy.png and accuracy.md.
 """
 
 import json
 import sys
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,6 +45,7 @@ TITLES = {
     "near the edge": "10⁻¹ to 10⁻¹⁰ rad from the edge",
     "through the poles": "through the poles",
 }
+WHERE = TITLES | {"whole sky": "of the whole sky"}
 
 
 class Known(NamedTuple):
@@ -135,6 +139,20 @@ def table(points: list[dict]) -> tuple[list[str], list[list[str]]]:
     return heads, rows
 
 
+def findings(found: dict[str, list[dict]]) -> list[str]:
+    """What was found, in sentences: the default engine in each family, and how honest the reported errors are."""
+    sentences = []
+    for family, points in found.items():
+        default = next((point for point in points if line_name(point) == "auto, 1e-10"), points[0])
+        n = default["direction"]
+        where = f"Rays {WHERE[family]}, {line_name(default)}: {default['microseconds']:.1f} µs a beam"
+        sizes = f"{n['median']:.0e} rad in the median, {n['q99']:.0e} for 99 %, {n['largest']:.0e} at most"
+        sentences.append(f"{where}, errors of n′ {sizes}.")
+    ratios = {q: max(p[q]["largest_ratio"] for points in found.values() for p in points) for q in QUANTITIES}
+    of_n, of_minor = (f"{ratio:.2g}" for ratio in ratios.values())
+    return [*sentences, f"True errors are at most {of_n} (n′) and {of_minor} (δ₋ / δ₊) times the reported ones."]
+
+
 def draw(found: dict[str, list[dict]], floors: dict[str, float]) -> Figure:
     """Error against time, a column for each family, rows for n' and delta_minus."""
     times = [p["microseconds"] for points in found.values() for p in points]
@@ -160,7 +178,7 @@ def draw(found: dict[str, list[dict]], floors: dict[str, float]) -> Figure:
         widest = int(np.argmax(near[1:] / near[:-1]))
         middle = float(np.sqrt(near[widest] * near[widest + 1]))
         style = {"textcoords": "offset points", "fontsize": SMALLEST_TEXT, "color": "#777777", "ha": "center"}
-        panels[0, 1].annotate("rounding of N, 99 %", (middle, floors["near the edge"]), (0, 3), **style)
+        panels[0, 1].annotate("rounding of N", (middle, floors["near the edge"]), (0, 3), **style)
         figure.supxlabel("time of a beam on one core (µs)", fontsize=RC["axes.labelsize"])
     return figure
 
@@ -188,6 +206,7 @@ def draw_engine(ax: Axes, points: list[dict], quantity: str, named: bool) -> Non
 
 def main(output: Path, directions: int = 24576, repeats: int = 3, methods: tuple = METHODS) -> list[Path]:
     """Measure, write accuracy.json, .png and .md into a folder, and return their paths."""
+    began = time.perf_counter()
     rng, known = np.random.default_rng(2015), known_rays()
     found: dict[str, list[dict]] = {}
     for family, rays in known.items():
@@ -209,7 +228,15 @@ def main(output: Path, directions: int = 24576, repeats: int = 3, methods: tuple
     settings = {"truth": "studies/data/truth.json", "directions": directions}
     pages = "".join(f"**{TITLES[family]}**\n\n{markdown_table(*table(points))}\n" for family, points in found.items())
     return [
-        write_record(output / "accuracy.json", "accuracy", settings=settings, rounding=floors, families=found),
+        write_record(
+            output / "accuracy.json",
+            "accuracy",
+            settings=settings,
+            findings=findings(found),
+            rounding=floors,
+            families=found,
+            seconds=time.perf_counter() - began,
+        ),
         picture,
         write_text(output / "accuracy.md", pages),
     ]

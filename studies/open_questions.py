@@ -5,11 +5,14 @@
 1. Does the order-1 track of a star cross the tertiary critical curve? 2. Does every crossing of a caustic from outside
 to inside create a pair? 3. Where do the original images of order eps end up? 4. How many images lie between critical
 curves near the flat edge of the shadow? 5. Does the camera's velocity change more than aberration does? The numbers
-come from open_crossings.py, open_pairs.py, open_counts.py, open_velocity.py. Writes open_questions.json, .png and .md.
+come from open_crossings.py, open_pairs.py, open_counts.py, open_velocity.py. In the picture, left: polar phase of the
+rays of each critical curve, whose whole numbers are crossings of the equatorial plane; right: images of index 2 of a
+star on the celestial equator, white where not every image was found. Writes open_questions.json, .png and .md.
 """
 
 import math
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -208,6 +211,24 @@ def _cusp_miss(moving: kc.Camera, resting: kc.Caustic, moved: kc.Caustic) -> flo
     return float((np.linalg.norm(beams.direction - place, axis=1) / error).max())
 
 
+def findings(answers: dict[str, list[Answer]]) -> list[str]:
+    """What was found, a sentence for each question that has a short answer."""
+    level = [one for one in answers["order_1_track"] if "°" not in one["camera"]]
+    tied = sum(list(one["theta_by_crossings"]) == [one["order"] - 1] for one in level)
+    near = [one for one in answers["pairs"] if one["part"] == min(_DISTANCES)]
+    alone, pairs = (sum(one[key] for one in near) for key in ("alone", "pairs"))
+    stars, sure = (sum(one[key] for one in answers["counts"]) for key in ("stars", "certified"))
+    miss = max(one[key] for one in answers["velocity"] for key in ("miss_by_error", "image_miss_by_error"))
+    return [
+        f"On {tied} of {len(level)} critical curves of cameras on the equator, every ray of order k crosses the "
+        "equatorial plane k − 1 times and no more.",
+        f"{pairs} of {alone} crossings of one caustic alone, close to it, created exactly one pair of images.",
+        f"All images were found, and certified, of {sure} of {stars} stars on the celestial equator.",
+        "Moving cameras find critical points and images where aberration puts those of a camera at rest, to "
+        f"{miss:.2g} times their error.",
+    ]
+
+
 def draw(curves: list[CriticalCrossings], equatorial: EquatorialImages, place: tuple) -> Figure:
     """Polar phase along critical curves; images of an equatorial star against its phi'."""
     with rc_context(RC):
@@ -261,6 +282,7 @@ def main(
     thetas: tuple = (20.0, 45.0, 60.0, 75.0, 85.0),
 ) -> list[Path]:
     """Settle the questions, write open_questions.json, .png and .md into a folder, and return their paths."""
+    began = time.perf_counter()
     rng = np.random.default_rng(2015)
     curves = {name_of(place): critical_crossings(camera_of(place), orders) for place in critical}
     answers: dict[str, list[Answer]] = {}
@@ -278,7 +300,14 @@ def main(
         draw(curves[name_of(critical[0])], kept[0], counted[0]).savefig(file, format="png", dpi=200)
     settings = {"orders": orders, "stars": stars, "points": points, "normals": normals, "steps": steps}
     return [
-        write_record(output / "open_questions.json", "open_questions", settings=settings, answers=answers),
+        write_record(
+            output / "open_questions.json",
+            "open_questions",
+            settings=settings,
+            findings=findings(answers),
+            answers=answers,
+            seconds=time.perf_counter() - began,
+        ),
         picture,
         write_text(output / "open_questions.md", text),
     ]

@@ -9,6 +9,7 @@ and twice, round the celestial sphere is a root for each spin. Writes spin_radiu
 
 import math
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -123,6 +124,23 @@ def table(found: list[Winding]) -> str:
     return markdown_table(heads, rows)
 
 
+def findings(found: list[Winding], asked: tuple[float, ...]) -> list[str]:
+    """What was found, a sentence for each number of turns."""
+    sentences = []
+    for turns in TURNS:
+        here = sorted((one for one in found if one.turns == turns), key=lambda one: one.spin)
+        how = "once" if turns == 1 else "twice" if turns == 2 else f"{turns} times"
+        if not here:
+            sentences.append(f"The secondary caustic winds {how} round the sky for none of {len(asked)} spins.")
+            continue
+        first, last = here[0], here[-1]
+        sentences.append(
+            f"The secondary caustic winds {how} round the sky inside r = {last.radius:.4f} at a = {last.spin:.6g}; of "
+            f"{len(asked)} spins, {first.spin:.6g} is the smallest at which it does so, inside r = {first.radius:.4f}."
+        )
+    return sentences
+
+
 def main(
     output: Path,
     spins: tuple[float, ...] = SPINS,
@@ -131,6 +149,7 @@ def main(
     orders: int = ORDERS,
 ) -> list[Path]:
     """Run the study; the files in `output`."""
+    began = time.perf_counter()
     scene = Scene(spin=list(spins), radius=radii, velocity="fiducial", orders=orders, compute=("geometry", "areas"))
     store = output / "spin_radius.zarr"
     result = kc.sweep(scene, store)
@@ -147,7 +166,16 @@ def main(
         "failures": list(result.failures),
         **values,
     }
-    record = write_record(output / "spin_radius.json", "spin_radius", grid=entry, winding=[vars(one) for one in found])
+    settings = {"spins": spins, "radii": entry["radius"], "winding spins": winding_spins, "orders": orders}
+    record = write_record(
+        output / "spin_radius.json",
+        "spin_radius",
+        settings=settings,
+        findings=findings(found, winding_spins),
+        grid=entry,
+        winding=[vars(one) for one in found],
+        seconds=time.perf_counter() - began,
+    )
     drawn = write_picture(picture(grid, found), output / "spin_radius.png")
     return [record, drawn, write_text(output / "spin_radius.md", text), store]
 

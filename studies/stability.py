@@ -12,7 +12,9 @@ What is compared, and the verdict:
   one), parity = (-1)^index, the redshift; captured or not; nothing is NaN where a ray escapes, nothing takes long.
 
 "ok": all of it holds, and every reported error is within the tolerance of 1e-10. "honest": all of it holds, and some
-reported errors are larger. "FAIL": something does not hold. Writes stability.json and stability.md.
+reported errors are larger. "FAIL": something does not hold. In the picture a mark is a problem: the largest true
+error of n' among the rays whose truth is known, and the largest ratio of true to reported error. Writes
+stability.json, stability.png and stability.md.
 """
 
 import math
@@ -25,15 +27,42 @@ from typing import Any
 import numpy as np
 import stability_checks as checks
 from stability_checks import HONEST, ROUND_OFF, Known
+from stability_picture import picture
 from stability_problems import Problem, problems
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import ENGINES
+from kerrcaustics.draw.files import write_picture
 from kerrcaustics.study import markdown_table, text_table, write_record, write_text
 
 TOLERANCE = 1e-10
 # The engine and tolerance that the rays of each engine are compared with.
 OTHERS = {"auto": ("integrated", 1e-13), "closed-form": ("integrated", 1e-13), "integrated": ("closed-form", 1e-13)}
+# Verdicts of problems in which everything holds.
+_GOOD = ("ok", "honest")
+# What must be zero, and what must be at most 1, of a row: in the words in which a fault is told.
+_NONE = {
+    "not_finite": "rays that are not finite",
+    "capture_mistakes": "captured or not, against long arithmetic",
+    "wrongly_captured": "captured or not, against truth",
+    "wrong_index": "index against truth",
+    "parity_mistakes": "parity against index",
+    "index_mistakes": "jumps of the index by more than one",
+    "other_captured": "captured or not, against another engine",
+    "other_index": "index against another engine",
+}
+_AT_MOST_1 = {
+    "ratio": "error of n' over ten times the reported",
+    "j_ratio": "error of J over ten times the reported",
+    "det_ratio": "error of det J over ten times the reported",
+    "reciprocity": "there and back over ten times the reported",
+    "redshift_error": "redshift over what is allowed",
+}
+_AGAINST_OTHERS = {
+    "difference_ratio": "n' against another engine over ten times the reported",
+    "j_difference_ratio": "J against another engine over ten times the reported",
+    "det_difference_ratio": "det J against another engine over ten times the reported",
+}
 # Rays for checks in long arithmetic of formulas only.
 _FEW = 12
 # Microseconds a ray: more than this is "takes long".
@@ -203,11 +232,9 @@ def faults(row: dict[str, Any], others_wrong: bool = False) -> list[str]:
 
     others_wrong: truth contradicts the other engine and not this one, so that their difference says nothing of this.
     """
-    none = "not_finite capture_mistakes wrongly_captured wrong_index parity_mistakes index_mistakes other_captured"
-    at_most_1 = "ratio j_ratio det_ratio reciprocity"
-    at_most_1 += "" if others_wrong else " difference_ratio j_difference_ratio det_difference_ratio"
-    found = [f"{name} {row[name]}" for name in (*none.split(), "other_index") if row[name]]
-    found += [f"{name} {row[name]:.2g}" for name in (*at_most_1.split(), "redshift_error") if not row[name] <= 1]
+    at_most_1 = _AT_MOST_1 if others_wrong else _AT_MOST_1 | _AGAINST_OTHERS
+    found = [f"{words}: {row[name]}" for name, words in _NONE.items() if row[name]]
+    found += [f"{words}: {row[name]:.2g}" for name, words in at_most_1.items() if not row[name] <= 1]
     found += ["norm of n'"] if row["norm_error"] > ROUND_OFF else []
     allowed = max(ROUND_OFF, HONEST * row["reported_median"])
     found += [f"null norm {row['null_norm']:.0e}"] if row["null_norm"] > allowed else []
@@ -243,9 +270,26 @@ def condensed(rows: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]]:
     return [*heads, "µs", "verdict"], lines
 
 
+def findings(rows: list[dict[str, Any]]) -> list[str]:
+    """What was found, in sentences: how many problems hold, which groups fail, and how honest the errors are."""
+    sentences = []
+    for engine in ENGINES:
+        here = [row for row in rows if row["engine"] == engine]
+        others = [row for row in here if row["verdict"] not in _GOOD]
+        groups = ", ".join(dict.fromkeys(f'"{row["group"]}"' for row in others))
+        where = f"; the others are of the kind {groups}" if others else ""
+        sentences.append(f"{engine}: everything holds in {len(here) - len(others)} of {len(here)} problems{where}.")
+    sure = [row for row in rows if row["verdict"] in _GOOD]
+    of_n, of_j = (HONEST * max((row[name] for row in sure), default=0.0) for name in ("ratio", "j_ratio"))
+    return [
+        *sentences,
+        f"Where everything holds, true errors are at most {of_n:.2g} (n′) and {of_j:.2g} (J) times the reported ones.",
+    ]
+
+
 def main(output: Path, rays: int = 512, truths: int = 6, most: int | None = None) -> list[Path]:
-    """Examine the problems (the first `most` of them), write stability.json and .md, and return their paths."""
-    rows = []
+    """Examine the problems (the first `most` of them), write stability.json, .png and .md, and return their paths."""
+    started, rows = time.perf_counter(), []
     for i, problem in enumerate(problems()[:most]):
         began = time.perf_counter()
         rows += examine(problem, rays, truths, i)
@@ -254,7 +298,15 @@ def main(output: Path, rays: int = 512, truths: int = 6, most: int | None = None
     print(text_table(*table(rows)))
     settings = {"rays": rays, "truths": truths, "tolerance": TOLERANCE, "honest": HONEST}
     return [
-        write_record(output / "stability.json", "stability", settings=settings, problems=rows),
+        write_record(
+            output / "stability.json",
+            "stability",
+            settings=settings,
+            findings=findings(rows),
+            problems=rows,
+            seconds=time.perf_counter() - started,
+        ),
+        write_picture(picture(rows), output / "stability.png"),
         write_text(output / "stability.md", markdown_table(*condensed(rows))),
     ]
 

@@ -6,6 +6,7 @@ import math
 import pytest
 from test_cli import run
 
+from kerrcaustics.report.records import find_records
 from kerrcaustics.scripts import STUDIES, ScriptFolder
 
 SETTINGS = {
@@ -17,7 +18,6 @@ SETTINGS = {
     "spin_radius": STUDIES.load("spin_radius").SMALL,
     "stability": {"rays": 16, "truths": 1, "most": 1},
 }
-PICTURES = {"accuracy", "cost", "open_questions", "orders", "spin_radius"}
 
 
 def test_every_study_is_tried_here():
@@ -35,8 +35,12 @@ def test_study_writes_its_files(name, tmp_path, capsys):
     assert entry["schema"] == f"kerrcaustics/study/{name}/1"
     assert entry["version"] and entry["machine"]["processor"] and entry["machine"]["jax"]
     assert (tmp_path / f"{name}.md").read_text().count("| ---") > 0
-    if name in PICTURES:
-        assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    # The report takes it, with its picture and its tables.
+    (record,) = find_records(tmp_path)
+    assert record.name == name and record.date and record.about == STUDIES.docstring(name) and record.tables
+    assert record.findings and all(text.endswith(".") and "nan" not in text for text in record.findings)
+    assert record.settings and record.seconds > 0
+    assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     if name == "orders":
         for end in entry["ends"]:
             reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]

@@ -1,14 +1,29 @@
-"""The command `study`."""
+"""The commands `study` and `study report`."""
 
+import sys
 from pathlib import Path
+from typing import Annotated
 
-from kerrcaustics.cli.app import BadInput, app
+import cyclopts
+
+from kerrcaustics.cli.app import BadInput, app, one_line, stop
 from kerrcaustics.cli.options import check_outputs, console, make_folder, say, script_names
 
+_USAGE = """Usage: kerrcaustics study NAME [--output FOLDER]
+       kerrcaustics study report [FOLDER] [--output FILE] [--run]
+"""
 
-@app.command
+study_app = cyclopts.App(
+    name="study", help="Run a study of this checkout, or put those that were run on one page.", usage=_USAGE
+)
+app.command(study_app)
+
+
+@study_app.default
 def study(name: str, /, *, output: Path | None = None) -> None:
     """Run a study of this checkout (a script of its folder studies/) and say where its tables and pictures went.
+
+    `kerrcaustics study report` puts the studies that were run on one page.
 
     Parameters
     ----------
@@ -30,3 +45,78 @@ def study(name: str, /, *, output: Path | None = None) -> None:
     out.print("Files:")
     for file in files:
         say(out, f"  {file}")
+
+
+@study_app.command
+def report(
+    folder: Path = Path(),
+    /,
+    *,
+    output: Path = Path("report.html"),
+    run: Annotated[bool, cyclopts.Parameter(negative=())] = False,
+) -> None:
+    """Put the studies that were run on one HTML page: error against run time, stability, and what the others found.
+
+    The page holds its pictures and loads nothing. It says which studies were not run, and which were run by another
+    version or on another machine.
+
+    Parameters
+    ----------
+    folder
+        Where the studies left their files: this folder and those directly in it are looked through; by default the
+        current one.
+    output
+        The page.
+    run
+        First run the studies that are missing, one after the other, into FOLDER/study-NAME: half an hour or so for all
+        of them. One that fails is told, and the page is made without it; the exit status is 1.
+    """
+    from importlib.metadata import version
+
+    from kerrcaustics.report.page import write_report
+    from kerrcaustics.scripts import STUDIES
+
+    if not folder.is_dir():
+        raise BadInput(f"Argument FOLDER must be a folder that exists, but is {folder}.")
+    check_outputs({"--output": output})
+    names = script_names(STUDIES, "Studies") if run else STUDIES.names()
+    records = _records(folder)
+    failed = _run_missing([name for name in names if name not in records], folder) if run else []
+    records = _records(folder) if run else records
+    if not records:
+        hint = "run one with `kerrcaustics study NAME`, or all of them with --run"
+        raise BadInput(f"Argument FOLDER must hold records of studies, but {folder} has none: {hint}.")
+    missing = [name for name in names if name not in records] if names else None
+    write_report(output, list(records.values()), version("kerrcaustics"), missing)
+    out = console()
+    say(out, f"Report: {output}: {', '.join(records)}")
+    if missing:
+        say(out, f"Not run: {', '.join(missing)}")
+    if failed:
+        stop(1, f"{len(failed)} studies failed: {', '.join(failed)}")
+
+
+def _records(folder: Path) -> dict:
+    """Records of studies by name."""
+    from kerrcaustics.report.records import find_records
+
+    try:
+        return {record.name: record for record in find_records(folder)}
+    except ValueError as error:
+        raise BadInput(one_line(str(error)).replace("`folder`", "FOLDER", 1)) from None
+
+
+def _run_missing(names: list[str], folder: Path) -> list[str]:
+    """Run studies, each in a process of its own, as times must not depend on others; return those that fail."""
+    from kerrcaustics.scripts import STUDIES
+
+    failed = []
+    for done, name in enumerate(names):
+        print(f"kerrcaustics: study {name} ({done + 1} of {len(names)})", file=sys.stderr, flush=True)
+        output = folder / f"study-{name}"
+        make_folder(output)
+        try:
+            STUDIES.run_apart(name, output)
+        except RuntimeError:
+            failed.append(name)
+    return failed

@@ -1,0 +1,212 @@
+"""The report as one HTML page that holds all it needs: what the studies found, with their pictures and tables."""
+
+import base64
+import html
+import re
+import struct
+from collections import Counter
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from kerrcaustics.report.records import StudyRecord
+from kerrcaustics.report.tables import Table
+from kerrcaustics.study import write_text
+
+# What comes first, and what it is about; the others follow by name.
+_FIRST = {"accuracy": "Error against run time", "stability": "Stability"}
+# Words that must not be overlooked, as CSS classes.
+_VERDICTS = {"ok": "ok", "honest": "honest", "FAIL": "fail"}
+_COMMAND = "kerrcaustics study {}"
+# Lists of settings longer than this are told by their ends.
+_LONGEST_LIST = 6
+
+
+def write_report(path: Path, records: Sequence[StudyRecord], version: str, missing: Sequence[str] | None) -> Path:
+    """Write the report as an HTML page that loads nothing; return the path. Arguments as for `report_page`."""
+    return write_text(path, report_page(records, version, missing))
+
+
+def report_page(records: Sequence[StudyRecord], version: str, missing: Sequence[str] | None) -> str:
+    """The report as HTML: the same page for the same records.
+
+    Parameters
+    ----------
+    records : sequence of StudyRecord
+        What was run, one record for each study.
+    version : str
+        Version of the package that is installed: records of others are marked.
+    missing : sequence of str, or None
+        Studies that were not run; None where no checkout says which there are.
+    """
+    ordered = sorted(records, key=lambda one: ([*_FIRST, one.name].index(one.name), one.name))
+    # The one of most studies is A.
+    machines = [text for text, _ in Counter(_flat(one.machine) for one in ordered).most_common()]
+    notices = _notices(ordered, version, machines, missing)
+    head = [_overview(ordered, version), notices, _glance(ordered), _runs(ordered, machines)]
+    filled = {
+        "TITLE": "How far to trust kerrcaustics",
+        "HEAD": "".join(head),
+        "STUDIES": "".join(_section(one, _marks(one, version, machines)) for one in ordered),
+    }
+    page = resources.files("kerrcaustics.report").joinpath("page.html").read_text(encoding="utf-8")
+    # In one pass: what is filled in may hold such a name itself.
+    return re.sub(r"@([A-Z]+)@", lambda found: filled[found[1]], page)
+
+
+def _title(name: str) -> str:
+    return _FIRST.get(name, name.replace("_", " ").capitalize())
+
+
+def _overview(records: list[StudyRecord], version: str) -> str:
+    """One line: version, number of studies, when they ran."""
+    days = sorted({f"{one.date:%Y-%m-%d}" for one in records if one.date})
+    when = "" if not days else f", run on {days[0]}" if len(days) == 1 else f", run from {days[0]} to {days[-1]}"
+    count = f"{len(records)} {'study' if len(records) == 1 else 'studies'}"
+    return f'<p class="faint">kerrcaustics {html.escape(version)}; {count}{when}.</p>\n'
+
+
+def _marks(record: StudyRecord, version: str, machines: list[str]) -> list[str]:
+    """What the reader of one study must know before comparing it with the others."""
+    marks = [f"by version {record.version}, not {version}"] if record.version != version else []
+    letter = _letter(record, machines)
+    return marks if letter == "A" else [*marks, f"on machine {letter}, and not A as most others"]
+
+
+def _notices(records: list[StudyRecord], version: str, machines: list[str], missing: Sequence[str] | None) -> str:
+    """What this page cannot say, or must not be compared."""
+    lines = []
+    if missing:
+        runs = ", ".join(f"<code>{html.escape(_COMMAND.format(name))}</code>" for name in missing)
+        lines.append(
+            f"Not run, and not on this page: {runs}; all of them: <code>kerrcaustics study report --run</code>."
+        )
+    if missing is None:
+        lines.append("Made without a checkout of kerrcaustics: there may be studies that were not run.")
+    if others := ", ".join(_title(one.name) for one in records if one.version != version):
+        lines.append(html.escape(f"Computed by another version than the one installed ({version}): {others}."))
+    if len(machines) > 1:
+        lines.append(f"The studies ran on {len(machines)} different machines: their times do not compare.")
+    return f'<div class="notice">{"".join(f"<p>{line}</p>" for line in lines)}</div>\n' if lines else ""
+
+
+def _glance(records: list[StudyRecord]) -> str:
+    """The first finding of each study, or what it asks."""
+    lines = []
+    for one in records:
+        text = (*one.findings, *_about(one), "")[0]
+        lines.append(f'<li><a href="#{one.name}">{html.escape(_title(one.name))}</a>. {_prose(text)}</li>\n')
+    return f"<h3>At a glance</h3>\n<ul>\n{''.join(lines)}</ul>\n"
+
+
+def _runs(records: list[StudyRecord], machines: list[str]) -> str:
+    """What was run when, by what, with what settings, and on what."""
+    heads, rows = ["study", "run (UTC)", "took", "version", "machine", "settings"], []
+    for one in records:
+        date = f"{one.date:%Y-%m-%d %H:%M}" if one.date else "not recorded"
+        took = "not recorded" if one.seconds is None else _duration(one.seconds)
+        whole = (text.replace(" ", "\u00a0") for text in (date, took))
+        rows.append([one.name, *whole, one.version, _letter(one, machines), _flat(one.settings)])
+    table = Table(heads, rows, [False] * len(heads))
+    lines = "".join(f"<p>Machine {chr(65 + i)}: {html.escape(text)}.</p>\n" for i, text in enumerate(machines))
+    return f"<h3>What was run</h3>\n{_table(table)}{lines}"
+
+
+def _section(record: StudyRecord, marks: list[str]) -> str:
+    """One study: what it asks, what it found, its picture, its verdicts, how it was done, its tables."""
+    headline, *about = _about(record) or [""]
+    badges = "".join(f'<span class="badge">{html.escape(mark)}</span>' for mark in marks)
+    found = "".join(f"<li>{_prose(text)}</li>\n" for text in record.findings)
+    parts = [
+        f'<section id="{record.name}">\n<h2>{html.escape(_title(record.name))}</h2>\n{badges}',
+        f'<p class="headline">{_prose(headline)}</p>\n' if headline else "",
+        f"<ul>\n{found}</ul>\n" if found else "",
+        _image(record.picture, f"{_title(record.name)}: {headline or 'picture of the study'}"),
+        *(f'<p class="method">{_prose(text)}</p>\n' for text in about),
+        _verdicts(record.content.get("problems") or []),
+        *(_table(part) if isinstance(part, Table) else f"<p>{html.escape(part)}</p>\n" for part in record.tables),
+    ]
+    return "".join(parts) + "</section>\n"
+
+
+def _about(record: StudyRecord) -> list[str]:
+    """The study in its own words: a headline and paragraphs, without how to run it and the files that it writes."""
+    blocks = [block for block in re.split(r"\n\s*\n", record.about) if block and not block.startswith(" ")]
+    # Points of a list are paragraphs of their own.
+    texts = [re.sub(r"^- ", "• ", " ".join(t.split())) for block in blocks for t in re.split(r"\n(?=- )", block)]
+    texts = [re.sub(r"\s*\bWrites \S+\.json\b.*", "", text) for text in texts]
+    return [text for text in texts if text]
+
+
+def _prose(text: str) -> str:
+    """Text, escaped, in which no line ends within a number like 3e-14 or before a percent sign."""
+    return re.sub(r"\d[\d.]*e-\d+|\d+ %", r'<span class="number">\g<0></span>', html.escape(text))
+
+
+def _image(picture: bytes, words: str) -> str:
+    """A picture inside the page, which fills the column where a journal page is filled: three pixels on two."""
+    width, height = (size * 2 // 3 for size in struct.unpack(">II", picture[16:24]))
+    data = base64.b64encode(picture).decode()
+    size = f'width="{width}" height="{height}"'
+    return f'<img {size} alt="{html.escape(words)}" src="data:image/png;base64,{data}">\n'
+
+
+def _verdicts(problems: list[dict[str, Any]]) -> str:
+    """How many problems of each engine have which verdict, and a list of those that fail, with what does not hold."""
+    if not problems:
+        return ""
+    verdicts = list(dict.fromkeys([*_VERDICTS, *(row["verdict"] for row in problems)]))
+    counts = Counter((row["engine"], row["verdict"]) for row in problems)
+    engines = list(dict.fromkeys(row["engine"] for row in problems))
+    rows = [[engine, *(str(counts[engine, verdict]) for verdict in verdicts)] for engine in engines]
+    summary = Table(["engine", *verdicts], rows, [False, *[True] * len(verdicts)])
+    failing = [row for row in problems if row["faults"]]
+    if not failing:
+        return f"<h3>Verdicts</h3>\n{_table(summary)}<p>Nothing fails.</p>\n"
+    faults = [[_problem(row), row["engine"], row["verdict"], "; ".join(map(str, row["faults"]))] for row in failing]
+    listed = Table(["problem", "engine", "verdict", "what does not hold"], faults, [False] * 4)
+    return f"<h3>Verdicts</h3>\n{_table(summary)}<h3>What fails</h3>\n{_table(listed)}<h3>All problems</h3>\n"
+
+
+def _problem(row: dict[str, Any]) -> str:
+    return f"{row['group']}: {row['problem']}" if row.get("group") else row["problem"]
+
+
+def _table(table: Table) -> str:
+    """A table that scrolls where it does not fit."""
+    caption = f"<h3>{html.escape(table.caption)}</h3>\n" if table.caption else ""
+    heads = _line(table.heads, table, "th")
+    body = "".join(_line(row, table, "td") for row in table.rows)
+    inner = f"<table>\n<thead>\n{heads}</thead>\n<tbody>\n{body}</tbody>\n</table>"
+    return f'{caption}<div class="table" tabindex="0">{inner}</div>\n'
+
+
+def _line(cells: list[str], table: Table, tag: str) -> str:
+    parts = []
+    for cell, right in zip(cells, table.to_right, strict=True):
+        classes = " ".join(filter(None, ("right" if right else "", _VERDICTS.get(cell, ""))))
+        mark = f' class="{classes}"' if classes else ""
+        parts.append(f"<{tag}{mark}>{html.escape(cell)}</{tag}>")
+    return f"<tr>{''.join(parts)}</tr>\n"
+
+
+def _letter(record: StudyRecord, machines: list[str]) -> str:
+    return chr(65 + machines.index(_flat(record.machine)))
+
+
+def _duration(seconds: float) -> str:
+    whole = round(seconds)
+    return f"{whole // 60} min {whole % 60:02d} s" if whole >= 60 else f"{whole} s"
+
+
+def _flat(value: Any) -> str:
+    """A value of JSON in words: pairs of a dict, the items of a list, or its ends where there are many numbers."""
+    if isinstance(value, dict):
+        return "; ".join(f"{key.replace('_', ' ')} {_flat(item)}" for key, item in value.items())
+    if isinstance(value, list):
+        numbers = all(isinstance(item, int | float) for item in value)
+        if len(value) > _LONGEST_LIST and numbers:
+            return f"{len(value)} values from {_flat(min(value))} to {_flat(max(value))}"
+        return ", ".join(map(_flat, value))
+    return f"{value:.10g}" if isinstance(value, float) else str(value)

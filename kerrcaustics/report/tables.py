@@ -1,0 +1,63 @@
+"""Tables read back from Markdown, as `kerrcaustics.study.markdown_table` and the studies write it."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+_BOLD = re.compile(r"\*\*(.+)\*\*")
+_COMMENT = re.compile(r"<!--\s*(.+?)\s*-->")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Heads and rows of cells; `to_right` says for each column whether it holds numbers, set to the right."""
+
+    heads: list[str]
+    rows: list[list[str]]
+    to_right: list[bool]
+    caption: str = ""
+
+
+def read_tables(text: str) -> list[Table | str]:
+    """Tables and, as plain text, paragraphs; a bold line or a comment above a table is its caption.
+
+    Raises
+    ------
+    ValueError
+        A table whose lines have different numbers of cells.
+    """
+    parts: list[Table | str] = []
+    caption = ""
+    for block in _blocks(text):
+        named = _BOLD.fullmatch(block[0]) or _COMMENT.fullmatch(block[0])
+        if block[0].startswith("|"):
+            parts.append(_table(block, caption))
+            caption = ""
+        elif named:
+            # "end of ..." closes what a comment opened.
+            caption = "" if named[1].startswith("end of ") else named[1]
+        else:
+            parts.append(" ".join(block))
+    return parts
+
+
+def _blocks(text: str) -> Iterator[list[str]]:
+    """Lines that belong together: those of a table, those of a paragraph, a comment by itself."""
+    block: list[str] = []
+    for line in (*map(str.strip, text.splitlines()), ""):
+        if block and _kind(line) != _kind(block[-1]):
+            yield block
+            block = []
+        if line:
+            block.append(line)
+
+
+def _kind(line: str) -> str:
+    return "" if not line else line if _COMMENT.fullmatch(line) else "table" if line[0] == "|" else "text"
+
+
+def _table(lines: list[str], caption: str) -> Table:
+    rows = [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
+    if len(rows) < 2 or any(len(row) != len(rows[0]) for row in rows) or not all(line.endswith("|") for line in lines):
+        raise ValueError(f"the table that begins with {lines[0][:60]!r} is not whole")
+    return Table(rows[0], rows[2:], [mark.endswith(":") for mark in rows[1]], caption)
