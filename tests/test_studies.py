@@ -11,6 +11,7 @@ from kerrcaustics.scripts import STUDIES, ScriptFolder
 
 SETTINGS = {
     "accuracy": {"directions": 64, "repeats": 1, "methods": (("integrated", 1e-10), ("closed-form", 1e-10))},
+    "astroids": STUDIES.load("astroids").SMALL,
     # Programs that other tests compile too.
     "cost": {"directions": 64, "repeats": 1, "scenes": (("rays", False, {}), ("beams", True, {}))},
     "open_questions": STUDIES.load("open_questions").SMALL,
@@ -24,7 +25,7 @@ def test_every_study_is_tried_here():
     assert set(STUDIES.names()) == set(SETTINGS)
 
 
-SLOW = {name: pytest.mark.slow for name in ("open_questions", "orders", "spin_radius", "stability")}
+SLOW = {name: pytest.mark.slow for name in ("astroids", "open_questions", "orders", "spin_radius", "stability")}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in SETTINGS])
@@ -41,6 +42,12 @@ def test_study_writes_its_files(name, tmp_path, capsys):
     assert record.findings and all(text.endswith(".") and "nan" not in text for text in record.findings)
     assert record.settings and record.seconds > 0
     assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    if name == "astroids":
+        rows = entry["caustics"]
+        random = [row for row in rows if row["camera"].startswith("random")]
+        assert len(random) == 4 and all(row["verdict"] == "astroid" and row["cusps"] == 4 for row in random)
+        assert {row["verdict"] for row in rows if row["spin"] == 0} == {"too small"} and len(entry["exceptions"]) >= 4
+        assert all(row["deviation"] < 1 and (row["mirror"] or 0) < 1 for row in rows)
     if name == "orders":
         for end in entry["ends"]:
             reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]
@@ -63,7 +70,7 @@ def test_unknown_study_is_one_line_and_status_2(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     status, out, err = run(capsys, "study", "alchemy")
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert "accuracy, cost, open_questions, orders, spin_radius, stability" in err and "alchemy" in err
+    assert "accuracy, astroids, cost, open_questions, orders, spin_radius, stability" in err and "alchemy" in err
     assert list(tmp_path.iterdir()) == []
 
 

@@ -28,7 +28,7 @@ def study(name: str, /, *, output: Path | None = None) -> None:
     Parameters
     ----------
     name
-        Which study: accuracy, cost, open_questions, orders, spin_radius or stability.
+        Which study: accuracy, astroids, cost, open_questions, orders, spin_radius or stability.
     output
         Folder for the files, by default study-NAME; it is made when missing.
     """
