@@ -13,7 +13,7 @@ def study(name: str, /, *, output: Path | None = None) -> None:
     Parameters
     ----------
     name
-        Which study: accuracy, cost, open_questions, spin_radius or stability.
+        Which study: accuracy, cost, far_camera, inclination, open_questions, spin_radius or stability.
     output
         Folder for the files, by default study-NAME; it is made when missing.
     """
