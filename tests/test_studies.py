@@ -3,9 +3,11 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from test_cli import run
 
+import kerrcaustics as kc
 from kerrcaustics.report.records import find_records
 from kerrcaustics.scripts import STUDIES, ScriptFolder
 
@@ -14,6 +16,8 @@ SETTINGS = {
     "astroids": STUDIES.load("astroids").SMALL,
     # Programs that other tests compile too.
     "cost": {"directions": 64, "repeats": 1, "scenes": (("rays", False, {}), ("beams", True, {}))},
+    "far_camera": STUDIES.load("far_camera").SMALL,
+    "inclination": STUDIES.load("inclination").SMALL,
     "open_questions": STUDIES.load("open_questions").SMALL,
     "orders": STUDIES.load("orders").SMALL,
     "spin_radius": STUDIES.load("spin_radius").SMALL,
@@ -25,7 +29,10 @@ def test_every_study_is_tried_here():
     assert set(STUDIES.names()) == set(SETTINGS)
 
 
-SLOW = {name: pytest.mark.slow for name in ("astroids", "open_questions", "orders", "spin_radius", "stability")}
+SLOW = {
+    name: pytest.mark.slow
+    for name in ("astroids", "far_camera", "inclination", "open_questions", "orders", "spin_radius", "stability")
+}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in SETTINGS])
@@ -70,7 +77,10 @@ def test_unknown_study_is_one_line_and_status_2(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     status, out, err = run(capsys, "study", "alchemy")
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert "accuracy, astroids, cost, open_questions, orders, spin_radius, stability" in err and "alchemy" in err
+    assert (
+        "accuracy, astroids, cost, far_camera, inclination, open_questions, orders, spin_radius, stability" in err
+        and "alchemy" in err
+    )
     assert list(tmp_path.iterdir()) == []
 
 
@@ -92,3 +102,55 @@ def test_the_secondary_caustic_winds_where_the_study_says():
         assert math.copysign(1, circuits - 1) == -side
     # Extent in phi' of a slower hole's caustic never reaches a whole turn.
     assert study.winding(0.9, 1) is None
+
+
+def test_limits_are_right_within_their_errors_and_those_are_small():
+    limits = STUDIES.load("limits")
+    x = np.geomspace(0.02, 0.3, 14)
+    error = 1e-10 / x**4
+    found = limits.series(x, np.exp(3 * x) / (1 + x) + error * np.cos(40 * np.arange(14)), error, 2)
+    for measured, true in zip(found, (1.0, 2.0), strict=True):
+        assert abs(measured.value - true) < 2 * measured.error < 0.1
+    # A power that is there and left out shows as an error that is not small.
+    wrong = limits.series(x, 1 + x, np.full(14, 1e-12), 1, (0, *range(2, 12)))[0]
+    assert wrong.error > 1e-5
+    assert str(limits.Measured(0.36815539, 2.2e-7)) == "0.3681554(2)"
+    assert str(limits.Measured(1.0, 0.0099)) == "1.00(1)" and str(limits.Measured(1234.5, 20.0)) == "1234(20)"
+    with pytest.raises(ValueError, match="Argument `x` must hold 4 values"):
+        limits.series(x[:3], x[:3], x[:3], 2)
+
+
+@pytest.mark.slow
+def test_the_tube_of_a_far_observer_is_as_wide_as_the_caustic_of_a_near_camera():
+    section = STUDIES.load("far_camera_tube").section(0.9, 90.0, 25.0)
+    camera = kc.Camera(0.9, 25.0, velocity="fiducial")
+    width = kc.caustics(camera, orders=1)[0].phi_extent * (25.0 / 0.9) ** 2
+    # On the equator a ray traced the other way is the same ray; the observer is at 1e8.
+    assert abs(section.along.value - width) < 1e-6 and section.along.error < 1e-6
+    assert abs(section.across.value - width) > 1e-3
+
+
+@pytest.mark.slow
+def test_the_secondary_caustic_stops_winding_where_the_study_says():
+    study = STUDIES.load("inclination")
+    found = study.winding(0.999, 2.6, 2)
+    assert 80 < found.inclination < 90 and found.error < 1e-7
+    for side in (-1, 1):
+        turns = study.circuits(0.999, 2.6, 2, found.inclination + 100 * side * found.error)[0]
+        assert math.copysign(1, turns - 1) == side
+    assert study.winding(0.999, 6.03, 2) is None
+
+
+@pytest.mark.slow
+def test_studies_find_the_limits_of_theory(tmp_path):
+    far, near = STUDIES.load("far_camera"), STUDIES.load("inclination")
+    settings = far.SMALL | {"radii": far.RADII}
+    far.main(tmp_path, **settings)
+    for one in json.loads((tmp_path / "far_camera.json").read_text())["primary"]:
+        for limit, theory in ((one["phi"][0], far.WIDTH), (one["theta"][0], far.WIDTH), (one["shift"][1], far.SHIFT)):
+            assert abs(limit["value"] - theory) < 2 * limit["error"] < 1e-4
+    near.main(tmp_path, **near.SMALL)
+    powers = {"theta_extent": 2, "phi_extent": 1, "caustic_area": 4}
+    for law in json.loads((tmp_path / "inclination.json").read_text())["near_axis"]:
+        miss = abs(law["power"]["value"] - powers[law["quantity"]])
+        assert miss < 2 * law["power"]["error"] + 1e-3 and law["power"]["error"] < 0.2

@@ -89,7 +89,7 @@ def caustic_tubes(camera: Camera, orders: int = 2, radii: np.ndarray | None = No
     Errors
     ------
     Every point is a conjugate point, in error as `ray_paths` says; its radius misses the one asked for by a few
-    hundredths of it, and more in the last rows.
+    hundredths of it, and more in the last rows; of a camera beyond r = 100, by half of it and more close to the hole.
 
     References
     ----------
