@@ -267,6 +267,7 @@ def test_empty_and_single_directions():
     assert one.closed_form.shape == ()
 
 
+@pytest.mark.slow
 def test_large_batches_agree_with_small_ones(monkeypatch):
     """What a GPU does, one large call, on whatever device there is."""
     from kerrcaustics.beams import trace

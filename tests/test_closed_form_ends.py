@@ -109,6 +109,7 @@ def assert_beams_agree(camera: kc.Camera, sky: np.ndarray, end) -> int:
     return int(used.sum())
 
 
+@pytest.mark.slow
 def test_ends_in_the_plane():
     rng = np.random.default_rng(1873)
     met = 0

@@ -284,7 +284,9 @@ def _followed(
     ends["closed_form"] = certified.copy()
     rest = np.flatnonzero(unsure)
     if rest.size:
-        again = _integrated(frame, sky[rest], tolerance, goal, **wanted)
+        # Few rays, mostly: one program serves them all, whatever was asked for beside the beam.
+        more = {"index": True, "crossings": True} if wanted["beams"] else {}
+        again = _integrated(frame, sky[rest], tolerance, goal, **wanted | more)
         before = {name: ends[name][rest] for name in again.keys() & ends.keys()}
         better = ~certified[rest] | (_excess(again, tolerance, 0) < _excess(before, tolerance, 0))
         chosen = rest[better]
