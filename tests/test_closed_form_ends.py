@@ -20,9 +20,8 @@ from kerrcaustics.spacetime.camera import photon
 from kerrcaustics.spacetime.weierstrass import inverse_radius
 
 
-@pytest.mark.parametrize(
-    ("trace", "finite"), [pytest.param(kc.trace_beams, False, marks=pytest.mark.slow), (kc.trace_rays, True)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("trace", "finite"), [(kc.trace_beams, False), (kc.trace_rays, True)])
 def test_times_on_random_cameras(trace, finite):
     rng = np.random.default_rng(1988)
     units, relative = [], []

@@ -31,7 +31,16 @@ def test_every_study_is_tried_here():
 
 SLOW = {
     name: pytest.mark.slow
-    for name in ("astroids", "far_camera", "inclination", "open_questions", "orders", "spin_radius", "stability")
+    for name in (
+        "accuracy",
+        "astroids",
+        "far_camera",
+        "inclination",
+        "open_questions",
+        "orders",
+        "spin_radius",
+        "stability",
+    )
 }
 
 
