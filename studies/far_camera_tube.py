@@ -1,7 +1,7 @@
 """The primary caustic tube of a far observer, cut at given distances behind the hole; for the study far_camera.
 
 On each of a number of half-lines from the direction of the hole's centre, the ray whose first conjugate point lies at
-the wanted radius is found by secant steps. (`kc.caustic_tubes` is for near cameras: from afar it misses the radius.)
+the wanted radius is found by secant steps. (`kc.caustic_tubes` meets a radius to a few hundredths only.)
 """
 
 import math

@@ -78,3 +78,16 @@ def test_tubes_reach_from_the_sky_to_the_hole():
         assert np.all(tube.points.radius[0] == math.inf)
         assert np.all(tube.points.radius[-1] < kerr.horizon(0.999) + 0.5)
         assert tubes.usual_radii(0.999)[-1] == pytest.approx(kerr.horizon(0.999) + 0.4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius", [50.0, 3000.0, 1e5])
+def test_tubes_of_far_cameras_meet_the_radii(radius):
+    camera = kc.Camera(0.9, radius, 1.2, velocity="fiducial")
+    tubes_found = kc.caustic_tubes(camera, 2, RADII)
+    for found in tubes_found:
+        assert np.abs(np.log(found.points.radius[1:-1] / RADII[1:-1, None])).max() < 0.1
+    if radius > 1000:
+        # Far behind the hole the section of a far observer's tube is 15 pi / 128 a^2 sin^2 i / r high.
+        height = np.ptp(tubes_found[0].points.theta[3]) * (30 / (0.9 * math.sin(1.2))) ** 2
+        assert height == pytest.approx(15 * math.pi / 128, rel=0.15)

@@ -25,8 +25,11 @@ _STEP = math.radians(2.0)
 _FEWEST, _MOST = 160, 900
 # Every so many lines are searched for the rays whose conjugate points lie at the wanted radii.
 _SPARSE = 4
-# Distances from the shadow edge of the search, as parts of that of the critical curve: negative inside the shadow.
-_PARTS = np.concatenate([1 - np.geomspace(1e-3, 0.99, 16), -np.geomspace(0.01, 3, 26)])
+# Distances from the shadow edge of the search: outside it as parts of that of the critical curve, from 1 down to a
+# hundredth of the size of the shadow; inside it as parts of the size of the shadow. Where the curve is closer to the
+# edge than that size, as it is for all orders but the first seen from afar, the curve's distance takes its place.
+_OUTSIDE, _SMALLEST, _PER_DECADE = np.append(1 - np.geomspace(1e-3, 0.1, 6), np.linspace(0.8, 0.1, 8)), 0.01, 10
+_INSIDE = -np.geomspace(0.01, 3, 26)
 # Places at which a ray is looked at for its conjugate points.
 _PLACES = 24
 # The last radius, above the horizon, and the radius that lies halfway between hole and infinity in the usual rows.
@@ -89,7 +92,7 @@ def caustic_tubes(camera: Camera, orders: int = 2, radii: np.ndarray | None = No
     Errors
     ------
     Every point is a conjugate point, in error as `ray_paths` says; its radius misses the one asked for by a few
-    hundredths of it, and more in the last rows; of a camera beyond r = 100, by half of it and more close to the hole.
+    hundredths of it, and more in the last rows.
 
     References
     ----------
@@ -141,20 +144,32 @@ def _lines(curve: Points) -> np.ndarray:
 def _parts_at(camera: Camera, curve: Points, order: int, inverse: np.ndarray) -> np.ndarray:
     """Parts of the distance from critical curve to edge, (rows, lines), of rays with conjugate points at given 1/r."""
     sparse = np.unique(np.append(np.arange(0, len(curve), _SPARSE), len(curve) - 1))
-    turn = np.broadcast_to(curve.turn[sparse], (len(_PARTS), len(sparse)))
-    looking = sky_lines.beside_edge(camera.at_rest(), turn, _PARTS[:, None] * np.exp(-curve.depth[sparse]))
+    part = _searched(camera, curve)
+    turn = np.broadcast_to(curve.turn[sparse], (len(part), len(sparse)))
+    looking = sky_lines.beside_edge(camera.at_rest(), turn, part[:, None] * np.exp(-curve.depth[sparse]))
     found = 1 / _conjugate(camera, looking, order).radius
     parts = np.empty((len(inverse), len(sparse)))
     for column, known in enumerate(found.T):
         # To the first one that falls in, or has come round to the other side of the hole.
         rising = np.concatenate([[True], np.diff(known) > 0]) & np.isfinite(known)
         last = len(known) if rising.all() else int(np.argmin(rising))
-        curve_of = PchipInterpolator(np.append(0.0, known[:last]), np.append(1.0, _PARTS[:last]))
+        curve_of = PchipInterpolator(np.append(0.0, known[:last]), np.append(1.0, part[:last]))
         # A little further, where the radius may still be met: what is not found there is left out.
-        step = _PARTS[last - 1] - _PARTS[last] if last < len(known) else 0.0
+        step = part[last - 1] - part[last] if last < len(known) else 0.0
         beyond = np.clip((inverse - known[last - 1]) / max(known[last - 1] - known[last - 2], 1e-12), 0, 1)
         parts[:, column] = curve_of(np.minimum(inverse, known[last - 1])) - step * beyond
     return PchipInterpolator(sparse, parts, axis=1)(np.arange(len(curve)))
+
+
+def _searched(camera: Camera, curve: Points) -> np.ndarray:
+    """Parts of the distance from shadow edge to critical curve at which conjugate points are looked for, falling."""
+    edge = sky_lines.beside_edge(camera.at_rest(), curve.turn, np.zeros(len(curve)))
+    size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])
+    # The reach of a line is pi less this size.
+    scale = min(1.0, float((size / ((math.pi - size) * np.exp(-curve.depth))).min()))
+    count = math.ceil(_PER_DECADE * math.log10(_OUTSIDE[-1] / (_SMALLEST * scale)))
+    between = np.geomspace(_OUTSIDE[-1], _SMALLEST * scale, count + 1)[1:]
+    return np.concatenate([_OUTSIDE, between, scale * _INSIDE])
 
 
 def _conjugate(camera: Camera, looking: np.ndarray, order: int) -> SpacePoints:
