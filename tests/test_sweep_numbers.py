@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray
 from scipy.interpolate import make_interp_spline
 from sweeping import opened
 
@@ -85,6 +86,11 @@ def test_every_variable_has_units_and_an_error_beside_it(at_603):
             assert f"{shared.get(name, name)}_error" in at_603, name
     assert at_603.attrs["version"] == kc.__version__ and at_603.attrs["engine"] == "auto"
     assert at_603.attrs["tolerance"] == 1e-10 and json.loads(at_603.attrs["scene"])["spin"] == 0.999
+
+
+def test_a_sweep_fits_into_one_netcdf_file(at_603, tmp_path):
+    at_603.to_netcdf(tmp_path / "sweep.nc", engine="h5netcdf")
+    assert xarray.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf").identical(at_603)
 
 
 def test_area_of_the_critical_curves_of_schwarzschild():
