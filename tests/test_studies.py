@@ -70,7 +70,8 @@ def test_study_writes_its_files(name, tmp_path, capsys):
             assert len(reached) == 3 and all(true < reported for true, reported in reached)
             assert abs(end["drift_excess"][1]) < abs(end["drift_excess"][0]) / 10
     if name == "stability":
-        assert {row["verdict"] for row in entry["problems"]} <= {"ok", "honest", "FAIL"}
+        # On a busy machine a problem may be given up: one engine fails, the others are not examined.
+        assert {row["verdict"] for row in entry["problems"]} <= {"ok", "honest", "FAIL", "not examined"}
         assert all((row["verdict"] == "FAIL") == bool(row["faults"]) for row in entry["problems"])
     assert capsys.readouterr().out.strip()
 
