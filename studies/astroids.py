@@ -68,7 +68,7 @@ class Check:
     verdict: "astroid"; "too small" (a point, or so small that no cusps are claimed); "incomplete" (points are missing),
     or "other". cusps and turns: counted with beams traced anew, turns of the major axis round the curve (None for a
     point); size: in units of the caustic's error; deviation: of these beams from the caustic, and mirror: of the
-    caustic of the camera reflected in the equator, both in units of both errors (mirror None where it was not asked).
+    caustic of the camera reflected in the equator, both in units of both errors. None where it was not asked.
     """
 
     camera: str
@@ -80,7 +80,7 @@ class Check:
     cusps: int | None
     turns: float | None
     size: float
-    deviation: float
+    deviation: float | None
     mirror: float | None
     remarks: tuple[str, ...]
 
@@ -137,7 +137,7 @@ def checks(name: str, camera: kc.Camera, orders: int, mirror: bool) -> list[Chec
         images = {caustic.order: caustic for caustic in kc.caustics(below, orders=orders)}
     rows = []
     for caustic in found:
-        cusps, turns, away = (None, None, 0.0) if caustic.kind == "point" else reversals(camera, caustic)
+        cusps, turns, away = (None, None, None) if caustic.kind == "point" else reversals(camera, caustic)
         rows.append(
             Check(
                 name,
@@ -212,19 +212,22 @@ def table(rows: list[Check]) -> str:
     for name in dict.fromkeys(row.camera for row in rows):
         group = [row for row in rows if row.camera == name]
         counts = Counter(row.verdict for row in group)
-        mirrored = [row.mirror for row in group if row.mirror is not None]
+        measured = [
+            [value for value in column if value is not None]
+            for column in ([row.deviation for row in group], [row.mirror for row in group])
+        ]
         numbers = [len(group), *(counts[word] for word in ("astroid", "too small", "incomplete", "other"))]
-        deviation = max(row.deviation for row in group)
-        lines.append([name, *map(str, numbers), f"{deviation:.2g}", f"{max(mirrored):.2g}" if mirrored else ""])
+        lines.append([name, *map(str, numbers), *(f"{max(values):.2g}" if values else "" for values in measured)])
     return markdown_table(heads, lines)
 
 
 def findings(rows: list[Check]) -> list[str]:
     """What was found, a sentence for each question."""
     counts = Counter(row.verdict for row in rows)
+    deviations = [row.deviation for row in rows if row.deviation is not None]
     found = [
         f"{counts['astroid']} of {len(rows)} caustics are closed astroids: in beams traced anew, which end within "
-        f"{max(row.deviation for row in rows):.2g} of both errors, they have four cusps and the major axis turns once."
+        f"{max(deviations):.2g} of both errors, they have four cusps and the major axis turns once."
     ]
     small = [row for row in rows if row.verdict == "too small"]
     if small:
@@ -232,7 +235,7 @@ def findings(rows: list[Check]) -> list[str]:
         four = sum(row.cusps == 4 for row in traced)
         found.append(
             f"{len(small)} are too small for their error ({max(row.size for row in small):.0f} times it or less): "
-            f"{len(small) - len(traced)} points, and {len(traced)} of which {four} show four cusps all the same."
+            f"{len(small) - len(traced)} points, and {len(traced)} others, {four} of which show four cusps."
         )
     found.append(f"{counts['incomplete']} are incomplete; {counts['other']} are anything else.")
     mirrored = [row.mirror for row in rows if row.mirror is not None and row.verdict == "astroid"]

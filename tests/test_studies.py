@@ -63,7 +63,7 @@ def test_study_writes_its_files(name, tmp_path, capsys):
         random = [row for row in rows if row["camera"].startswith("random")]
         assert len(random) == 4 and all(row["verdict"] == "astroid" and row["cusps"] == 4 for row in random)
         assert {row["verdict"] for row in rows if row["spin"] == 0} == {"too small"} and len(entry["exceptions"]) >= 4
-        assert all(row["deviation"] < 1 and (row["mirror"] or 0) < 1 for row in rows)
+        assert all((row["deviation"] or 0) < 1 and (row["mirror"] or 0) < 1 for row in rows)
     if name == "orders":
         for end in entry["ends"]:
             reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]
