@@ -69,7 +69,7 @@ def report(
     output
         The page.
     run
-        First run the studies that are missing, one after the other, into FOLDER/study-NAME: half an hour or so for all
+        First run the studies that are missing, one after the other, into FOLDER/study-NAME: a quarter of an hour or so for all
         of them. One that fails is told, and the page is made without it; the exit status is 1.
     """
     from importlib.metadata import version
