@@ -9,9 +9,12 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.scripts import STUDIES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Work that takes less than this many seconds is repeated within one timing.
 _SHORTEST_TIMING = 0.05
@@ -32,6 +35,17 @@ def write_record(path: Path, name: str, **content: Any) -> Path:
     entry |= {"date": datetime.now(UTC).isoformat(timespec="seconds"), "machine": machine()}
     entry |= {"about": STUDIES.docstring(name), **content}
     return write_text(path, json.dumps(_finite(entry), indent=1, allow_nan=False) + "\n")
+
+
+def write_study(folder: Path, name: str, figure: "Figure", tables: str, **content: Any) -> list[Path]:
+    """Write NAME.json as `write_record` does, NAME.png and NAME.md into a folder; return the three paths.
+
+    The record comes last: where there is one, the study is whole.
+    """
+    from kerrcaustics.draw.files import write_picture
+
+    beside = [write_picture(figure, folder / f"{name}.png"), write_text(folder / f"{name}.md", tables)]
+    return [write_record(folder / f"{name}.json", name, **content), *beside]
 
 
 def write_text(path: Path, text: str) -> Path:

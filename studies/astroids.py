@@ -22,9 +22,8 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.study import markdown_table, write_record, write_text
+from kerrcaustics.study import markdown_table, write_study
 
 CAMERAS, ORDERS = 200, 4
 SMALL: dict[str, Any] = {
@@ -100,7 +99,9 @@ def reversals(camera: kc.Camera, caustic: kc.Caustic) -> tuple[int, float, float
     # After an odd number of half turns the axis points the other way.
     again = forward[0] ^ bool(round(half_turns) % 2)
     there = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-    away = np.linalg.norm(np.asarray(beams.direction) - there, axis=-1) / (caustic.error + np.asarray(beams.error))
+    # The caustic's error is that of its angles, larger than that of the direction where phi' is uncertain.
+    allowed = caustic.error * np.sin(theta) + np.asarray(beams.error)
+    away = np.linalg.norm(np.asarray(beams.direction) - there, axis=-1) / allowed
     return int((forward != np.append(forward[1:], again)).sum()), float(half_turns / 2), float(away.max())
 
 
@@ -118,13 +119,15 @@ def mirrored_by(caustic: kc.Caustic, image: kc.Caustic) -> float:
     return float(np.abs(ends).max() / (caustic.error + image.error))
 
 
-def verdict(caustic: kc.Caustic, cusps: int | None, turns: float | None) -> str:
+def verdict(caustic: kc.Caustic, cusps: int | None, turns: float | None, deviation: float | None) -> str:
     """What a caustic is, by what it says of itself and by the count."""
     if caustic.kind in ("point", "unresolved"):
         return "too small"
     if not caustic.closed:
         return "incomplete"
-    confirmed = cusps == 4 and turns is not None and abs(abs(turns) - 1) < 1e-6
+    # The major axis of a beam turns forward for odd orders, backward for even ones.
+    once = turns is not None and abs(turns + (-1) ** caustic.order) < 1e-6
+    confirmed = cusps == 4 and once and deviation is not None and deviation < 1
     return "astroid" if caustic.kind == "astroid" and confirmed else "other"
 
 
@@ -145,7 +148,7 @@ def checks(name: str, camera: kc.Camera, orders: int, mirror: bool) -> list[Chec
                 camera.radius,
                 math.degrees(camera.inclination),
                 caustic.order,
-                verdict(caustic, cusps, turns),
+                verdict(caustic, cusps, turns, away),
                 cusps,
                 turns,
                 max(caustic.theta_extent, caustic.phi_extent) / caustic.error,
@@ -154,7 +157,9 @@ def checks(name: str, camera: kc.Camera, orders: int, mirror: bool) -> list[Chec
                 caustic.remarks,
             )
         )
-    return rows
+    place = (name, camera.spin, camera.radius, math.degrees(camera.inclination))
+    lost = [Check(*place, order, "incomplete", None, None, 0.0, None, None, ("not found",)) for order in found.missing]
+    return rows + lost
 
 
 def random_cameras(count: int) -> list[kc.Camera]:
@@ -224,10 +229,10 @@ def table(rows: list[Check]) -> str:
 def findings(rows: list[Check]) -> list[str]:
     """What was found, a sentence for each question."""
     counts = Counter(row.verdict for row in rows)
-    deviations = [row.deviation for row in rows if row.deviation is not None]
+    deviations = [row.deviation for row in rows if row.deviation is not None and row.verdict == "astroid"]
     found = [
         f"{counts['astroid']} of {len(rows)} caustics are closed astroids: in beams traced anew, which end within "
-        f"{max(deviations):.2g} of both errors, they have four cusps and the major axis turns once."
+        f"{max(deviations, default=0):.2g} of both errors, they have four cusps and the major axis turns once."
     ]
     small = [row for row in rows if row.verdict == "too small"]
     if small:
@@ -272,9 +277,11 @@ def main(
     for row in exceptions:
         where = f"a = {row.spin:.6g}, r = {row.radius:.5g}, {row.inclination:.4g} degrees, order {row.order}"
         print(f"{row.verdict}: {where}: {'; '.join(row.remarks)}")
-    record = write_record(
-        output / "astroids.json",
+    return write_study(
+        output,
         "astroids",
+        picture(shown, min(orders, ORDERS)),
+        text,
         settings={"random cameras": cameras, "orders": orders, "named cameras": len(named)},
         findings=findings(rows),
         verdicts=Counter(row.verdict for row in rows),
@@ -282,8 +289,6 @@ def main(
         caustics=[asdict(row) for row in rows],
         seconds=time.perf_counter() - began,
     )
-    drawn = write_picture(picture(shown, min(orders, ORDERS)), output / "astroids.png")
-    return [record, drawn, write_text(output / "astroids.md", text)]
 
 
 if __name__ == "__main__":

@@ -28,8 +28,7 @@ from scipy.optimize import brentq
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
-from kerrcaustics.study import markdown_table, write_record, write_text
+from kerrcaustics.study import markdown_table, write_study
 from kerrcaustics.sweeps.scene import Scene
 
 SPINS = (0.3, 0.9, 0.999)
@@ -121,7 +120,7 @@ def _near_errors(near: xarray.Dataset, quantity: str, sines: np.ndarray) -> np.n
 def circuits(spin: float, radius: float, order: int, inclination: float) -> tuple[float, float]:
     """Circuits of the caustic of an order, and their error."""
     camera = kc.Camera(spin, radius, math.radians(inclination), velocity="fiducial")
-    caustic = kc.caustics(camera, orders=order)[order - 1]
+    caustic = next(one for one in kc.caustics(camera, orders=order) if one.order == order)
     return caustic.circuits, 2 * caustic.error / (2 * math.pi)
 
 
@@ -222,7 +221,7 @@ def table(grid: xarray.Dataset, laws: list[NearAxis], found: list[Winding]) -> s
 def summary(grid: xarray.Dataset, laws: list[NearAxis]) -> dict[str, Any]:
     """What holds of all caustics together."""
     on_axis, away = grid.sel(inclination=0.0), grid.sel(inclination=grid.inclination > 0)
-    told = away.cusp_count.values >= 0
+    told = away.cusp_count.values > 0
     part, where = pole_distance(grid)
     return {
         "largest_extent_on_axis": float(on_axis.theta_extent.max()),
@@ -248,7 +247,7 @@ def _misses(laws: list[NearAxis], power: int) -> dict[str, float]:
 def findings(whole: dict[str, Any], found: list[Winding]) -> list[str]:
     """What was found, a sentence for each question."""
     powers = ", ".join(
-        f"{_POWERS[name]} for {name.replace('_', ' ')} (to {row['largest_miss']:.1g})"
+        f"{_POWERS[name]} for {name.replace('_', ' ')} (to {row['largest_miss']:.1g}, error {row['largest_error']:.1g})"
         for name, row in whole["powers"].items()
     )
     counts = " or ".join(map(str, whole["cusp_counts"]))
@@ -256,7 +255,7 @@ def findings(whole: dict[str, Any], found: list[Winding]) -> list[str]:
         f"Caustics on the axis are points, at most {whole['largest_extent_on_axis_in_errors']:.2g} errors wide.",
         f"Close to the axis they go as powers of sin i: {powers}.",
         f"{whole['cusps_told']} of {whole['caustics_off_axis']} caustics off the axis are large enough to tell their "
-        f"cusps: all have {counts}.",
+        f"cusps: {f'all have {counts}' if counts else 'none'}.",
         f"None comes closer to a pole of the sky than {whole['least_pole_distance']:.2g} of the camera's inclination.",
     ]
     sentences += [
@@ -277,6 +276,8 @@ def main(
     orders: int = ORDERS,
 ) -> list[Path]:
     """Run the study; the files in `output`."""
+    if not {0.0, 90.0} <= set(inclinations):
+        raise ValueError(f"Argument `inclinations` must hold 0 and 90, but is {inclinations}.")
     began = time.perf_counter()
     sines = np.array(near_sines)
     angles = sorted({*inclinations, *np.degrees(np.arcsin(sines)).tolist()})
@@ -304,9 +305,11 @@ def main(
     names = ("theta_min", "theta_max", "theta_extent", "phi_extent", "circuits", "caustic_area")
     values = {name: grid[name].values.tolist() for pair in names for name in (pair, f"{pair}_error")}
     entry = {"spin": list(spins), "radius": list(radii), "inclination": angles, **values}
-    record = write_record(
-        output / "inclination.json",
+    files = write_study(
+        output,
         "inclination",
+        picture(grid),
+        text,
         settings={"spins": spins, "radii": radii, "inclinations": len(angles), "orders": orders},
         findings=findings(whole, found),
         summary=whole,
@@ -315,8 +318,7 @@ def main(
         winding=[asdict(one) for one in found],
         seconds=time.perf_counter() - began,
     )
-    drawn = write_picture(picture(grid), output / "inclination.png")
-    return [record, drawn, write_text(output / "inclination.md", text), store]
+    return [*files, store]
 
 
 if __name__ == "__main__":

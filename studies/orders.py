@@ -24,11 +24,10 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import HIGHEST_ORDER
 from kerrcaustics.curves.critical import Search
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import photon, sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons
-from kerrcaustics.study import markdown_table, write_record, write_text
+from kerrcaustics.study import markdown_table, write_study
 
 SPINS = (0.1, 0.5, 0.9, 0.999)
 RADIUS, INCLINATIONS, LINES = 6.03, (90.0, 45.0), 97
@@ -243,17 +242,19 @@ def findings(curves: list[Approach], both: list[Ends], sizes: list[Growth]) -> l
         true / error
         for end in both
         for true, error in zip(end.true_error, end.error, strict=True)
-        if true is not None and error
+        if true is not None and math.isfinite(true) and error
     ]
     found = [
-        f"{len(ratios)} cusps on the equator agree with long arithmetic to {max(ratios):.2g} of their reported errors."
+        f"{len(ratios)} cusps on the equator agree with long arithmetic to {max(ratios, default=0):.2g} of their "
+        "reported errors."
     ]
     for one in curves:
         away = np.abs(one.steps[-1] - one.gamma)
+        away = away[np.isfinite(away)]
         found.append(
-            f"Seen from {one.inclination:g} degrees, from order {len(one.steps)} to {len(one.steps) + 1} the critical "
-            f"curve comes closer by gamma e-foldings within {np.median(away):.2g} for half of the shadow edge, "
-            f"{away.max():.2g} for all of it."
+            f"At a = {_SPIN:g}, seen from {one.inclination:g} degrees, the critical curve of order {len(one.steps) + 1} "
+            f"is gamma e-foldings closer than the one before, within {np.median(away):.2g} for "
+            f"half of the shadow edge, {away.max():.2g} for all of it ({away.size} of {one.turn.size} places)."
         )
     for size in sizes:
         grown = (size.circuits[-1] - size.circuits[-2]) / size.circuits_limit
@@ -272,6 +273,8 @@ def main(
     inclinations: tuple[float, ...] = INCLINATIONS,
 ) -> list[Path]:
     """Run the study; the files in `output`."""
+    if not 2 <= orders <= HIGHEST_ORDER:
+        raise ValueError(f"Argument `orders` must be from 2 to {HIGHEST_ORDER}, but is {orders}.")
     began = time.perf_counter()
     curves = [approach(inclination, min(orders, _REACHED), lines) for inclination in inclinations]
     both, sizes = [], []
@@ -282,21 +285,25 @@ def main(
         sizes.append(growth(spin, known, pair))
     text = table(both, sizes)
     print(text)
-    record = write_record(
-        output / "orders.json",
+    return write_study(
+        output,
         "orders",
-        settings={"spins": spins, "radius": RADIUS, "orders": orders, "inclinations": inclinations, "lines": lines},
+        picture(curves, both, sizes),
+        text,
+        settings={
+            "spins": spins,
+            "spin of the critical curves": _SPIN,
+            "radius": RADIUS,
+            "orders": orders,
+            "inclinations": inclinations,
+            "lines": lines,
+        },
         findings=findings(curves, both, sizes),
         approach=[{"spin": _SPIN, **asdict(one)} for one in curves],
         ends=[asdict(one) for one in both],
         growth=[asdict(one) for one in sizes],
         seconds=time.perf_counter() - began,
     )
-    return [
-        record,
-        write_picture(picture(curves, both, sizes), output / "orders.png"),
-        write_text(output / "orders.md", text),
-    ]
 
 
 if __name__ == "__main__":

@@ -23,8 +23,7 @@ from scipy.optimize import brentq
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
-from kerrcaustics.study import markdown_table, write_record, write_text
+from kerrcaustics.study import markdown_table, write_study
 from kerrcaustics.sweeps.scene import Range, Scene
 
 SPINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 0.9999)
@@ -167,17 +166,18 @@ def main(
         **values,
     }
     settings = {"spins": spins, "radii": entry["radius"], "winding spins": winding_spins, "orders": orders}
-    record = write_record(
-        output / "spin_radius.json",
+    files = write_study(
+        output,
         "spin_radius",
+        picture(grid, found),
+        text,
         settings=settings,
         findings=findings(found, winding_spins),
         grid=entry,
         winding=[vars(one) for one in found],
         seconds=time.perf_counter() - began,
     )
-    drawn = write_picture(picture(grid, found), output / "spin_radius.png")
-    return [record, drawn, write_text(output / "spin_radius.md", text), store]
+    return [*files, store]
 
 
 if __name__ == "__main__":

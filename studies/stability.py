@@ -32,8 +32,7 @@ from stability_problems import Problem, problems
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import ENGINES
-from kerrcaustics.draw.files import write_picture
-from kerrcaustics.study import markdown_table, text_table, write_record, write_text
+from kerrcaustics.study import markdown_table, text_table, write_study
 
 TOLERANCE = 1e-10
 # The engine and tolerance that the rays of each engine are compared with.
@@ -47,7 +46,7 @@ _NONE = {
     "wrongly_captured": "captured or not, against truth",
     "wrong_index": "index against truth",
     "parity_mistakes": "parity against index",
-    "index_mistakes": "jumps of the index by more than one",
+    "index_mistakes": "places where the index does not grow one by one",
     "other_captured": "captured or not, against another engine",
     "other_index": "index against another engine",
 }
@@ -297,18 +296,16 @@ def main(output: Path, rays: int = 512, truths: int = 6, most: int | None = None
         print(f"{problem.group}: {problem.name}: {verdicts} ({time.perf_counter() - began:.1f} s)", flush=True)
     print(text_table(*table(rows)))
     settings = {"rays": rays, "truths": truths, "tolerance": TOLERANCE, "honest": HONEST}
-    return [
-        write_record(
-            output / "stability.json",
-            "stability",
-            settings=settings,
-            findings=findings(rows),
-            problems=rows,
-            seconds=time.perf_counter() - started,
-        ),
-        write_picture(picture(rows), output / "stability.png"),
-        write_text(output / "stability.md", markdown_table(*condensed(rows))),
-    ]
+    return write_study(
+        output,
+        "stability",
+        picture(rows),
+        markdown_table(*condensed(rows)),
+        settings=settings,
+        findings=findings(rows),
+        problems=rows,
+        seconds=time.perf_counter() - started,
+    )
 
 
 if __name__ == "__main__":

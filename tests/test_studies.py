@@ -69,6 +69,10 @@ def test_study_writes_its_files(name, tmp_path, capsys):
             reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]
             assert len(reached) == 3 and all(true < reported for true, reported in reached)
             assert abs(end["drift_excess"][1]) < abs(end["drift_excess"][0]) / 10
+        (size,) = entry["growth"]
+        steps = [math.tan(math.pi / 2 - gap) for gap in size["polar_gap"]]
+        assert size["circuits"][2] - size["circuits"][1] == pytest.approx(size["circuits_limit"], rel=0.05)
+        assert steps[2] - steps[1] == pytest.approx(size["cot_limit"], rel=0.1)
     if name == "stability":
         # On a busy machine a problem may be given up: one engine fails, the others are not examined.
         assert {row["verdict"] for row in entry["problems"]} <= {"ok", "honest", "FAIL", "not examined"}
