@@ -252,8 +252,8 @@ def findings(curves: list[Approach], both: list[Ends], sizes: list[Growth]) -> l
         away = np.abs(one.steps[-1] - one.gamma)
         away = away[np.isfinite(away)]
         found.append(
-            f"At a = {_SPIN:g}, seen from {one.inclination:g} degrees, the critical curve of order {len(one.steps) + 1} "
-            f"is gamma e-foldings closer than the one before, within {np.median(away):.2g} for "
+            f"At a = {_SPIN:g}, from {one.inclination:g} degrees, the critical curve of order {len(one.steps) + 1} is "
+            f"gamma e-foldings closer than the one before, within {np.median(away):.2g} for "
             f"half of the shadow edge, {away.max():.2g} for all of it ({away.size} of {one.turn.size} places)."
         )
     for size in sizes:
