@@ -4,8 +4,8 @@ Stars over one orbit
 
 What a camera at r = 6.03 sees while it goes once round a hole of spin 0.999, looking at the hole: the stars of
 Hipparcos and a galactic band drift to the right outside the primary critical curve and to the left inside it, and
-brighten where image pairs are born and die. Each frame is exposed for half of its time (motion blur). The beams are
-traced once; the sky turns.
+brighten where image pairs are born and die. Each frame is exposed for half of its time (motion blur), or for 1.5
+degrees of the orbit where frames are few. The beams are traced once; the sky turns.
 """
 
 import math
@@ -17,13 +17,14 @@ from kerrcaustics.draw.films import Film
 
 SPIN, RADIUS, FIELD = 0.999, 6.03, 115.0
 WIDTH, HEIGHT, EXPOSED = 960, 540, 0.5
+LONGEST_EXPOSURE = math.radians(1.5)
 
 
 def film(frames: int = 240) -> Film:
     camera = kc.Camera(spin=SPIN, radius=RADIUS)
     view = kc.trace_view(camera, kc.View.toward_hole(camera, WIDTH, HEIGHT, math.radians(FIELD)))
     step = 2 * math.pi / frames
-    sky = kc.StarField(sweep=EXPOSED * step)
+    sky = kc.StarField(sweep=min(EXPOSED * step, LONGEST_EXPOSURE))
 
     def draw(number: int) -> np.ndarray:
         # The camera moves toward larger phi': seen from it, the sky turns the other way.
