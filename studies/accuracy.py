@@ -23,9 +23,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 import kerrcaustics as kc
-from kerrcaustics.curves.store import writing
 from kerrcaustics.draw.style import PALETTE, RC, SMALLEST_TEXT
-from kerrcaustics.study import core_seconds, markdown_table, one_core, text_table, write_record, write_text
+from kerrcaustics.study import core_seconds, markdown_table, one_core, text_table, write_study
 
 TRUTH = Path(__file__).parent / "data" / "truth.json"
 # (engine, tolerance); the closed form takes none.
@@ -222,24 +221,19 @@ def main(output: Path, directions: int = 24576, repeats: int = 3, methods: tuple
         family: ROUNDING * float(np.quantile(np.concatenate([part.delta_plus for part in rays]), 0.99))
         for family, rays in known.items()
     }
-    picture = output / "accuracy.png"
-    with writing(picture) as file:
-        draw(found, floors).savefig(file, format="png", dpi=200)
     settings = {"truth": "studies/data/truth.json", "directions": directions}
     pages = "".join(f"**{TITLES[family]}**\n\n{markdown_table(*table(points))}\n" for family, points in found.items())
-    return [
-        write_record(
-            output / "accuracy.json",
-            "accuracy",
-            settings=settings,
-            findings=findings(found),
-            rounding=floors,
-            families=found,
-            seconds=time.perf_counter() - began,
-        ),
-        picture,
-        write_text(output / "accuracy.md", pages),
-    ]
+    return write_study(
+        output,
+        "accuracy",
+        draw(found, floors),
+        pages,
+        settings=settings,
+        findings=findings(found),
+        rounding=floors,
+        families=found,
+        seconds=time.perf_counter() - began,
+    )
 
 
 if __name__ == "__main__":

@@ -16,9 +16,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 import kerrcaustics as kc
-from kerrcaustics.curves.store import writing
 from kerrcaustics.draw.style import PALETTE, RC, SMALLEST_TEXT
-from kerrcaustics.study import core_seconds, markdown_table, one_core, text_table, write_record, write_text
+from kerrcaustics.study import core_seconds, markdown_table, one_core, text_table, write_study
 
 CAMERA = kc.Camera(0.999, 6.03)
 _NOTHING = {"index": False, "crossings": False, "redshift": False}
@@ -82,22 +81,17 @@ def main(output: Path, directions: int = 24576, repeats: int = 5, scenes: tuple 
     heads = ["asked for", *(f"{engine}, µs" for engine in found)]
     rows = [[n, *(f"{t:.1f}" for t in times)] for n, *times in zip(names, *found.values(), strict=True)]
     print(text_table(heads, rows))
-    picture = output / "cost.png"
-    with writing(picture) as file:
-        draw(found, names).savefig(file, format="png", dpi=200)
     settings = {"spin": CAMERA.spin, "radius": CAMERA.radius, "directions": directions, "scenes": names}
-    return [
-        write_record(
-            output / "cost.json",
-            "cost",
-            settings=settings,
-            findings=findings(found, names),
-            microseconds=found,
-            seconds=time.perf_counter() - began,
-        ),
-        picture,
-        write_text(output / "cost.md", markdown_table(heads, rows)),
-    ]
+    return write_study(
+        output,
+        "cost",
+        draw(found, names),
+        markdown_table(heads, rows),
+        settings=settings,
+        findings=findings(found, names),
+        microseconds=found,
+        seconds=time.perf_counter() - began,
+    )
 
 
 if __name__ == "__main__":

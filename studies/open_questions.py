@@ -26,11 +26,10 @@ from open_pairs import crossings_of
 from open_velocity import critical_misses, image_misses, moving
 
 import kerrcaustics as kc
-from kerrcaustics.curves.store import writing
 from kerrcaustics.draw.style import GUIDE_COLOUR, PAGE_WIDTH, PALETTE, RC, order_colour, order_name
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import sheets_of
-from kerrcaustics.study import markdown_table, write_record, write_text
+from kerrcaustics.study import markdown_table, write_study
 
 Array = np.ndarray
 Answer = dict[str, Any]
@@ -295,22 +294,17 @@ def main(
     tables |= {"circles": circles, "equatorial": equatorial, "velocity": velocities}
     text = "".join(f"<!-- {name} -->\n\n{table}\n<!-- end of {name} -->\n\n" for name, table in tables.items())
     print(text)
-    picture = output / "open_questions.png"
-    with writing(picture) as file:
-        draw(curves[name_of(critical[0])], kept[0], counted[0]).savefig(file, format="png", dpi=200)
     settings = {"orders": orders, "stars": stars, "points": points, "normals": normals, "steps": steps}
-    return [
-        write_record(
-            output / "open_questions.json",
-            "open_questions",
-            settings=settings,
-            findings=findings(answers),
-            answers=answers,
-            seconds=time.perf_counter() - began,
-        ),
-        picture,
-        write_text(output / "open_questions.md", text),
-    ]
+    return write_study(
+        output,
+        "open_questions",
+        draw(curves[name_of(critical[0])], kept[0], counted[0]),
+        text,
+        settings=settings,
+        findings=findings(answers),
+        answers=answers,
+        seconds=time.perf_counter() - began,
+    )
 
 
 def _percent(share: float) -> str:
