@@ -11,8 +11,8 @@ import kerrcaustics as kc
 from kerrcaustics.beams.polar_motion import polar_swing
 from kerrcaustics.beams.radial_motion import radial_motion
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.critical import Search
-from kerrcaustics.curves.follow import follow
+from kerrcaustics.curves.critical_curves import follow
+from kerrcaustics.curves.critical_points import Search
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, photon, sky_from_fido
 from kerrcaustics.stars.search import Found

@@ -6,8 +6,8 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.critical import Points
-from kerrcaustics.curves.follow import between
+from kerrcaustics.curves.critical_curves import between
+from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.spacetime.sphere import angle_between, tangent_basis
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.sheets import Sheets

@@ -22,7 +22,7 @@ from photon_shell import EquatorialCusps, exponents, polar_growth
 
 import kerrcaustics as kc
 from kerrcaustics.curves.caustic import HIGHEST_ORDER
-from kerrcaustics.curves.critical import Search
+from kerrcaustics.curves.critical_points import Search
 from kerrcaustics.draw import style
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import photon, sky_from_fido

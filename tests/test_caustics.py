@@ -10,7 +10,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.curves import features
-from kerrcaustics.curves.critical import Search, _islands
+from kerrcaustics.curves.critical_points import Search, _islands
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
 
 REFERENCE = {

@@ -6,13 +6,15 @@ import math
 import numpy as np
 import pytest
 from command_line import run
+from contoured_circles import contours
 from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.draw.count_map import count_map_axes, wrapped
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
-from kerrcaustics.stars.circles import Circle
+from kerrcaustics.stars.level_curves.circle import Circle
 
 CAMERA = kc.Camera(0.9, 6.0)
 NORMAL = (math.radians(60), math.radians(-30))
@@ -34,7 +36,7 @@ def test_points_lie_on_the_circle_and_on_their_sheet(circle):
         assert (beams.index[inner] == curve.index).all()
         assert (np.abs(beams.direction @ axis) <= 10 * beams.error + beams.delta_plus * curve.error)[inner].all()
         assert (np.diff(curve.longitude) > 0).all()
-        place = Circle(NORMAL).place(curve.longitude)
+        place = Circle.great(*NORMAL).place(curve.longitude)
         assert np.allclose(place, beams.direction, rtol=0, atol=1e-8)
 
 
@@ -46,13 +48,63 @@ def test_ends_of_curves_are_critical(circle):
 
 
 def test_stars_on_the_circle_lie_on_its_curves(circle):
-    stars = Circle(NORMAL).place(np.radians([10.0, 100.0, 200.0]))
+    stars = Circle.great(*NORMAL).place(np.radians([10.0, 100.0, 200.0]))
     for star in stars:
         found = kc.star_images(CAMERA, (float(polar_angle(star)), math.atan2(star[1], star[0])), 2)
         for index, sky in zip(found.index, found.sky, strict=True):
             points = np.concatenate([curve.sky for curve in circle.curves if curve.index == index])
             steps = max(np.linalg.norm(np.diff(c.sky, axis=0), axis=1).max() for c in circle.curves if c.index == index)
             assert np.linalg.norm(points - sky, axis=1).min() < steps
+
+
+def farthest(points, curves):
+    """Largest distance of points (n, 3) from the nearest of some curves, radians."""
+    corners = []
+    for curve in curves:
+        count = np.ceil(np.linalg.norm(np.diff(curve, axis=0), axis=1) / 5e-4).astype(int)
+        part = np.concatenate([np.arange(n) / n for n in count])[:, None]
+        corners.append(np.repeat(curve[:-1], count, axis=0) * (1 - part) + np.repeat(curve[1:], count, axis=0) * part)
+    return cKDTree(np.concatenate(corners)).query(points)[0].max()
+
+
+@pytest.mark.parametrize(
+    ("camera", "normal"),
+    [
+        pytest.param(CAMERA, NORMAL, marks=pytest.mark.slow),
+        (kc.Camera(0.95, 4.0, 1.0), (1.0, 2.0)),
+        pytest.param(kc.Camera(0.999, 2.6), (0.7, 0.3), marks=pytest.mark.slow),
+        pytest.param(kc.Camera(0.0, 6.0), (0.3, 1.0), marks=pytest.mark.slow),
+    ],
+    ids=str,
+)
+def test_curves_are_the_contours_of_a_grid(camera, normal):
+    found = kc.circle_images(camera, normal, max_index=1)
+    assert found.certified
+    for index in (0, 1):
+        curves = [curve for curve in found.curves if curve.index == index]
+        curves = [np.concatenate([curve.sky, curve.sky[: int(curve.closed)]]) for curve in curves]
+        lines = contours(camera, normal, index)
+        # Every contour runs along a curve, and every curve along a contour, but for the grid's and the curves' steps.
+        assert farthest(np.concatenate(lines), curves) < 2e-3
+        assert farthest(np.concatenate(curves), lines) < 2e-3
+
+
+def test_events_of_a_circle_change_its_counts(circle):
+    assert len(circle.events) > 0
+    great = Circle.great(*NORMAL)
+    for event in circle.events:
+        place = great.place(event.longitude + np.array([-1e-6, 1e-6]))
+        angles = np.stack([polar_angle(place), np.arctan2(place[:, 1], place[:, 0])], axis=-1)
+        before, after = kc.image_counts(CAMERA, angles, 2, find=False).expected
+        pair = np.isin(np.arange(3), event.indices).astype(int)
+        assert np.array_equal(after - before, pair if event.kind == "creation" else -pair)
+        beams = trace_beams(CAMERA, event.sky[None], engine="integrated", tolerance=1e-13)
+        assert abs(beams.delta_minus[0]) < 1e-9 * beams.delta_plus[0]
+        assert abs(great.height(beams.direction)[0]) < 1e-10
+    ends = [curve for curve in circle.curves if not curve.closed]
+    met = np.array([event.sky for event in circle.events])
+    inner = [end for curve in ends if curve.index < 2 for end in curve.sky[[0, -1]]]
+    assert all(np.linalg.norm(met - end, axis=1).min() < 1e-9 for end in inner)
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ from scipy.interpolate import CubicSpline
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.follow import follow
 from kerrcaustics.spacetime.sphere import polar_angle
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import sheets_of
@@ -63,9 +62,9 @@ def chosen_images(camera: kc.Camera, count: int, seed: int, closest: float) -> n
     part = np.where(rng.uniform(size=count) < 0.9, rng.uniform(0.01, 0.99, count), 1 - gap)
     depth = np.choose(index, [sheet.depth(turn, part) for sheet in sheets.sheets])
     near = part > 0.99
-    for edge in sheets.edges:
+    for edge in sheets.curves:
         here = near & (index == edge.order - 1)
-        exact = sheets.search.polished(turn[here], np.full(here.sum(), edge.order), depth[here]).depth
+        exact = sheets.curves.search().polished(turn[here], np.full(here.sum(), edge.order), depth[here]).depth
         depth[here] = exact - gap[here]
     return sheets.sky(sky_lines.looking(sheets.camera, turn, depth))
 
@@ -103,7 +102,7 @@ def fold_crossings(camera: kc.Camera, count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     sheets = sheets_of(camera, 2)
     points, order = [], []
-    for course in follow(sheets.search, 2, lambda _what, _part: None):
+    for course in list(sheets.curves)[:2]:
         chosen = rng.integers(0, len(course.points), count // 2)
         points.append(course.points[chosen])
         order += [course.order] * len(chosen)
@@ -114,7 +113,7 @@ def fold_crossings(camera: kc.Camera, count: int, seed: int) -> None:
     for distance, find in ((1e-8, False), (1e-4, True), (1e-10, True)):
         sides = np.concatenate([place + sign * distance * across for sign in (-1, 1)])
         sides /= np.linalg.norm(sides, axis=1, keepdims=True)
-        counts, sure = sheets.expected(sides)[0], np.ones(len(sides), bool)
+        counts, sure = sheets.counted(sides).expected, np.ones(len(sides), bool)
         if find:
             found = search(sheets, sides)
             counts, sure = found.counts, found.certified
@@ -152,7 +151,7 @@ def area_under_winding(sheets, index: int) -> float:
     total = 4 * math.pi * sheets.pole_counts[index]
     for edge, sign in ((index - 1, -1), (index, 1)):
         if edge >= 0:
-            points = sheets.edges[edge].points
+            points = sheets.curves.curves[edge].points
             azimuth = np.arctan2(points.direction[:, 1], points.direction[:, 0])
             azimuth = np.unwrap(np.append(azimuth, azimuth[0]))
             total += sign * (-1) ** index * _line_integral(points.direction[:, 2], azimuth, points.turn)

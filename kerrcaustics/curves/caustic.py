@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.curves.critical import Search
+from kerrcaustics.curves.critical_curves import CriticalCurve, Progress, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
-from kerrcaustics.curves.follow import Course, Progress, follow, steps
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.checks import whole_number
 
 HIGHEST_ORDER = 10
 
@@ -171,32 +171,30 @@ def caustics(
     check_orders(orders)
     began = time.perf_counter()
     report = progress or (lambda _what, _part: None)
-    search = Search(camera, engine, tolerance)
-    courses = follow(search, int(orders), report)
+    curves = critical_curves(camera, int(orders), engine, tolerance, report)
     report("cusps and extremes refined", 0.8)
-    features = find_features(search, courses)
+    search = curves.search()
+    features = find_features(search, curves)
     report("done", 1.0)
-    curves = [_caustic(camera, course, features[course.order]) for course in courses]
     return CausticSet(
-        curves,
+        [_caustic(camera, curve, features[curve.order]) for curve in curves],
         camera=camera,
-        engine=" and ".join(sorted(search.engines_used)),
+        engine=" and ".join(sorted(curves.engines | search.engines_used)),
         tolerance=float(tolerance),
         seconds=time.perf_counter() - began,
-        beams=search.beams_traced,
+        beams=curves.beams + search.beams_traced,
         versions={name: version(name) for name in ("kerrcaustics", "jax", "numpy")},
-        missing=tuple(k for k in range(1, orders + 1) if k not in {course.order for course in courses}),
+        missing=curves.missing,
     )
 
 
 def check_orders(orders: object) -> None:
     """Refuse what is no number of orders, with one clear ValueError."""
-    if not (isinstance(orders, int | np.integer) and not isinstance(orders, bool) and 1 <= orders <= HIGHEST_ORDER):
-        raise ValueError(f"Argument `orders` must be a whole number from 1 to {HIGHEST_ORDER}, but is {orders!r}.")
+    whole_number("orders", orders, 1, HIGHEST_ORDER)
 
 
-def _caustic(camera: Camera, course: Course, features: Features) -> Caustic:
-    points = course.points
+def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Caustic:
+    points = curve.points
     frame = camera.frame()
 
     def on_sky(looking: np.ndarray) -> np.ndarray:
@@ -204,44 +202,44 @@ def _caustic(camera: Camera, course: Course, features: Features) -> Caustic:
 
     theta, phi = points.theta, points.azimuth
     ends = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}
-    error = points.error.max() if course.on_axis else points.angle_error.max()
-    remarks = list(course.remarks)
+    error = points.error.max() if curve.on_axis else points.angle_error.max()
+    remarks = list(curve.remarks)
     for name in ends:
         extreme = features.extremes.get(name)
         if extreme is not None:
             ends[name], doubt = extreme
             error = max(error, doubt)
-        elif course.is_resolved:
+        elif curve.is_resolved:
             remarks.append(f"{name} could not be refined between the points")
             error += steps(points)[0].max()
     cusps = tuple(Cusp(on_sky(f.looking), np.array([f.theta, f.azimuth]), f.error) for f in features.cusps)
-    kind, remark = _kind(course, len(cusps), lost=features.lost_cusps)
+    kind, remark = _kind(curve, len(cusps), lost=features.lost_cusps)
     if remark:
         remarks.append(remark)
-    if course.on_axis:
+    if curve.on_axis:
         remarks.append("the point lies on the spin axis: phi' has no meaning and is given as 0")
         ends["phi_min"] = ends["phi_max"] = 0.0
         phi = np.zeros_like(phi)
     return Caustic(
-        order=course.order,
+        order=curve.order,
         sky=on_sky(points.looking),
         celestial=np.stack([theta, phi], axis=-1),
         cusps=cusps,
         **{name: float(value) for name, value in ends.items()},
         kind=kind,
-        closed=course.closed,
+        closed=curve.closed,
         error=float(error),
         residual=float(np.abs(points.ratio).max()),
         remarks=tuple(remarks),
     )
 
 
-def _kind(course: Course, cusps: int, lost: int) -> tuple[str, str]:
+def _kind(curve: CriticalCurve, cusps: int, lost: int) -> tuple[str, str]:
     """What the caustic is, and a remark where that is not the usual astroid."""
-    if course.is_point:
+    if curve.is_point:
         return "point", "the caustic is a point: it is not larger than its error"
-    if not course.is_resolved:
-        return "unresolved", f"the caustic is only {course.size_in_errors:.0f} times its error: cusps cannot be told"
+    if not curve.is_resolved:
+        return "unresolved", f"the caustic is only {curve.size_in_errors:.0f} times its error: cusps cannot be told"
     if lost:
         return "unresolved", f"{lost} cusps could not be traced"
     if cusps != 4:

@@ -4,13 +4,14 @@ Around a cusp or an extreme the curve is traced at Chebyshev nodes of its parame
 smooth function there, so the interpolating polynomial is as accurate as the beams themselves.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from kerrcaustics.curves.critical import Points, Search
-from kerrcaustics.curves.follow import Course, between
+from kerrcaustics.curves.critical_curves import CriticalCurve, between
+from kerrcaustics.curves.critical_points import Points, Search
 
 _NODES = 17
 _EXTREMES = {
@@ -54,15 +55,15 @@ class _Piece:
     half: float
 
 
-def find_features(search: Search, courses: list[Course]) -> dict[int, Features]:
+def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, Features]:
     """The cusps and the four extremes of each curve, by order.
 
     Curves that are not much larger than their error have none: what is looked for would be noise.
     """
-    found = {course.order: Features({}, [], 0) for course in courses}
-    courses = [course for course in courses if course.is_resolved]
-    around = {course.order: course.around() for course in courses}
-    pieces = [piece for course in courses for piece in _pieces(course, around[course.order])]
+    found = {curve.order: Features({}, [], 0) for curve in curves}
+    resolved = [curve for curve in curves if curve.is_resolved]
+    around = {curve.order: curve.around() for curve in resolved}
+    pieces = [piece for curve in resolved for piece in _pieces(curve, around[curve.order])]
     models = _models(search, around, pieces)
     roots: list[_Root] = []
     for piece, points in zip(pieces, models, strict=True):
@@ -90,13 +91,13 @@ def _cusp_place(point: Points, missed: float) -> CuspPlace:
     return CuspPlace(point.looking[0], float(point.theta[0]), float(point.azimuth[0]), error)
 
 
-def _pieces(course: Course, around: Points) -> list[_Piece]:
-    points, n = course.points, len(course.points)
+def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:
+    points, n = curve.points, len(curve.points)
     pieces = []
     for name, (field, sign) in _EXTREMES.items():
-        pieces.append(_piece(course.order, name, around, n + int(np.argmax(sign * getattr(points, field)))))
+        pieces.append(_piece(curve.order, name, around, n + int(np.argmax(sign * getattr(points, field)))))
     for i in _reversals(points):
-        pieces.append(_piece(course.order, "cusps", around, n + i))
+        pieces.append(_piece(curve.order, "cusps", around, n + i))
     return pieces
 
 

@@ -15,10 +15,10 @@ from scipy.interpolate import PchipInterpolator
 from kerrcaustics.beams.paths import SpacePoints, ray_paths
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.caustic import check_orders
-from kerrcaustics.curves.critical import Points, Search
-from kerrcaustics.curves.follow import Course, follow, steps
+from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
+from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
 
 # Steps along the caustic between neighbouring lines, in radians; fewest and most lines round a tube.
 _STEP = math.radians(2.0)
@@ -98,23 +98,22 @@ def caustic_tubes(camera: Camera, orders: int = 2, radii: np.ndarray | None = No
     ----------
     Rauch & Blandford 1994 (ApJ 421, 46) for the tube of astroid section.
     """
+    check_camera(camera)
     check_orders(orders)
-    search = Search(camera, "auto", 1e-12)
     radii = usual_radii(camera.spin) if radii is None else np.asarray(radii, float)
     falling = radii.ndim == 1 and len(radii) > 1 and np.all(radii[1:] < radii[:-1])
     if not (falling and radii[0] == math.inf and radii[-1] > kerr.horizon(camera.spin)):
         raise ValueError("Argument `radii` must fall from math.inf to a radius outside the horizon.")
-    courses = follow(search, int(orders), lambda _what, _part: None)
-    return tuple(_tube(camera, course, radii) for course in courses)
+    return tuple(_tube(camera, curve, radii) for curve in critical_curves(camera, int(orders)))
 
 
-def _tube(camera: Camera, course: Course, radii: np.ndarray) -> CausticTube:
-    curve = course.points[_lines(course.points)]
+def _tube(camera: Camera, whole: CriticalCurve, radii: np.ndarray) -> CausticTube:
+    curve = whole.points[_lines(whole.points)]
     reach = np.exp(-curve.depth)
-    parts = _parts_at(camera, curve, course.order, 1 / radii[1:])
+    parts = _parts_at(camera, curve, whole.order, 1 / radii[1:])
     turn = np.broadcast_to(curve.turn, parts.shape)
     looking = sky_lines.beside_edge(camera.at_rest(), turn, parts * reach)
-    found = _conjugate(camera, looking, course.order)
+    found = _conjugate(camera, looking, whole.order)
     # Filled from the row above where the ray has fallen in.
     place = np.stack([found.mino_time, found.radius, found.theta, found.azimuth])
     rim = np.stack([0 * reach, np.full(len(curve), math.inf), curve.theta, curve.azimuth])
@@ -129,7 +128,7 @@ def _tube(camera: Camera, course: Course, radii: np.ndarray) -> CausticTube:
     place[0, 0] = math.nan
     names = ("mino_time", "radius", "theta", "azimuth")
     points = SpacePoints(spin=camera.spin, **dict(zip(names, place, strict=True)))
-    return CausticTube(course.order, points, sky_from_fido(camera.frame(), -looking), course.closed)
+    return CausticTube(whole.order, points, sky_from_fido(camera.frame(), -looking), whole.closed)
 
 
 def _lines(curve: Points) -> np.ndarray:

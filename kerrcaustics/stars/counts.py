@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.images import checked_sheets, checked_stars
 from kerrcaustics.stars.search import search
@@ -83,12 +84,10 @@ def image_counts(camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: 
     angles = np.asarray(stars, float)
     if find:
         found = search(sheets, places)
-        return ImageCounts(
-            angles, found.counts, found.expected, np.asarray(found.touching.any(axis=1)), found.certified
-        )
-    expected, touching = sheets.expected(places)
-    on_caustic = np.asarray(touching.any(axis=1))
-    return ImageCounts(angles, expected, expected, on_caustic, np.zeros(len(places), bool))
+        return ImageCounts(angles, found.counts, found.expected, found.touching.any(axis=1), found.certified)
+    told = sheets.counted(places)
+    unsure = np.zeros(len(places), bool)
+    return ImageCounts(angles, told.expected, told.expected, told.touching.any(axis=1), unsure)
 
 
 def count_map(camera: Camera, max_index: int = 2, rows: int = 180) -> CountMap:
@@ -102,12 +101,11 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180) -> CountMap:
     rows : int
         Cells from pole to pole; twice as many go round.
     """
-    if not (isinstance(rows, int | np.integer) and not isinstance(rows, bool) and 1 <= rows <= _MOST_ROWS):
-        raise ValueError(f"Argument `rows` must be a whole number from 1 to {_MOST_ROWS}, but is {rows!r}.")
+    whole_number("rows", rows, 1, _MOST_ROWS)
     sheets = checked_sheets(camera, max_index)
     theta = (np.arange(rows) + 0.5) * math.pi / rows
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
     grid = np.stack(np.meshgrid(theta, phi, indexing="ij"), axis=-1)
-    expected, touching = sheets.expected(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))
+    told = sheets.counted(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))
     shape = grid.shape[:2]
-    return CountMap(theta, phi, expected.reshape(*shape, -1), np.asarray(touching.any(axis=1)).reshape(shape))
+    return CountMap(theta, phi, told.expected.reshape(*shape, -1), told.touching.any(axis=1).reshape(shape))

@@ -1,4 +1,4 @@
-"""Pair creation and annihilation: a star, on its way round the sky of an orbiting camera, crosses a caustic."""
+"""Pair creation and annihilation: a star, on its way round a circle of the celestial sphere, crosses a caustic."""
 
 import math
 from collections.abc import Iterable
@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_looking
 from kerrcaustics.stars.images import checked_sheets
-from kerrcaustics.stars.meetings import Meetings, meetings
+from kerrcaustics.stars.level_curves.circle import Circle
+from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
 
 Array = np.ndarray
 
@@ -24,7 +25,7 @@ class PairEvent:
     Attributes
     ----------
     kind : str
-        "creation" or "annihilation", as time goes on.
+        "creation" or "annihilation", as time goes on; on a great circle, as the longitude grows.
     star : (float, float)
         (theta', phi') of the star relative to the camera at that moment, radians, phi' in [0, 2 pi).
     sky : (3,) array
@@ -35,10 +36,12 @@ class PairEvent:
         Morse indices of the two images: order - 1 and order.
     azimuth : float
         phi' unwrapped as in `Caustic.celestial`, radians.
-    time : float
-        Coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0.
+    longitude : float
+        Of the star on its circle, in [0, 2 pi): its phi' where that is a circle about the spin axis.
+    time : float or None
+        Coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; None on a great circle.
     error : float
-        Of azimuth, radians.
+        Of longitude, radians.
     at_cusp : bool
         True where the star passes through a cusp: the pair meets a third image.
     remarks : tuple of str
@@ -51,14 +54,16 @@ class PairEvent:
     order: int
     indices: tuple[int, int]
     azimuth: float
-    time: float
+    longitude: float
+    time: float | None
     error: float
     at_cusp: bool
     remarks: tuple[str, ...]
 
     def __repr__(self) -> str:
         """One line: what, which images, when."""
-        return f"<PairEvent: {self.kind} of images of index {self.indices} at time {self.time:.9g}>"
+        when = f"longitude {self.longitude:.9g}" if self.time is None else f"time {self.time:.9g}"
+        return f"<PairEvent: {self.kind} of images of index {self.indices} at {when}>"
 
 
 class PairEvents(tuple[PairEvent, ...]):
@@ -100,15 +105,14 @@ def pair_events(camera: Camera, theta: float, max_index: int = 3) -> PairEvents:
     """
     angular_velocity = orbital_velocity(camera)
     height = checked_theta(theta)
-    sheets = checked_sheets(camera, max_index)
-    found = meetings(sheets, height)
-    events = pair_events_of(camera, angular_velocity, height, found)
+    found = meetings(checked_sheets(camera, max_index), Circle.about_spin_axis(height))
+    events = pair_events_of(camera, found, height, angular_velocity)
     return PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks)
 
 
 def in_time(events: Iterable[PairEvent]) -> list[PairEvent]:
-    """Events in the order of time."""
-    return sorted(events, key=lambda event: event.time)
+    """Events in the order of time, or of longitude."""
+    return sorted(events, key=lambda event: event.longitude if event.time is None else event.time)
 
 
 def orbital_velocity(camera: Camera) -> float:
@@ -139,31 +143,36 @@ def checked_theta(theta: float) -> float:
     return number
 
 
-def pair_events_of(camera: Camera, angular_velocity: float, theta: float, found: Meetings) -> list[PairEvent]:
-    """The meetings as events, one each, in the same order."""
-    period = _TURN / abs(angular_velocity)
-    sky = sky_from_fido(camera.frame(), -found.points.looking)
-    events = []
-    for i, order in enumerate(found.order.tolist()):
-        # The star's azimuth falls while the camera runs ahead.
-        created = found.side[i] * angular_velocity < 0
-        remarks = []
-        if found.at_cusp[i]:
-            remarks.append("the star passes through a cusp: the pair meets a third image there")
-        if not found.known[i]:
-            remarks.append("the image counts on both sides do not differ by this pair: its kind is uncertain")
-        events.append(
-            PairEvent(
-                kind="creation" if created else "annihilation",
-                star=(theta, float(found.azimuth[i])),
-                sky=sky[i],
-                order=order,
-                indices=(order - 1, order),
-                azimuth=float(found.points.azimuth[i]),
-                time=float(-found.points.azimuth[i] / angular_velocity) % period,
-                error=float(found.error[i]),
-                at_cusp=bool(found.at_cusp[i]),
-                remarks=tuple(remarks),
-            )
-        )
-    return events
+def pair_events_of(
+    camera: Camera, found: Meetings, theta: float | None = None, angular_velocity: float | None = None
+) -> list[PairEvent]:
+    """The meetings as events, in the same order; theta and angular velocity: of a star, and of its camera's orbit."""
+    sky = sky_from_looking(camera.frame(), found.points.looking)
+    return [_event(found, i, sky[i], theta, angular_velocity) for i in range(len(found.order))]
+
+
+def _event(found: Meetings, i: int, sky: Array, theta: float | None, angular_velocity: float | None) -> PairEvent:
+    """One of the meetings."""
+    order, azimuth = int(found.order[i]), float(found.points.azimuth[i])
+    # The star's azimuth falls while the camera runs ahead.
+    sense, time = 1.0, None
+    if angular_velocity is not None:
+        sense, time = -angular_velocity, -azimuth / angular_velocity % (_TURN / abs(angular_velocity))
+    remarks = []
+    if found.at_cusp[i]:
+        remarks.append("the star passes through a cusp: the pair meets a third image there")
+    if not found.known[i]:
+        remarks.append("the image counts on both sides do not differ by this pair: its kind is uncertain")
+    return PairEvent(
+        kind="creation" if found.side[i] * sense > 0 else "annihilation",
+        star=(float(found.points.theta[i]) if theta is None else theta, azimuth % _TURN),
+        sky=sky,
+        order=order,
+        indices=(order - 1, order),
+        azimuth=azimuth,
+        longitude=float(found.longitude[i]),
+        time=time,
+        error=float(found.error[i]),
+        at_cusp=bool(found.at_cusp[i]),
+        remarks=tuple(remarks),
+    )

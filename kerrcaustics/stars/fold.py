@@ -1,11 +1,14 @@
 """The sky map next to a critical curve, to second order: where the images of a star close to the caustic lie."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.optimize import elementwise
 
-from kerrcaustics.curves.critical import Points
+from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.stars.winding import Winding
 
 Array = np.ndarray
 
@@ -13,13 +16,13 @@ Array = np.ndarray
 _STEP, _LONGEST = 1e-3, 0.5
 # Stars at a time.
 _ROWS = 128
-_BISECTIONS = 50
 # A star within so many errors may be on the caustic: its images are looked for at these places along the curve, in
 # units of the error's reach.
 _ERRORS = 20.0
 _PLACES = np.array([-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0])
 
 
+@dataclass(frozen=True, eq=False)
 class Fold:
     """First and second derivatives of n' across a critical curve, along the lines of sky_lines.py.
 
@@ -27,43 +30,55 @@ class Fold:
     n' = c + a s T + e s^2 N for a step s in depth. A star's images lie on the lines where it fits this.
     """
 
-    def __init__(self, mapped: Callable[[Array, Array], Array], points: Points) -> None:
-        """Derivatives at the points of a critical curve; mapped (turn, depth) gives n'."""
+    derivatives: CubicSpline
+
+    @classmethod
+    def of(cls, mapped: Callable[[Array, Array], Array], points: Points) -> "Fold":
+        """The fold along the points of a critical curve; mapped (turn, depth) gives n'."""
         outer, inner = (
             mapped(points.turn, np.maximum(points.depth - _STEP, 0)),
             mapped(points.turn, points.depth + _STEP),
         )
         first, second = (inner - outer) / (2 * _STEP), (inner + outer - 2 * points.direction) / _STEP**2
         derivatives = np.concatenate([first, second], axis=1)
-        self._derivatives = CubicSpline(
-            np.append(points.turn, points.turn[0] + 2 * np.pi),
-            np.concatenate([derivatives, derivatives[:1]]),
-            bc_type="periodic",
-        )
+        turn = np.append(points.turn, points.turn[0] + 2 * np.pi)
+        return cls(CubicSpline(turn, np.concatenate([derivatives, derivatives[:1]]), bc_type="periodic"))
 
-    def guesses(self, points: Points, star: Array) -> tuple[Array, Array, Array, Array]:
+    def guesses(self, points: Points, star: Array, winding: Winding) -> tuple[Array, Array, Array, Array]:
         """Which of the stars (n, 3), turn and depth on the curve, and the step in depth to an image of it.
 
-        points: of the curve, as close to each other as the stars are to the caustic.
+        points: of the curve; winding: of its caustic round the stars, which knows more points close to some of them.
         """
-        derivatives = self._derivatives(points.turn)
+        close = np.unique(winding.star)
+        far = np.setdiff1d(np.arange(len(star)), close)
+        groups = [(far[i : i + _ROWS], points) for i in range(0, len(far), _ROWS)]
+        for i in close:
+            merged = points.joined(winding.points[winding.star == i])
+            groups.append((np.array([i]), merged[np.argsort(merged.turn, kind="stable")]))
+        parts = [(which, *self._guesses(known, star[which])) for which, known in groups if len(which)]
+        if not parts:
+            return np.empty(0, int), *(np.empty(0) for _ in range(3))
+        found = [(which[row], *values) for which, row, *values in parts]
+        return tuple(np.concatenate(values) for values in zip(*found, strict=True))
+
+    def _guesses(self, points: Points, star: Array) -> tuple[Array, Array, Array, Array]:
+        """As `guesses`, with points as close to each other as the stars are to the caustic."""
+        derivatives = self.derivatives(points.turn)
         sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
         tangent = points.major * sign[:, None]
         normal = np.cross(points.direction, tangent)
         speed = np.einsum("ij,ij->i", tangent, derivatives[:, :3])
         bend = np.einsum("ij,ij->i", normal, derivatives[:, 3:]) / 2
+        away = star[:, None] - points.direction
+        step = np.einsum("nij,ij->ni", away, tangent) / speed
+        miss = np.einsum("nij,ij->ni", away, normal) - bend * step**2
+        near = (np.einsum("nij,ij->ni", away, points.direction) > -1) & (np.abs(step) < _LONGEST)
         parts = []
-        for first in range(0, len(star), _ROWS):
-            away = star[first : first + _ROWS, None] - points.direction
-            step = np.einsum("nij,ij->ni", away, tangent) / speed
-            miss = np.einsum("nij,ij->ni", away, normal) - bend * step**2
-            near = (np.einsum("nij,ij->ni", away, points.direction) > -1) & (np.abs(step) < _LONGEST)
-            for which, turn, around in (_roots(points, miss, near), _touching(points, miss, near)):
-                values = (points.depth[around], step[which[:, None], around])
-                depth, steps = (_interpolated(points, around, value, turn) for value in values)
-                parts.append((which + first, turn, depth, steps))
-        which, turn, depth, step = (np.concatenate(values) for values in zip(*parts, strict=True))
-        return which, turn, depth, step
+        for which, turn, around in (_roots(points, miss, near), _touching(points, miss, near)):
+            values = (points.depth[around], step[which[:, None], around])
+            depth, steps = (_interpolated(points, around, value, turn) for value in values)
+            parts.append((which, turn, depth, steps))
+        return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
 
 def _roots(points: Points, miss: Array, near: Array) -> tuple[Array, Array, Array]:
@@ -71,12 +86,10 @@ def _roots(points: Points, miss: Array, near: Array) -> tuple[Array, Array, Arra
     which, i = np.nonzero((np.sign(miss) != np.sign(np.roll(miss, -1, axis=1))) & near & np.roll(near, -1, axis=1))
     around = (i[:, None] + np.arange(-1, 3)) % len(points)
     values = miss[which[:, None], around]
-    low, high = (_unrolled(points, around)[:, k] for k in (1, 2))
-    for _ in range(_BISECTIONS):
-        middle = (low + high) / 2
-        beyond = np.sign(_interpolated(points, around, values, middle)) != np.sign(values[:, 1])
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    return which, (low + high) / 2, around
+    known = _unrolled(points, around)
+    bracket = known[:, 1], known[:, 2]
+    root = elementwise.find_root(_cubic, bracket, args=(*known.T, *values.T), tolerances={"xrtol": 1e-14})
+    return which, np.asarray(root.x), around
 
 
 def _touching(points: Points, miss: Array, near: Array) -> tuple[Array, Array, Array]:
@@ -104,10 +117,14 @@ def _unrolled(points: Points, around: Array) -> Array:
 
 def _interpolated(points: Points, around: Array, values: Array, turn: Array) -> Array:
     """The cubic through four neighbouring points (n, 4), at turn (n,)."""
-    known = _unrolled(points, around)
-    total = np.zeros(len(turn))
+    return _cubic(turn, *_unrolled(points, around).T, *values.T)
+
+
+def _cubic(at: Array, *known: Array) -> Array:
+    """The cubic through four places, given first, and the values there, all (n,), at other places (n,)."""
+    places, values = known[:4], known[4:]
+    total = np.zeros_like(at)
     for k in range(4):
         others = [j for j in range(4) if j != k]
-        weight = np.prod([(turn - known[:, j]) / (known[:, k] - known[:, j]) for j in others], axis=0)
-        total += weight * values[:, k]
+        total += values[k] * np.prod([(at - places[j]) / (places[k] - places[j]) for j in others], axis=0)
     return total

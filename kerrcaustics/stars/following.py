@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from kerrcaustics.spacetime.camera import Camera, check_camera, fido_from_sky
+from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
-from kerrcaustics.stars.chart import Chart, apart
 from kerrcaustics.stars.images import StarImages, checked_sheets, checked_stars, images_of
+from kerrcaustics.stars.level_curves.chart import Chart, apart
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import Sheets
@@ -108,7 +108,10 @@ def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) 
 def _linked(last: tuple[Sheets, Camera, StarImages], this: tuple[Sheets, Camera, StarImages]) -> tuple[Array, Array]:
     """For each image now which image before it continues (-1: none), and whether Newton's method says so."""
     (sheets_0, camera_0, images_0), (sheets_1, camera_1, images_1) = last, this
-    sky_0, sky_1 = _at_rest(sheets_0, camera_0, images_0.sky), _at_rest(sheets_1, camera_1, images_1.sky)
+    sky_0, sky_1 = (
+        as_seen(images_0.sky, camera_0.frame(), sheets_0.frame),
+        as_seen(images_1.sky, camera_1.frame(), sheets_1.frame),
+    )
     chart_0, chart_1 = Chart(sheets_0), Chart(sheets_1)
     place_0, place_1 = chart_0.place(images_0.index, sky_0), chart_1.place(images_1.index, sky_1)
     link, sure = np.full(len(images_1), -1), np.zeros(len(images_1), bool)
@@ -128,11 +131,6 @@ def _linked(last: tuple[Sheets, Camera, StarImages], this: tuple[Sheets, Camera,
         for i, j in zip(*linear_sum_assignment(np.linalg.norm(step, axis=-1)), strict=True):
             link[free_1[j]] = free_0[i]
     return link, sure
-
-
-def _at_rest(sheets: Sheets, camera: Camera, sky: Array) -> Array:
-    """Directions on the sky of a camera at rest at the same place."""
-    return sheets.sky(-np.stack(fido_from_sky(camera.frame(), tuple(sky.T)), axis=-1))
 
 
 def _checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:

@@ -7,14 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.spacetime.camera import Camera, check_camera, fido_from_sky, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
+from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.search import Found, search
-from kerrcaustics.stars.sheets import HIGHEST_INDEX, Sheets, sheets_of
+from kerrcaustics.stars.sheets import HIGHEST_INDEX, TOLERANCE, Sheets, sheets_of
 
 Array = np.ndarray
-
-_TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +103,8 @@ def star_images(camera: Camera, star: tuple[float, float], max_index: int = 2) -
 
 def images_of(camera: Camera, sheets: Sheets, star: tuple[float, float], found: Found) -> StarImages:
     """The images that a search for one star found, as the camera sees them."""
-    motion = np.stack(fido_from_sky(sheets.frame, tuple(found.sky.T)), axis=-1)
-    sky = sky_from_fido(camera.frame(), motion)
-    beams = trace_beams(camera, sky, "auto", _TOLERANCE)
+    sky = as_seen(found.sky, sheets.frame, camera.frame())
+    beams = trace_beams(camera, sky, "auto", TOLERANCE)
     orders = tuple(int(k) + 1 for k in np.flatnonzero(found.touching[0]))
     return StarImages(
         star=(float(star[0]), float(star[1])),
@@ -129,12 +127,7 @@ def images_of(camera: Camera, sheets: Sheets, star: tuple[float, float], found: 
 def checked_sheets(camera: Camera, max_index: int) -> Sheets:
     """The sheets of a camera; bad input is refused with one ValueError."""
     check_camera(camera)
-    whole = isinstance(max_index, int | np.integer) and not isinstance(max_index, bool)
-    if not (whole and 0 <= max_index <= HIGHEST_INDEX):
-        raise ValueError(
-            f"Argument `max_index` must be a whole number from 0 to {HIGHEST_INDEX}, but is {max_index!r}."
-        )
-    return sheets_of(camera, int(max_index))
+    return sheets_of(camera, whole_number("max_index", max_index, 0, HIGHEST_INDEX))
 
 
 def checked_stars(stars: ArrayLike) -> Array:

@@ -9,18 +9,21 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.spacetime.camera import Frame, fido_from_sky, sky_from_fido
-from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
-from kerrcaustics.stars.circles import Circle, CircleImages
+from kerrcaustics.spacetime.camera import as_seen
+from kerrcaustics.spacetime.sphere import tangent_basis
+from kerrcaustics.stars.circles import CircleImages
 from kerrcaustics.stars.images import checked_sheets
-from kerrcaustics.stars.sheets import Sheets
+from kerrcaustics.stars.level_curves.circle import Circle
+from kerrcaustics.stars.newton import flattened
+from kerrcaustics.stars.sheets import TOLERANCE, Sheets
 
 Array = np.ndarray
 
 _NODES, _MOST_NODES = 65, 20_000
 _MOST_HALVINGS = 40
 _NEWTON_STEPS = 60
-_TOLERANCE = 1e-12
+# Distance (radians) from its ends within which a line ends on a curve.
+_AT_END = 1e-12
 # Step of differences along the line, and longest step of the line's image for which its speed at both ends holds.
 _DIFFERENCE = 1e-6
 _LONGEST = 0.3
@@ -47,7 +50,7 @@ class LineCrossings:
     remarks: tuple[str, ...] = field(default=())
 
 
-class _Line:
+class _SkyLine:
     """A part of a great circle on the sky at rest, with places 0 to 1 along it."""
 
     def __init__(self, sheets: Sheets, images: CircleImages, line: float | ArrayLike) -> None:
@@ -68,7 +71,7 @@ class _Line:
             size = np.linalg.norm(given, axis=1, keepdims=True)
             if not (size > 0).all():
                 raise ValueError("Argument `line` must have directions N of length 1.")
-            rest = _changed(given / size, images.camera.frame(), sheets.frame)
+            rest = as_seen(given / size, images.camera.frame(), sheets.frame)
             self._start, ahead = rest[0], rest[1] - (rest[0] @ rest[1]) * rest[0]
             across = float(np.linalg.norm(ahead))
             if across < 1e-12:
@@ -97,12 +100,12 @@ class _Line:
         step = np.flatnonzero((side[1:] > 0) != (side[:-1] > 0))
         part = (side[step] / (side[step] - side[step + 1]))[:, None]
         point = curve[step] * (1 - part) + curve[step + 1] * part
-        within = (np.cross(start, point) @ normal > 0) & (np.cross(point, end) @ normal > 0)
+        within = (np.cross(start, point) @ normal > -_AT_END) & (np.cross(point, end) @ normal > -_AT_END)
         return int(np.count_nonzero(within))
 
 
 @dataclass(frozen=True)
-class _Nodes:
+class _Samples:
     """Places (n,) on the line; height above the circle there, its slope, the speed of the image, round-off of n'."""
 
     place: Array
@@ -111,11 +114,11 @@ class _Nodes:
     speed: Array
     error: Array
 
-    def joined(self, other: "_Nodes") -> "_Nodes":
+    def joined(self, other: "_Samples") -> "_Samples":
         """Both, in the order of place."""
         both = {f.name: np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)}
         order = np.argsort(both["place"], kind="stable")
-        return _Nodes(**{name: values[order] for name, values in both.items()})
+        return _Samples(**{name: values[order] for name, values in both.items()})
 
 
 def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCrossings:
@@ -143,7 +146,7 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     Errors: `LineCrossings.error`.
     """
     sheets = checked_sheets(images.camera, max(images.per_index))
-    circle, path = Circle(images.normal), _Line(sheets, images, line)
+    circle, path = Circle.great(*images.normal), _SkyLine(sheets, images, line)
     nodes, roots, doubt = _divided(sheets, circle, path)
     place = _polished(sheets, circle, path, nodes, roots)
     sky = path.sky(place)
@@ -159,7 +162,7 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
         doubt.append("the images of the circle are not certified themselves")
     along = np.linalg.norm(path.tangent(place), axis=1)
     return LineCrossings(
-        sky=_changed(sky[kept], sheets.frame, images.camera.frame()),
+        sky=as_seen(sky[kept], sheets.frame, images.camera.frame()),
         index=index[kept],
         longitude=circle.longitude(beams.direction)[kept],
         error=((ends.error + np.abs(ends.height)) * along / np.abs(ends.slope))[kept],
@@ -170,42 +173,37 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     )
 
 
-def _along_curves(sheets: Sheets, images: CircleImages, path: _Line) -> dict[int, int]:
+def _along_curves(sheets: Sheets, images: CircleImages, path: _SkyLine) -> dict[int, int]:
     """Crossings of each index, counted along the curves of the circle."""
     total = dict.fromkeys(images.per_index, 0)
     for curve in images.curves:
-        total[curve.index] += path.crossed(_changed(curve.sky, images.camera.frame(), sheets.frame), curve.closed)
+        total[curve.index] += path.crossed(as_seen(curve.sky, images.camera.frame(), sheets.frame), curve.closed)
     return total
 
 
-def _changed(sky: Array, one: Frame, other: Frame) -> Array:
-    """Directions (n, 3) on the sky of one camera as another at the same event sees them."""
-    return sky_from_fido(other, np.stack(fido_from_sky(one, tuple(sky.T)), axis=-1))
-
-
 def _beams(sheets: Sheets, sky: Array) -> Beams:
-    beams = trace_beams(sheets.camera, sky, "auto", _TOLERANCE, crossings=False, redshift=False)
+    beams = trace_beams(sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
     if not beams.escaped.all():
         raise ValueError("Argument `line` must not touch the shadow.")
     return beams
 
 
-def _nodes(circle: Circle, path: _Line, place: Array, sky: Array, beams: Beams) -> _Nodes:
+def _nodes(circle: Circle, path: _SkyLine, place: Array, sky: Array, beams: Beams) -> _Samples:
     tangent = path.tangent(place)
     flat = np.stack([np.einsum("ni,ni->n", e, tangent) for e in tangent_basis(sky)], axis=-1)
     image = np.einsum("nij,nj->ni", beams.jacobian, flat)
-    upward = np.stack([e @ circle.normal for e in polar_basis(beams.direction)], axis=-1)
+    upward = flattened(beams.direction, circle.upward_and_east(beams.direction)[0])
     slope, speed = np.einsum("ni,ni->n", upward, image), np.linalg.norm(image, axis=1)
-    return _Nodes(place, circle.height(beams.direction), slope, speed, np.asarray(beams.error))
+    return _Samples(place, circle.height(beams.direction), slope, speed, np.asarray(beams.error))
 
 
-def _divided(sheets: Sheets, circle: Circle, path: _Line) -> tuple[_Nodes, Array | None, list[str]]:
+def _divided(sheets: Sheets, circle: Circle, path: _SkyLine) -> tuple[_Samples, Array | None, list[str]]:
     """Nodes on the line, the intervals between them that hold one crossing each, and what stays open, in words.
 
     No intervals, None, where the line lies on the image of the circle.
     """
 
-    def at(place: Array) -> _Nodes:
+    def at(place: Array) -> _Samples:
         sky = path.sky(place)
         return _nodes(circle, path, place, sky, _beams(sheets, sky))
 
@@ -224,25 +222,29 @@ def _divided(sheets: Sheets, circle: Circle, path: _Line) -> tuple[_Nodes, Array
     return nodes, roots, [f"{opened} places where the line may touch a curve: move it a little"] if opened else []
 
 
-def _judged(nodes: _Nodes) -> tuple[Array, Array]:
+def _judged(nodes: _Samples) -> tuple[Array, Array]:
     """Which intervals are sure, and indices of those that hold a crossing."""
     width = np.diff(nodes.place)
     first, last = nodes.slope[:-1], nodes.slope[1:]
     fastest = np.maximum(nodes.speed[:-1], nodes.speed[1:])
     steady = (fastest * width < _LONGEST) & (fastest < 2 * np.minimum(nodes.speed[:-1], nodes.speed[1:]))
     one_way = steady & (first * last > 0) & (np.abs(first - last) < 0.5 * np.maximum(np.abs(first), np.abs(last)))
-    low, high = (np.arcsin(np.clip(np.abs(h), 0, 1)) for h in (nodes.height[:-1], nodes.height[1:]))
-    far = steady & (low + high > _SAFETY * fastest * width)
-    changes = (nodes.height[:-1] > 0) != (nodes.height[1:] > 0)
+    height = np.abs(nodes.height)
+    far = steady & (height[:-1] + height[1:] > _SAFETY * fastest * width)
+    above = nodes.height > 0
+    # A line that ends on a curve crosses it.
+    on_curve = np.abs(nodes.height[[0, -1]]) <= nodes.error[[0, -1]] + _AT_END
+    above[[0, -1]] = np.where(on_curve, ~above[[1, -2]], above[[0, -1]])
+    changes = above[:-1] != above[1:]
     return one_way | (far & ~changes), np.flatnonzero(changes)
 
 
-def _polished(sheets: Sheets, circle: Circle, path: _Line, nodes: _Nodes, roots: Array | None) -> Array:
+def _polished(sheets: Sheets, circle: Circle, path: _SkyLine, nodes: _Samples, roots: Array | None) -> Array:
     """Places of the crossings: Newton steps within brackets, halved where they leave them."""
     if roots is None or len(roots) == 0:
         return np.empty(0)
     low, high = nodes.place[roots], nodes.place[roots + 1]
-    rising = nodes.height[roots + 1] > 0
+    rising = nodes.height[roots + 1] > nodes.height[roots]
     place = (low + high) / 2
     for _ in range(_NEWTON_STEPS):
         sky = path.sky(place)

@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
+from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
 
@@ -16,11 +18,10 @@ _LONGEST = 0.3
 _SHORTEST_PART = 1e-4
 # A residual below so many errors of the beam is round-off; one below so many may be, where no step makes it smaller.
 _ERRORS, _MOST_ERRORS = 2.0, 10.0
-_TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True)
-class Roots:
+class SkyRoots:
     """Images found, one entry each.
 
     start: which search it came from; sky (n, 3); residual: angle between n' and the star; error: position on the sky,
@@ -33,14 +34,14 @@ class Roots:
     error: Array
 
 
-def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps: int = _MOST_STEPS) -> Roots:
+def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps: int = _MOST_STEPS) -> SkyRoots:
     """Directions on the sky that show the stars (n, 3), from first guesses sky (n, 3).
 
     A search stays where the Morse index is `index` (n,): a step that would leave, or that brings n' no closer to the
     star, is shortened. Searches for images that do not exist come to rest on a critical curve and are left out, as are
     those that take more than `most_steps`.
 
-    Errors: `Roots.error`, that of n' and the residual divided by the smaller diameter of the beam.
+    Errors: `SkyRoots.error`, that of n' and the residual divided by the smaller diameter of the beam.
     """
     n = len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
@@ -49,8 +50,8 @@ def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps
     active = np.arange(n)
     trial, taken = sky, np.zeros(n)
     for _ in range(most_steps):
-        beams = trace_beams(camera, trial, "auto", _TOLERANCE, crossings=False, redshift=False)
-        wish, distance = _newton_step(star[active], trial, beams.direction, beams.jacobian)
+        beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False)
+        wish, distance = _newton_step(star[active], trial, beams)
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
         # As close as the beams can tell: no step is better, and none is needed.
@@ -70,23 +71,33 @@ def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps
         taken = part[active] * np.minimum(1, _LONGEST / np.maximum(length, _LONGEST))
         trial = _moved(sky[active], step[active] * taken[:, None])
     which = np.flatnonzero(found)
-    return Roots(which, sky[which], residual[which], error[which])
+    return SkyRoots(which, sky[which], residual[which], error[which])
 
 
-def _newton_step(star: Array, sky: Array, direction: Array, jacobian: Array) -> tuple[Array, Array]:
+def _newton_step(star: Array, sky: Array, beams: Beams) -> tuple[Array, Array]:
     """The step (n, 3) on the sky that a linear map would ask for, and the angle between star and direction."""
-    away = star - direction
+    away = star - beams.direction
     distance = 2 * np.arcsin(np.minimum(np.linalg.norm(away, axis=1) / 2, 1))
-    flat = np.stack([np.einsum("ij,ij->i", e, away) for e in polar_basis(direction)], axis=-1)
+    flat = flattened(beams.direction, away)
     size = np.linalg.norm(flat, axis=1)
     flat *= (distance / np.where(size == 0, 1, size))[:, None]
+    return pulled_back(sky, beams.jacobian, flat), np.where(np.isfinite(distance), distance, np.inf)
+
+
+def flattened(direction: Array, vector: Array) -> Array:
+    """Components (n, 2) of vectors (n, 3) along e_theta' and e_phi' at directions (n, 3)."""
+    return np.stack([np.einsum("ij,ij->i", e, vector) for e in polar_basis(direction)], axis=-1)
+
+
+def pulled_back(sky: Array, jacobian: Array, flat: Array) -> Array:
+    """Tangents (n, 3) of the sky that the map with a Jacobian (n, 2, 2) takes to displacements (n, 2)."""
     (a, b), (c, d) = np.moveaxis(jacobian, 0, -1)
     determinant = a * d - b * c
     with np.errstate(divide="ignore", invalid="ignore"):
         u = (d * flat[:, 0] - b * flat[:, 1]) / determinant
         v = (a * flat[:, 1] - c * flat[:, 0]) / determinant
     e_1, e_2 = tangent_basis(sky)
-    return u[:, None] * e_1 + v[:, None] * e_2, np.where(np.isfinite(distance), distance, np.inf)
+    return u[:, None] * e_1 + v[:, None] * e_2
 
 
 def _moved(sky: Array, step: Array) -> Array:

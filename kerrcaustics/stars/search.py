@@ -2,17 +2,15 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.sheets import NARROW, WIDE, Sheets, Starts
+from kerrcaustics.stars.sheets import NARROW, WIDE, Counted, Sheets, Starts
 
 Array = np.ndarray
-# Which star, Morse index, direction on the sky (n, 3), its error.
-Images = tuple[Array, Array, Array, Array]
 
 # Most stars that are searched together; the cores share them.
 _CHUNK = 1 << 15
@@ -22,6 +20,29 @@ _APPROACHES, _FARTHEST, _WAYPOINTS = 60, 0.3, 8
 _DELICATE = 1e-6
 # Images of one star on one sheet that are closer than this, or than so many of their errors, are the same.
 _SAME, _SAME_ERRORS = 1e-9, 10.0
+
+
+class Candidates(NamedTuple):
+    """Images, one entry each: which star, Morse index, direction (n, 3) on the sky of the camera at rest, its error."""
+
+    star: Array
+    index: Array
+    sky: Array
+    error: Array
+
+    def of(self, names: Array) -> "Candidates":
+        """The same, of stars with other numbers."""
+        return self._replace(star=names[self.star])
+
+    def joined(self, more: "Candidates") -> "Candidates":
+        """These and more, each image once."""
+        return _distinct(Candidates(*(np.concatenate(pair) for pair in zip(self, more, strict=True))))
+
+    def counts(self, shape: tuple[int, ...]) -> Array:
+        """How many images (stars, indices) there are."""
+        counts = np.zeros(shape, int)
+        np.add.at(counts, (self.star, self.index), 1)
+        return counts
 
 
 @dataclass(frozen=True)
@@ -60,31 +81,30 @@ def search(sheets: Sheets, star: Array) -> Found:
 
 def _searched(sheets: Sheets, star: Array) -> Found:
     """Stars whose images do not match their number are searched again, more widely; then along paths."""
-    expected, touching = sheets.expected(star)
+    told = sheets.counted(star)
     images = _images(sheets, star, sheets.starts(star, NARROW))
-    on_caustic: Array = np.asarray(touching.any(axis=1))
+    on_caustic = told.touching.any(axis=1)
     # Next to a caustic both counts are put to the test.
-    delicate = on_caustic | (sheets.distance_to_caustics(star) < _DELICATE)
-    for starts in (sheets.fold_starts, partial(sheets.starts, margin=WIDE)):
-        doubtful = np.flatnonzero((_counted(images, expected.shape) != expected).any(axis=1) | delicate)
+    delicate = on_caustic | (told.distance < _DELICATE)
+    for again in (_beside_folds, _widely):
+        doubtful = np.flatnonzero((images.counts(told.expected.shape) != told.expected).any(axis=1) | delicate)
         if doubtful.size:
-            images = _joined(images, _of(_images(sheets, star[doubtful], starts(star[doubtful])), doubtful))
-    counts = _counted(images, expected.shape)
-    missing = np.argwhere((counts < expected) & ~on_caustic[:, None])
+            images = images.joined(again(sheets, star[doubtful], told, doubtful).of(doubtful))
+    missing = np.argwhere((images.counts(told.expected.shape) < told.expected) & ~on_caustic[:, None])
     for i, k in missing.tolist():
-        images = _joined(images, _of(_approached(sheets, star[i], k, int(expected[i, k])), np.array([i])))
-    return Found(*images, _counted(images, expected.shape), expected, touching)
+        images = images.joined(_approached(sheets, star[i], k, int(told.expected[i, k])).of(np.array([i])))
+    return Found(*images, images.counts(told.expected.shape), told.expected, told.touching)
 
 
-def _of(images: Images, names: Array) -> Images:
-    return (names[images[0]], *images[1:])
+def _beside_folds(sheets: Sheets, star: Array, told: Counted, which: Array) -> Candidates:
+    return _images(sheets, star, sheets.fold_starts(star, tuple(winding[which] for winding in told.windings)))
 
 
-def _joined(images: Images, more: Images) -> Images:
-    return _distinct(*(np.concatenate(pair) for pair in zip(images, more, strict=True)))
+def _widely(sheets: Sheets, star: Array, _told: Counted, _which: Array) -> Candidates:
+    return _images(sheets, star, sheets.starts(star, WIDE))
 
 
-def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Images:
+def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Candidates:
     """The images of one star on one sheet, followed from those of other stars around that have as many.
 
     Where the map is strongly sheared, no grid tells well where to start.
@@ -94,33 +114,29 @@ def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Images:
     # Shorter steps toward the end, where a caustic may be close.
     paths = star + np.linspace(1, 0, _WAYPOINTS)[:, None, None] ** 2 * far
     paths /= np.linalg.norm(paths, axis=-1, keepdims=True)
-    counts = sheets.expected(paths[:-1].reshape(-1, 3))[0][:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
-    images = _none()
+    counts = sheets.counted(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
+    images = Candidates(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
     for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):
         found = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
-        sky, error = found[2][found[1] == index], np.empty(0)
+        sky, error = found.sky[found.index == index], np.empty(0)
         for place in path[1:]:
             roots = find_roots(sheets.camera, np.tile(place, (len(sky), 1)), np.full(len(sky), index), sky)
             sky, error = roots.sky, roots.error
-        images = _joined(images, (np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
-        if len(images[0]) >= count:
+        images = images.joined(Candidates(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
+        if len(images.star) >= count:
             break
     return images
 
 
-def _none() -> Images:
-    return np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0)
-
-
-def _images(sheets: Sheets, star: Array, starts: Starts) -> Images:
+def _images(sheets: Sheets, star: Array, starts: Starts) -> Candidates:
     roots = find_roots(sheets.camera, star[starts.star], starts.sheet, starts.sky)
-    return _distinct(starts.star[roots.start], starts.sheet[roots.start], roots.sky, roots.error)
+    return _distinct(Candidates(starts.star[roots.start], starts.sheet[roots.start], roots.sky, roots.error))
 
 
-def _distinct(which: Array, index: Array, sky: Array, error: Array) -> Images:
+def _distinct(images: Candidates) -> Candidates:
     """Each image once, ordered by star, index and place."""
-    order = np.lexsort((sky[:, 0], index, which))
-    which, index, sky, error = which[order], index[order], sky[order], error[order]
+    order = np.lexsort((images.sky[:, 0], images.index, images.star))
+    which, index, sky, error = (values[order] for values in images)
     again = np.zeros(len(which), bool)
     ahead = 1
     while True:
@@ -130,10 +146,4 @@ def _distinct(which: Array, index: Array, sky: Array, error: Array) -> Images:
         size = np.maximum(_SAME, _SAME_ERRORS * (error[ahead:] + error[:-ahead]))
         again[ahead:] |= same & (np.linalg.norm(sky[ahead:] - sky[:-ahead], axis=1) < size)
         ahead += 1
-    return which[~again], index[~again], sky[~again], error[~again]
-
-
-def _counted(images: Images, shape: tuple[int, ...]) -> Array:
-    counts = np.zeros(shape, int)
-    np.add.at(counts, images[:2], 1)
-    return counts
+    return Candidates(*(values[~again] for values in (which, index, sky, error)))

@@ -8,9 +8,9 @@ a star's images are looked for in the cells whose images lie around it.
 All of it lives on the sky of a camera at rest: neither caustics nor the order of images depend on the velocity.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -18,14 +18,16 @@ from scipy.spatial import cKDTree
 
 from kerrcaustics.beams.trace import trace_rays
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.critical import Points, Search
-from kerrcaustics.curves.follow import Course, follow
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
+from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.spacetime.camera import Camera, Frame, sky_from_looking
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
 from kerrcaustics.stars.fold import Fold
-from kerrcaustics.stars.winding import Edge, degree
+from kerrcaustics.stars.winding import CausticPolygon, Winding, degree
 
 Array = np.ndarray
+Depth = Callable[[Array], Array]
+Mapped = Callable[[Array, Array], Array]
 
 HIGHEST_INDEX = 6
 # Longest step of the grid's image on the celestial sphere, and of the grid on the sky.
@@ -45,7 +47,8 @@ _INSIDE = 0.002
 _LINEAR = 0.25
 # Circles whose radii differ by less than this factor share a tree.
 _ALIKE = 1.5
-_TOLERANCE = 1e-12
+TOLERANCE = 1e-12
+"""Wanted error of the beams in all that is said of stars, radians."""
 # Directions where images are counted on the grids, in no special place.
 _REFERENCES = from_angles([0.4, 0.9, 1.3, 2.1, 2.6], [1.0, 4.0, 2.5, 5.5, 0.3])
 
@@ -59,8 +62,8 @@ class Sheet:
     """
 
     index: int
-    outer: Callable[[Array], Array]
-    inner: Callable[[Array], Array]
+    outer: Depth
+    inner: Depth
     turn: Array
     part: Array
     direction: Array
@@ -104,64 +107,58 @@ class Starts:
     sky: Array
 
 
-class Sheets:
-    """The sheets of index 0 to max_index of one camera, their edges, and the star counts that these tell."""
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """What the caustics tell of stars, one entry a star.
 
-    def __init__(self, camera: Camera, max_index: int) -> None:
-        """Find the critical curves, trace the grids."""
-        self.search = Search(camera, "auto", _TOLERANCE)
-        self.camera = self.search.camera
-        self.frame = self.camera.frame()
-        courses = follow(self.search, max_index + 1, lambda _what, _part: None)
-        whole = _unbroken(courses, max_index + 1)
-        if whole <= max_index:
-            raise ValueError(
-                f"Argument `max_index` must be less than {whole} for this camera: of the critical curves that bound "
-                f"the images, only those to order {whole} could be followed all the way round."
-            )
-        self.edges = [Edge(self.search, course) for course in courses]
-        depths = [_no_depth, *(_depth_of(course.points) for course in courses)]
-        points = [course.points for course in courses]
-        self.folds = [Fold(self._at, course.points) for course in courses]
-        self.sheets = [self._sheet(k, depths[k], depths[k + 1], points[k]) for k in range(max_index + 1)]
-        self.cells = _cells(self.sheets)
-        self.circles = _circles(self.cells.corners)
-        self.pole_counts = self._counts_at_pole()
+    expected (stars, sheets): how many images there are on each sheet; touching (stars, orders): True where a star
+    cannot be told from a caustic; distance (stars,): from the nearest known place of one; windings: by caustic.
+    """
+
+    expected: Array
+    touching: Array
+    distance: Array
+    windings: tuple[Winding, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Sheets:
+    """The sheets of index 0 to max_index at one event, their edges, and the star counts that these tell.
+
+    pole_counts (sheets,): how many images the north pole has on each sheet.
+    """
+
+    curves: CriticalCurves
+    polygons: tuple[CausticPolygon, ...]
+    folds: tuple[Fold, ...]
+    sheets: tuple[Sheet, ...]
+    cells: _Cells
+    circles: tuple[_Circles, ...]
+    pole_counts: Array
+
+    @property
+    def camera(self) -> Camera:
+        """The camera at rest at the event."""
+        return self.curves.camera
+
+    @cached_property
+    def frame(self) -> Frame:
+        """Its frame."""
+        return self.camera.frame()
 
     def sky(self, looking: Array) -> Array:
-        """Directions N on the sky of the camera at rest."""
-        return sky_from_fido(self.frame, -looking)
+        """Directions N (..., 3) on the sky at rest of what lies in directions (..., 3) of the FIDO."""
+        return sky_from_looking(self.frame, looking)
 
-    def mapped(self, sky: Array) -> Array:
-        """Directions n' (..., 3) of the light seen in directions N (..., 3) of the camera at rest."""
-        return trace_rays(self.camera, sky, "auto", _TOLERANCE).direction
-
-    def expected(self, star: Array) -> tuple[Array, Array]:
-        """How many images a star (n, 3) has on each sheet, from the caustics alone; and how close it lies to them.
-
-        Returns the counts (n, sheets), and True (n, edges) where a star cannot be told from a caustic.
-        """
-        changes, touching = self._changes(star)
-        return self.pole_counts + changes, touching
-
-    def distance_to_caustics(self, star: Array) -> Array:
-        """Distance (n,) of stars (n, 3) from the nearest known point of a caustic; `expected` refines those around."""
-        return np.min([edge.nearest(star)[2] for edge in self.edges], axis=0)
-
-    def _changes(self, star: Array) -> tuple[Array, Array]:
-        """As `expected`, the counts less those at the north pole."""
-        inside = [edge.winding(star) for edge in self.edges]
-        windings = [np.zeros(len(star), int), *(winding for winding, _ in inside)]
-        changes = [(-1) ** sheet.index * (windings[sheet.index + 1] - windings[sheet.index]) for sheet in self.sheets]
-        return np.stack(changes, axis=-1), np.stack([touching for _, touching in inside], axis=-1)
-
-    def _counts_at_pole(self) -> Array:
-        """How many images the north pole has on each sheet: what most of a few directions tell.
-
-        There the degree of the map that the grid stands for gives the count, and the caustics give the difference.
-        """
-        known = [[(-1) ** sheet.index * degree(sheet.direction, star) for sheet in self.sheets] for star in _REFERENCES]
-        return np.median(np.array(known) - self._changes(_REFERENCES)[0], axis=0).astype(int)
+    def counted(self, star: Array) -> Counted:
+        """What the caustics alone tell of stars (n, 3)."""
+        windings = tuple(polygon.winding(star) for polygon in self.polygons)
+        return Counted(
+            self.pole_counts + _changes(windings),
+            np.stack([winding.touching for winding in windings], axis=-1),
+            np.min([winding.distance for winding in windings], axis=0),
+            windings,
+        )
 
     def starts(self, star: Array, margin: float) -> Starts:
         """Guesses for all images of the stars (n, 3); margin, NARROW or WIDE, how far outside a cell they may lie."""
@@ -178,11 +175,11 @@ class Sheets:
             depth[here] = sheet.depth(turn[here], part[here])
         return Starts(which, cells.sheet[cell], self.sky(sky_lines.looking(self.camera, turn, depth)))
 
-    def fold_starts(self, star: Array) -> Starts:
+    def fold_starts(self, star: Array, windings: tuple[Winding, ...]) -> Starts:
         """Guesses for images of stars (n, 3) next to critical curves, on both sides of each."""
         parts = []
-        for order, (edge, fold) in enumerate(zip(self.edges, self.folds, strict=True), 1):
-            which, turn, depth, step = fold.guesses(edge.points, star)
+        for order, (polygon, fold, winding) in enumerate(zip(self.polygons, self.folds, windings, strict=True), 1):
+            which, turn, depth, step = fold.guesses(polygon.curve.points, star, winding)
             index = np.where(step < 0, order - 1, order)
             known = (index < len(self.sheets)) & (depth + step > 0)
             looking = sky_lines.looking(self.camera, turn[known], (depth + step)[known])
@@ -199,27 +196,33 @@ class Sheets:
             found.append(which[near] * len(self.cells.sheet) + cell[near])
         return np.divmod(np.unique(np.concatenate(found)), len(self.cells.sheet))
 
-    def _sheet(self, index: int, outer: Callable, inner: Callable, edge: Points) -> Sheet:
-        turn = _thinned(edge)
-        blank = Sheet(index, outer, inner, turn, np.linspace(0, 1, _PROBE_POINTS), np.empty(0))
-        probes = self._grid(blank, turn[:: max(1, len(turn) // _PROBES)], blank.part)
-        lengths = np.linalg.norm(np.diff(probes, axis=1), axis=-1).sum(axis=1)
-        part = np.linspace(0, 1, int(np.ceil(lengths.max() / _STEP)) + 2)
-        turn = np.append(turn, turn[0] + 2 * np.pi)
-        return Sheet(index, outer, inner, turn, part, self._grid(blank, turn, part))
-
-    def _grid(self, sheet: Sheet, turn: Array, part: Array) -> Array:
-        turn, part = np.meshgrid(turn, part, indexing="ij")
-        return self._at(turn, sheet.depth(turn, part))
-
-    def _at(self, turn: Array, depth: Array) -> Array:
-        """Directions n' of light from places on the lines of sky_lines.py."""
-        return self.mapped(self.sky(sky_lines.looking(self.camera, turn, depth)))
-
 
 @lru_cache(maxsize=8)
 def _sheets_at_rest(camera: Camera, max_index: int) -> Sheets:
-    return Sheets(camera, max_index)
+    """Find the critical curves, trace the grids."""
+    curves = critical_curves(camera, max_index + 1)
+    if curves.unbroken <= max_index:
+        raise ValueError(
+            f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
+            f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
+        )
+    polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
+    mapped = partial(_mapped, camera, camera.frame())
+    depths = [np.zeros_like, *(_depth_of(curve.points) for curve in curves)]
+    sheets = tuple(
+        _sheet(mapped, curve.order - 1, (depths[curve.order - 1], depths[curve.order]), curve.points)
+        for curve in curves
+    )
+    cells = _cells(sheets)
+    return Sheets(
+        curves=curves,
+        polygons=polygons,
+        folds=tuple(Fold.of(mapped, curve.points) for curve in curves),
+        sheets=sheets,
+        cells=cells,
+        circles=tuple(_circles(cells.corners)),
+        pole_counts=_counts_at_pole(sheets, polygons),
+    )
 
 
 def sheets_of(camera: Camera, max_index: int) -> Sheets:
@@ -227,8 +230,42 @@ def sheets_of(camera: Camera, max_index: int) -> Sheets:
     return _sheets_at_rest(camera.at_rest(), max_index)
 
 
-def _no_depth(turn: Array) -> Array:
-    return np.zeros_like(turn)
+def _mapped(camera: Camera, frame: Frame, turn: Array, depth: Array) -> Array:
+    """Directions n' (..., 3) of light from places on the lines of sky_lines.py."""
+    sky = sky_from_looking(frame, sky_lines.looking(camera, turn, depth))
+    return trace_rays(camera, sky, "auto", TOLERANCE).direction
+
+
+def _changes(windings: Sequence[Winding]) -> Array:
+    """Counts (n, sheets) less those at the north pole."""
+    inside = np.stack([np.zeros_like(windings[0].count), *(winding.count for winding in windings)], axis=-1)
+    return np.diff(inside, axis=-1) * (-1) ** np.arange(len(windings))
+
+
+def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon]) -> Array:
+    """How many images the north pole has on each sheet: what most of a few directions tell.
+
+    There the degree of the map that the grid stands for gives the count, and the caustics give the difference.
+    """
+    known = [[(-1) ** sheet.index * degree(sheet.direction, star) for sheet in sheets] for star in _REFERENCES]
+    changes = _changes([polygon.winding(_REFERENCES) for polygon in polygons])
+    return np.median(np.array(known) - changes, axis=0).astype(int)
+
+
+def _sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: Points) -> Sheet:
+    """A sheet with a grid that is fine enough; edge: its inner one."""
+    turn = _thinned(edge)
+    blank = Sheet(index, *depths, turn, np.linspace(0, 1, _PROBE_POINTS), np.empty(0))
+    probes = _grid(mapped, blank, turn[:: max(1, len(turn) // _PROBES)], blank.part)
+    lengths = np.linalg.norm(np.diff(probes, axis=1), axis=-1).sum(axis=1)
+    part = np.linspace(0, 1, int(np.ceil(lengths.max() / _STEP)) + 2)
+    turn = np.append(turn, turn[0] + 2 * np.pi)
+    return Sheet(index, *depths, turn, part, _grid(mapped, blank, turn, part))
+
+
+def _grid(mapped: Mapped, sheet: Sheet, turn: Array, part: Array) -> Array:
+    turn, part = np.meshgrid(turn, part, indexing="ij")
+    return mapped(turn, sheet.depth(turn, part))
 
 
 def _depth_of(points: Points) -> CubicSpline:
@@ -237,12 +274,6 @@ def _depth_of(points: Points) -> CubicSpline:
         np.append(values, values[0] + period) for values, period in ((points.turn, 2 * np.pi), (points.depth, 0))
     )
     return CubicSpline(turn, depth, bc_type="periodic")
-
-
-def _unbroken(courses: list[Course], orders: int) -> int:
-    """How many critical curves, from the primary on, were followed all the way round."""
-    closed = {course.order for course in courses if course.closed}
-    return next((k - 1 for k in range(1, orders + 1) if k not in closed), orders)
 
 
 def _thinned(points: Points) -> Array:
@@ -261,7 +292,7 @@ def _spaced(steps: Array) -> Array:
     return np.union1d(chosen, [len(run) - 1])
 
 
-def _cells(sheets: list[Sheet]) -> _Cells:
+def _cells(sheets: Sequence[Sheet]) -> _Cells:
     """One row of cells between each pair of neighbouring lines, as long as _STEP allows."""
     strips = []
     for sheet in sheets:

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.spacetime.camera import Camera, fido_from_sky, sky_from_fido
-from kerrcaustics.stars.branches import Branches, Curves
+from kerrcaustics.spacetime.camera import Camera, as_seen, looking_from_sky
 from kerrcaustics.stars.events import (
     PairEvent,
     PairEvents,
@@ -19,14 +18,16 @@ from kerrcaustics.stars.events import (
     pair_events_of,
 )
 from kerrcaustics.stars.images import StarImages, checked_sheets, images_of
-from kerrcaustics.stars.meetings import meetings
+from kerrcaustics.stars.level_curves.branches import Branches, Cubics
+from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
+from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
+from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-_TOLERANCE = 1e-12
 # Newton steps from the interpolated place; a star so many errors from an event is told to be on the caustic.
 _FEW_STEPS, _ERRORS = 8, 4.0
 # Images of one index that are closer than this on the sky (radians) may be one.
@@ -123,7 +124,7 @@ class StarTracks:
     certified: bool
     remarks: tuple[str, ...]
     _branches: Branches = field(repr=False)
-    _curves: Curves = field(repr=False)
+    _cubics: Cubics = field(repr=False)
 
     def __repr__(self) -> str:
         """One line: the star, how many tracks and events."""
@@ -134,7 +135,9 @@ class StarTracks:
         """phi' of the star relative to the camera, radians, if it is 0 at time 0."""
         return -self.angular_velocity * np.asarray(time, float)
 
-    def images_at(self, time: ArrayLike | None = None, *, azimuth: ArrayLike | None = None) -> "Images":
+    def images_at(
+        self, time: ArrayLike | None = None, *, azimuth: ArrayLike | None = None
+    ) -> StarImages | tuple[StarImages, ...]:
         """All images at a moment, or at many: of a star in line with the camera at time 0, or by its azimuth.
 
         Parameters
@@ -172,13 +175,13 @@ class StarTracks:
         counts = np.zeros((len(phi), self.max_index + 1), int)
         np.add.at(counts, (moment, index), 1)
         gap = np.searchsorted(found.gap_low, phi, side="right") - 1
-        away = np.abs((phi[:, None] - found.azimuth + math.pi) % _TURN - math.pi)
+        away = np.abs((phi[:, None] - found.longitude + math.pi) % _TURN - math.pi)
         good = (counts == found.counts[gap]).all(axis=1) & ~(away <= _ERRORS * found.error).any(axis=1)
         twice = (moment[1:] == moment[:-1]) & (index[1:] == index[:-1])
         twice &= np.linalg.norm(sky[1:] - sky[:-1], axis=1) < _SAME
         good[moment[1:][twice]] = False
-        moving = sky_from_fido(self.camera.frame(), np.stack(fido_from_sky(sheets.frame, tuple(sky.T)), axis=-1))
-        beams = trace_beams(self.camera, moving, "auto", _TOLERANCE)
+        moving = as_seen(sky, sheets.frame, self.camera.frame())
+        beams = trace_beams(self.camera, moving, "auto", TOLERANCE)
         images = []
         for i, angle in enumerate((phi % _TURN).tolist()):
             if good[i]:
@@ -187,14 +190,16 @@ class StarTracks:
                 )
             else:
                 star = (theta, angle)
-                images.append(images_of(self.camera, sheets, star, search(sheets, branches.star(phi[i : i + 1]))))
+                images.append(
+                    images_of(self.camera, sheets, star, search(sheets, branches.circle.place(phi[i : i + 1])))
+                )
         return images
 
     def _interpolated(self, phi: Array) -> tuple[Array, Array, Array, Array]:
         """Images on the links that span the azimuths: which azimuth, index, direction on the sky at rest, its error."""
         branches = self._branches
         links = branches.links
-        low, high = links.azimuth(links.p_0), links.azimuth(links.p_1)
+        low, high = links.longitude(links.p_0), links.longitude(links.p_1)
         where = [
             np.nonzero((low <= a) & (a < high)) for a in (phi[:, None] - _TURN, phi[:, None], phi[:, None] + _TURN)
         ]
@@ -203,14 +208,11 @@ class StarTracks:
         azimuth = phi[moment] + np.repeat([-_TURN, 0, _TURN], [len(w[0]) for w in where])
         chosen = links[link]
         part = (chosen.parameter(azimuth) - chosen.p_0) / (chosen.p_1 - chosen.p_0)
-        start = branches.chart.sky(chosen.index, self._curves[link].at(part))
-        roots = find_roots(branches.sheets.camera, branches.star(azimuth), chosen.index, start, _FEW_STEPS)
+        start = branches.chart.sky(chosen.index, self._cubics[link].at(part))
+        roots = find_roots(branches.sheets.camera, branches.circle.place(azimuth), chosen.index, start, _FEW_STEPS)
         moment, index = moment[roots.start], chosen.index[roots.start]
         order = np.lexsort((roots.sky[:, 0], index, moment))
         return moment[order], index[order], roots.sky[order], roots.error[order]
-
-
-Images = StarImages | tuple[StarImages, ...]
 
 
 def star_tracks(camera: Camera, theta: float, max_index: int = 3) -> StarTracks:
@@ -235,10 +237,9 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 3) -> StarTracks:
     """
     angular_velocity = orbital_velocity(camera)
     height = checked_theta(theta)
-    sheets = checked_sheets(camera, max_index)
-    found = meetings(sheets, height)
-    branches = Branches(sheets, camera, height, found)
-    events = pair_events_of(camera, angular_velocity, height, found)
+    branches = Branches(checked_sheets(camera, max_index), camera, Circle.about_spin_axis(height))
+    found = branches.meetings
+    events = pair_events_of(camera, found, height, angular_velocity)
     remarks = (*found.remarks, *branches.remarks, *(r for i in np.flatnonzero(~found.known) for r in events[i].remarks))
     return StarTracks(
         camera=camera,
@@ -252,7 +253,7 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 3) -> StarTracks:
         certified=not remarks,
         remarks=remarks,
         _branches=branches,
-        _curves=branches.curves(branches.links),
+        _cubics=branches.cubics(branches.links),
     )
 
 
@@ -280,97 +281,37 @@ def _star_images(
 
 def _tracks(camera: Camera, branches: Branches, events: list[PairEvent]) -> tuple[Track, ...]:
     """The chains of links, as the camera sees them."""
-    nodes = branches.nodes
-    fido = np.stack(fido_from_sky(branches.sheets.frame, tuple(nodes.sky.T)), axis=-1)
-    sky = sky_from_fido(camera.frame(), fido)
-    beams = trace_beams(camera, sky, "auto", _TOLERANCE)
-    at_event = nodes.event >= 0
-    depth = branches.chart.place(np.ones(len(sky), int), nodes.sky)[:, 1]
-    along = np.array([event.error for event in events])[nodes.event[at_event]] * math.sin(branches.theta)
-    # At an event: along the critical curve by the error of its azimuth, across by that of the beam's ellipse.
-    error = nodes.error.copy()
-    error[at_event] = ((along + beams.error[at_event]) / beams.delta_plus[at_event]) + math.pi * np.exp(
-        -depth[at_event]
-    ) * beams.jacobian_error[at_event]
-    tracks = []
-    for chain, steps, closed in _chains(branches):
-        run = np.concatenate([[0.0], np.cumsum(steps)])
-        azimuth = nodes.azimuth[chain[0]] + run[: len(chain)]
-        # The sum tells the whole turns; each point knows the rest without the sum's round-off.
-        azimuth = nodes.azimuth[chain] + _TURN * np.round((azimuth - nodes.azimuth[chain]) / _TURN)
-        # Named after a ray with b < 0 where there is one, as caustics are; of low index.
-        anchor = np.lexsort((fido[chain, 2] > 0, nodes.index[chain]))[0]
-        azimuth += _TURN * np.round((beams.azimuth[chain[anchor]] - azimuth[anchor]) / _TURN)
-        places = np.flatnonzero(at_event[chain])
-        tracks.append(
-            Track(
-                sky=sky[chain],
-                azimuth=azimuth,
-                index=nodes.index[chain],
-                parity=np.where(at_event[chain], 0, 1 - 2 * (nodes.index[chain] % 2)),
-                magnification=np.where(at_event[chain], np.inf, beams.magnification[chain]),
-                redshift=np.asarray(beams.redshift)[chain],
-                error=error[chain],
-                closed=closed,
-                turns=round(run[-1] / _TURN) if closed else 0,
-                events=tuple(events[i] for i in nodes.event[chain[places]]),
-                places=tuple(places.tolist()),
-            )
-        )
+    frame = branches.sheets.frame
+    sky = as_seen(branches.nodes.sky, frame, camera.frame())
+    beams = trace_beams(camera, sky, "auto", TOLERANCE)
+    error = errors_on_sky(branches, beams, np.array([event.error for event in events]))
+    eastward = looking_from_sky(frame, branches.nodes.sky)[:, 2] < 0
+    tracks = [
+        _track(chain, branches, events, sky, beams, error, eastward) for chain in chains(branches, over_events=True)
+    ]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
-def _chains(branches: Branches) -> list[tuple[Array, Array, bool]]:
-    """Connected chains of links: their nodes, the steps in azimuth between these, and whether they close up."""
-    links = branches.links
-    steps = links.azimuth(links.p_1) - links.azimuth(links.p_0)
-    if branches.still:
-        return [(np.array([node]), np.zeros(1), True) for node in range(len(branches.nodes.event))]
-    partner = _partners(branches)
-    ends = np.stack([links.left, links.right], axis=-1).ravel()
-    used = np.zeros(len(steps), bool)
-    chains = []
-    # Open chains first, each from one of its ends; what is left is closed.
-    starts = [*np.flatnonzero(partner < 0).tolist(), *range(0, 2 * len(steps), 2)]
-    for start in starts:
-        if used[start // 2]:
-            continue
-        chain, way, place = [int(ends[start])], [], start
-        while place >= 0 and not used[place // 2]:
-            used[place // 2] = True
-            way.append(steps[place // 2] * (1 - 2 * (place % 2)))
-            # To the other end of the link, and from there to the next link.
-            chain.append(int(ends[place ^ 1]))
-            place = int(partner[place ^ 1])
-        closed = place == start
-        nodes, run = np.array(chain[:-1] if closed else chain), np.array(way)
-        if run.sum() < 0:
-            # Toward larger azimuth on the whole.
-            nodes, run = np.roll(nodes[::-1], int(closed)), -run[::-1]
-        chains.append((nodes, run, closed))
-    return chains
-
-
-def _partners(branches: Branches) -> Array:
-    """Ends of links (2 i: left end of link i, 2 i + 1: right end) that meet in a node, each with the one it goes on to.
-
-    -1 where the curve ends. At a cusp four links meet: the two of one index on one side of it make one curve, the other
-    two another.
-    """
-    links, nodes = branches.links, branches.nodes
-    ends = np.stack([links.left, links.right], axis=-1).ravel()
-    index = np.repeat(links.index, 2)
-    order = np.argsort(ends, kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(ends[order])) + 1) if len(order) else []
-    partner = np.full(len(ends), -1)
-    for group in groups:
-        event = nodes.event[ends[group[0]]]
-        pairs = [group]
-        if event >= 0 and branches.meetings.at_cusp[event]:
-            kinds = [(int(index[i]), int(i % 2)) for i in group]
-            twins = np.array([kinds.count(kind) == 2 for kind in kinds])
-            pairs = [group[twins], group[~twins]]
-        for pair in pairs:
-            if len(pair) == 2:
-                partner[pair] = pair[::-1]
-    return partner
+def _track(
+    chain: Chain, branches: Branches, events: list[PairEvent], sky: Array, beams: Beams, error: Array, eastward: Array
+) -> Track:
+    """One of the chains; sky, beams, error of the nodes, and which of their photons move eastward at the camera."""
+    chosen = chain.nodes
+    index, event = branches.nodes.index[chosen], branches.nodes.event[chosen]
+    # Named after a ray with b < 0 where there is one, as caustics are; of low index.
+    anchor = np.lexsort((eastward[chosen], index))[0]
+    turns = np.round((beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
+    places = np.flatnonzero(event >= 0)
+    return Track(
+        sky=sky[chosen],
+        azimuth=chain.longitude + _TURN * turns,
+        index=index,
+        parity=np.where(event >= 0, 0, 1 - 2 * (index % 2)),
+        magnification=np.where(event >= 0, np.inf, beams.magnification[chosen]),
+        redshift=np.asarray(beams.redshift)[chosen],
+        error=error[chosen],
+        closed=chain.closed,
+        turns=round(chain.sweep / _TURN) if chain.closed else 0,
+        events=tuple(events[i] for i in event[places]),
+        places=tuple(places.tolist()),
+    )

@@ -4,191 +4,255 @@ The sky map takes a sheet of the camera sky to the celestial sphere without fold
 it changes only where the star crosses the image of an edge of the sheet: a caustic. Counted along the meridian from the
 star to the north pole, the signed crossings of both edges give the count at the star from that at the pole.
 
-A caustic is held as a polygon of great circles, refined where a star is so close that the polygon could be on its other
-side.
+A caustic is held as a polygon of great circles. Where a star is so close to a side that the caustic could be on its
+other side, that side is halved for this star alone, as often as it takes: what one star asks for changes no other
+star's answer.
 """
 
-from threading import Lock
+from dataclasses import dataclass, fields
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 from scipy.spatial import cKDTree
 
-from kerrcaustics.curves.critical import Points, Search
-from kerrcaustics.curves.follow import Course, between
+from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_points import Points
 
 Array = np.ndarray
 
-# A polygon is close to a star if the distance is below so many times the height of the arcs over its sides.
+# A side is close to a star if the distance is below so many times the height of the arc over it.
 _CAUTION = 4.0
 _MOST_HALVINGS = 45
 # Stars within so many errors of a caustic cannot be told from it.
 _ERRORS = 10.0
 # For so many stars a table of all distances is quicker than a tree.
 _FEW_STARS = 16
+_TURN = 2 * np.pi
 
 
-class _Polygon:
-    """A closed polygon of great circles through points of a caustic, with what every count needs of its sides."""
+@dataclass(frozen=True)
+class Winding:
+    """What a caustic tells of stars, one entry a star.
 
-    def __init__(self, points: Points) -> None:
-        self.points = points
-        self.start, self.end = points.direction, np.roll(points.direction, -1, axis=0)
-        chord = np.linalg.norm(self.end - self.start, axis=1)
-        self.height = _heights(points, chord)
-        # No further than the error of the points themselves.
-        self.error = _ERRORS * np.maximum(points.error, np.roll(points.error, -1))
-        self.margin = _CAUTION * self.height + _ERRORS * points.error
-        self.middle, self.reach = (self.start + self.end) / 2, chord / 2 + self.margin
-        # A side that runs east counts +1. Each side covers its range of azimuth without its western end.
-        (x, y, _), (x_end, y_end, _) = self.start.T, self.end.T
+    count: signed crossings of the meridian from the star to the north pole; touching: True where the star cannot be
+    told from the caustic; distance: from the nearest known place of it; star, points: the points that were put
+    between those of the curve, and the star for which each was.
+    """
+
+    count: Int[Array, " stars"]
+    touching: Bool[Array, " stars"]
+    distance: Float[Array, " stars"]
+    star: Int[Array, " points"]
+    points: Points
+
+    def __getitem__(self, chosen: Int[Array, " chosen"]) -> "Winding":
+        """The same of some of the stars."""
+        number = np.full(len(self.count), -1)
+        number[chosen] = np.arange(len(chosen))
+        owner = number[self.star]
+        stars = self.count[chosen], self.touching[chosen], self.distance[chosen]
+        return Winding(*stars, owner[owner >= 0], self.points[owner >= 0])
+
+
+@dataclass(frozen=True)
+class _Sides:
+    """Sides of polygons, from a point of a caustic to the next one: great circles.
+
+    turned: True where the caustic turns back on the side or next to it, at a cusp; height: upper bound for how far the
+    caustic leaves the side; south: normal of the great circle, toward the south pole.
+    """
+
+    one: Points
+    other: Points
+    turned: Bool[Array, " sides"]
+    height: Float[Array, " sides"]
+    south: Float[Array, "sides 3"]
+
+    def __getitem__(self, chosen: Array) -> "_Sides":
+        """The chosen sides."""
+        return _Sides(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
+
+    def __len__(self) -> int:
+        """How many they are."""
+        return len(self.height)
+
+    @property
+    def error(self) -> Float[Array, " sides"]:
+        """The error of the points, with some caution."""
+        return _ERRORS * np.maximum(self.one.error, self.other.error)
+
+    @property
+    def margin(self) -> Float[Array, " sides"]:
+        """A star closer than this may be on either side of the caustic."""
+        return _CAUTION * self.height + self.error
+
+    def distance(self, star: Float[Array, "*batch sides 3"]) -> Float[Array, "*batch sides"]:
+        """Distance of stars from the sides, taken as straight."""
+        side, way = self.other.direction - self.one.direction, star - self.one.direction
+        length = (side * side).sum(axis=-1)
+        part = np.clip((side * way).sum(axis=-1) / np.where(length == 0, 1, length), 0, 1)
+        return np.linalg.norm(way - part[..., None] * side, axis=-1)
+
+    def azimuths(self) -> tuple[Array, Array, Array]:
+        """Western and eastern end in azimuth, and +1 for a side that runs east, -1 west: it covers all but the west."""
+        (x, y, _), (x_end, y_end, _) = self.one.direction.T, self.other.direction.T
         azimuth, change = np.arctan2(y, x), np.arctan2(x * y_end - y * x_end, x * x_end + y * y_end)
         # The azimuth of the end itself, not a sum, so that neighbouring sides leave no gap.
-        other = np.roll(azimuth, -1)
-        other = other + 2 * np.pi * np.round((azimuth + change - other) / (2 * np.pi))
-        self.west, self.east = np.minimum(azimuth, other), np.maximum(azimuth, other)
-        self.sign = np.sign(change).astype(int)
-        # To the south of the great circle of the side. Short sides ask for differences, not products of unit vectors.
-        normal = np.cross(self.start, self.end - self.start)
-        self.south = normal * np.where(normal[:, 2:] < 0, 1, -1)
+        other = np.arctan2(y_end, x_end)
+        other = other + _TURN * np.round((azimuth + change - other) / _TURN)
+        return np.minimum(azimuth, other), np.maximum(azimuth, other), np.sign(change).astype(int)
 
-    def close(self, star: Array) -> tuple[Array, Array]:
-        """Pairs of a side and a star (n, 3) that is close to it."""
+    def crossings(self, star: Float[Array, "sides 3"]) -> Int[Array, " sides"]:
+        """Signed crossings of the meridian from a star to the north pole, one star for each side."""
+        west, east, sign = self.azimuths()
+        phi = np.arctan2(star[:, 1], star[:, 0])
+        across = sum((west < phi + turn) & (phi + turn <= east) for turn in (-_TURN, 0.0, _TURN))
+        return sign * across * (np.einsum("ij,ij->i", self.south, star - self.one.direction) > 0)
+
+
+@dataclass(frozen=True, eq=False)
+class CausticPolygon:
+    """A caustic as a closed polygon, for counting stars inside it."""
+
+    curves: CriticalCurves
+    curve: CriticalCurve
+    sides: _Sides
+
+    @classmethod
+    def of(cls, curves: CriticalCurves, curve: CriticalCurve) -> "CausticPolygon":
+        """The polygon through the points of one of the curves."""
+        return cls(curves, curve, _closed_sides(curve.points))
+
+    def winding(self, star: Float[Array, "stars 3"]) -> Winding:
+        """How the caustic winds round stars. One that is a point has no inside."""
+        if self.curve.is_point:
+            count, none = np.zeros(len(star), int), np.empty(0, int)
+            return Winding(count, self._at_point(star), self.nearest(star), none, self.curve.points[none])
+        return self._divided(star)
+
+    def nearest(self, star: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
+        """Distance of stars from the sides around the nearest corner."""
+        corners = self.curve.points.direction
         if len(star) <= _FEW_STARS:
-            away = np.linalg.norm(self.middle[:, None] - star, axis=2)
-            sides, stars = np.nonzero(away <= self.reach[:, None])
+            corner = np.linalg.norm(corners[:, None] - star, axis=2).argmin(axis=0)
         else:
-            found = cKDTree(star).query_ball_point(self.middle, self.reach)
-            sides = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
-            stars = np.concatenate([np.asarray(stars, int) for stars in found])
-        near = _distance(self.start[sides], self.end[sides], star[stars])[0] <= self.margin[sides]
-        return sides[near], stars[near]
+            corner = cKDTree(corners).query(star)[1]
+        return np.minimum(self.sides[corner - 1].distance(star), self.sides[corner].distance(star))
 
-    def crossings(self, star: Array) -> Array:
-        """Signed crossings (n,) of the meridians from stars (n, 3) to the north pole."""
+    def _at_point(self, star: Float[Array, "stars 3"]) -> Bool[Array, " stars"]:
+        points = self.curve.points
+        centre = points.direction.mean(axis=0)
+        size = np.linalg.norm(points.direction - centre, axis=1).max() + points.error.max()
+        return np.linalg.norm(star - centre, axis=1) <= _ERRORS * size
+
+    def _divided(self, star: Float[Array, "stars 3"]) -> Winding:
+        """The winding, with the sides close to a star halved for it."""
+        count, touching, distance = self._crossings(star), np.zeros(len(star), bool), self.nearest(star)
+        number, which = self._close(star)
+        sides = self.sides[number]
+        np.add.at(count, which, -sides.crossings(star[which]))
+        points, owners = [self.curve.points[:0]], [which[:0]]
+        for _ in range(_MOST_HALVINGS):
+            touching[which[sides.height <= sides.error]] = True
+            split = ~touching[which]
+            split[split], middle = self._middles(sides[split])
+            np.add.at(count, which[~split], sides[~split].crossings(star[which[~split]]))
+            sides, which = _halves(sides[split], middle), which[split]
+            points.append(middle)
+            owners.append(which)
+            which = np.tile(which, 2)
+            away = sides.distance(star[which])
+            np.minimum.at(distance, which, away)
+            near = away <= sides.margin
+            np.add.at(count, which[~near], sides[~near].crossings(star[which[~near]]))
+            sides, which = sides[near], which[near]
+            if not len(sides):
+                break
+        # What no halving settled.
+        touching[which] = True
+        np.add.at(count, which, sides.crossings(star[which]))
+        return Winding(count, touching, distance, np.concatenate(owners), points[0].joined(*points[1:]))
+
+    def _middles(self, sides: _Sides) -> tuple[Bool[Array, " sides"], Points]:
+        """Which sides have a point of the caustic halfway along their parameter, maybe a shared one; and these."""
+        points, order = self.curve.points, self.curve.order
+        if not len(sides):
+            return np.zeros(0, bool), points[:0]
+        closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
+        turn = (sides.one.turn + sides.other.turn) / 2
+        found = between(self.curves.search(), {order: closed}, {order: np.unique(turn)})[order]
+        known = np.isin(turn, found.turn)
+        return known, found[np.searchsorted(found.turn, turn[known])]
+
+    def _close(self, star: Float[Array, "stars 3"]) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+        """Pairs of a side and a star that is close to it."""
+        ends, margin = (self.sides.one.direction, self.sides.other.direction), self.sides.margin
+        middle, reach = (ends[0] + ends[1]) / 2, np.linalg.norm(ends[1] - ends[0], axis=1) / 2 + margin
+        if len(star) <= _FEW_STARS:
+            number, which = np.nonzero(np.linalg.norm(middle[:, None] - star, axis=2) <= reach[:, None])
+        else:
+            found = cKDTree(star).query_ball_point(middle, reach)
+            number = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
+            which = np.concatenate([np.asarray(stars, int) for stars in found])
+        near = self.sides[number].distance(star[which]) <= margin[number]
+        return number[near], which[near]
+
+    def _crossings(self, star: Float[Array, "stars 3"]) -> Int[Array, " stars"]:
+        """Signed crossings of the meridians from stars to the north pole, with the undivided sides."""
         phi = np.arctan2(star[:, 1], star[:, 0])
         order = np.argsort(phi)
+        west, east, sign = self.sides.azimuths()
+        start, south = self.sides.one.direction, self.sides.south
         count = np.zeros(len(star), int)
-        for turn in (-2 * np.pi, 0.0, 2 * np.pi):
-            first, last = (np.searchsorted(phi[order] + turn, edge, side="right") for edge in (self.west, self.east))
+        for turn in (-_TURN, 0.0, _TURN):
+            first, last = (np.searchsorted(phi[order] + turn, edge, side="right") for edge in (west, east))
             number = np.maximum(last - first, 0)
             side = np.repeat(np.arange(len(first)), number)
             place = np.arange(len(side)) - np.repeat(np.cumsum(number) - number, number) + np.repeat(first, number)
             which = order[place]
-            above = np.einsum("ij,ij->i", self.south[side], star[which] - self.start[side]) > 0
-            np.add.at(count, which[above], self.sign[side[above]])
+            above = np.einsum("ij,ij->i", south[side], star[which] - start[side]) > 0
+            np.add.at(count, which[above], sign[side[above]])
         return count
 
 
-class Edge:
-    """A caustic as a polygon, for counting stars inside it."""
-
-    def __init__(self, search: Search, course: Course) -> None:
-        """The polygon of the course's points; it gains points when stars ask for them."""
-        self.order = course.order
-        self._search = search
-        self._point = course.is_point
-        self._polygon = _Polygon(course.points)
-        # Searches on several cores share the polygon.
-        self._lock = Lock()
-
-    def winding(self, star: Array) -> tuple[Array, Array]:
-        """Signed crossings (n,) of the meridians from stars (n, 3) to the north pole, and whether a star lies on it.
-
-        A caustic that is a point has no inside.
-        """
-        if self._point:
-            return np.zeros(len(star), int), self._at_point(star)
-        with self._lock:
-            touching = self._refined(star)
-            polygon = self._polygon
-        return polygon.crossings(star), touching
-
-    @property
-    def points(self) -> Points:
-        """The polygon's corners."""
-        return self._polygon.points
-
-    def nearest(self, star: Array) -> tuple[Array, Array, Array]:
-        """Turn and depth (n,) of the polygon's place that is nearest to each star (n, 3), and its distance.
-
-        Depths between points are those on straight lines: off by the square of a side's length.
-        """
-        polygon = self._polygon
-        points, size = polygon.points, len(polygon.points)
-        if len(star) <= _FEW_STARS:
-            corner = np.linalg.norm(polygon.start[:, None] - star, axis=2).argmin(axis=0)
-        else:
-            corner = cKDTree(polygon.start).query(star)[1]
-        sides = np.stack([corner - 1, corner]) % size
-        distance, part = _distance(polygon.start[sides], polygon.end[sides], star)
-        best, every = distance.argmin(axis=0), np.arange(len(star))
-        side, part = sides[best, every], part[best, every]
-        following = (side + 1) % size
-        d_turn = (points.turn[following] - points.turn[side]) % (2 * np.pi)
-        depth = points.depth[side] + part * (points.depth[following] - points.depth[side])
-        return points.turn[side] + part * d_turn, depth, distance[best, every]
-
-    def _at_point(self, star: Array) -> Array:
-        centre = self.points.direction.mean(axis=0)
-        size = np.linalg.norm(self.points.direction - centre, axis=1).max() + self.points.error.max()
-        return np.linalg.norm(star - centre, axis=1) <= _ERRORS * size
-
-    def _refined(self, star: Array) -> Array:
-        """Refine the polygon around the stars; True for stars that cannot be told from the caustic."""
-        touching = np.zeros(len(star), bool)
-        for _ in range(_MOST_HALVINGS):
-            polygon = self._polygon
-            sides, stars = polygon.close(star)
-            resolved = polygon.height[sides] <= polygon.error[sides]
-            touching[stars[resolved]] = True
-            split = np.unique(sides[~resolved & ~touching[stars]])
-            if len(split) == 0 or not self._split(split):
-                touching[stars[~resolved]] |= len(split) > 0
-                break
-        return touching
-
-    def _split(self, sides: Array) -> bool:
-        """Put a point of the caustic into the middle of the given sides; False when none could be found."""
-        points = self.points
-        following = np.append(points.turn[1:], points.turn[0] + 2 * np.pi)
-        middle = (points.turn[sides] + following[sides]) / 2
-        closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
-        new = between(self._search, {self.order: closed}, {self.order: middle})[self.order]
-        merged = points.joined(new)
-        self._polygon = _Polygon(merged[np.argsort(merged.turn, kind="stable")])
-        return len(new) > 0
-
-
-def _heights(points: Points, chord: Array) -> Array:
-    """Upper bounds (n,) for how far the caustic leaves the side from each point to the next.
+def _closed_sides(points: Points) -> _Sides:
+    """The sides of the polygon through points of a caustic.
 
     The caustic runs along the major axis of the image. Next to a cusp it turns back: there it leaves the side by no
     more than the sides around are long.
     """
-    major = points.major
-    bend = np.linalg.norm(np.cross(major, np.roll(major, -1, axis=0)), axis=1)
-    step = np.roll(points.direction, -1, axis=0) - points.direction
-    safe = np.where(chord == 0, 1, chord)
-    along = np.einsum("ij,ij->i", step, major) / safe
-    # A side at a large angle to the curve's own direction has a cusp on it, or next to it.
-    lean = np.linalg.norm(np.cross(step / safe[:, None], major), axis=1)
-    agree = np.sign(np.einsum("ij,ij->i", major, np.roll(major, -1, axis=0)))
-    back = np.sign(along) * agree != np.sign(np.roll(along, -1))
-    back |= np.roll(back, 1)
+    following = points[1:].joined(points[:1].shifted(1))
+    step = following.direction - points.direction
+    chord = np.linalg.norm(step, axis=1)
+    along = np.einsum("ij,ij->i", step, points.major)
+    agree = np.sign(np.einsum("ij,ij->i", points.major, following.major))
+    turned = np.sign(along) * agree != np.sign(np.roll(along, -1))
+    turned |= np.roll(turned, 1)
     longest = np.maximum(chord, np.maximum(np.roll(chord, 1), np.roll(chord, -1)))
-    return np.where(back, longest, chord * np.maximum(bend, 2 * lean))
+    return _sides(points, following, turned, longest)
 
 
-def _distance(start: Array, end: Array, star: Array) -> tuple[Array, Array]:
-    """Distance of stars (..., 3) from straight sides, and the part of the side before the nearest place on it."""
-    side, way = end - start, star - start
-    length = (side * side).sum(axis=-1)
-    part = np.clip((side * way).sum(axis=-1) / np.where(length == 0, 1, length), 0, 1)
-    return np.linalg.norm(way - part[..., None] * side, axis=-1), part
+def _halves(sides: _Sides, middle: Points) -> _Sides:
+    """The first halves of divided sides, then the second ones: at a cusp the caustic leaves them by a quarter."""
+    turned, height = np.tile(sides.turned, 2), np.tile(sides.height / 4, 2)
+    return _sides(sides.one.joined(middle), middle.joined(sides.other), turned, height)
 
 
-def degree(grid: Array, star: Array) -> int:
-    """How often the image (m, n, 3) of a grid covers a star (3,), with sign: a cell is two spherical triangles."""
+def _sides(one: Points, other: Points, turned: Bool[Array, " sides"], height: Float[Array, " sides"]) -> _Sides:
+    """Sides from points to points; height: where the caustic turns back."""
+    step = other.direction - one.direction
+    chord = np.linalg.norm(step, axis=1)
+    bend = np.linalg.norm(np.cross(one.major, other.major), axis=1)
+    # A side at a large angle to the curve's own direction has a cusp next to it.
+    lean = np.linalg.norm(np.cross(step / np.where(chord == 0, 1, chord)[:, None], one.major), axis=1)
+    height = np.where(turned, height, chord * np.maximum(bend, 2 * lean))
+    # Short sides ask for differences, not products of unit vectors.
+    normal = np.cross(one.direction, step)
+    return _Sides(one, other, turned, height, normal * np.where(normal[:, 2:] < 0, 1, -1))
+
+
+def degree(grid: Float[Array, "rows columns 3"], star: Float[Array, " 3"]) -> int:
+    """How often the image of a grid covers a star, with sign: a cell is two spherical triangles."""
     total = 0
     first, last = grid[:-1, :-1], grid[1:, 1:]
     for a, b, c in ((first, grid[1:, :-1], last), (first, last, grid[:-1, 1:])):

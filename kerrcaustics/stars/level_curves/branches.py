@@ -1,6 +1,6 @@
-"""The level curve theta' = const on the camera sky, as short links between images of a star at neighbouring azimuths.
+"""A level curve on the camera sky, as short links between images of a star at neighbouring longitudes of its circle.
 
-On a sheet the sky map has no fold: as the star's azimuth grows, an image moves along a smooth branch, which ends only
+On a sheet the sky map has no fold: as the star's longitude grows, an image moves along a smooth branch, which ends only
 where a caustic is crossed. So all images are searched for once in each gap between events, and followed from there to
 both ends of the gap, in steps that their rates bear out. There they are linked to those of the next gap, and to the
 events (links.py). Links that are too long for the eye are halved.
@@ -12,14 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.spacetime.camera import Camera, Frame, fido_from_sky, sky_from_fido
-from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
-from kerrcaustics.stars.chart import Chart, apart
-from kerrcaustics.stars.links import DOUBT, Columns, Linker, Links, Nodes, links_of, plain_cost
-from kerrcaustics.stars.meetings import Meetings
-from kerrcaustics.stars.newton import find_roots
+from kerrcaustics.spacetime.camera import Camera, Frame, as_seen
+from kerrcaustics.spacetime.sphere import angle_between
+from kerrcaustics.stars.level_curves.chart import Chart, apart
+from kerrcaustics.stars.level_curves.circle import Circle
+from kerrcaustics.stars.level_curves.links import DOUBT, Columns, Linker, Links, Nodes, links_of, plain_cost
+from kerrcaustics.stars.level_curves.meetings import meetings
+from kerrcaustics.stars.newton import find_roots, flattened, pulled_back
 from kerrcaustics.stars.search import search
-from kerrcaustics.stars.sheets import Sheets
+from kerrcaustics.stars.sheets import TOLERANCE, Sheets
 
 Array = np.ndarray
 
@@ -33,16 +34,15 @@ _REACH, _REACH_HALVINGS = 0.15, 16
 _SHORT = 1e-8
 # Newton steps to an image from a good guess, and from a bad one.
 _FEW_STEPS, _MANY_STEPS = 8, 80
-# Longest step of a track on either sphere, and in azimuth; rounds of dividing, and most parts in each.
+# Longest step of a track on either sphere, and in longitude; rounds of dividing, and most parts in each.
 _LONGEST, _LONGEST_TURN = np.radians(2.0), np.radians(10.0)
 _MOST_DIVISIONS, _MOST_PARTS = 12, 12
-_TOLERANCE = 1e-12
-# Below it (radians) from a pole a star stands still.
+# On a circle smaller than this (radians) a star stands still.
 _STILL = 1e-12
 
 
 @dataclass(frozen=True)
-class Curves:
+class Cubics:
     """Cubic curves that follow links: the place at the left end, the step to the right end, the rates at both."""
 
     start: Array
@@ -50,9 +50,9 @@ class Curves:
     rate_0: Array
     rate_1: Array
 
-    def __getitem__(self, chosen: Array) -> "Curves":
+    def __getitem__(self, chosen: Array) -> "Cubics":
         """The chosen curves."""
-        return Curves(self.start[chosen], self.step[chosen], self.rate_0[chosen], self.rate_1[chosen])
+        return Cubics(self.start[chosen], self.step[chosen], self.rate_0[chosen], self.rate_1[chosen])
 
     def at(self, part: Array) -> Array:
         """Places (n, 3) at parts (n,) of the links."""
@@ -67,9 +67,9 @@ class Branches:
     nodes, links: the curve; remarks: what is in doubt.
     """
 
-    def __init__(self, sheets: Sheets, camera: Camera, theta: float, meetings: Meetings) -> None:
+    def __init__(self, sheets: Sheets, camera: Camera, circle: Circle) -> None:
         """Search, link, and halve the links until they look smooth on the sky of `camera`."""
-        self.sheets, self.theta, self.meetings = sheets, theta, meetings
+        self.sheets, self.circle, self.meetings = sheets, circle, meetings(sheets, circle)
         self.chart = Chart(sheets)
         self.remarks: list[str] = []
         self.nodes = self._events()
@@ -82,14 +82,10 @@ class Branches:
 
     @property
     def still(self) -> bool:
-        """True for a star at a pole: its images do not move."""
-        return math.sin(self.theta) < _STILL
+        """True for a star on the axis: its images do not move."""
+        return math.sin(self.circle.angle) < _STILL
 
-    def star(self, azimuth: Array) -> Array:
-        """Unit vectors (n, 3) of the star at azimuths (n,)."""
-        return from_angles(np.full(np.shape(azimuth), self.theta), azimuth)
-
-    def curves(self, links: Links) -> Curves:
+    def cubics(self, links: Links) -> Cubics:
         """The cubic curves of links."""
         nodes, chart = self.nodes, self.chart
         start, end = (chart.place(links.index, nodes.sky[i]) for i in (links.left, links.right))
@@ -98,48 +94,46 @@ class Branches:
         for i, p in ((links.left, links.p_0), (links.right, links.p_1)):
             scale = links.rate(p) * (links.p_1 - links.p_0)
             rates.append(chart.rate(links.index, nodes.sky[i], nodes.drift[i]) * scale[:, None])
-        # At an event the azimuth stands still and the drift is infinite: a parabola tells their product.
+        # At an event the longitude stands still and the drift is infinite: a parabola tells their product.
         from_event, to_event = ((nodes.event[i] >= 0)[:, None] for i in (links.left, links.right))
         rate_0 = np.where(from_event, 2 * step - rates[1], rates[0])
         rate_1 = np.where(to_event, 2 * step - rates[0], rates[1])
-        return Curves(start, step, rate_0, rate_1)
+        return Cubics(start, step, rate_0, rate_1)
 
     def _events(self) -> Nodes:
         found = self.meetings
         sky = self.sheets.sky(found.points.looking)
-        return Nodes(found.azimuth, found.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
+        return Nodes(found.longitude, found.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
 
-    def _images(self, azimuth: Array, index: Array, sky: Array, error: Array) -> Nodes:
-        beams = trace_beams(self.sheets.camera, sky, "auto", _TOLERANCE, crossings=False, redshift=False)
-        (a, b), (c, d) = np.moveaxis(beams.jacobian, 0, -1)
-        size = np.sin(self.theta) / (a * d - b * c)
-        e_1, e_2 = tangent_basis(sky)
-        drift = (-b * size)[:, None] * e_1 + (a * size)[:, None] * e_2
-        return Nodes(azimuth, index, sky, drift, error, np.full(len(sky), -1))
+    def _images(self, longitude: Array, index: Array, sky: Array, error: Array) -> Nodes:
+        beams = trace_beams(self.sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
+        east = math.sin(self.circle.angle) * self.circle.upward_and_east(beams.direction)[1]
+        drift = pulled_back(sky, beams.jacobian, flattened(beams.direction, east))
+        return Nodes(longitude, index, sky, drift, error, np.full(len(sky), -1))
 
     def _searched(self) -> tuple[Array, Array]:
         """Search for the images in the middle of each gap. Their nodes, and the gap of each."""
         found = self.meetings
-        azimuth = (found.gap_low + found.gap_high) / 2
-        images = search(self.sheets, self.star(azimuth))
+        longitude = (found.gap_low + found.gap_high) / 2
+        images = search(self.sheets, self.circle.place(longitude))
         missed = ~images.certified | (images.counts != found.counts).any(axis=1)
         if missed.any():
             self.remarks.append(
                 f"the images in {missed.sum()} of {len(missed)} spells between events are not certified"
             )
-        return self._added(azimuth[images.star], images.index, images.sky, images.error), images.star
+        return self._added(longitude[images.star], images.index, images.sky, images.error), images.star
 
-    def _added(self, azimuth: Array, index: Array, sky: Array, error: Array) -> Array:
+    def _added(self, longitude: Array, index: Array, sky: Array, error: Array) -> Array:
         """New nodes: their numbers."""
         first = len(self.nodes.event)
-        self.nodes = self.nodes.joined(self._images(azimuth, index, sky, error))
-        return first + np.arange(len(azimuth))
+        self.nodes = self.nodes.joined(self._images(longitude, index, sky, error))
+        return first + np.arange(len(longitude))
 
     def _grown(self) -> Links:
         """Links along all branches, and over all boundaries between gaps."""
         found = self.meetings
         gaps, whole = len(found.gap_low), len(found.order) == 0
-        # Without events the parameter is the azimuth.
+        # Without events the parameter is the longitude.
         low, width = (np.zeros(1), np.zeros(1)) if whole else (found.gap_low, found.gap_high - found.gap_low)
         full = 2 * np.pi if whole else np.pi
         middle, gap = self._searched()
@@ -155,8 +149,10 @@ class Branches:
             ends = np.concatenate([reach, full - np.roll(reach, -1)])
             tips, p = self._followed(tips, p, low[column % gaps], width[column % gaps], ends[column])
             members = [tips[column == i] for i in range(2 * gaps)]
-            azimuth = np.tile(low, 2) + np.tile(width, 2) * np.sin(ends / 2) ** 2 if not whole else ends
-            linker = Linker(self.chart, found, self.nodes, Columns(np.tile(np.arange(gaps), 2), ends, azimuth, members))
+            longitude = np.tile(low, 2) + np.tile(width, 2) * np.sin(ends / 2) ** 2 if not whole else ends
+            linker = Linker(
+                self.chart, found, self.nodes, Columns(np.tile(np.arange(gaps), 2), ends, longitude, members)
+            )
             settled = []
             for i in doubtful.tolist():
                 rows[i], sure = linker.linked(i)
@@ -200,16 +196,16 @@ class Branches:
         rate = self.chart.rate(index, nodes.sky[trial.left], nodes.drift[trial.left])
         way = (trial.p_1 - trial.p_0)[:, None]
         ahead = rate * trial.rate(trial.p_0)[:, None] * way
-        azimuth = trial.azimuth(trial.p_1)
+        longitude = trial.longitude(trial.p_1)
         guess = self.chart.sky(index, place + ahead)
-        roots = find_roots(self.sheets.camera, self.star(azimuth), index, guess, _FEW_STEPS)
+        roots = find_roots(self.sheets.camera, self.circle.place(longitude), index, guess, _FEW_STEPS)
         which = roots.start
-        images = self._images(azimuth[which], index[which], roots.sky, roots.error)
+        images = self._images(longitude[which], index[which], roots.sky, roots.error)
         rate = self.chart.rate(index[which], images.sky, images.drift)
         behind = rate * (trial.rate(trial.p_1)[:, None] * way)[which]
         step = apart(index[which], place[which], self.chart.place(index[which], images.sky))
         good = plain_cost(step, ahead[which], behind) < DOUBT
-        new = self._added(*(v[good] for v in (azimuth[which], index[which], roots.sky, roots.error)))
+        new = self._added(*(v[good] for v in (longitude[which], index[which], roots.sky, roots.error)))
         return which[good], new
 
     def _record(self, steps: Links, new: Array) -> None:
@@ -235,7 +231,7 @@ class Branches:
 
     def _costs(self) -> Array:
         """How badly each link fits the rates at its ends."""
-        curves = self.curves(self.links)
+        curves = self.cubics(self.links)
         cost = plain_cost(curves.step, curves.rate_0, curves.rate_1)
         # The shortest ones are round-off.
         return np.where(np.linalg.norm(curves.step, axis=1) < _SHORT, 0, cost)
@@ -250,13 +246,13 @@ class Branches:
         number = np.arange(len(which)) - np.searchsorted(which, which) + 1
         links, part = self.links[which], number / parts[which]
         p = links.p_0 + part * (links.p_1 - links.p_0)
-        azimuth = links.azimuth(p)
-        start = self.chart.sky(links.index, self.curves(links).at(part))
-        roots = find_roots(self.sheets.camera, self.star(azimuth), links.index, start, steps)
+        longitude = links.longitude(p)
+        start = self.chart.sky(links.index, self.cubics(links).at(part))
+        roots = find_roots(self.sheets.camera, self.circle.place(longitude), links.index, start, steps)
         divided = (parts > 1) & (np.bincount(which[roots.start], minlength=len(parts)) == parts - 1)
         chosen = divided[which[roots.start]]
         kept = roots.start[chosen]
-        new = self._added(azimuth[kept], links.index[kept], roots.sky[chosen], roots.error[chosen])
+        new = self._added(longitude[kept], links.index[kept], roots.sky[chosen], roots.error[chosen])
         old, olds = self.links[divided], np.flatnonzero(divided)
         # In the order of the link, then along it: every piece begins where the one before ends.
         first = np.lexsort((np.append(old.p_0, p[kept]), np.append(olds, which[kept])))
@@ -273,8 +269,8 @@ class Branches:
     def _parts(self, moving: Frame) -> Array:
         """Into how many parts (n,) each link should be divided."""
         links, nodes = self.links, self.nodes
-        sky = sky_from_fido(moving, np.stack(fido_from_sky(self.sheets.frame, tuple(nodes.sky.T)), axis=-1))
-        turn = np.abs(links.azimuth(links.p_1) - links.azimuth(links.p_0))
+        sky = as_seen(nodes.sky, self.sheets.frame, moving)
+        turn = np.abs(links.longitude(links.p_1) - links.longitude(links.p_0))
         step = angle_between(sky[links.left], sky[links.right])
-        longest = np.maximum.reduce([step, turn * np.sin(self.theta), turn * _LONGEST / _LONGEST_TURN])
+        longest = np.maximum.reduce([step, turn * math.sin(self.circle.angle), turn * _LONGEST / _LONGEST_TURN])
         return np.maximum(np.ceil(longest / _LONGEST), 1 + (self._costs() > DOUBT)).astype(int)

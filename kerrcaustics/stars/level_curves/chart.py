@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.curves.sky_lines import DEEPEST
-from kerrcaustics.spacetime.camera import fido_from_sky
+from kerrcaustics.spacetime.camera import looking_from_sky
 from kerrcaustics.spacetime.shadow import edge_photons
 from kerrcaustics.stars.sheets import Sheets
 
@@ -76,7 +76,7 @@ class Chart:
 
     def _looking(self, sky: Array) -> Array:
         """Vectors (n, 3) of the sky at rest in components along r, theta, phi."""
-        return -np.stack(fido_from_sky(self._sheets.frame, tuple(sky.T)), axis=-1)
+        return looking_from_sky(self._sheets.frame, sky)
 
 
 def _from_hole(looking: Array) -> Array:

@@ -1,6 +1,6 @@
-"""Links: short pieces of the level curve theta' = const on the camera sky, between images of a star at two azimuths.
+"""Links: short pieces of a level curve on the camera sky, between images of a star at two longitudes of its circle.
 
-Images at neighbouring azimuths are linked by their rates; those that are left over, to the events in between.
+Images at neighbouring longitudes are linked by their rates; those that are left over, to the events in between.
 """
 
 from dataclasses import dataclass, fields
@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from kerrcaustics.stars.chart import Chart, apart
-from kerrcaustics.stars.meetings import Meetings
+from kerrcaustics.stars.level_curves.chart import Chart, apart
+from kerrcaustics.stars.level_curves.meetings import Meetings
 
 Array = np.ndarray
 
@@ -23,11 +23,11 @@ _IMPOSSIBLE = 1e6
 class Nodes:
     """Points of the level curve, arrays of one length: images of the star, and the events.
 
-    azimuth: of the star; index: Morse index; sky (n, 3): direction on the sky at rest; drift (n, 3): its change with
-    azimuth; error: of sky, radians; event: number of the meeting, or -1 for an image.
+    longitude: of the star; index: Morse index; sky (n, 3): direction on the sky at rest; drift (n, 3): its change with
+    longitude; error: of sky, radians; event: number of the meeting, or -1 for an image.
     """
 
-    azimuth: Array
+    longitude: Array
     index: Array
     sky: Array
     drift: Array
@@ -41,10 +41,10 @@ class Nodes:
 
 @dataclass(frozen=True)
 class Links:
-    """Pieces of the level curve between two nodes, left and right in azimuth; on the sheet of one index.
+    """Pieces of the level curve between two nodes, left and right in longitude; on the sheet of one index.
 
-    low, width: of the gap between events that the piece lies in; p_0, p_1: its parameter at both ends, see `azimuth`.
-    Width 0 stands for pieces beside an event, whose parameter is the azimuth.
+    low, width: of the gap between events that the piece lies in; p_0, p_1: its parameter at both ends, see `longitude`.
+    Width 0 stands for pieces beside an event, whose parameter is the longitude.
     """
 
     left: Array
@@ -63,17 +63,17 @@ class Links:
         """These links, then the others."""
         return Links(**{f.name: np.concatenate([getattr(n, f.name) for n in (self, more)]) for f in fields(Links)})
 
-    def azimuth(self, p: Array) -> Array:
-        """The star's azimuth at a parameter: next to an event it goes with the square, so that images are smooth."""
+    def longitude(self, p: Array) -> Array:
+        """The star's longitude at a parameter: next to an event it goes with the square, so that images are smooth."""
         return np.where(self.width == 0, p, self.low + self.width * np.sin(p / 2) ** 2)
 
-    def parameter(self, azimuth: Array) -> Array:
-        """The inverse of `azimuth`."""
-        part = (azimuth - self.low) / np.where(self.width == 0, 1, self.width)
-        return np.where(self.width == 0, azimuth, 2 * np.arcsin(np.sqrt(np.clip(part, 0, 1))))
+    def parameter(self, longitude: Array) -> Array:
+        """The inverse of `longitude`."""
+        part = (longitude - self.low) / np.where(self.width == 0, 1, self.width)
+        return np.where(self.width == 0, longitude, 2 * np.arcsin(np.sqrt(np.clip(part, 0, 1))))
 
     def rate(self, p: Array) -> Array:
-        """d azimuth / d parameter."""
+        """d longitude / d parameter."""
         return np.where(self.width == 0, 1.0, self.width * np.sin(p) / 2)
 
 
@@ -81,12 +81,12 @@ class Links:
 class Columns:
     """All images at the two ends of each gap between events: first the lower ends, then the upper ones.
 
-    gap, p, azimuth: the gap of each, and its parameter and azimuth; members: the nodes.
+    gap, p, longitude: the gap of each, and its parameter and longitude; members: the nodes.
     """
 
     gap: Array
     p: Array
-    azimuth: Array
+    longitude: Array
     members: list[Array]
 
 
@@ -123,7 +123,7 @@ class Linker:
         gaps = len(self._width)
         one, other = gaps + (boundary - 1) % gaps, boundary
         events = np.flatnonzero(meetings.boundary == boundary)
-        start, end = columns.azimuth[one], columns.azimuth[other]
+        start, end = columns.longitude[one], columns.longitude[other]
         frame = (0.0, 0.0, start, end + 2 * np.pi * (end <= start))
         arms = [arm for event in events.tolist() for arm in self._arms(event, one, other)]
         rows: list[_Row] = []
@@ -185,7 +185,7 @@ class Linker:
         return plain_cost(apart(np.array(k), self._place[lefts][:, None], self._place[rights][None]), ahead, behind)
 
     def _event_cost(self, k: int, image: int, event: int, column: int) -> float:
-        """How badly the rate of an image fits the way to an event in sqrt(azimuth), or in azimuth at a cusp."""
+        """How badly the rate of an image fits the way to an event in sqrt(longitude), or in longitude at a cusp."""
         gap, p = self._columns.gap[column], self._columns.p[column]
         place = self._nodes.sky[event] if k == 0 else self._place[event]
         step = apart(np.array(k), self._place[image], place)

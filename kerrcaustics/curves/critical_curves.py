@@ -1,12 +1,19 @@
-"""Whole critical curves: sampled so that the curve and its caustic are smooth to the eye, closed, and checked."""
+"""Whole critical curves: sampled so that the curve and its caustic are smooth to the eye, closed, and checked.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+All that asks for the curves of one event shares them: caustics, sheets of star images, tubes, films. They are found
+once, kept, and never change.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from kerrcaustics.curves.critical import Points, Search
+from kerrcaustics.beams.trace import check_request
+from kerrcaustics.curves.critical_points import Points, Search
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import angle_between
 
 Progress = Callable[[str, float], None]
@@ -26,7 +33,7 @@ _REACH, _FAR_REACH = 1e-3, 0.6
 
 
 @dataclass(frozen=True)
-class Course:
+class CriticalCurve:
     """One critical curve: points in the order of `turn` over one turn, the first not repeated.
 
     remarks: what was missed, in words; empty when the curve is whole.
@@ -64,8 +71,91 @@ class Course:
         return self.points.shifted(-1).joined(self.points, self.points.shifted(1))
 
 
-def follow(search: Search, orders: int, progress: Progress) -> list[Course]:
-    """Critical curves of order 1 .. orders, as far as they can be found.
+@dataclass(frozen=True, eq=False)
+class CriticalCurves:
+    """The critical curves at one event, primary first; those that could not be found are left out.
+
+    camera: at rest at the event; engine, tolerance: of the beams; orders: how many were asked for; curves; beams: how
+    many were traced, and engines: by what.
+    """
+
+    camera: Camera
+    engine: str
+    tolerance: float
+    orders: int
+    curves: tuple[CriticalCurve, ...]
+    beams: int
+    engines: frozenset[str]
+
+    def __iter__(self) -> Iterator[CriticalCurve]:
+        """The curves one by one."""
+        return iter(self.curves)
+
+    def search(self) -> Search:
+        """A new search at the same event, for points between those of the curves."""
+        return Search(self.camera, self.engine, self.tolerance)
+
+    @property
+    def missing(self) -> tuple[int, ...]:
+        """Orders that were asked for and not found."""
+        found = {curve.order for curve in self.curves}
+        return tuple(k for k in range(1, self.orders + 1) if k not in found)
+
+    @property
+    def unbroken(self) -> int:
+        """How many curves, from the primary on, were followed all the way round."""
+        closed = {curve.order for curve in self.curves if curve.closed}
+        return next((k - 1 for k in range(1, self.orders + 1) if k not in closed), self.orders)
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What critical curves depend on, and whom to tell of the progress."""
+
+    camera: Camera
+    orders: int
+    engine: str
+    tolerance: float
+    progress: Progress | None = field(compare=False)
+
+
+def critical_curves(
+    camera: Camera,
+    orders: int,
+    engine: str = "auto",
+    tolerance: float = 1e-12,
+    progress: Progress | None = None,
+) -> CriticalCurves:
+    """Critical curves of order 1 .. orders of a camera at some event, as far as they can be found; kept for the next.
+
+    Parameters as for `caustics`. The camera's velocity does not matter.
+    """
+    check_request(camera, engine, tolerance)
+    return _found(_Request(camera.at_rest(), orders, engine, tolerance, progress))
+
+
+@lru_cache(maxsize=8)
+def _found(request: _Request) -> CriticalCurves:
+    search = Search(request.camera, request.engine, request.tolerance)
+    curves = _followed(search, request.orders, request.progress or (lambda _what, _part: None))
+    return CriticalCurves(
+        camera=search.camera,
+        engine=request.engine,
+        tolerance=request.tolerance,
+        orders=request.orders,
+        curves=tuple(curves),
+        beams=search.beams_traced,
+        engines=frozenset(search.engines_used),
+    )
+
+
+def forget() -> None:
+    """Forget the curves that were found: for who times the finding."""
+    _found.cache_clear()
+
+
+def _followed(search: Search, orders: int, progress: Progress) -> list[CriticalCurve]:
+    """The curves that can be found.
 
     On the equator half of each curve is computed and the other half is its mirror image.
     """
@@ -83,7 +173,7 @@ def follow(search: Search, orders: int, progress: Progress) -> list[Course]:
     curves = {k: points[order == k] for k in range(1, orders + 1) if (order == k).any()}
     empty = {k: len(turn) - len(curve) for k, curve in curves.items()}
     sampled = _sample(search, curves, half, progress)
-    courses = []
+    found_curves = []
     for k, curve in curves.items():
         # A curve that does not separate the two indices is not the one it is taken for: its order counts as missing.
         if not search.labels_hold(curve, k):
@@ -95,8 +185,8 @@ def follow(search: Search, orders: int, progress: Progress) -> list[Course]:
             curve = curve.joined(curve[(curve.turn > 0) & (curve.turn < np.pi)].mirrored())
         if len(curve) > 1 and not _closes(curve):
             gaps.append("the ends of the curve do not meet")
-        courses.append(Course(k, curve, closed=not gaps, remarks=(*gaps, *remarks[k])))
-    return courses
+        found_curves.append(CriticalCurve(k, curve, closed=not gaps, remarks=(*gaps, *remarks[k])))
+    return found_curves
 
 
 def _bracket(points: Points, turn: np.ndarray, reach: float = _REACH) -> tuple[np.ndarray, np.ndarray]:

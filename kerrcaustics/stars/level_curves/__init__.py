@@ -1,0 +1,1 @@
+"""Curves on the camera sky along which a star moves that runs round a circle: tracks, and images of great circles."""

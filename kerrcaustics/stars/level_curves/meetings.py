@@ -1,0 +1,265 @@
+"""Where a star, on its way round a circle of the celestial sphere, crosses caustics, and the image counts in between.
+
+Between two crossings, in the order of their longitude, the number of images of each index does not change: it is read
+off the winding of the caustics.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from scipy.interpolate import CubicSpline
+from scipy.optimize import elementwise
+
+from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.stars.level_curves.circle import Circle
+from kerrcaustics.stars.sheets import Sheets
+
+Array = np.ndarray
+
+_TURN = 2 * math.pi
+# Steps of Newton's method along a caustic, with the slope of a spline.
+_NEWTON_STEPS = 5
+# A fold is taken for a cusp where their heights differ by less than so many errors; looked at where the caustic is as
+# level as this.
+_CUSP_ERRORS, _LEVEL = 10.0, 0.03
+# Nodes of a piece of a caustic around an extreme of the height.
+_NODES = 17
+# Events closer in longitude (radians) than this, or than so many of their errors, count as simultaneous.
+_SAME, _SAME_ERRORS = 1e-10, 4.0
+# Simultaneous events that are told apart by counts, at most.
+_MOST_TOGETHER = 8
+
+
+@dataclass(frozen=True)
+class Meetings:
+    """Where images of a star meet on critical curves: one entry each, in the order of longitude within one turn.
+
+    order; points: of the critical curves; longitude: in [0, 2 pi); error: of it; at_cusp; side: +1 where the pair lies
+    at larger longitude, -1 at smaller; known: True where the counts bear this out. boundary: entries of one boundary
+    are simultaneous. gap_low, gap_high: longitude of the ends of the gaps between the boundaries, gap i above boundary
+    i; and counts (gaps, indices): images there.
+    """
+
+    order: Array
+    points: Points
+    longitude: Array
+    error: Array
+    at_cusp: Array
+    side: Array
+    known: Array
+    boundary: Array
+    gap_low: Array
+    gap_high: Array
+    counts: Array
+    remarks: tuple[str, ...]
+
+
+def meetings(sheets: Sheets, circle: Circle) -> Meetings:
+    """All points of the caustics that bound the sheets on a star's circle, and the counts between them."""
+    curves = sheets.curves
+    remarks = [_grazed(curve.order) for curve in curves if curve.is_point and _near_point(curve, circle)]
+    wide = {curve.order: curve.around() for curve in curves if not curve.is_point}
+    added, doubts = _extremes(curves, wide, circle)
+    wide = {k: _merged(points, added[k]) for k, points in wide.items()}
+    order, turn = _roots(curves, wide, circle)
+    points = _polished(curves, wide, order, turn) if len(order) else curves.curves[0].points[:0]
+    good = points.on_curve()
+    remarks += [f"an event of order {k} could not be refined" for k in order[~good].tolist()]
+    error, at_cusp = _longitude_error(wide, order[good], points[good], circle)
+    return _arranged(sheets, circle, order[good], points[good], error, at_cusp, [*remarks, *doubts])
+
+
+def _grazed(order: int) -> str:
+    return f"the star grazes the caustic of order {order}: two events there that undo each other cannot be told"
+
+
+def _near_point(curve: CriticalCurve, circle: Circle) -> bool:
+    heights, error = circle.height(curve.points.direction), 3 * curve.points.error.max()
+    return bool(heights.min() <= error and heights.max() >= -error)
+
+
+def _merged(points: Points, more: Points | None) -> Points:
+    if more is None:
+        return points
+    points = points.joined(more)
+    return points[np.argsort(points.turn, kind="stable")]
+
+
+def _extremes(
+    curves: CriticalCurves, wide: dict[int, Points], circle: Circle
+) -> tuple[dict[int, Points | None], list[str]]:
+    """Points at extremes of the height where the caustic may reach the circle between its points."""
+    added: dict[int, Points | None] = dict.fromkeys(wide)
+    remarks = []
+    nodes = chebyshev.chebpts1(_NODES)
+    for k, points in wide.items():
+        height = circle.height(points.direction)
+        before, here, after = height[:-2], height[1:-1], height[2:]
+        turned = (np.abs(here) <= np.abs(before)) & (np.abs(here) <= np.abs(after))
+        turned &= (here * before > 0) & (here * after > 0)
+        turned &= np.abs(here) < np.maximum(np.abs(after - here), np.abs(before - here))
+        inner = (points.turn[1:-1] >= 0) & (points.turn[1:-1] < _TURN)
+        for i in 1 + np.flatnonzero(turned & inner):
+            low, high = points.turn[i - 1], points.turn[i + 1]
+            traced = between(curves.search(), {k: points}, {k: (low + high) / 2 + (high - low) / 2 * nodes})[k]
+            if len(traced) < _NODES:
+                remarks.append(_grazed(k))
+                continue
+            values = chebyshev.chebfit(nodes, circle.height(traced.direction), _NODES - 1)
+            roots = chebyshev.chebroots(chebyshev.chebder(values))
+            places = roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) < 1)]
+            best = places[np.argmin(chebyshev.chebval(places, values) * np.sign(height[i]))] if places.size else 0.0
+            top = float(chebyshev.chebval(best, values))
+            if abs(top) <= 4 * traced.error.max() + np.abs(values[-3:]).max():
+                remarks.append(_grazed(k))
+            elif top * height[i] < 0:
+                turn = np.array([(low + high) / 2 + (high - low) / 2 * best])
+                peak = _polished(curves, wide, np.array([k]), turn)
+                more = peak.joined(peak.shifted(1), peak.shifted(-1))
+                added[k] = _merged(more, added[k])
+    return added, remarks
+
+
+def _roots(curves: CriticalCurves, wide: dict[int, Points], circle: Circle) -> tuple[Array, Array]:
+    """Order and parameter of the points of the caustics that lie on the circle."""
+    found = [_brackets(k, points, circle) for k, points in wide.items()]
+    if sum(len(part[0]) for part in found) == 0:
+        return np.empty(0, int), np.empty(0)
+    orders, start, end = (np.concatenate(parts) for parts in zip(*found, strict=True))
+
+    def height(turn: Array, which: Array) -> Array:
+        return circle.height(_polished(curves, wide, which, turn).direction)
+
+    turn = _guessed(wide, orders, start, end, circle)
+    lost = np.ones(len(turn), bool)
+    for _ in range(_NEWTON_STEPS):
+        points = _polished(curves, wide, orders[lost], turn[lost])
+        miss = circle.height(points.direction)
+        far = np.abs(miss) > 2 * points.error
+        lost[lost] = far
+        if not far.any():
+            break
+        slope = np.array(
+            [_heights(wide[k], circle)(t, 1) for k, t in zip(orders[lost].tolist(), turn[lost], strict=True)]
+        )
+        turn[lost] -= miss[far] / np.where(slope == 0, 1, slope)
+        turn[lost] = np.clip(turn[lost], start[lost], end[lost])
+    lost &= start < end
+    if lost.any():
+        bracket = (start[lost], end[lost])
+        root = elementwise.find_root(height, bracket, args=(orders[lost],), tolerances={"xatol": 1e-15, "xrtol": 4e-16})
+        turn[lost] = np.asarray(root.x)
+    return orders, turn
+
+
+def _brackets(order: int, points: Points, circle: Circle) -> tuple[Array, Array, Array]:
+    """Order, and pairs of parameters between which the caustic passes through the circle.
+
+    Both are the same where a point lies on it: of several neighbours that do, within their error, the closest.
+    """
+    height = circle.height(points.direction)
+    level = np.flatnonzero(np.abs(height) <= points.error)
+    runs = np.split(level, np.flatnonzero(np.diff(level) > 1) + 1)
+    roots = np.array([run[np.argmin(np.abs(height[run]))] for run in runs if run.size], int)
+    kept = np.setdiff1d(np.arange(len(height)), level)
+    i, j = kept[:-1], kept[1:]
+    passed = (height[i] > 0) != (height[j] > 0)
+    i, j = i[passed], j[passed]
+    # A level run between both ends holds the root.
+    for root in roots.tolist():
+        inside = (i < root) & (root < j)
+        i, j = np.where(inside, root, i), np.where(inside, root, j)
+    within = (points.turn[i] >= 0) & (points.turn[i] < _TURN)
+    return np.full(within.sum(), order), points.turn[i[within]], points.turn[j[within]]
+
+
+def _heights(points: Points, circle: Circle) -> CubicSpline:
+    return CubicSpline(points.turn, circle.height(points.direction))
+
+
+def _guessed(wide: dict[int, Points], order: Array, low: Array, high: Array, circle: Circle) -> Array:
+    """Parameters (n,) where splines through the points have the height 0."""
+    turn = (low + high) / 2
+    for k in np.unique(order).tolist():
+        here = (order == k) & (low < high)
+        if here.any():
+            root = elementwise.find_root(_heights(wide[k], circle), (low[here], high[here]))
+            turn[here] = np.where(root.success, root.x, turn[here])
+    return turn
+
+
+def _polished(curves: CriticalCurves, wide: dict[int, Points], order: Array, turn: Array) -> Points:
+    """Critical points of the given orders on the given lines."""
+    depth = np.empty(len(turn))
+    for k in np.unique(order).tolist():
+        here = order == k
+        depth[here] = CubicSpline(wide[k].turn, wide[k].depth)(turn[here])
+    return curves.search().polished(turn, order, depth)
+
+
+def _longitude_error(wide: dict[int, Points], order: Array, points: Points, circle: Circle) -> tuple[Array, Array]:
+    """Errors (n,) of the longitude at which the caustic passes through the circle, and where that is at a cusp.
+
+    Where the caustic runs along the circle its longitude is uncertain, but for a cusp that points along it: there,
+    with the parameter s, the longitude changes by A s^2, the height by B s^3, so that their ratio is 1.5 B s / A.
+    """
+    height = circle.height(points.direction)
+    sine = np.sin(circle.angle - height)
+    up, right = (np.einsum("ij,ij->i", points.major, e) for e in circle.upward_and_east(points.direction))
+    at_cusp, aside = np.zeros(len(order), bool), np.zeros(len(order))
+    for i in np.flatnonzero(np.abs(up) < _LEVEL):
+        around, turn = wide[order[i]], points.turn[i]
+        east = circle.upward_and_east(points.direction[i])[1]
+        # Second derivative of the longitude where the caustic stands still.
+        a = float(CubicSpline(around.turn, around.direction @ east)(turn, 2)) / sine[i] / 2
+        b = float(_heights(around, circle)(turn, 3)) / 6
+        s = up[i] / (right[i] * sine[i]) * a / (1.5 * b) if b else np.inf
+        at_cusp[i], aside[i] = abs(b * s**3) < _CUSP_ERRORS * points.error[i], abs(a * s**2)
+    slope = np.abs(right / np.where(at_cusp, 1, up))
+    fold = (points.error * np.hypot(1, slope) + np.abs(height) * slope) / np.maximum(sine, points.error)
+    return np.where(at_cusp, points.error / np.maximum(sine, points.error) + aside, fold), at_cusp
+
+
+def _arranged(
+    sheets: Sheets, circle: Circle, order: Array, points: Points, error: Array, at_cusp: Array, remarks: list[str]
+) -> Meetings:
+    """Meetings in the order of longitude, with the gaps between them and the counts there."""
+    longitude = circle.longitude(points.direction) % _TURN
+    way = np.argsort(longitude)
+    order, points, longitude, error, at_cusp = order[way], points[way], longitude[way], error[way], at_cusp[way]
+    same = np.maximum(_SAME, _SAME_ERRORS * error)
+    apart = np.diff(longitude) > np.maximum(same[1:], same[:-1])
+    boundary = np.concatenate([[0], np.cumsum(apart)]) if len(longitude) else np.empty(0, int)
+    first = np.flatnonzero(np.concatenate([[True], apart])) if len(longitude) else np.empty(0, int)
+    last = np.append(first[1:] - 1, len(longitude) - 1) if len(longitude) else first
+    if len(longitude):
+        low, high = longitude[last], np.append(longitude[first[1:]], longitude[0] + _TURN)
+    else:
+        low, high = np.array([0.0]), np.array([_TURN])
+    told = sheets.counted(circle.place((low + high) / 2))
+    counts = told.expected
+    if told.touching.any():
+        remarks = [*remarks, "some image counts could not be told: a caustic runs along the star's path"]
+    side, known = np.zeros(len(longitude), int), np.zeros(len(longitude), bool)
+    for i in range(len(first)):
+        members = np.flatnonzero(boundary == i)
+        side[members], known[members] = _sides(order[members], counts[i] - counts[i - 1])
+    return Meetings(order, points, longitude, error, at_cusp, side, known, boundary, low, high, counts, tuple(remarks))
+
+
+def _sides(order: Array, change: Array) -> tuple[Array, bool]:
+    """On which side each of several simultaneous pairs lies, from the change of the counts toward larger longitude."""
+    pairs = np.zeros((len(order), len(change) + 1), int)
+    pairs[np.arange(len(order)), order - 1] = 1
+    pairs[np.arange(len(order)), order] = 1
+    pairs = pairs[:, : len(change)]
+    if len(order) > _MOST_TOGETHER:
+        return np.ones(len(order), int), False
+    signs = np.array(list(itertools.product((1, -1), repeat=len(order))))
+    miss = np.abs(signs @ pairs - change).sum(axis=1)
+    best = int(np.argmin(miss))
+    return signs[best], bool(miss[best] == 0 and (miss == 0).sum() == 1)

@@ -1,0 +1,37 @@
+"""Images of a great circle by contours on a grid: the slow, obvious twin of kerrcaustics.stars.circles.
+
+On a sheet of the camera sky the height of a direction's image above the circle is tabulated on a fine grid; its zero
+contours are the images, in the coordinates of the sheet, good to the grid's own step.
+"""
+
+import numpy as np
+from skimage.measure import find_contours
+
+from kerrcaustics.beams.trace import trace_rays
+from kerrcaustics.curves import sky_lines
+from kerrcaustics.spacetime.camera import as_seen
+from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.stars.sheets import sheets_of
+
+# A turn that is no line of symmetry, where the grid's seam lies; and the part of a sheet next to its edges left out.
+SEAM, MARGIN = 0.7, 1e-6
+
+
+def contours(camera, normal, index, lines=1500, places=1200):
+    """Contours on the sheet of one index, each as directions N (n, 3), cut at the seam of the grid."""
+    sheets = sheets_of(camera, index)
+    sheet = sheets.sheets[index]
+    turn = SEAM + np.linspace(0, 2 * np.pi, lines)
+    # Dense toward both edges, where images crowd.
+    part = MARGIN + (1 - 2 * MARGIN) * (1 - np.cos(np.linspace(0, np.pi, places))) / 2
+
+    def sky(at_turn, at_part):
+        return sheets.sky(sky_lines.looking(sheets.camera, at_turn, sheet.depth(at_turn, at_part)))
+
+    grid = np.meshgrid(turn, part, indexing="ij")
+    height = trace_rays(sheets.camera, sky(*grid)).direction @ from_angles(*normal)
+    found = []
+    for line in find_contours(height, 0.0):
+        at = (np.interp(line[:, i], np.arange(len(axis)), axis) for i, axis in enumerate((turn, part)))
+        found.append(as_seen(sky(*at), sheets.frame, camera.frame()))
+    return found
