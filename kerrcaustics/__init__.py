@@ -26,12 +26,15 @@ if TYPE_CHECKING:
         Cusp as Cusp,
         caustics as caustics,
     )
-    from kerrcaustics.curves.store import (
-        load_caustics as load_caustics,
-        save_caustics as save_caustics,
-        to_xarray as to_xarray,
-    )
     from kerrcaustics.curves.tubes import CausticTube as CausticTube, caustic_tubes as caustic_tubes
+    from kerrcaustics.results.datasets import to_xarray as to_xarray
+    from kerrcaustics.results.files import (
+        load as load,
+        load_caustics as load_caustics,
+        save as save,
+        save_caustics as save_caustics,
+    )
+    from kerrcaustics.results.records import record as record
     from kerrcaustics.scenes.catalogue import (
         StarCatalogue as StarCatalogue,
         hipparcos as hipparcos,
@@ -118,20 +121,23 @@ _HOMES = {
     "follow_star": "stars.following",
     "hipparcos": "scenes.catalogue",
     "image_counts": "stars.counts",
-    "load_caustics": "curves.store",
+    "load": "results.files",
+    "load_caustics": "results.files",
     "merged_catalogues": "scenes.catalogue",
     "pair_events": "stars.events",
     "render": "scenes.render",
     "ray_paths": "beams.paths",
     "read_scene": "sweeps.scene",
-    "save_caustics": "curves.store",
+    "record": "results.records",
+    "save": "results.files",
+    "save_caustics": "results.files",
     "shadow_edge": "spacetime.shadow",
     "star_images": "stars.images",
     "star_tracks": "stars.tracks",
     "sweep": "sweeps.engine",
     "tangent_basis": "spacetime.sphere",
     "tilted_galaxy": "scenes.catalogue",
-    "to_xarray": "curves.store",
+    "to_xarray": "results.datasets",
     "tone_mapped": "scenes.colour",
     "trace_beams": "beams.trace",
     "trace_rays": "beams.trace",
@@ -183,12 +189,15 @@ __all__ = [
     "follow_star",
     "hipparcos",
     "image_counts",
+    "load",
     "load_caustics",
     "merged_catalogues",
     "pair_events",
     "ray_paths",
     "read_scene",
+    "record",
     "render",
+    "save",
     "save_caustics",
     "shadow_edge",
     "star_images",

@@ -72,7 +72,7 @@ def caustics(
     figure
         Draw them into this file: .png, .pdf or .svg.
     save
-        Save everything into this file, to be loaded with kerrcaustics.load_caustics.
+        Save everything into this file, to be loaded with kerrcaustics.load.
     json_
         Write the numbers to this file as JSON; - is standard output.
     points
@@ -88,13 +88,13 @@ def caustics(
 
         found = find(camera, orders, engine, tolerance, progress=report)
     if json_ is not None:
-        from kerrcaustics.curves.store import record
+        from kerrcaustics.results.records import record
 
-        write_json(record(found, points), json_, None if points else 2)
+        write_json(record(found, points=points), json_, None if points else 2)
     if save is not None:
-        from kerrcaustics.curves.store import save_caustics
+        from kerrcaustics.results.files import save as write
 
-        save_caustics(save, found)
+        write(save, found)
     if figure is not None:
         _draw(found, figure)
     _print_table(found, console(stderr=json_ == "-"))

@@ -80,9 +80,9 @@ def images(
 
         found = star_images(camera, place, max_index)
     if json_ is not None:
-        from kerrcaustics.stars.records import images_record
+        from kerrcaustics.results.records import record
 
-        write_found(images_record(camera, found), json_, time.perf_counter() - began)
+        write_found(record(found, camera=camera), json_, time.perf_counter() - began)
     _print_images(camera, found, console(stderr=json_ == "-", width=_WIDE))
     if not found.certified:
         stop(1, "The images are not certified: see the remarks.")
@@ -169,18 +169,18 @@ def counts(
 
 def _stars(camera: "Camera", places: Any, max_index: int, out: Console) -> tuple[dict[str, Any], bool]:
     with plain_errors(), progress():
+        from kerrcaustics.results.records import record
         from kerrcaustics.stars.counts import image_counts
-        from kerrcaustics.stars.records import counts_record
 
         found = image_counts(camera, places, max_index)
     _print_counts(camera, found, out)
-    return counts_record(camera, found), bool(found.certified.all())
+    return record(found, camera=camera), found.all_certified
 
 
 def _map(camera: "Camera", max_index: int, rows: int, figure: Path | None, out: Console) -> dict[str, Any]:
     with plain_errors(), progress() as report:
+        from kerrcaustics.results.records import record
         from kerrcaustics.stars.counts import count_map
-        from kerrcaustics.stars.records import map_record
 
         found = count_map(camera, max_index, rows)
         if figure is not None:
@@ -190,7 +190,7 @@ def _map(camera: "Camera", max_index: int, rows: int, figure: Path | None, out: 
 
             write_figure(count_map_figure(found, caustics(camera, max_index + 1)), figure)
     _print_map(camera, found, out)
-    return map_record(camera, found)
+    return record(found, camera=camera)
 
 
 def _circle(
@@ -198,14 +198,20 @@ def _circle(
 ) -> tuple[dict[str, Any], bool]:
     turn = math.radians(line or 0.0)
     with plain_errors(), progress():
+        from kerrcaustics.results.records import in_degrees, record
         from kerrcaustics.stars.circles import circle_images
         from kerrcaustics.stars.lines import crossings_of_line
-        from kerrcaustics.stars.records import circle_record
 
         found = circle_images(camera, normal, max_index)
         crossed = None if line is None else crossings_of_line(found, turn)
     _print_circle(found, crossed, line, out)
-    entry = circle_record(camera, found, crossed, turn, points)
+    entry = record(found, points=points)
+    if crossed is not None:
+        inner = record(crossed)
+        del inner["schema"]
+        entry["certified"] &= crossed.certified
+        entry["remarks"] += inner.pop("remarks")
+        entry["line"] = {"turn_deg": in_degrees(turn), **inner}
     return entry, entry["certified"]
 
 

@@ -95,9 +95,9 @@ def tracks(
     if film is not None:
         _write_film(found, film)
     if json_ is not None:
-        from kerrcaustics.stars.records import tracks_record
+        from kerrcaustics.results.records import record
 
-        write_found(tracks_record(camera, found), json_, seconds, None)
+        write_found(record(found), json_, seconds, None)
     _print_tracks(camera, found, console(stderr=json_ == "-", width=_WIDE))
     if not found.certified:
         stop(1, "The tracks are not certified: see the remarks.")
