@@ -35,7 +35,7 @@ class Sky(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Rendering:
     """A sky as a camera sees it.
 
     light (height, width, 3): linear sRGB intensity, float32, in the sky's unit; the shadow is 0. open (height, width):
@@ -53,14 +53,14 @@ class Scene:
     def __repr__(self) -> str:
         """One line: size, camera, time."""
         size = f"{self.view.width} x {self.view.height}"
-        return f"<Scene {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
+        return f"<Rendering {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
 
 
 @dataclass(frozen=True, eq=False)
 class TracedView:
     """The beams of a view, traced once for any sky: what `trace_view` returns.
 
-    open (height, width): part of each pixel that is not in the shadow. divided, beams, seconds: as in `Scene`.
+    open (height, width): part of each pixel that is not in the shadow. divided, beams, seconds: as in `Rendering`.
     """
 
     camera: Camera
@@ -73,7 +73,7 @@ class TracedView:
     _whole: list[tuple[Array, Footprint]] = field(repr=False)
     _parts: list[tuple[Array, Footprint]] = field(repr=False)
 
-    def show(self, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Scene:
+    def show(self, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Rendering:
         """A sky as it is seen in this view; parameters as for `render`."""
         began = time.perf_counter()
         if (beaming or colour_shift) and any(len(f) and np.isnan(f.redshift).all() for _, f in self._whole):
@@ -90,10 +90,10 @@ class TracedView:
                 light[divided] = np.stack(total, axis=-1)
         light = light.reshape(self.view.height, self.view.width, 3)
         seconds = self.seconds + time.perf_counter() - began
-        return Scene(self.camera, self.view, light, self.open, self.divided, self.beams, seconds)
+        return Rendering(self.camera, self.view, light, self.open, self.divided, self.beams, seconds)
 
 
-def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Scene:
+def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Rendering:
     """A sky seen through the hole: each pixel holds the mean of the sky over the footprint of its beam.
 
     Parameters
@@ -108,7 +108,7 @@ def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colou
 
     Returns
     -------
-    Scene
+    Rendering
         Its light becomes a picture by `tone_mapped`.
 
     Errors
