@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.curves.store import record, writing
+from kerrcaustics.curves.store import record
+from kerrcaustics.files import writing
 
 
 @pytest.fixture(scope="module", params=["astroids", "point", "moving"])

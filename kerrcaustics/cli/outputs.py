@@ -74,7 +74,7 @@ def write_json(entry: dict[str, Any], target: str, indent: int | None = 2) -> No
     if target == "-":
         sys.stdout.write(text)
         return
-    from kerrcaustics.curves.store import writing
+    from kerrcaustics.files import writing
 
     with writing(target) as file:
         file.write(text.encode())

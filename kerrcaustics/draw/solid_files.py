@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.curves.store import writing
 from kerrcaustics.draw.solids import Model, SpaceCurve, Surface
+from kerrcaustics.files import writing
 
 # Constants of glTF 2.0.
 _FLOAT, _UNSIGNED, _VERTICES, _INDICES, _STRIP, _TRIANGLES = 5126, 5125, 34962, 34963, 3, 4
