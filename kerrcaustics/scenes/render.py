@@ -28,7 +28,7 @@ _DIVISIONS = 4
 _LONG = 0.5
 
 
-Part = tuple[Int[Array, " footprints"], Footprint]
+Part = tuple[Int[Array, " _"], Footprint]
 """Some pixels, by their numbers in reading order, and their footprints; a number for each footprint."""
 
 
