@@ -5,6 +5,8 @@ import json
 import math
 import pickle
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args, get_type_hints
@@ -13,10 +15,15 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.beams.paths import SpacePoints
 from kerrcaustics.results.declared import LAYOUTS, quantities, stored
+from kerrcaustics.results.files import HOMES
+from kerrcaustics.stars.circles import CircleCurve
+from kerrcaustics.stars.counts import CountMap
+from kerrcaustics.stars.tracks import Track
 
 # Naming them loads the modules of all public names.
-PUBLIC = {getattr(kc, name) for name in kc.__all__}
+assert all(hasattr(kc, name) for name in kc.__all__)
 KINDS = sorted(LAYOUTS, key=lambda kind: kind.__name__)
 CAMERA = kc.Camera(0.5, 4.0, 1.0, (0.1, -0.2, 0.3))
 GIVEN = {kc.Camera: CAMERA, kc.View: kc.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)), Path: Path("folder/sweep.zarr")}
@@ -30,7 +37,7 @@ def example(kind, count, absent=False):
     """A made-up result, with so many points, curves and images; absent: what may be None is."""
     if kind in GIVEN:
         return GIVEN[kind]
-    if kind in (kc.CircleCurve, kc.CountMap):
+    if kind in (CircleCurve, CountMap):
         # No curve is without points, no map without cells.
         count = max(count, 1)
     hints = get_type_hints(kind)
@@ -146,7 +153,7 @@ def test_a_dataset_holds_every_number(kind, count, tmp_path):
 
 
 def test_datasets_pad_what_is_shorter():
-    track = example(kc.Track, 2)
+    track = example(Track, 2)
     short = replace(track, sky=track.sky[:1], index=track.index[:1], events=(), places=())
     data = kc.to_xarray(replace(example(kc.StarTracks, 1), tracks=(track, short)))
     assert data.track_sky.dims == ("track", "point", "axis") and list(data.axis) == ["x", "y", "z"]
@@ -186,7 +193,20 @@ def test_docstrings_tell_every_field(kind):
 def test_the_page_tells_every_public_result():
     page = (Path(__file__).parents[1] / "docs" / "results.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(\w+)` \|.*\| `(kerrcaustics/[^`]+)` \|$", page, re.MULTILINE))
-    assert rows == {kind.__name__: LAYOUTS[kind].schema for kind in KINDS if kind in PUBLIC}
+    assert rows == {kind.__name__: LAYOUTS[kind].schema for kind in KINDS}
+
+
+def test_files_know_where_every_result_is_defined():
+    told = {f"kerrcaustics.{home}.{name}" for home, names in HOMES.items() for name in names.split()}
+    assert told == {f"{kind.__module__}.{kind.__name__}" for kind in KINDS}
+
+
+def test_a_fresh_process_loads_what_is_no_public_name(tmp_path):
+    made = example(SpacePoints, 2)
+    kc.save(tmp_path / "points", made)
+    code = f"import kerrcaustics as kc; print(kc.load({str(tmp_path / 'points')!r}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == repr(made)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a file of ours", b"PK\x03\x04broken"])

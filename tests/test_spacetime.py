@@ -10,7 +10,15 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from kerrcaustics.spacetime import camera as cameras, kerr
-from kerrcaustics.spacetime.camera import Camera, fido_from_sky, sky_from_fido
+from kerrcaustics.spacetime.camera import (
+    Camera,
+    as_seen,
+    fido_from_sky,
+    looking_from_sky,
+    sky_from_fido,
+    sky_from_looking,
+)
+from kerrcaustics.spacetime.checks import whole_number
 
 RAYS = json.loads((Path(__file__).parent / "data" / "rays.json").read_text(encoding="utf-8"))
 
@@ -151,6 +159,17 @@ def test_aberration_there_and_back(camera, sky):
     assert np.abs(sky_from_fido(frame, photon) - sky).max() < 1e-15 * (9 + gain)
 
 
+@given(any_camera(), any_direction())
+@settings(derandomize=True, deadline=None)
+def test_two_cameras_at_one_event_see_each_others_directions(camera, sky):
+    moving, still = camera.frame(), camera.at_rest().frame()
+    gain = (1 + abs(moving.speed)) / (1 - abs(moving.speed))
+    assert np.abs(as_seen(as_seen(sky, moving, still), still, moving) - sky).max() < 1e-15 * (9 + gain)
+    ahead = np.stack([sky, -sky])
+    assert np.array_equal(as_seen(ahead, moving, still)[0], as_seen(sky, moving, still))
+    assert np.array_equal(sky_from_looking(moving, looking_from_sky(moving, ahead)), as_seen(ahead, moving, moving))
+
+
 def test_light_from_ahead_moves_backward():
     """A camera looks along its motion at light that moves against it, whatever the speed."""
     frame = Camera(0.9, 5.0, 1.0, (0.2, -0.3, 0.5)).frame()
@@ -161,7 +180,7 @@ def test_light_from_ahead_moves_backward():
 def test_aberration_crowds_the_sky_ahead():
     """cos(angle from the motion) on the camera sky = (c + beta) / (1 + beta c), c at rest."""
     frame = Camera(0.0, 10.0, velocity=(0.0, 0.0, 0.6)).frame()
-    sky = sky_from_fido(frame, -np.array([1.0, 0.0, 0.0]))
+    sky = sky_from_looking(frame, np.array([1.0, 0.0, 0.0]))
     assert np.allclose(sky, [0.8, 0.6, 0.0], atol=1e-15)
 
 
@@ -251,3 +270,15 @@ def test_photon_orbit_itself_is_refused():
 
 def test_static_camera_in_the_ergosphere_of_the_equator_may_stand_over_the_pole():
     assert Camera(0.9, 1.9, 0.1, "static").fido_velocity()[2] < 0
+
+
+@pytest.mark.parametrize("value", [True, 2.0, 0, 11, "3", None])
+def test_no_whole_number_is_refused_in_one_grammar(value):
+    with pytest.raises(ValueError, match=f"`n` must be a whole number from 1 to 10, but is {value!r}"):
+        whole_number("n", value, 1, 10)
+
+
+def test_whole_numbers_become_int():
+    assert type(whole_number("n", np.int32(3), 1)) is int
+    with pytest.raises(ValueError, match="whole number from 1, but is 0"):
+        whole_number("n", 0, 1)

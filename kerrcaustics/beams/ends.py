@@ -12,6 +12,7 @@ from kerrcaustics.beams.equations import Constants
 from kerrcaustics.beams.nystroem import Path
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, photon, redshift as sky_redshift
+from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 
 Array = Any
@@ -37,9 +38,7 @@ class EquatorialPlane:
 
     def __post_init__(self) -> None:
         """Refuse what is no crossing or no emitter."""
-        whole = isinstance(self.crossing, int | np.integer) and not isinstance(self.crossing, bool)
-        if not (whole and self.crossing >= 1):
-            raise ValueError(f"Argument `crossing` must be a whole number from 1, but is {self.crossing!r}.")
+        whole_number("crossing", self.crossing, 1)
         if self.emitter not in EMITTERS:
             raise ValueError(f"Argument `emitter` must be one of {', '.join(EMITTERS)}, but is {self.emitter!r}.")
 

@@ -23,6 +23,7 @@ from kerrcaustics.beams.trace import as_vectors, normalised
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera, photon
+from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -154,13 +155,11 @@ def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math
     goal = goal_of(camera, end)
     if goal.kind == "plane":
         raise ValueError(f"Argument `end` must be a radius or math.inf, but is {end!r}.")
-    whole = isinstance(n, int | np.integer) and not isinstance(n, bool)
-    if not (whole and 2 <= n <= _MOST_POINTS):
-        raise ValueError(f"Argument `n` must be a whole number from 2 to {_MOST_POINTS}, but is {n!r}.")
+    n = whole_number("n", n, 2, _MOST_POINTS)
     directions, shape = as_vectors(sky)
     directions = normalised(directions)
     starts = range(0, max(len(directions), 1), _CHUNK)
-    parts = [_followed(camera, directions[i : i + _CHUNK], int(n), goal) for i in starts]
+    parts = [_followed(camera, directions[i : i + _CHUNK], n, goal) for i in starts]
     most = max(part["conjugate"].shape[1] for part in parts)
     for part in parts:
         missing = most - part["conjugate"].shape[1]
@@ -204,8 +203,7 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     low, high = kerr.spherical_orbit_impact(spin, outer), kerr.spherical_orbit_impact(spin, inner)
     if not low < impact < high:
         raise ValueError(f"Argument `impact` must lie between {low:.9g} and {high:.9g}, but is {impact!r}.")
-    if not (isinstance(n, int | np.integer) and 2 <= n <= _MOST_POINTS):
-        raise ValueError(f"Argument `n` must be a whole number from 2 to {_MOST_POINTS}, but is {n!r}.")
+    n = whole_number("n", n, 2, _MOST_POINTS)
     if not (isinstance(oscillations, int | float) and oscillations > 0):
         raise ValueError(f"Argument `oscillations` must be a positive number, but is {oscillations!r}.")
     radius, q = (float(part) for part in kerr.spherical_orbit_of_impact(spin, impact))

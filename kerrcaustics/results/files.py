@@ -15,6 +15,26 @@ from kerrcaustics.results.records import check_result
 
 SCHEMA, _OLD_SCHEMA = "kerrcaustics/result/1", "kerrcaustics/caustics-file/1"
 
+HOMES = {
+    "spacetime.camera": "Camera",
+    "beams.beam": "Rays Beams",
+    "beams.paths": "SpacePoints RayPaths",
+    "curves.caustic": "Cusp Caustic CausticSet",
+    "curves.tubes": "CausticTube",
+    "stars.images": "StarImages",
+    "stars.events": "PairEvent PairEvents",
+    "stars.tracks": "Track StarTracks",
+    "stars.following": "FollowedStar",
+    "stars.counts": "ImageCounts CountMap",
+    "stars.circles": "CircleCurve CircleImages",
+    "stars.lines": "LineCrossings",
+    "scenes.view": "View",
+    "scenes.footprint": "Footprint",
+    "scenes.render": "Rendering TracedView",
+    "sweeps.engine": "SweepResult",
+}
+"""What a file can hold: the classes of each module. It is loaded when a file asks for it."""
+
 
 def save(path: str | os.PathLike[str], result: Any) -> None:
     """Write a result to one file: NumPy .npz with a JSON header. Nothing is left half-written.
@@ -54,8 +74,14 @@ def load(path: str | os.PathLike[str]) -> Any:
     raise ValueError(f"Argument `path` must name a file of schema {SCHEMA}, but this one is {head['schema']}.")
 
 
-# The names that they had when they knew caustics alone.
-save_caustics, load_caustics = save, load
+def save_caustics(path: str | os.PathLike[str], caustics: Any) -> None:
+    """Write caustics to one file: `save`, by its first name."""
+    save(path, caustics)
+
+
+def load_caustics(path: str | os.PathLike[str]) -> Any:
+    """The caustics in a file: `load`, by its first name."""
+    return load(path)
 
 
 def _tree(value: Any, arrays: dict[str, Any]) -> Any:
@@ -94,9 +120,8 @@ def _value(tree: Any, arrays: dict[str, Any]) -> Any:
 
 def _kind(name: str) -> Any:
     """The class of a result, by its name."""
-    # A public name brings its module; other results come with the module of the one that they are part of.
-    getattr(import_module("kerrcaustics"), name, None)
-    return next(kind for kind in LAYOUTS if kind.__name__ == name)
+    (home,) = (module for module, names in HOMES.items() if name in names.split())
+    return getattr(import_module(f"kerrcaustics.{home}"), name)
 
 
 def _restored(kind: Any, parts: dict[str, Any]) -> Any:

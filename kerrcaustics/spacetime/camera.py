@@ -245,6 +245,24 @@ def sky_from_fido(frame: Frame, direction: np.ndarray) -> np.ndarray:
     return sky / np.linalg.norm(sky, axis=-1, keepdims=True)
 
 
+def looking_from_sky(frame: Frame, sky: np.ndarray) -> np.ndarray:
+    """Direction (..., 3) in FIDO components in which the camera looks at N (..., 3): against the photon's motion."""
+    return -np.stack(fido_from_sky(frame, tuple(np.moveaxis(np.asarray(sky), -1, 0))), axis=-1)
+
+
+def sky_from_looking(frame: Frame, looking: np.ndarray) -> np.ndarray:
+    """Camera-sky direction N (..., 3) of what lies in the direction `looking` (..., 3) = (r, theta, phi) of the FIDO.
+
+    The inverse of `looking_from_sky`.
+    """
+    return sky_from_fido(frame, -np.asarray(looking))
+
+
+def as_seen(sky: np.ndarray, one: Frame, other: Frame) -> np.ndarray:
+    """The directions N (..., 3) on the sky of one camera, as the other one sees them: cameras at the same event."""
+    return sky_from_looking(other, looking_from_sky(one, sky))
+
+
 def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
     """The photon that arrives from camera-sky direction N, with unit energy at infinity.
 

@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.checks import whole_number
 
 
 def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
@@ -21,8 +22,7 @@ def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
     About 1e-15 rad, from closed formulas (JTFT A.1).
     """
     check_camera(camera)
-    if not (isinstance(n, int | np.integer) and not isinstance(n, bool) and n > 0):
-        raise ValueError(f"Argument `n` must be a positive whole number, but is {n!r}.")
+    n = whole_number("n", n, 1)
     turn = 2 * math.pi * np.arange(n) / n
     return sky_from_fido(camera.frame(), edge_photons(camera, turn))
 

@@ -49,7 +49,7 @@ class PairEvents(Items[PairEvent]):
     remarks: tuple[str, ...] = quantity("", "", "what could not be told")
 
 
-def pair_events(camera: Camera, theta: float, max_index: int = 3) -> PairEvents:
+def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
     """When pairs of images of a star are created and annihilated, over one orbit of the camera.
 
     Parameters

@@ -196,7 +196,7 @@ class StarTracks:
 Images = StarImages | tuple[StarImages, ...]
 
 
-def star_tracks(camera: Camera, theta: float, max_index: int = 3) -> StarTracks:
+def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:
     """The tracks of all images of a star over one whole orbit of the camera.
 
     Parameters
