@@ -20,6 +20,7 @@ from kerrcaustics.results.declared import LAYOUTS, quantities, stored
 from kerrcaustics.results.files import HOMES
 from kerrcaustics.stars.circles import CircleCurve
 from kerrcaustics.stars.counts import CountMap
+from kerrcaustics.stars.events import PairEvents
 from kerrcaustics.stars.tracks import Track
 
 # Naming them loads the modules of all public names.
@@ -163,6 +164,8 @@ def test_datasets_pad_what_is_shorter():
     assert data.track_event_kind.values.tolist() == [["a word", "a word"], ["", ""]]
     assert data.event_star.dims == ("event", "angle") and data.end_time.attrs["units"] == "GM/c^3"
     assert data.track_turns.dims == ("track",) and data.attrs["period"] == 0.1 + 0.2
+    quiet = kc.to_xarray(replace(example(kc.StarTracks, 1), events=example(PairEvents, 0)))
+    assert quiet.event_indices.shape == (0, 2) and quiet.event_sky.shape == (0, 3) and quiet.sizes["track_event"] == 1
 
 
 @pytest.mark.parametrize("shape", [(), (4,), (2, 3)])

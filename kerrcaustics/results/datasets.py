@@ -13,7 +13,12 @@ if TYPE_CHECKING:
     import xarray
 
 # Dimensions whose places have names; what fills places that hold nothing, by kind of number.
-_NAMED = {"axis": ["x", "y", "z"], "angle": ["theta", "phi"], "channel": ["red", "green", "blue"]}
+_NAMED = {
+    "axis": ["x", "y", "z"],
+    "angle": ["theta", "phi"],
+    "pair": ["outer", "inner"],
+    "channel": ["red", "green", "blue"],
+}
 _FILL = {"i": -1, "b": False, "U": ""}
 
 

@@ -153,6 +153,7 @@ def element(kind: type, name: str) -> tuple[Any, bool]:
 
 def same(one: Any, other: Any) -> bool:
     """True when two results, or parts of them, are of one type and every number is the same; NaN is equal to NaN."""
+    one, other = (value.item() if isinstance(value, np.generic) else value for value in (one, other))
     if type(one) is not type(other):
         return False
     if type(one) in LAYOUTS and type(one).__eq__ is same:
@@ -187,11 +188,12 @@ def _sentence(text: str) -> str:
 
 
 def _type(hint: Any, dims: tuple[str, ...]) -> str:
-    """A type in words: "(image, axis) array", "tuple of Cusp", "float or None"."""
+    """A type in words: "array over image × axis", "tuple of Cusp", "float or None"."""
     if type(None) in get_args(hint):
         rest = [part for part in get_args(hint) if part is not type(None)]
         return " or ".join([*(_type(part, dims) for part in rest), "None"])
     text = re.sub(r"\btuple\[([\w.]+), \.\.\.\]", r"tuple of \1", inspect.formatannotation(hint))
     if "ndarray" in text and "tuple" not in text:
-        return f"({', '.join(dims)}{',' * (len(dims) == 1)}) array"
+        # Separated by commas, the documentation would make each name a link.
+        return f"array over {' × '.join(dims)}"
     return re.sub(r"\w+\.|\[.*", "", text)
