@@ -11,14 +11,14 @@ Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
 from pathlib import Path
 
 import kerrcaustics as kc
-from kerrcaustics.draw.solids import tubes_scene
-from kerrcaustics.draw.space import write_scene
+from kerrcaustics.draw.solids import tubes_model
+from kerrcaustics.draw.space import write_model
 
 
 def main(output: Path) -> list[Path]:
     """The files, made in an existing folder."""
     camera = kc.Camera(spin=0.999, radius=6.03)
-    return write_scene(tubes_scene(camera, kc.caustic_tubes(camera, orders=2)), output, "space_caustic_tubes")
+    return write_model(tubes_model(camera, kc.caustic_tubes(camera, orders=2)), output, "space_caustic_tubes")
 
 
 if __name__ == "__main__":

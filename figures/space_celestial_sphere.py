@@ -9,14 +9,14 @@ Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
 from pathlib import Path
 
 import kerrcaustics as kc
-from kerrcaustics.draw.solids import celestial_scene
-from kerrcaustics.draw.space import write_scene
+from kerrcaustics.draw.solids import celestial_model
+from kerrcaustics.draw.space import write_model
 
 
 def main(output: Path) -> list[Path]:
     """The files, made in an existing folder."""
     caustics = kc.caustics(kc.Camera(spin=0.999, radius=6.03), orders=4)
-    return write_scene(celestial_scene(caustics), output, "space_celestial_sphere")
+    return write_model(celestial_model(caustics), output, "space_celestial_sphere")
 
 
 if __name__ == "__main__":

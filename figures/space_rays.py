@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.draw.solids import rays_scene
-from kerrcaustics.draw.space import write_scene
+from kerrcaustics.draw.solids import rays_model
+from kerrcaustics.draw.space import write_model
 
 
 def main(output: Path) -> list[Path]:
@@ -25,7 +25,7 @@ def main(output: Path) -> list[Path]:
         for tilt in np.radians([0.0, 60.0])
     ]
     paths = kc.ray_paths(camera, np.concatenate(fans), 600)
-    return write_scene(rays_scene(camera, paths), output, "space_rays")
+    return write_model(rays_model(camera, paths), output, "space_rays")
 
 
 if __name__ == "__main__":

@@ -10,14 +10,14 @@ Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
 from pathlib import Path
 
 import kerrcaustics as kc
-from kerrcaustics.draw.solids import trapped_scene
-from kerrcaustics.draw.space import write_scene
+from kerrcaustics.draw.solids import trapped_model
+from kerrcaustics.draw.space import write_model
 
 
 def main(output: Path) -> list[Path]:
     """The files, made in an existing folder."""
     orbit = kc.trapped_orbit(spin=0.999, impact=1.5, n=6000, oscillations=5)
-    return write_scene(trapped_scene(orbit), output, "space_trapped_orbit")
+    return write_model(trapped_model(orbit), output, "space_trapped_orbit")
 
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ def write_study(folder: Path, name: str, figure: "Figure", tables: str, **conten
 
 def write_text(path: Path, text: str) -> Path:
     """Write a text file that takes its name only when it is complete; return the path."""
-    from kerrcaustics.curves.store import writing
+    from kerrcaustics.files import writing
 
     with writing(path) as file:
         file.write(text.encode())

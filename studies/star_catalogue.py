@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kerrcaustics.curves.store import writing
+from kerrcaustics.files import writing
 
 FAINTEST = 8.0
 PLACE = Path(__file__).parents[1] / "kerrcaustics" / "scenes" / "data" / "hipparcos.npz"

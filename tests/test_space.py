@@ -1,4 +1,4 @@
-"""Scenes in space: meshes, files that need no OpenGL, and the error where there is none."""
+"""Models in space: meshes, files that need no OpenGL, and the error where there is none."""
 
 import base64
 import json
@@ -12,21 +12,21 @@ import pytest
 from kerrcaustics.beams.paths import SpacePoints
 from kerrcaustics.draw import solids
 from kerrcaustics.draw.solid_files import write_gltf, write_html
-from kerrcaustics.draw.solids import Line, Scene, Surface, in_all_space
+from kerrcaustics.draw.solids import Model, SpaceCurve, Surface, in_all_space
 
 TURN = np.linspace(0, 2 * math.pi, 24, endpoint=False)
 BALL = np.stack([solids.from_angles(np.full(24, t), TURN) for t in np.linspace(0, math.pi, 13)])
 
 
 @pytest.fixture
-def scene() -> Scene:
+def model() -> Model:
     ball = Surface("ball", BALL, "#0072B2", 0.5, closed=True)
-    line = Line("axis", np.array([[0.0, 0, -2], [0, 0, 2]]), "#D55E00")
-    return Scene("A <ball>", (ball,), (line,), (("ball", "#0072B2"),), extent=2.0)
+    line = SpaceCurve("axis", np.array([[0.0, 0, -2], [0, 0, 2]]), "#D55E00")
+    return Model("A <ball>", (ball,), (line,), (("ball", "#0072B2"),), extent=2.0)
 
 
-def test_triangles_cover_a_closed_surface(scene):
-    ball = scene.surfaces[0]
+def test_triangles_cover_a_closed_surface(model):
+    ball = model.surfaces[0]
     corners = ball.triangles()
     p, q, r = np.moveaxis(BALL.reshape(-1, 3)[corners], 1, 0)
     assert np.linalg.norm(np.cross(q - p, r - p), axis=1).sum() / 2 == pytest.approx(4 * math.pi, rel=0.02)
@@ -42,8 +42,8 @@ def test_all_space_fits_in_the_unit_sphere():
     assert np.linalg.norm(in_all_space(at, 6.0), axis=-1) == pytest.approx([1, 0.5, 0.25])
 
 
-def test_binary_gltf_can_be_read_again(scene, tmp_path):
-    write_gltf(scene, tmp_path / "ball.glb")
+def test_binary_gltf_can_be_read_again(model, tmp_path):
+    write_gltf(model, tmp_path / "ball.glb")
     data = (tmp_path / "ball.glb").read_bytes()
     magic, version, size = struct.unpack("<4sII", data[:12])
     assert (magic, version, size) == (b"glTF", 2, len(data))
@@ -60,28 +60,28 @@ def test_binary_gltf_can_be_read_again(scene, tmp_path):
     assert tree["materials"][1]["alphaMode"] == "BLEND"
 
 
-def test_gltf_as_text_holds_its_numbers(scene, tmp_path):
-    write_gltf(scene, tmp_path / "ball.gltf")
+def test_gltf_as_text_holds_its_numbers(model, tmp_path):
+    write_gltf(model, tmp_path / "ball.gltf")
     tree = json.loads((tmp_path / "ball.gltf").read_text())
     kind, numbers = tree["buffers"][0]["uri"].split(",")
     assert kind == "data:application/octet-stream;base64"
     assert len(base64.b64decode(numbers)) == tree["buffers"][0]["byteLength"]
     with pytest.raises(ValueError, match="Argument `path` must end"):
-        write_gltf(scene, tmp_path / "ball.obj")
+        write_gltf(model, tmp_path / "ball.obj")
 
 
-def test_page_loads_nothing(scene, tmp_path):
-    write_html(scene, tmp_path / "ball.html")
+def test_page_loads_nothing(model, tmp_path):
+    write_html(model, tmp_path / "ball.html")
     page = (tmp_path / "ball.html").read_text()
     assert not re.search(r"https?://|<link|src=|@[A-Z]+@|import\(|fetch\(|url\(", page)
     assert "A &lt;ball&gt;" in page
-    tree = json.loads(re.search(r'id="scene">(.*?)</script>', page)[1])
+    tree = json.loads(re.search(r'id="model">(.*?)</script>', page)[1])
     numbers = base64.b64decode(re.search(r'id="numbers">(.*?)</script>', page)[1])
     begin, size = tree["parts"][0]["points"]
     assert np.allclose(np.frombuffer(numbers, np.float32, size, begin), BALL.ravel(), atol=1e-7)
 
 
-def test_no_opengl_is_a_clear_error_and_the_rest_works(scene, tmp_path, monkeypatch):
+def test_no_opengl_is_a_clear_error_and_the_rest_works(model, tmp_path, monkeypatch):
     space = pytest.importorskip("kerrcaustics.draw.space")
     space.check_opengl.cache_clear()
     # A window that VTK does not have: what makes the probe fail, as without the packages.
@@ -89,14 +89,14 @@ def test_no_opengl_is_a_clear_error_and_the_rest_works(scene, tmp_path, monkeypa
     monkeypatch.setattr(space, "_PROBE", "import os; os.abort()")
     try:
         with pytest.raises(space.NoOpenGLError, match="libegl1, libegl-mesa0, libgl1-mesa-dri"):
-            space.write_scene(scene, tmp_path, "ball")
+            space.write_model(model, tmp_path, "ball")
     finally:
         space.check_opengl.cache_clear()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["ball.glb", "ball.html"]
 
 
 @pytest.mark.slow
-def test_a_picture_shows_the_scene(scene, tmp_path):
+def test_a_picture_shows_the_model(model, tmp_path):
     space = pytest.importorskip("kerrcaustics.draw.space")
     try:
         space.check_opengl()
@@ -104,7 +104,7 @@ def test_a_picture_shows_the_scene(scene, tmp_path):
         pytest.skip("no OpenGL here")
     from matplotlib.image import imread
 
-    space.write_png(scene, tmp_path / "ball.png")
+    space.write_png(model, tmp_path / "ball.png")
     picture = imread(tmp_path / "ball.png")[..., :3]
     assert picture.shape == (1200, 1600, 3)
     assert np.all(picture[600, 5] == 1)

@@ -14,7 +14,7 @@ RADII = np.array([math.inf, 3e4, 300.0, 30.0, 10.0, 5.0, 3.0])
 
 
 @pytest.fixture(scope="module")
-def tube() -> kc.CausticTube:
+def tube():
     return kc.caustic_tubes(CAMERA, 1, RADII)[0]
 
 

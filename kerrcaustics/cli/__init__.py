@@ -2,9 +2,10 @@
 
 from kerrcaustics.cli import (
     caustics as caustics,
+    counts as counts,
     figures as figures,
     film as film,
-    stars as stars,
+    images as images,
     study as study,
     sweep as sweep,
     tracks as tracks,

@@ -9,6 +9,8 @@ from typing import NoReturn
 
 import cyclopts
 
+from kerrcaustics.files import UNFINISHED
+
 app = cyclopts.App(
     name="kerrcaustics",
     help="Caustics, critical curves and star images of a spinning (Kerr) black hole, on the sky of a camera near it.",
@@ -43,8 +45,7 @@ def one_line(text: str) -> str:
 
 def _interrupted(*_: object) -> None:
     """End at once: an exception could be swallowed inside a compiled library."""
-    store = sys.modules.get("kerrcaustics.curves.store")
-    for name in list(store.UNFINISHED) if store else ():
+    for name in list(UNFINISHED):
         Path(name).unlink(missing_ok=True)
     # A progress bar hides the cursor while it runs.
     show_cursor = "\x1b[?25h\n" if sys.stderr.isatty() else ""

@@ -2,30 +2,14 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
-import cyclopts
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
-from kerrcaustics.cli.app import BadInput, app, stop
-from kerrcaustics.cli.options import (
-    JsonTarget,
-    Velocity,
-    WholeNumber,
-    camera_at,
-    check_ending,
-    check_outputs,
-    console,
-    json_file,
-    make_folder,
-    place_of,
-    plain_errors,
-    progress,
-    write_figure,
-    write_json,
-)
+from kerrcaustics.cli.app import app, stop
+from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Flag, WholeNumber
+from kerrcaustics.cli.outputs import check_ending, check_outputs, make_folder, write_figure
+from kerrcaustics.cli.terminal import console, place_of, plain_errors, plain_table, progress, say
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
@@ -38,31 +22,21 @@ _DEMO_SPIN, _DEMO_RADII = 0.999, (6.03, 2.6)
 @app.command
 def caustics(
     *,
-    spin: float,
-    radius: float,
-    inclination: float = 90.0,
-    velocity: Velocity = None,
+    camera: CameraOptions,
     orders: WholeNumber = 3,
     engine: Literal["auto", "closed-form", "integrated"] = "auto",
     tolerance: float = 1e-12,
     figure: Path | None = None,
     save: Path | None = None,
-    json_: JsonTarget = None,
-    points: Annotated[bool, cyclopts.Parameter(negative=())] = False,
+    common: CommonOptions = COMMON,
+    points: Flag = False,
 ) -> None:
     """Find the critical curves and caustics that a camera sees, and print, draw or save them.
 
+    The caustics do not depend on the velocity of the camera.
+
     Parameters
     ----------
-    spin
-        Spin a of the hole, 0 <= a < 1.
-    radius
-        Boyer-Lindquist radius of the camera, in units of the mass.
-    inclination
-        Angle of the camera from the spin axis, degrees: 90 is the equator.
-    velocity
-        Motion of the camera: on a circular geodesic orbit, with the fiducial observer, or static. By default
-        circular where there is such an orbit, else fiducial. The caustics do not depend on it.
     orders
         How many caustics: 1 primary, 2 secondary, 3 tertiary, and on.
     engine
@@ -72,32 +46,26 @@ def caustics(
     figure
         Draw them into this file: .png, .pdf or .svg.
     save
-        Save everything into this file, to be loaded with kerrcaustics.load_caustics.
-    json_
-        Write the numbers to this file as JSON; - is standard output.
+        Save everything into this file, to be loaded with kerrcaustics.load.
     points
         Put the points of the curves into the JSON too.
     """
-    check_outputs({"--figure": figure, "--save": save, "--json": json_file(json_)})
+    common.check({"--figure": figure, "--save": save})
     check_ending(figure)
-    if points and json_ is None:
-        raise BadInput("Argument --points must come with --json.")
-    camera = camera_at(spin, radius, inclination, velocity)
+    common.check_points(points)
+    seen_from = camera.made()
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic import caustics as find
+        from kerrcaustics.results import files
+        from kerrcaustics.results.records import record
 
-        found = find(camera, orders, engine, tolerance, progress=report)
-    if json_ is not None:
-        from kerrcaustics.curves.store import record
-
-        write_json(record(found, points), json_, None if points else 2)
+        found = find(seen_from, orders, engine, tolerance, progress=report)
+    common.write(record(found, points=points), None if points else 2)
     if save is not None:
-        from kerrcaustics.curves.store import save_caustics
-
-        save_caustics(save, found)
+        files.save(save, found)
     if figure is not None:
         _draw(found, figure)
-    _print_table(found, console(stderr=json_ == "-"))
+    _print_table(found, common.console())
     if found.missing:
         names = ", ".join(map(str, found.missing))
         stop(1, f"Orders not found within double precision: {names}.")
@@ -127,7 +95,7 @@ def demo(*, output: Path = Path("demo")) -> None:
         _print_table(found, out)
     out.print("Pictures:")
     for picture in pictures:
-        out.print(f"  {picture}", soft_wrap=True, highlight=False)
+        say(out, f"  {picture}")
 
 
 def _draw(found: "CausticSet", path: Path) -> None:
@@ -138,10 +106,9 @@ def _draw(found: "CausticSet", path: Path) -> None:
 
 
 def _print_table(found: "CausticSet", out: Console) -> None:
-    out.print(f"{place_of(found.camera)}: full extents of the caustics", soft_wrap=True, highlight=False)
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)"):
-        table.add_column(name, justify="left" if name == "kind" else "right", no_wrap=True)
+    say(out, f"{place_of(found.camera)}: full extents of the caustics")
+    heads = ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)")
+    table = plain_table(heads, words="kind")
     for curve in found:
         table.add_row(
             str(curve.order),
@@ -155,15 +122,12 @@ def _print_table(found: "CausticSet", out: Console) -> None:
     out.print(table)
     for curve in found:
         for remark in curve.remarks:
-            out.print(f"order {curve.order}: {remark}", soft_wrap=True, highlight=False)
+            say(out, f"order {curve.order}: {remark}")
     for order in found.missing:
-        out.print(f"order {order}: not found", soft_wrap=True, highlight=False)
+        say(out, f"order {order}: not found")
     residual = max((curve.residual for curve in found), default=0.0)
-    out.print(
-        f"{found.seconds:.2f} s, {found.beams} beams ({found.engine}), delta_minus / delta_plus at most {residual:.0e}",
-        soft_wrap=True,
-        highlight=False,
-    )
+    effort = f"{found.seconds:.2f} s, {found.beams} beams ({found.engine})"
+    say(out, f"{effort}, delta_minus / delta_plus at most {residual:.0e}")
 
 
 def _sized(angle: float, error: float) -> str:

@@ -3,7 +3,10 @@
 from pathlib import Path
 
 from kerrcaustics.cli.app import BadInput, app
-from kerrcaustics.cli.options import WholeNumber, check_film, check_outputs, console, progress, say, script_names
+from kerrcaustics.cli.checkout import script_names
+from kerrcaustics.cli.options import WholeNumber
+from kerrcaustics.cli.outputs import check_film, check_outputs
+from kerrcaustics.cli.terminal import console, progress, say
 
 
 @app.command

@@ -7,7 +7,9 @@ from typing import Annotated
 import cyclopts
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop
-from kerrcaustics.cli.options import check_outputs, console, make_folder, say, script_names
+from kerrcaustics.cli.checkout import script_names
+from kerrcaustics.cli.outputs import check_outputs, make_folder
+from kerrcaustics.cli.terminal import console, say
 
 _USAGE = """Usage: kerrcaustics study NAME [--output FOLDER]
        kerrcaustics study report [FOLDER] [--output FILE] [--run]

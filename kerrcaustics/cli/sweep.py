@@ -1,10 +1,11 @@
 """The command `sweep`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop
-from kerrcaustics.cli.options import WholeNumber, console, plain_errors, progress, say
+from kerrcaustics.cli.options import WholeNumber
+from kerrcaustics.cli.terminal import console, plain_errors, progress, say
 
 if TYPE_CHECKING:
     from kerrcaustics.sweeps.engine import SweepResult
@@ -46,22 +47,22 @@ def sweep(
     if not store.absolute().parent.is_dir():
         raise BadInput(f"Argument --output must name a store in a folder that exists, but {store.parent} does not.")
     result = _swept(scene, store, workers, scheduler, retry)
+    done = f"{result.before} done before, {result.points - result.before} computed now, {len(result.failures)} failed"
     out = console()
-    now = result.points - result.before
-    say(
-        out,
-        f"{result.points} points: {result.before} done before, {now} computed now, {len(result.failures)} failed; "
-        f"{result.seconds:.1f} s",
-    )
+    say(out, f"{result.points} points: {done}; {result.seconds:.1f} s")
     say(out, f"Store: {store}")
     if result.failures:
-        errors = console(stderr=True)
-        for line in result.failures[:_SHOWN]:
-            say(errors, f"failed: {line}")
-        more = len(result.failures) - _SHOWN
-        if more > 0:
-            say(errors, f"... and {more} more; status and reason in the store tell them all")
-        stop(1, f"{len(result.failures)} of {result.points} points failed.")
+        _tell_failures(result)
+
+
+def _tell_failures(result: "SweepResult") -> NoReturn:
+    errors = console(stderr=True)
+    for line in result.failures[:_SHOWN]:
+        say(errors, f"failed: {line}")
+    more = len(result.failures) - _SHOWN
+    if more > 0:
+        say(errors, f"... and {more} more; status and reason in the store tell them all")
+    stop(1, f"{len(result.failures)} of {result.points} points failed.")
 
 
 def _swept(scene: Path, store: Path, workers: int | None, scheduler: str | None, retry: bool) -> "SweepResult":

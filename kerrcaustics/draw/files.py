@@ -4,8 +4,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from kerrcaustics.curves.store import writing
 from kerrcaustics.draw import style
+from kerrcaustics.files import writing
 
 
 def write_picture(picture: Figure, path: Path) -> Path:

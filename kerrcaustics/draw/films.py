@@ -19,7 +19,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from kerrcaustics.curves.store import writing
+from kerrcaustics.files import writing
 
 Array = np.ndarray
 Progress = Callable[[str, float], None]

@@ -10,9 +10,9 @@ from matplotlib.ticker import FixedLocator, FuncFormatter
 from PIL import Image
 
 from kerrcaustics.curves.caustic import CausticSet
-from kerrcaustics.curves.store import writing
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import smoothed
+from kerrcaustics.files import writing
 from kerrcaustics.scenes.view import View
 
 Array = np.ndarray

@@ -1,4 +1,4 @@
-"""Scenes in three dimensions as files: glTF, and one HTML page that needs no network. Neither needs OpenGL to write."""
+"""Models in space as files: glTF, and one HTML page that needs no network. Neither needs OpenGL to write."""
 
 import base64
 import html
@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.curves.store import writing
-from kerrcaustics.draw.solids import Line, Scene, Surface
+from kerrcaustics.draw.solids import Model, SpaceCurve, Surface
+from kerrcaustics.files import writing
 
 # Constants of glTF 2.0.
 _FLOAT, _UNSIGNED, _VERTICES, _INDICES, _STRIP, _TRIANGLES = 5126, 5125, 34962, 34963, 3, 4
@@ -42,8 +42,8 @@ class _Buffer:
         return len(self.accessors) - 1
 
 
-def write_gltf(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """The scene as glTF 2.0: binary where the name ends in .glb, else as text with the numbers in it (.gltf).
+def write_gltf(model: Model, path: str | os.PathLike[str]) -> None:
+    """The model as glTF 2.0: binary where the name ends in .glb, else as text with the numbers in it (.gltf).
 
     The spin axis is glTF's y axis, which points upward there.
     """
@@ -52,7 +52,7 @@ def write_gltf(scene: Scene, path: str | os.PathLike[str]) -> None:
         raise ValueError(f"Argument `path` must end in .glb or .gltf, but is {os.fspath(path)!r}.")
     buffer = _Buffer()
     meshes, materials = [], []
-    for part in (*scene.lines, *scene.surfaces):
+    for part in (*model.lines, *model.surfaces):
         attributes = {"POSITION": buffer.add(_upright(_places(part)), "VEC3", _VERTICES)}
         primitive: dict[str, Any] = {"attributes": attributes, "material": len(materials), "mode": _STRIP}
         if isinstance(part, Surface):
@@ -64,7 +64,7 @@ def write_gltf(scene: Scene, path: str | os.PathLike[str]) -> None:
     tree = {
         "asset": {"version": "2.0", "generator": "kerrcaustics"},
         "scene": 0,
-        "scenes": [{"name": scene.title, "nodes": list(range(len(meshes)))}],
+        "scenes": [{"name": model.title, "nodes": list(range(len(meshes)))}],
         "nodes": [{"mesh": i, "name": mesh["name"]} for i, mesh in enumerate(meshes)],
         "meshes": meshes,
         "materials": materials,
@@ -81,8 +81,8 @@ def write_gltf(scene: Scene, path: str | os.PathLike[str]) -> None:
             file.write(_binary(tree, bytes(buffer.data)))
 
 
-def write_html(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """The scene as one HTML page that turns by the mouse; it holds all it needs, and loads nothing."""
+def write_html(model: Model, path: str | os.PathLike[str]) -> None:
+    """The model as one HTML page that turns by the mouse; it holds all it needs, and loads nothing."""
     numbers = bytearray()
 
     def stored(values: np.ndarray) -> list[int]:
@@ -91,7 +91,7 @@ def write_html(scene: Scene, path: str | os.PathLike[str]) -> None:
         return [begin, values.size]
 
     parts = []
-    for part in (*scene.surfaces, *scene.lines):
+    for part in (*model.surfaces, *model.lines):
         entry: dict[str, Any] = {"colour": _rgb(part.colour), "opacity": part.opacity}
         entry["points"] = stored(_places(part).astype(np.float32))
         if isinstance(part, Surface):
@@ -100,13 +100,13 @@ def write_html(scene: Scene, path: str | os.PathLike[str]) -> None:
         else:
             entry["width"] = part.width
         parts.append(entry)
-    tree = {"parts": parts, "look": scene.look, "extent": scene.extent}
-    key = "".join(f'<li style="color:{colour}">{html.escape(words)}</li>' for words, colour in scene.key)
+    tree = {"parts": parts, "look": model.look, "extent": model.extent}
+    key = "".join(f'<li style="color:{colour}">{html.escape(words)}</li>' for words, colour in model.key)
     page = resources.files("kerrcaustics.draw").joinpath("solid_page.html").read_text(encoding="utf-8")
     filled = {
-        "TITLE": html.escape(scene.title),
+        "TITLE": html.escape(model.title),
         "KEY": key,
-        "SCENE": json.dumps(tree),
+        "MODEL": json.dumps(tree),
         "NUMBERS": base64.b64encode(numbers).decode(),
     }
     for name, text in filled.items():
@@ -115,7 +115,7 @@ def write_html(scene: Scene, path: str | os.PathLike[str]) -> None:
         file.write(page.encode())
 
 
-def _places(part: Surface | Line) -> np.ndarray:
+def _places(part: Surface | SpaceCurve) -> np.ndarray:
     return part.points.reshape(-1, 3)
 
 
@@ -128,7 +128,7 @@ def _rgb(colour: str) -> list[float]:
     return [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
 
 
-def _material(part: Surface | Line) -> dict[str, Any]:
+def _material(part: Surface | SpaceCurve) -> dict[str, Any]:
     linear = [((c + 0.055) / 1.055) ** 2.4 if c > 0.04045 else c / 12.92 for c in _rgb(part.colour)]
     surface = {"baseColorFactor": [*linear, part.opacity], "metallicFactor": 0.0, "roughnessFactor": 0.8}
     mode = "BLEND" if part.opacity < 1 else "OPAQUE"

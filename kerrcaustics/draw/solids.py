@@ -1,6 +1,6 @@
-"""Scenes in three dimensions as plain numbers: surfaces, lines and labels, for whatever draws or writes them.
+"""Models in space as plain numbers: surfaces, lines and labels, for whatever draws or writes them.
 
-A scene is made of places (..., 3). Two kinds of scenes are made here: near the hole in Cartesian Boyer-Lindquist
+A model is made of places (..., 3). Two kinds of models are made here: near the hole in Cartesian Boyer-Lindquist
 coordinates (x, y = sqrt(r^2 + a^2) sin theta (cos phi, sin phi), z = r cos theta), and of all space with the radius
 drawn as r / (r + c), so that the celestial sphere is the unit sphere.
 """
@@ -63,7 +63,7 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class SpaceCurve:
     """A line: points (n, 3), colour "#rrggbb", width in pixels of a picture 1200 high."""
 
     name: str
@@ -74,7 +74,7 @@ class Line:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Model:
     """What is to be seen. key: (words, colour) for the legend; look: where from, (azimuth, elevation) in degrees.
 
     extent: radius of the sphere round the hole that fills the picture.
@@ -82,7 +82,7 @@ class Scene:
 
     title: str
     surfaces: tuple[Surface, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[SpaceCurve, ...]
     key: tuple[tuple[str, str], ...]
     look: tuple[float, float] = (-60.0, 25.0)
     extent: float = 1.0
@@ -95,7 +95,7 @@ def in_all_space(points: SpacePoints, scale: float) -> np.ndarray:
     return part[..., None] * points.direction
 
 
-def tubes_scene(camera: Camera, tubes: tuple[CausticTube, ...]) -> Scene:
+def tubes_model(camera: Camera, tubes: tuple[CausticTube, ...]) -> Model:
     """The caustic tubes of a camera from the hole to the celestial sphere; radius drawn as r / (r + r_c)."""
     scale = camera.radius
     hole = kerr.horizon(camera.spin)
@@ -105,13 +105,13 @@ def tubes_scene(camera: Camera, tubes: tuple[CausticTube, ...]) -> Scene:
         colour, name = style.order_colour(tube.order), style.order_name(tube.order)
         points = in_all_space(tube.points, scale)
         surfaces.append(Surface(f"{name} tube", points, colour, 1.0 if tube.order == 1 else 0.3, closed=True))
-        lines.append(Line(f"{name} caustic", _closed(points[0]), colour, 5.0))
+        lines.append(SpaceCurve(f"{name} caustic", _closed(points[0]), colour, 5.0))
     key = [(f"{style.order_name(tube.order)} caustic", style.order_colour(tube.order)) for tube in tubes]
     title = f"Caustic tubes, spin {camera.spin:g}, camera at r = {camera.radius:g} M; radius drawn as r / (r + r_c)"
-    return Scene(title, tuple(surfaces), tuple(lines), (*key, ("horizon", HORIZON_COLOUR)), (-20.0, 32.0), extent=1.15)
+    return Model(title, tuple(surfaces), tuple(lines), (*key, ("horizon", HORIZON_COLOUR)), (-20.0, 32.0), extent=1.15)
 
 
-def rays_scene(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Scene:
+def rays_model(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Model:
     """Rays near the hole, one colour for each Morse index, in Cartesian Boyer-Lindquist coordinates.
 
     Parameters
@@ -131,7 +131,7 @@ def rays_scene(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Scene:
             continue
         colour = CAPTURED_COLOUR if status == Status.CAPTURED else style.order_colour(int(index) + 1)
         lines.append(
-            Line(
+            SpaceCurve(
                 "captured ray" if status == Status.CAPTURED else f"ray of index {index}",
                 part,
                 colour,
@@ -145,10 +145,10 @@ def rays_scene(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Scene:
     key += [("captured", CAPTURED_COLOUR)] if np.any(paths.status == Status.CAPTURED) else []
     key += [("ergosphere", ERGOSPHERE_COLOUR), ("horizon", HORIZON_COLOUR)]
     title = f"Rays of one camera, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
-    return Scene(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.1 * reach)
+    return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.1 * reach)
 
 
-def trapped_scene(orbit: SpacePoints) -> Scene:
+def trapped_model(orbit: SpacePoints) -> Model:
     """A photon's orbit on its sphere: radius and angles drawn as if they were spherical coordinates (JTFT fig 11)."""
     radius = float(orbit.radius[0])
     colour = style.order_colour(2)
@@ -156,15 +156,15 @@ def trapped_scene(orbit: SpacePoints) -> Scene:
     surfaces = (Surface("sphere of the orbit", radius * _sphere(_FINE), "#c9d8e6", 0.8),)
     least = float(orbit.theta.min())
     turn = np.linspace(0, 2 * math.pi, 181)
-    lines = [Line("orbit", places, colour, 5.0), _spin_axis(1.12 * radius)]
+    lines = [SpaceCurve("orbit", places, colour, 5.0), _spin_axis(1.12 * radius)]
     for theta, name in ((math.pi / 2, "equator"), (least, "turning latitude"), (math.pi - least, "turning latitude")):
-        lines.append(Line(name, 1.002 * radius * from_angles(np.full_like(turn, theta), turn), "#6f7f8f", 2.0))
+        lines.append(SpaceCurve(name, 1.002 * radius * from_angles(np.full_like(turn, theta), turn), "#6f7f8f", 2.0))
     key = (("photon orbit", colour), ("equator, turning latitudes", "#6f7f8f"))
     title = f"Trapped photon, spin {orbit.spin:g}, orbit at r = {radius:.4f} M"
-    return Scene(title, surfaces, tuple(lines), key, (-40.0, 22.0), extent=1.15 * radius)
+    return Model(title, surfaces, tuple(lines), key, (-40.0, 22.0), extent=1.15 * radius)
 
 
-def celestial_scene(caustics: CausticSet) -> Scene:
+def celestial_model(caustics: CausticSet) -> Model:
     """The celestial sphere with the caustics wound round it, seen from outside."""
     surfaces = (Surface("celestial sphere", 0.985 * _sphere(_FINE), "#e2e2e2"),)
     lines = [*_sky_frame(), _spin_axis(1.1)]
@@ -174,14 +174,14 @@ def celestial_scene(caustics: CausticSet) -> Scene:
         width = 6.0 if caustic.order == 1 else 6.0 / caustic.order**0.7
         height = 1 + 0.004 * (len(caustics) - caustic.order)
         colour = style.order_colour(caustic.order)
-        lines.append(Line(f"{style.order_name(caustic.order)} caustic", height * _closed(places), colour, width))
+        lines.append(SpaceCurve(f"{style.order_name(caustic.order)} caustic", height * _closed(places), colour, width))
     key = tuple(
         (f"{style.order_name(c.order)}, {c.circuits:.3g} circuits", style.order_colour(c.order)) for c in caustics
     )
     camera = caustics.camera
     title = f"Caustics on the celestial sphere, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
     first = math.degrees(float(caustics[0].celestial[:, 1].mean())) if caustics else 0.0
-    return Scene(title, surfaces, tuple(lines), key, (first - 25, 20.0), extent=1.15)
+    return Model(title, surfaces, tuple(lines), key, (first - 25, 20.0), extent=1.15)
 
 
 def _sphere(rows: int = _MIDDLE) -> np.ndarray:
@@ -204,16 +204,16 @@ def _hole(spin: float) -> list[Surface]:
     ]
 
 
-def _sky_frame() -> list[Line]:
+def _sky_frame() -> list[SpaceCurve]:
     """Meridians and parallels of the celestial sphere, every 30 degrees."""
     along, turn = np.linspace(0, math.pi, 91), np.linspace(0, 2 * math.pi, 181)
     grid = [from_angles(along, np.full_like(along, phi)) for phi in np.radians(np.arange(0, 360, 30))]
     grid += [from_angles(np.full_like(turn, theta), turn) for theta in np.radians(np.arange(30, 180, 30))]
-    return [Line("celestial sphere", places, "#d8d8d8", 1.0) for places in grid]
+    return [SpaceCurve("celestial sphere", places, "#d8d8d8", 1.0) for places in grid]
 
 
-def _spin_axis(height: float) -> Line:
-    return Line("spin axis", np.array([[0, 0, -height], [0, 0, height]]), "#6f6f6f", 1.5)
+def _spin_axis(height: float) -> SpaceCurve:
+    return SpaceCurve("spin axis", np.array([[0, 0, -height], [0, 0, height]]), "#6f6f6f", 1.5)
 
 
 def _place(camera: Camera, scale: float) -> np.ndarray:
@@ -225,9 +225,9 @@ def _near(camera: Camera) -> np.ndarray:
     return SpacePoints(spin=camera.spin, mino_time=at[0], radius=at[1], theta=at[2], azimuth=at[3]).position
 
 
-def _marked(place: np.ndarray, size: float = 0.03) -> list[Line]:
+def _marked(place: np.ndarray, size: float = 0.03) -> list[SpaceCurve]:
     """A camera: a small cross in space."""
-    return [Line("camera", place + size * np.outer([-1, 1], axis), CAMERA_COLOUR, 4.0) for axis in np.eye(3)]
+    return [SpaceCurve("camera", place + size * np.outer([-1, 1], axis), CAMERA_COLOUR, 4.0) for axis in np.eye(3)]
 
 
 def _closed(points: np.ndarray) -> np.ndarray:

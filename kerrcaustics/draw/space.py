@@ -1,4 +1,4 @@
-"""Scenes in three dimensions by pyvista, which is imported here alone: plotters, and pictures as PNG."""
+"""Models in space by pyvista, which is imported here alone: plotters, and pictures as PNG."""
 
 import functools
 import os
@@ -12,7 +12,7 @@ import pyvista
 
 from kerrcaustics.draw.scenes import save_picture
 from kerrcaustics.draw.solid_files import write_gltf, write_html
-from kerrcaustics.draw.solids import Scene
+from kerrcaustics.draw.solids import Model
 
 SIZE = (3200, 2400)
 """Pixels of a new plotter; a picture is half as large, so that its edges are smooth."""
@@ -44,12 +44,12 @@ def check_opengl() -> None:
     if not works:
         raise NoOpenGLError(
             "No picture in three dimensions can be drawn here: OpenGL does not work. On Debian or Ubuntu install the "
-            f"packages {', '.join(PACKAGES)}. Scenes are written as glTF and HTML without it."
+            f"packages {', '.join(PACKAGES)}. Models are written as glTF and HTML without it."
         )
 
 
-def draw_scene(scene: Scene, plotter: pyvista.Plotter | None = None) -> pyvista.Plotter:
-    """The plotter with the scene in it, the given one or a new one off screen, looking at it.
+def draw_model(model: Model, plotter: pyvista.Plotter | None = None) -> pyvista.Plotter:
+    """The plotter with the model in it, the given one or a new one off screen, looking at it.
 
     Raises
     ------
@@ -62,12 +62,12 @@ def draw_scene(scene: Scene, plotter: pyvista.Plotter | None = None) -> pyvista.
         view = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="light kit")
         view.set_background("white")
     scale = view.window_size[1] / 1200
-    azimuth, elevation = np.radians(scene.look)
+    azimuth, elevation = np.radians(model.look)
     towards = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
-    for line in scene.lines:
+    for line in model.lines:
         mesh = pyvista.lines_from_points(line.points)
         view.add_mesh(mesh, color=line.colour, line_width=scale * line.width, lighting=False)
-    for surface in scene.surfaces:
+    for surface in model.surfaces:
         places, corners = surface.points.reshape(-1, 3), surface.triangles()
         # The farthest first, so that what is translucent lets the rest show: the peeling of depths, which would do
         # without, loses translucent surfaces on some machines.
@@ -75,14 +75,14 @@ def draw_scene(scene: Scene, plotter: pyvista.Plotter | None = None) -> pyvista.
         mesh = pyvista.PolyData(places, np.insert(corners, 0, 3, axis=1).ravel())
         mesh.point_data.active_normals = surface.normals()
         view.add_mesh(mesh, color=surface.colour, opacity=surface.opacity, ambient=0.2, specular=0.1)
-    for row, (words, colour) in enumerate(reversed(scene.key)):
+    for row, (words, colour) in enumerate(reversed(model.key)):
         place = (0.02, 0.025 + 0.036 * row)
         view.add_text(
             words, position=place, viewport=True, font_size=round(15 * scale), color=colour, name=f"key {row}"
         )
     place = (0.02, 0.955)
-    view.add_text(scene.title, position=place, viewport=True, font_size=round(15 * scale), color="black", name="title")
-    view.camera.position = tuple(4.2 * scene.extent * towards)
+    view.add_text(model.title, position=place, viewport=True, font_size=round(15 * scale), color="black", name="title")
+    view.camera.position = tuple(4.2 * model.extent * towards)
     view.camera.focal_point = (0.0, 0.0, 0.0)
     view.camera.up = (0.0, 0.0, 1.0)
     view.camera.view_angle = 28.0
@@ -90,9 +90,9 @@ def draw_scene(scene: Scene, plotter: pyvista.Plotter | None = None) -> pyvista.
     return view
 
 
-def write_png(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """The scene as a picture of 1600 x 1200 pixels."""
-    plotter: Any = draw_scene(scene)
+def write_png(model: Model, path: str | os.PathLike[str]) -> None:
+    """The model as a picture of 1600 x 1200 pixels."""
+    plotter: Any = draw_model(model)
     try:
         pixels = np.asarray(plotter.screenshot(return_img=True), float)
     finally:
@@ -102,8 +102,8 @@ def write_png(scene: Scene, path: str | os.PathLike[str]) -> None:
     save_picture(path, smooth)
 
 
-def write_scene(scene: Scene, folder: Path, name: str) -> list[Path]:
-    """The scene in an existing folder as NAME.glb, NAME.html and, last, NAME.png; the paths of the three.
+def write_model(model: Model, folder: Path, name: str) -> list[Path]:
+    """The model in an existing folder as NAME.glb, NAME.html and, last, NAME.png; the paths of the three.
 
     Raises
     ------
@@ -111,9 +111,9 @@ def write_scene(scene: Scene, folder: Path, name: str) -> list[Path]:
         Where no picture can be drawn, when the other two are written.
     """
     paths = [folder / f"{name}{ending}" for ending in (".glb", ".html", ".png")]
-    write_gltf(scene, paths[0])
-    write_html(scene, paths[1])
-    write_png(scene, paths[2])
+    write_gltf(model, paths[0])
+    write_html(model, paths[1])
+    write_png(model, paths[2])
     return paths
 
 

@@ -5,8 +5,10 @@ import os
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 from scipy.spatial import KDTree
 
 from kerrcaustics.spacetime.sphere import from_angles
@@ -25,9 +27,9 @@ _SUN, _SAME = 0.65, 1e-4
 class StarCatalogue:
     """Stars: direction (n, 3), unit vectors; magnitude (n,); colour_index (n,), B - V."""
 
-    direction: Array
-    magnitude: Array
-    colour_index: Array
+    direction: Float[Array, "stars 3"]
+    magnitude: Float[Array, " stars"]
+    colour_index: Float[Array, " stars"]
 
     def __len__(self) -> int:
         """Number of stars."""
@@ -60,19 +62,23 @@ def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
         raise ImportError('Tycho-2 files need the package astropy: pip install "kerrcaustics[catalogues]"') from None
     try:
         with fits.open(path) as tables:
-            columns = {table.columns[0].name: table for table in tables[1:]}
-            # As bytes: low, high (3 each) and one scale; then whole numbers, three a star.
-            values = np.frombuffer(columns["kdtree_range_stars"].data.tobytes(), "<f8")
-            numbers = np.frombuffer(columns["kdtree_data_stars"].data.tobytes(), "<u4").reshape(-1, 3)
-            magnitude = np.asarray(columns["MAG_VT"].data["MAG_VT"], float)
+            direction, magnitude = _tycho2_stars({table.columns[0].name: table for table in tables[1:]})
     except (OSError, KeyError, IndexError, AttributeError, ValueError):
         raise ValueError(
             f"Argument `path` must name a Tycho-2 index file of astrometry.net, but {os.fspath(path)!r} is none."
         ) from None
-    direction = values[:3] + numbers / values[6]
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     order = np.argsort(magnitude, kind="stable")
     return StarCatalogue(direction[order], magnitude[order], np.full(len(order), _SUN))
+
+
+def _tycho2_stars(tables: dict[str, Any]) -> tuple[Float[Array, "stars 3"], Float[Array, " stars"]]:
+    """Directions and magnitudes in the tables of the file, by the names of their first columns."""
+    # As bytes: low, high (3 each) and one scale; then whole numbers, three a star.
+    values = np.frombuffer(tables["kdtree_range_stars"].data.tobytes(), "<f8")
+    numbers = np.frombuffer(tables["kdtree_data_stars"].data.tobytes(), "<u4").reshape(-1, 3)
+    direction = values[:3] + numbers / values[6]
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    return direction, np.asarray(tables["MAG_VT"].data["MAG_VT"], float)
 
 
 def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalogue:
@@ -84,7 +90,7 @@ def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalog
     return StarCatalogue(*(value[order] for value in values))
 
 
-def galactic_axes() -> Array:
+def galactic_axes() -> Float[Array, "3 3"]:
     """Rotation (3, 3) from ICRS to galactic directions: x to the centre of the Galaxy, z to its north pole.
 
     References: ESA 1997, The Hipparcos and Tycho Catalogues, vol. 1, sec. 1.5.3, for the angles.
@@ -99,7 +105,7 @@ def galactic_axes() -> Array:
     return np.stack([x, np.cross(pole, x), pole])
 
 
-def tilted_galaxy(tilt: float, node: float, centre: float) -> Array:
+def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"]:
     """Rotation (3, 3) from ICRS directions to the celestial sphere, with the galactic plane where it is wanted.
 
     Parameters
@@ -119,6 +125,6 @@ def tilted_galaxy(tilt: float, node: float, centre: float) -> Array:
     return _about_z(node) @ incline @ _about_z(centre) @ galactic_axes()
 
 
-def _about_z(angle: float) -> Array:
+def _about_z(angle: float) -> Float[Array, "3 3"]:
     c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from jaxtyping import Float
 
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint, averaged
+from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.sphere import polar_angle
 
 Array = np.ndarray
@@ -17,6 +19,8 @@ COLOURS = ("#B04000", "#E8821E", "#F5D547", "#A8DDB5", "#56B4E9", "#0072B2", "#3
 GAP_COLOUR = "#F4F4F0"
 # Every second swatch is so much darker.
 _DARKER = 0.5
+# Rows or columns.
+_MOST = 720
 # A box of this half width, in units of a size, has the deviation that `averaged` asks for.
 _HALF_WIDTH = DEVIATION * math.sqrt(3)
 
@@ -49,12 +53,11 @@ class Checkerboard:
 
     def __post_init__(self) -> None:
         """Refuse what is no checkerboard."""
-        for name, even in (("rows", False), ("columns", True)):
-            value = getattr(self, name)
-            whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-            if not (whole and 2 <= value <= 720 and not (even and value % 2)):
-                kind = "an even whole number" if even else "a whole number"
-                raise ValueError(f"Argument `{name}` must be {kind} from 2 to 720, but is {value!r}.")
+        whole_number("rows", self.rows, 2, _MOST)
+        if whole_number("columns", self.columns, 2, _MOST) % 2:
+            raise ValueError(
+                f"Argument `columns` must be an even whole number from 2 to {_MOST}, but is {self.columns!r}."
+            )
         if not (isinstance(self.gap, int | float) and 0 <= self.gap < 1):
             raise ValueError(f"Argument `gap` must lie in [0, 1), but is {self.gap!r}.")
         if len(self.colours) == 0:
@@ -63,11 +66,11 @@ class Checkerboard:
             from_srgb(colour)
 
     @cached_property
-    def _background(self) -> Array:
+    def _background(self) -> Float[Array, "3"]:
         return from_srgb(self.gap_colour)
 
     @cached_property
-    def _swatches(self) -> Array:
+    def _swatches(self) -> Float[Array, "rows 2 3"]:
         """Colours (rows, 2, 3), above the background, of the swatch that begins at phi' = 0 and of the one after it."""
         stops = np.stack([from_srgb(colour) for colour in self.colours])
         place = (np.arange(self.rows) + 0.5) / self.rows * (len(stops) - 1)
@@ -77,17 +80,17 @@ class Checkerboard:
         return np.stack([ones, others], axis=1) - self._background
 
     @cached_property
-    def _before(self) -> Array:
+    def _before(self) -> Float[Array, "rows 2 3"]:
         """Integrals (rows, 2, 3) of the swatches over theta', in rows, from the pole to the start of each row."""
         total = np.cumsum(self._swatches, axis=0) * (1 - self.gap)
         return np.concatenate([np.zeros((1, 2, 3)), total[:-1]])
 
-    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
         light = averaged(self._average, footprint, finest=1e-6)
         return light * shifted_light(footprint.redshift, beaming, colour_shift)
 
-    def _average(self, direction: Array, size: Array) -> Array:
+    def _average(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float[Array, "m 3"]:
         """Colours (m, 3) over boxes about directions."""
         theta = polar_angle(direction)
         phi = np.arctan2(direction[:, 1], direction[:, 0])
@@ -105,14 +108,14 @@ class Checkerboard:
             colours += down[:, parity] * ((right - left) / (2 * half_phi * turn))[:, None]
         return colours
 
-    def _along_theta(self, theta: Array) -> Array:
+    def _along_theta(self, theta: Float[Array, " m"]) -> Float[Array, "m 2 3"]:
         """Integral (m, 2, 3) of the swatches of both parities from the pole to theta', in rows."""
         place = theta * (self.rows / math.pi)
         row = np.minimum(place.astype(int), self.rows - 1)
         inside = np.clip(place - row - self.gap / 2, 0, 1 - self.gap)
         return self._before[row] + self._swatches[row] * inside[:, None, None]
 
-    def _along_phi(self, turns: Array) -> Array:
+    def _along_phi(self, turns: Float[Array, " m"]) -> Float[Array, " m"]:
         """Integral (m,) of the swatches of one parity, in periods of two swatches."""
         whole = np.floor(turns)
         return whole * (1 - self.gap) / 2 + np.clip(turns - whole - self.gap / 4, 0, (1 - self.gap) / 2)

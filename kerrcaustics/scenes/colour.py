@@ -5,6 +5,7 @@ import re
 from functools import cache
 
 import numpy as np
+from jaxtyping import Float, UInt8
 from numpy.typing import ArrayLike
 
 Array = np.ndarray
@@ -29,7 +30,7 @@ _TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
-def black_body(temperature: ArrayLike, white: float = DAYLIGHT) -> Array:
+def black_body(temperature: ArrayLike, white: float = DAYLIGHT) -> Float[Array, "*batch 3"]:
     """Linear sRGB (..., 3) of black bodies, per area and solid angle, with a white balance.
 
     Parameters
@@ -56,21 +57,23 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT) -> Array:
     return np.exp(_interpolated(np.asarray(temperature, float)) - _interpolated(np.array(float(white))))
 
 
-def luminance(light: ArrayLike) -> Array:
+def luminance(light: ArrayLike) -> Float[Array, "*batch"]:
     """Luminance (...,) of linear sRGB light (..., 3)."""
-    return np.asarray(light) @ _LUMINANCE
+    return np.asarray(np.asarray(light) @ _LUMINANCE)
 
 
-def star_temperature(colour_index: ArrayLike) -> Array:
+def star_temperature(colour_index: ArrayLike) -> Float[Array, "*batch"]:
     """Temperature (...,) in kelvin of stars of colour index B - V (...,).
 
     References: Ballesteros 2012, EPL 97 34008, eq. 14; B - V is cut to [-0.4, 2.5], where it was tried.
     """
     index = np.clip(np.asarray(colour_index, float), -0.4, 2.5)
-    return 4600 * (1 / (0.92 * index + 1.7) + 1 / (0.92 * index + 0.62))
+    return np.asarray(4600 * (1 / (0.92 * index + 1.7) + 1 / (0.92 * index + 0.62)))
 
 
-def shifted_light(redshift: Array, beaming: bool, colour_shift: bool, temperature: ArrayLike = DAYLIGHT) -> Array:
+def shifted_light(
+    redshift: Float[Array, "*batch"], beaming: bool, colour_shift: bool, temperature: ArrayLike = DAYLIGHT
+) -> Float[Array, "*batch 3"]:
     """Factors (..., 3) of linear sRGB light that comes with frequency ratios g = nu_camera / nu_source (...,).
 
     Parameters
@@ -100,26 +103,28 @@ def shifted_light(redshift: Array, beaming: bool, colour_shift: bool, temperatur
     return factor
 
 
-def from_srgb(colour: str) -> Array:
+def from_srgb(colour: str) -> Float[Array, "3"]:
     """Linear light (3,) of "#rrggbb"."""
     if not (isinstance(colour, str) and re.fullmatch("#[0-9a-fA-F]{6}", colour)):
         raise ValueError(f'Argument `colour` must look like "#rrggbb", but is {colour!r}.')
     return decoded(np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]))
 
 
-def decoded(values: ArrayLike) -> Array:
+def decoded(values: ArrayLike) -> Float[Array, "*shape"]:
     """Linear light of sRGB values in [0, 1] (IEC 61966-2-1)."""
     values = np.asarray(values)
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
-def encoded(light: ArrayLike) -> Array:
+def encoded(light: ArrayLike) -> Float[Array, "*shape"]:
     """sRGB values in [0, 1] of linear light; what is outside [0, 1] is cut."""
     light = np.clip(light, 0, 1)
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
 
 
-def tone_mapped(light: ArrayLike, exposure: float = 1.0, curve: str = "linear", softening: float = 30.0) -> Array:
+def tone_mapped(
+    light: ArrayLike, exposure: float = 1.0, curve: str = "linear", softening: float = 30.0
+) -> UInt8[Array, "*batch 3"]:
     """Picture for a screen, sRGB (..., 3) uint8, of linear light (..., 3).
 
     Parameters
@@ -146,14 +151,19 @@ def tone_mapped(light: ArrayLike, exposure: float = 1.0, curve: str = "linear", 
             raise ValueError(f"Argument `{name}` must be a positive number, but is {value!r}.")
     light = np.asarray(light, np.float32) * np.float32(exposure)
     if curve == "asinh":
-        grey = luminance(light)[..., None]
-        wanted = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
-        light = light * (wanted / np.maximum(grey, 1e-30))
-        most = light.max(axis=-1, keepdims=True)
-        # Toward grey of the same luminance, until the brightest channel is 1.
-        pale = np.where(most > 1, (most - 1) / np.maximum(most - wanted, 1e-30), 0)
-        light = light + (wanted - light) * pale
+        light = _compressed(light, softening)
     return (encoded(light) * 255 + 0.5).astype(np.uint8)
+
+
+def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Array, "*batch 3"]:
+    """Light whose luminance is compressed by asinh, each channel at most 1."""
+    grey = luminance(light)[..., None]
+    wanted = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
+    light = light * (wanted / np.maximum(grey, 1e-30))
+    most = light.max(axis=-1, keepdims=True)
+    # Toward grey of the same luminance, until the brightest channel is 1.
+    pale = np.where(most > 1, (most - 1) / np.maximum(most - wanted, 1e-30), 0)
+    return light + (wanted - light) * pale
 
 
 def _check_white(white: float) -> None:
@@ -161,7 +171,7 @@ def _check_white(white: float) -> None:
         raise ValueError(f"Argument `white` must lie in [1000, 40000] kelvin, but is {white!r}.")
 
 
-def _interpolated(temperature: Array) -> Array:
+def _interpolated(temperature: Float[Array, "*batch"]) -> Float[Array, "*batch 3"]:
     """Logarithms (..., 3) of the channels."""
     grid, channels = _table()
     place = np.log(np.clip(temperature, _COOLEST, _HOTTEST))
@@ -169,7 +179,7 @@ def _interpolated(temperature: Array) -> Array:
 
 
 @cache
-def _table() -> tuple[Array, Array]:
+def _table() -> tuple[Float[Array, " n"], Float[Array, "3 n"]]:
     """Logarithms of temperatures (n,), and of the channels (3, n) of their black bodies."""
     grid = np.linspace(math.log(_COOLEST), math.log(_HOTTEST), _TEMPERATURES)
     ratio = _HC_OVER_K / (_WAVELENGTHS * np.exp(grid)[:, None])
@@ -181,6 +191,6 @@ def _table() -> tuple[Array, Array]:
     return grid, np.log(np.maximum(light, 1e-3 * grey)).T
 
 
-def _lobe(height: float, centre: float, below: float, above: float) -> Array:
+def _lobe(height: float, centre: float, below: float, above: float) -> Float[Array, " wavelengths"]:
     width = np.where(centre > _WAVELENGTHS, below, above)
     return height * np.exp(-(((_WAVELENGTHS - centre) / width) ** 2) / 2)

@@ -1,12 +1,13 @@
 """Footprints: what part of the celestial sphere the beam of a pixel covers, and how to average a sky over it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from jaxtyping import Float
 
 from kerrcaustics.beams.beam import Beams
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
 Array = np.ndarray
@@ -21,19 +22,24 @@ _ASPECT = 16.0
 _PROBES = (1, 3, 5, 9, 17, 33)
 
 
-@dataclass(frozen=True, eq=False)
+@result("footprint/1")
 class Footprint:
-    """What n pixels see of the celestial sphere.
+    """What n pixels see of the celestial sphere."""
 
-    direction (n, 3): n' of the middle; matrix (n, 2, 2): displacements along e_theta', e_phi' (rows) per pixel along x
-    and y (columns), radians; bend (n,): spread of the beam's neighbours, radians, that the matrix does not hold, along
-    the minor axis; redshift (n,): nu_camera / nu_source, 1 where no shift is asked for.
-    """
-
-    direction: Array
-    matrix: Array
-    bend: Array
-    redshift: Array
+    direction: Array = quantity("pixel axis", "1", "n' of the middle")
+    matrix: Array = quantity(
+        "pixel end_axis pixel_axis",
+        "rad",
+        "displacements along e_theta', e_phi' (rows) per pixel along x and y (columns)",
+        json="matrix_rad",
+    )
+    bend: Array = quantity(
+        "pixel",
+        "rad",
+        "spread of the beam's neighbours that the matrix does not hold, along the minor axis",
+        json="bend_rad",
+    )
+    redshift: Array = quantity("pixel", "1", "nu_camera / nu_source, 1 where no shift is asked for")
 
     def __len__(self) -> int:
         """Number of pixels."""
@@ -44,7 +50,7 @@ class Footprint:
         return Footprint(self.direction[which], self.matrix[which], self.bend[which], self.redshift[which])
 
     @cached_property
-    def axes(self) -> tuple[Array, Array, Array]:
+    def axes(self) -> tuple[Float[Array, " pixels"], Float[Array, " pixels"], Float[Array, " pixels"]]:
         """Major and minor axis (n,), radians for one pixel, and the angle (n,) from e_theta' to the major one.
 
         Singular values of the matrix; the minor axis with the bend, both cut at `LONGEST`.
@@ -53,14 +59,16 @@ class Footprint:
         return np.minimum(major, LONGEST), np.minimum(np.hypot(minor, self.bend), LONGEST), angle
 
     @property
-    def major_axis(self) -> Array:
+    def major_axis(self) -> Float[Array, "pixels 3"]:
         """Unit tangents (n, 3) of the celestial sphere along the major axes."""
         e_theta, e_phi = polar_basis(self.direction)
         angle = self.axes[2][:, None]
         return e_theta * np.cos(angle) + e_phi * np.sin(angle)
 
 
-def singular_values(matrix: Array) -> tuple[Array, Array, Array]:
+def singular_values(
+    matrix: Float[Array, "*batch 2 2"],
+) -> tuple[Float[Array, "*batch"], Float[Array, "*batch"], Float[Array, "*batch"]]:
     """Larger and smaller singular value of matrices (..., 2, 2), and the angle of the larger one's axis."""
     even = (matrix[..., 0, 0] + matrix[..., 1, 1]) + 1j * (matrix[..., 1, 0] - matrix[..., 0, 1])
     odd = (matrix[..., 0, 0] - matrix[..., 1, 1]) + 1j * (matrix[..., 1, 0] + matrix[..., 0, 1])
@@ -71,13 +79,17 @@ def singular_values(matrix: Array) -> tuple[Array, Array, Array]:
     )
 
 
-def pixel_matrix(beams: Beams, sky: Array, steps: Array) -> Array:
+def pixel_matrix(
+    beams: Beams, sky: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
+) -> Float[Array, "*batch 2 2"]:
     """Matrices (..., 2, 2) of the footprints of pixels with directions N (..., 3) and steps (..., 3, 2)."""
     basis = np.stack(tangent_basis(sky), axis=-2)
     return beams.jacobian @ (basis @ steps)
 
 
-def bend_of(direction: Array, matrix: Array) -> Array:
+def bend_of(
+    direction: Float[Array, "*batch h w 3"], matrix: Float[Array, "*batch h w 2 2"]
+) -> Float[Array, "*batch h w"]:
     """Spread (..., h, w) along the minor axis from the second derivatives of the sky map, by differences of neighbours.
 
     Parameters: direction (..., h, w, 3) and matrix (..., h, w, 2, 2) of a lattice of pixels, h and w at least 2.
@@ -97,7 +109,7 @@ def bend_of(direction: Array, matrix: Array) -> Array:
     return np.nan_to_num(np.sqrt(total / 8), nan=0.0)
 
 
-def averaged(sky: Callable[[Array, Array], Array], footprint: Footprint, finest: float) -> Array:
+def averaged(sky: Callable[[Array, Array], Array], footprint: Footprint, finest: float) -> Float[Array, "pixels 3"]:
     """Colours (n, 3) of a sky, averaged over footprints by probes along their major axes.
 
     Parameters
@@ -130,14 +142,17 @@ def averaged(sky: Callable[[Array, Array], Array], footprint: Footprint, finest:
         if count == 1:
             colours[which] = sky(footprint.direction[which], np.sqrt(major * minor)[which])
             continue
-        places = np.linspace(-2, 2, count)
-        weights = np.exp(-(places**2) / 2)
-        weights /= weights.sum()
         total = np.zeros((len(which), 3))
-        for place, weight in zip(places, weights, strict=True):
+        for place, weight in zip(*_probes(count), strict=True):
             turn = (place * deviation[which])[:, None]
-            total += weight * sky(
-                footprint.direction[which] * np.cos(turn) + tangent[which] * np.sin(turn), minor[which]
-            )
+            middle = footprint.direction[which] * np.cos(turn) + tangent[which] * np.sin(turn)
+            total += weight * sky(middle, minor[which])
         colours[which] = total
     return colours
+
+
+def _probes(count: int) -> tuple[Float[Array, " count"], Float[Array, " count"]]:
+    """Places of probes along an axis, in deviations, and their Gaussian weights."""
+    places = np.linspace(-2, 2, count)
+    weights = np.exp(-(places**2) / 2)
+    return places, weights / weights.sum()

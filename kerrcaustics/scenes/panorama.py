@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float, Float32
 from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.colour import decoded, shifted_light
@@ -78,12 +79,12 @@ class Panorama:
             )
         return cls(values if linear else decoded(values), orientation)
 
-    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels; for a shift of colours the picture counts as lit by daylight."""
         light = averaged(self.around, footprint, finest=math.pi / self.rows)
         return light * shifted_light(footprint.redshift, beaming, colour_shift)
 
-    def around(self, direction: Array, size: Array) -> Array:
+    def around(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
         """Light (m, 3) about directions (m, 3), averaged over neighbourhoods of sizes (m,) in radians."""
         local = direction @ self.orientation
         theta, phi = polar_angle(local), np.arctan2(local[:, 1], local[:, 0])
@@ -101,14 +102,14 @@ class Panorama:
         return light
 
 
-def _read_screen(path: Path) -> Array:
+def _read_screen(path: Path) -> Float32[Array, "h w 3"]:
     from PIL import Image
 
     with Image.open(path) as file:
         return np.asarray(file.convert("RGB"), np.float32) / 255
 
 
-def _read_exr(path: Path) -> Array:
+def _read_exr(path: Path) -> Float32[Array, "h w 3"]:
     try:
         import OpenEXR
     except ImportError:
@@ -124,7 +125,7 @@ def _read_exr(path: Path) -> Array:
     return np.repeat(values[..., None], 3, axis=2) if grey else values[..., :3]
 
 
-def rotation(matrix: ArrayLike | None) -> Array:
+def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
     """The matrix (3, 3) of an argument `orientation`, the identity when left out."""
     if matrix is None:
         return np.eye(3)
@@ -134,7 +135,7 @@ def rotation(matrix: ArrayLike | None) -> Array:
     return value
 
 
-def _pyramid(picture: Array) -> list[Array]:
+def _pyramid(picture: Float32[Array, "h w 3"]) -> list[Float32[Array, "_h _w 3"]]:
     """The picture and coarser ones, each smoothed along its rows."""
     levels = [_smoothed(picture)]
     while len(levels[-1]) % 2 == 0 and len(levels[-1]) // 2 >= _COARSEST:
@@ -142,7 +143,7 @@ def _pyramid(picture: Array) -> list[Array]:
     return levels
 
 
-def _halved(picture: Array) -> Array:
+def _halved(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h//2 w//2 3"]:
     """Means of two by two pixels, weighted by their areas on the sphere."""
     rows = len(picture)
     weight = np.sin((np.arange(rows) + 0.5) * math.pi / rows).astype(np.float32).reshape(-1, 2, 1, 1)
@@ -151,7 +152,7 @@ def _halved(picture: Array) -> Array:
     return (tall[:, ::2] + tall[:, 1::2]) / 2
 
 
-def _smoothed(picture: Array) -> Array:
+def _smoothed(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h w 3"]:
     """Rows smoothed by a Gaussian as wide as a row is high, where that is more than a pixel.
 
     Half a row's height on the sphere is what look-ups have for a deviation; the pixels' own is taken off.
@@ -167,14 +168,16 @@ def _smoothed(picture: Array) -> Array:
     return result
 
 
-def _padded(picture: Array) -> Array:
+def _padded(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h+2 w+2 3"]:
     """With one more pixel on every side: the other edge's at the sides, those beyond the pole above and below."""
     half = picture.shape[1] // 2
     tall = np.concatenate([np.roll(picture[:1], half, axis=1), picture, np.roll(picture[-1:], half, axis=1)])
     return np.ascontiguousarray(np.concatenate([tall[:, -1:], tall, tall[:, :1]], axis=1))
 
 
-def _looked_up(padded: Array, down: Array, right: Array) -> Array:
+def _looked_up(
+    padded: Float32[Array, "h w 3"], down: Float[Array, " m"], right: Float[Array, " m"]
+) -> Float32[Array, "m 3"]:
     """Light (m, 3) at parts of the height and width of a padded picture, linear between pixels."""
     rows, columns = padded.shape[0] - 2, padded.shape[1] - 2
     y, x = down * rows + 0.5, right * columns + 0.5

@@ -3,15 +3,17 @@
 import math
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores, trace_beams
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.footprint import Footprint, bend_of, pixel_matrix, singular_values
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -26,54 +28,53 @@ _DIVISIONS = 4
 _LONG = 0.5
 
 
+Part = tuple[Int[Array, " _"], Footprint]
+"""Some pixels, by their numbers in reading order, and their footprints; a number for each footprint."""
+
+
+@runtime_checkable
 class Sky(Protocol):
     """What a celestial sphere must do to be seen."""
 
-    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3), as intensity, that n pixels receive."""
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """A sky as a camera sees it.
+@result("rendering/1")
+class Rendering:
+    """A sky as a camera sees it."""
 
-    light (height, width, 3): linear sRGB intensity, float32, in the sky's unit; the shadow is 0. open (height, width):
-    part of each pixel that is not in the shadow; divided, pixels that were divided; seconds, beams: what it took.
-    """
-
-    camera: Camera
-    view: View
-    light: Array
-    open: Array
-    divided: int
-    beams: int
-    seconds: float
+    camera: Camera = quantity("", "", "the camera", json="", column="")
+    view: View = quantity("", "", "the part of its sky that is seen")
+    light: Array = quantity(
+        "row column channel", "1", "linear sRGB intensity, float32, in the sky's unit; the shadow is 0"
+    )
+    open: Array = quantity("row column", "1", "part of each pixel that is not in the shadow")
+    divided: int = quantity("", "1", "pixels that were divided")
+    beams: int = quantity("", "1", "beams traced")
+    seconds: float = quantity("", "s", "time it took")
 
     def __repr__(self) -> str:
         """One line: size, camera, time."""
         size = f"{self.view.width} x {self.view.height}"
-        return f"<Scene {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
+        return f"<Rendering {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
 
 
-@dataclass(frozen=True, eq=False)
+@result("traced-view/1")
 class TracedView:
-    """The beams of a view, traced once for any sky: what `trace_view` returns.
+    """The beams of a view, traced once for any sky: what `trace_view` returns."""
 
-    open (height, width): part of each pixel that is not in the shadow. divided, beams, seconds: as in `Scene`.
-    """
+    camera: Camera = quantity("", "", "the camera", json="", column="")
+    view: View = quantity("", "", "the part of its sky that is seen")
+    open: Array = quantity("row column", "1", "part of each pixel that is not in the shadow")
+    divided: int = quantity("", "1", "pixels that were divided")
+    beams: int = quantity("", "1", "beams traced")
+    seconds: float = quantity("", "s", "time it took")
+    _whole: list[Part] = quantity("", "", "which pixels the footprints belong to, all of them")
+    _parts: list[Part] = quantity("", "", "16 of each divided pixel, with its part of the pixel")
 
-    camera: Camera
-    view: View
-    open: Array
-    divided: int
-    beams: int
-    seconds: float
-    # Which pixels the footprints belong to, all of them, and 16 of each divided one; with its part of the pixel.
-    _whole: list[tuple[Array, Footprint]] = field(repr=False)
-    _parts: list[tuple[Array, Footprint]] = field(repr=False)
-
-    def show(self, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Scene:
+    def show(self, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Rendering:
         """A sky as it is seen in this view; parameters as for `render`."""
         began = time.perf_counter()
         if (beaming or colour_shift) and any(len(f) and np.isnan(f.redshift).all() for _, f in self._whole):
@@ -90,10 +91,10 @@ class TracedView:
                 light[divided] = np.stack(total, axis=-1)
         light = light.reshape(self.view.height, self.view.width, 3)
         seconds = self.seconds + time.perf_counter() - began
-        return Scene(self.camera, self.view, light, self.open, self.divided, self.beams, seconds)
+        return Rendering(self.camera, self.view, light, self.open, self.divided, self.beams, seconds)
 
 
-def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Scene:
+def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Rendering:
     """A sky seen through the hole: each pixel holds the mean of the sky over the footprint of its beam.
 
     Parameters
@@ -108,7 +109,7 @@ def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colou
 
     Returns
     -------
-    Scene
+    Rendering
         Its light becomes a picture by `tone_mapped`.
 
     Errors
@@ -130,10 +131,25 @@ def trace_view(camera: Camera, view: View, *, redshift: bool = False) -> TracedV
     redshift: whether beaming and shift of colours will be wanted.
     """
     began = time.perf_counter()
-    shape = (view.height, view.width)
-    reached, long = np.zeros(shape, bool), np.zeros(shape, bool)
+    whole, reached, long = _whole_pixels(camera, view, redshift)
+    opened = reached.astype(np.float32)
+    divided = np.flatnonzero(_at_edge(reached) | long)
+    parts = []
+    for start in range(0, len(divided), _CHUNK // _DIVISIONS**2):
+        which = divided[start : start + _CHUNK // _DIVISIONS**2]
+        part, opened.flat[which] = _divided_pixels(camera, view, which, redshift)
+        parts.append(part)
+    beams = reached.size + len(divided) * _DIVISIONS**2
+    return TracedView(camera, view, opened, len(divided), beams, time.perf_counter() - began, whole, parts)
+
+
+def _whole_pixels(
+    camera: Camera, view: View, redshift: bool
+) -> tuple[list[Part], Bool[Array, "height width"], Bool[Array, "height width"]]:
+    """Footprints of all pixels, some rows at a time; which pixels are not in the shadow, and which are too long."""
+    reached, long = np.zeros((2, view.height, view.width), bool)
     rows = min(max(_CHUNK // view.width, 2), view.height)
-    whole, parts = [], []
+    whole = []
     for top in range(0, view.height, rows):
         # The last ones overlap those before, so that there are always two rows to take differences of.
         first = max(min(top, view.height - rows), 0)
@@ -143,24 +159,24 @@ def trace_view(camera: Camera, view: View, *, redshift: bool = False) -> TracedV
         reached[part] = inside.reshape(-1, view.width)
         long[part].flat[np.flatnonzero(inside)] = singular_values(footprint.matrix)[0] > _LONG
         whole.append((np.flatnonzero(inside) + first * view.width, footprint))
-    opened = reached.astype(np.float32)
-    divided = np.flatnonzero(_at_edge(reached) | long)
+    return whole, reached, long
+
+
+def _divided_pixels(
+    camera: Camera, view: View, which: Int[Array, " pixels"], redshift: bool
+) -> tuple[Part, Float[Array, " pixels"]]:
+    """Footprints of the parts of pixels, and how much of each is not in the shadow."""
     within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
-    for start in range(0, len(divided), _CHUNK // _DIVISIONS**2):
-        which = divided[start : start + _CHUNK // _DIVISIONS**2]
-        y, x = (place[:, None, None] for place in np.divmod(which, view.width))
-        x, y = np.broadcast_arrays(x + within, y + within[:, None])
-        footprint, inside = _traced(camera, view, x, y, 1 / _DIVISIONS, redshift)
-        parts.append((np.repeat(which, inside[0].size)[inside.ravel()], footprint))
-        opened.flat[which] = inside.reshape(len(which), -1).mean(axis=1)
-    beams = reached.size + len(divided) * _DIVISIONS**2
-    return TracedView(camera, view, opened, len(divided), beams, time.perf_counter() - began, whole, parts)
+    y, x = (place[:, None, None] for place in np.divmod(which, view.width))
+    x, y = np.broadcast_arrays(x + within, y + within[:, None])
+    footprint, inside = _traced(camera, view, x, y, 1 / _DIVISIONS, redshift)
+    part = np.repeat(which, inside[0].size)[inside.ravel()], footprint
+    return part, inside.reshape(len(which), -1).mean(axis=1)
 
 
-def celestial_picture(sky: Sky, height: int) -> Array:
+def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"]:
     """Light (height, 2 height, 3) of a sky itself, with no hole: theta' downward, phi' from 0 to 2 pi to the right."""
-    if not (isinstance(height, int | np.integer) and not isinstance(height, bool) and 2 <= height <= 8192):
-        raise ValueError(f"Argument `height` must be a whole number from 2 to 8192, but is {height!r}.")
+    whole_number("height", height, 2, 8192)
     pixel = math.pi / height
     theta = (np.arange(height) + 0.5)[:, None] * pixel
     phi = (np.arange(2 * height) + 0.5) * pixel
@@ -172,7 +188,9 @@ def celestial_picture(sky: Sky, height: int) -> Array:
     return sky.light(footprint, False, False).reshape(height, 2 * height, 3)
 
 
-def _traced(camera: Camera, view: View, x: Array, y: Array, size: float, redshift: bool) -> tuple[Footprint, Array]:
+def _traced(
+    camera: Camera, view: View, x: Array, y: Array, size: float, redshift: bool
+) -> tuple[Footprint, Bool[Array, "k h w"]]:
     """Footprints of those pixels (k, h, w) of a size that are not in the shadow, and which those are (k, h, w)."""
     sky, steps = view.directions(x, y)
     beams = trace_beams(camera, sky, "auto", _TOLERANCE, index=False, crossings=False, redshift=redshift)
@@ -184,14 +202,14 @@ def _traced(camera: Camera, view: View, x: Array, y: Array, size: float, redshif
     return Footprint(beams.direction[inside], matrix[inside], bend[inside], ratio), inside
 
 
-def _lit(pool: ThreadPoolExecutor, sky: Sky, footprint: Footprint, **shifts: bool) -> Array:
+def _lit(pool: ThreadPoolExecutor, sky: Sky, footprint: Footprint, **shifts: bool) -> Float[Array, "pixels 3"]:
     """Light (n, 3), on all cores."""
     parts = [footprint.part(slice(start, start + _LIT)) for start in range(0, len(footprint), _LIT)]
     lights = list(pool.map(lambda part: sky.light(part, **shifts), parts))
     return np.concatenate([np.zeros((0, 3)), *lights])
 
 
-def _at_edge(reached: Array) -> Array:
+def _at_edge(reached: Bool[Array, "h w"]) -> Bool[Array, "h w"]:
     """Pixels (h, w) with a neighbour, also across a corner, on the other side of the shadow edge."""
     framed = np.pad(reached, 1, mode="edge")
     height, width = reached.shape

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
@@ -84,7 +85,7 @@ class StarField:
         object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))
         black_body(DAYLIGHT, self.white)
 
-    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels, stars of magnitude 0 per steradian."""
         light = np.zeros((len(footprint), 3))
         if self.band:
@@ -99,7 +100,7 @@ class StarField:
         return light
 
     @cached_property
-    def _stars(self) -> Array:
+    def _stars(self) -> Float[Array, "stars 3"]:
         """Directions n' (n, 3)."""
         return self.catalogue.direction @ self.orientation.T
 
@@ -108,11 +109,11 @@ class StarField:
         return KDTree(self._stars)
 
     @cached_property
-    def _temperature(self) -> Array:
+    def _temperature(self) -> Float[Array, " stars"]:
         return star_temperature(self.catalogue.colour_index)
 
     @cached_property
-    def _flux(self) -> Array:
+    def _flux(self) -> Float[Array, "stars 3"]:
         """Linear sRGB light (n, 3) with the luminance of the magnitude."""
         colour = black_body(self._temperature, self.white)
         return colour * (10 ** (-0.4 * self.catalogue.magnitude) / luminance(colour))[:, None]
@@ -126,37 +127,50 @@ class StarField:
         light = self.band * light[..., None] * (tint / luminance(tint))
         return Panorama(light, self.orientation @ galactic_axes().T)
 
-    def _pairs(self, direction: Array, matrix: Array) -> Iterator[tuple[Array, Array, Array]]:
+    def _pairs(
+        self, direction: Float[Array, "pixels 3"], matrix: Float[Array, "pixels 2 2"]
+    ) -> Iterator[tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, " m"]]]:
         """Pixels, stars and weights (m,) of every star in every footprint that holds it, some pixels at a time."""
         pixel, centre, radius, place, half = _discs(direction, matrix, len(self.catalogue))
         # As chords, of which the tree is made.
         chord = 2 * np.sin(np.minimum(radius + self.sweep / 2, math.pi) / 2)
-        tangents = np.stack(polar_basis(direction), axis=-2)
-        angle = singular_values(matrix)[2]
-        axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None] @ tangents
-        # Of displacements in space: two rows for pixels along x and y, one for radians along the major axis.
-        rows = np.concatenate([np.linalg.inv(matrix) @ tangents, axis], axis=1)
+        rows = _rows(direction, matrix)
         for part in _alike(chord):
             found = KDTree(centre[part]).sparse_distance_matrix(self._tree, chord[part].max(), output_type="ndarray")
             disc, star = part[found["i"]], found["j"]
             near = found["v"] <= chord[disc]
             disc, star = disc[near], star[near]
             which = pixel[disc]
-            offset = _offsets(direction[which], rows[which], self._stars[star])
-            if self.sweep:
-                x, y, _ = self._stars[star].T
-                motion = np.einsum("nij,nj->ni", rows[which], self.sweep * np.stack([-y, x, np.zeros_like(x)], axis=-1))
-                weight, moment = _swept(offset, motion)
-                offset = offset + moment[:, None] * motion
-            else:
-                weight = _spline(offset[:, 0]) * _spline(offset[:, 1])
+            weight, along = self._weight(direction[which], rows[which], self._stars[star])
             # Where discs of one pixel overlap, a star belongs to that in whose part of the major axis it is.
-            along = offset[:, 2] - place[disc]
+            along = along - place[disc]
             inside = (weight > 0) & (along >= -half[disc]) & (along < half[disc])
             yield which[inside], star[inside], weight[inside]
 
+    def _weight(
+        self, direction: Float[Array, "m 3"], rows: Float[Array, "m 3 3"], star: Float[Array, "m 3"]
+    ) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+        """Part of each star's light that a pixel gets, and the star's place (radians) along the pixel's major axis."""
+        offset = _offsets(direction, rows, star)
+        if not self.sweep:
+            return _spline(offset[:, 0]) * _spline(offset[:, 1]), offset[:, 2]
+        x, y, _ = star.T
+        motion = np.einsum("nij,nj->ni", rows, self.sweep * np.stack([-y, x, np.zeros_like(x)], axis=-1))
+        weight, moment = _swept(offset, motion)
+        return weight, (offset + moment[:, None] * motion)[:, 2]
 
-def _discs(direction: Array, matrix: Array, stars: int) -> tuple[Array, Array, Array, Array, Array]:
+
+def _rows(direction: Float[Array, "pixels 3"], matrix: Float[Array, "pixels 2 2"]) -> Float[Array, "pixels 3 3"]:
+    """Rows of displacements in space: two for pixels along x and y, one for radians along the major axis."""
+    tangents = np.stack(polar_basis(direction), axis=-2)
+    angle = singular_values(matrix)[2]
+    axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None] @ tangents
+    return np.concatenate([np.linalg.inv(matrix) @ tangents, axis], axis=1)
+
+
+def _discs(
+    direction: Float[Array, "pixels 3"], matrix: Float[Array, "pixels 2 2"], stars: int
+) -> tuple[Int[Array, " m"], Float[Array, "m 3"], Float[Array, " m"], Float[Array, " m"], Float[Array, " m"]]:
     """Discs that cover footprints, several along the major axis of a long one.
 
     Of each disc: pixel, centre (m, 3), radius, place on the major axis, and half of the part of it that is its own.
@@ -175,7 +189,7 @@ def _discs(direction: Array, matrix: Array, stars: int) -> tuple[Array, Array, A
     return pixel, centre, np.hypot(half, _REACH * minor[pixel]), place, half
 
 
-def _alike(chord: Array) -> Iterator[Array]:
+def _alike(chord: Float[Array, " discs"]) -> Iterator[Int[Array, " _"]]:
     """Numbers of discs in groups, of no more than _DISCS and of chords that differ by less than a factor of _ALIKE."""
     order = np.argsort(chord)
     kind = np.floor(np.log(chord[order]) / math.log(_ALIKE))
@@ -183,14 +197,14 @@ def _alike(chord: Array) -> Iterator[Array]:
         yield from np.split(group, range(_DISCS, len(group), _DISCS))
 
 
-def _offsets(n: Array, rows: Array, star: Array) -> Array:
+def _offsets(n: Float[Array, "m 3"], rows: Float[Array, "m 3 3"], star: Float[Array, "m 3"]) -> Float[Array, "m 3"]:
     """Products (m, 3) of rows (m, 3, 3) with displacements from directions n to stars, along great circles."""
     cosine = np.einsum("ni,ni->n", n, star)
     sine = np.sqrt(np.maximum(1 - cosine**2, 1e-30))
     return np.einsum("nij,nj->ni", rows, star) * (np.arctan2(sine, cosine) / sine)[:, None]
 
 
-def milky_way(galactic: Array) -> Array:
+def milky_way(galactic: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
     """Diffuse light (...,) of a galactic plane in galactic directions (..., 3), stars of magnitude 0 per steradian.
 
     A model of this package, for pictures: a disc that fades with latitude and away from the centre, a bulge, a lane of
@@ -209,7 +223,7 @@ def milky_way(galactic: Array) -> Array:
     return ((disc + bulge) * dust + 6) * 1e-4 * _SQUARE_DEGREES
 
 
-def _usable(footprint: Footprint) -> tuple[Array, Array]:
+def _usable(footprint: Footprint) -> tuple[Float[Array, "n 2 2"], Float[Array, " n"]]:
     """Matrices (n, 2, 2) with the minor axis widened by the bend and the axes cut, and 1 / |det| (n,)."""
     u, s, v = np.linalg.svd(footprint.matrix)
     major = np.minimum(s[:, 0], _LONGEST)
@@ -220,7 +234,7 @@ def _usable(footprint: Footprint) -> tuple[Array, Array]:
     return (u * axes[:, None, :]) @ v, 1 / axes.prod(axis=1)
 
 
-def _swept(offset: Array, motion: Array) -> tuple[Array, Array]:
+def _swept(offset: Float[Array, "m 3"], motion: Float[Array, "m 3"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
     """Mean weights (m,) of stars that run from offset - motion / 2 to offset + motion / 2 (m, 3), and a middle moment.
 
     The moments in which a star is within the pixel's reach are from one time to another: Gauss's rule between them.
@@ -241,7 +255,7 @@ def _swept(offset: Array, motion: Array) -> tuple[Array, Array]:
     return weight * length, middle
 
 
-def _spline(x: Array) -> Array:
+def _spline(x: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
     """The quadratic B-spline (...,), 3/4 at 0 and 0 beyond 3/2: its values at whole steps add up to 1."""
     x = np.abs(x)
     return np.where(x < 0.5, 0.75 - x**2, np.maximum(1.5 - x, 0) ** 2 / 2)

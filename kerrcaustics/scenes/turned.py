@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float
 
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.render import Sky
@@ -23,7 +24,7 @@ class TurnedSky:
         if not (isinstance(self.angle, int | float) and math.isfinite(self.angle)):
             raise ValueError(f"Argument `angle` must be a finite number, but is {self.angle!r}.")
 
-    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Array:
+    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
         # The beams are turned back instead: their ellipses, along e_theta' and e_phi', turn with them.
         x, y, z = footprint.direction.T

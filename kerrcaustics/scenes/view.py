@@ -1,16 +1,21 @@
 """Views: which part of the camera sky becomes a picture, and what its pixels cover."""
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 Array = np.ndarray
+
+_Part = Float[Array, "*batch"]
+_Vectors = Float[Array, "*batch 3"]
 
 PROJECTIONS = ("pinhole", "fisheye", "equirectangular")
 
@@ -20,7 +25,7 @@ _WIDEST_PINHOLE = math.radians(170)
 _LARGEST = 16384
 
 
-@dataclass(frozen=True, eq=False)
+@result("view/1")
 class View:
     """A rectangle of pixels on the camera sky.
 
@@ -44,19 +49,17 @@ class View:
     Right is forward x up.
     """
 
-    width: int
-    height: int
-    field_of_view: float
-    projection: str = "pinhole"
-    forward: Any = (-1.0, 0.0, 0.0)
-    up: Any = (0.0, 0.0, 1.0)
+    width: int = quantity("", "1", "columns of pixels")
+    height: int = quantity("", "1", "rows of pixels")
+    field_of_view: float = quantity("", "rad", "full horizontal angle", given=True)
+    projection: str = quantity("", "", "how the sky becomes flat", default="pinhole")
+    forward: Any = quantity("axis", "1", "N in the middle of the picture", default=(-1.0, 0.0, 0.0))
+    up: Any = quantity("axis", "1", "N of what points up in it", default=(0.0, 0.0, 1.0))
 
     def __post_init__(self) -> None:
         """Refuse a view that is no picture of the sky; make the axes orthonormal."""
         for name in ("width", "height"):
-            value = getattr(self, name)
-            if not (isinstance(value, int | np.integer) and not isinstance(value, bool) and 0 < value <= _LARGEST):
-                raise ValueError(f"Argument `{name}` must be a whole number from 1 to {_LARGEST}, but is {value!r}.")
+            whole_number(name, getattr(self, name), 1, _LARGEST)
         if self.projection not in PROJECTIONS:
             raise ValueError(
                 f"Argument `projection` must be one of {', '.join(PROJECTIONS)}, but is {self.projection!r}."
@@ -83,7 +86,7 @@ class View:
         return cls(width, height, field_of_view, projection, forward, -np.asarray(frame.basis)[:, 1])
 
     @property
-    def right(self) -> Array:
+    def right(self) -> Float[Array, "3"]:
         """Unit vector (3,) to the right."""
         return np.cross(self.forward, self.up)
 
@@ -94,7 +97,7 @@ class View:
             return 2 * math.tan(self.field_of_view / 2) / self.width
         return self.field_of_view / self.width
 
-    def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+    def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
         """Directions N (..., 3) of points of the picture, and their steps (..., 3, 2) per pixel along x and y.
 
         Parameters: x, y, arrays that broadcast, in pixels; whole numbers are pixel centres.
@@ -110,11 +113,11 @@ class View:
         steps = np.stack([to_right @ axes, -(to_up @ axes)], axis=-1) * self.pixel
         return local @ axes, steps
 
-    def solid_angle(self, steps: Array) -> Array:
-        """Solid angle (...,) of pixels with these steps (..., 3, 2)."""
-        return np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1)
+    def solid_angle(self, steps: Float[Array, "*batch 3 2"]) -> Float[Array, "*batch"]:
+        """Solid angle (...,), steradian, of pixels with these steps (..., 3, 2)."""
+        return np.asarray(np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1))
 
-    def pixels(self, sky: ArrayLike) -> Array:
+    def pixels(self, sky: ArrayLike) -> Float[Array, "*batch 2"]:
         """Places (..., 2), x and y in pixels, of directions N (..., 3); NaN for what a pinhole has behind it.
 
         Errors: round-off. The inverse of `directions`; places outside the picture are given too.
@@ -135,7 +138,7 @@ class View:
         )
 
 
-def _pinhole(across: Array, above: Array) -> tuple[Array, Array, Array]:
+def _pinhole(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _Vectors]:
     """Directions in (forward, right, up), and their derivatives along right and up, at tangents of angles."""
     length = np.sqrt(1 + across**2 + above**2)
     n = np.stack([1 / length, across / length, above / length], axis=-1)
@@ -144,7 +147,7 @@ def _pinhole(across: Array, above: Array) -> tuple[Array, Array, Array]:
     return n, to_right, to_up
 
 
-def _fisheye(across: Array, above: Array) -> tuple[Array, Array, Array]:
+def _fisheye(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _Vectors]:
     """The same at angles from the centre: N = cos(rho) forward + sin(rho)/rho (across, above)."""
     square = across**2 + above**2
     rho = np.sqrt(square)
@@ -158,7 +161,7 @@ def _fisheye(across: Array, above: Array) -> tuple[Array, Array, Array]:
     return n, to_right, to_up
 
 
-def _equirectangular(across: Array, above: Array) -> tuple[Array, Array, Array]:
+def _equirectangular(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _Vectors]:
     """The same at longitude and latitude."""
     c, s = np.cos(above), np.sin(above)
     n = np.stack([c * np.cos(across), c * np.sin(across), s], axis=-1)
@@ -187,7 +190,7 @@ def _check_field(angle: float, width: int, height: int, projection: str) -> None
         )
 
 
-def _unit(name: str, vector: Any) -> Array:
+def _unit(name: str, vector: Any) -> Float[Array, "3"]:
     try:
         value = np.asarray(vector, float)
     except (TypeError, ValueError):

@@ -22,7 +22,8 @@ import numpy as np
 import zarr
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from kerrcaustics.sweeps.quantities import Variable, dimensions, variables
+from kerrcaustics.results.declared import Quantity
+from kerrcaustics.sweeps.quantities import dimensions, variables
 from kerrcaustics.sweeps.scene import AXES, Scene, differences, from_record
 
 Array = np.ndarray
@@ -221,7 +222,7 @@ def _create_arrays(group: zarr.Group, scene: Scene) -> None:
             fill_value=math.nan if variable.dtype.startswith("float") else -1,
             compressors=[ZstdCodec(level=3), Crc32cCodec()],
             dimension_names=(*AXES, *variable.dims),
-            attributes={"units": variable.units, "long_name": variable.text},
+            attributes={"units": variable.unit, "long_name": variable.text},
         )
     for name, extra, dims, text in (
         ("status", (), (), "0 not computed, 1 done, 2 failed"),
@@ -251,7 +252,7 @@ def _coordinate(group: zarr.Group, name: str, values: Array, units: str) -> None
     array[...] = values
 
 
-def _blank(variable: Variable, scene: Scene) -> Array:
+def _blank(variable: Quantity, scene: Scene) -> Array:
     further = dimensions(scene)
     fill = math.nan if variable.dtype.startswith("float") else -1
     return np.full([len(further[dim]) for dim in variable.dims], fill, variable.dtype)

@@ -1,0 +1,46 @@
+# The public names, each written once: type checkers read them here, and so does the package when it is imported.
+# What functions return besides these is reached through its module.
+
+from .beams.beam import Beams as Beams, Rays as Rays, Status as Status
+from .beams.ends import EquatorialPlane as EquatorialPlane
+from .beams.paths import RayPaths as RayPaths, ray_paths as ray_paths, trapped_orbit as trapped_orbit
+from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
+from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet, Cusp as Cusp, caustics as caustics
+from .curves.tubes import caustic_tubes as caustic_tubes
+from .results.datasets import to_xarray as to_xarray
+from .results.files import (
+    load as load,
+    load_caustics as load_caustics,
+    save as save,
+    save_caustics as save_caustics,
+)
+from .results.records import record as record
+from .scenes.catalogue import (
+    StarCatalogue as StarCatalogue,
+    hipparcos as hipparcos,
+    merged_catalogues as merged_catalogues,
+    tilted_galaxy as tilted_galaxy,
+    tycho2 as tycho2,
+)
+from .scenes.checkerboard import Checkerboard as Checkerboard
+from .scenes.colour import black_body as black_body, tone_mapped as tone_mapped
+from .scenes.footprint import Footprint as Footprint
+from .scenes.panorama import Panorama as Panorama
+from .scenes.render import celestial_picture as celestial_picture, render as render, trace_view as trace_view
+from .scenes.star_field import StarField as StarField
+from .scenes.turned import TurnedSky as TurnedSky
+from .scenes.view import View as View
+from .spacetime.camera import Camera as Camera
+from .spacetime.shadow import shadow_edge as shadow_edge
+from .spacetime.sphere import tangent_basis as tangent_basis
+from .stars.circles import circle_images as circle_images
+from .stars.counts import count_map as count_map, image_counts as image_counts
+from .stars.events import pair_events as pair_events
+from .stars.following import follow_star as follow_star
+from .stars.images import StarImages as StarImages, star_images as star_images
+from .stars.lines import crossings_of_line as crossings_of_line
+from .stars.tracks import StarTracks as StarTracks, star_tracks as star_tracks
+from .sweeps.engine import sweep as sweep
+from .sweeps.scene import read_scene as read_scene
+
+__version__: str

@@ -1,0 +1,87 @@
+"""The files that commands write: refused before any work is done where they cannot be written, never half-written."""
+
+import json
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kerrcaustics.cli.app import BadInput
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_FIGURE_ENDINGS = (".png", ".pdf", ".svg")
+_FILM_ENDINGS = (".mp4", ".gif")
+
+
+def check_outputs(paths: dict[str, Path | None]) -> None:
+    """Refuse output files that cannot be written, before any work is done."""
+    named = {argument: path for argument, path in paths.items() if path is not None}
+    for argument, path in named.items():
+        twin = next(other for other in named if named[other].absolute() == path.absolute())
+        if twin != argument:
+            raise BadInput(f"Argument {argument} must name another file than {twin}, but both are {path}.")
+        if path.is_dir():
+            raise BadInput(f"Argument {argument} must name a file, but {path} is a folder.")
+        # Else it is a device or a pipe.
+        if path.is_file() or not path.exists():
+            _check_folder(argument, path)
+
+
+def _check_folder(argument: str, path: Path) -> None:
+    """Refuse a file in a folder that is not there, or where nothing can be written."""
+    if not path.parent.is_dir():
+        raise BadInput(f"Argument {argument} must name a file in a folder that exists, but {path.parent} does not.")
+    trial = path.parent / f".{path.name}.{os.getpid()}.part"
+    try:
+        trial.touch(exist_ok=False)
+        trial.unlink()
+    except OSError as error:
+        raise BadInput(f"Argument {argument} must name a file that can be written: {path}: {error.strerror}.") from None
+
+
+def check_ending(figure: Path | None) -> None:
+    """Refuse pictures of other formats."""
+    if figure is not None and figure.suffix.lower() not in _FIGURE_ENDINGS:
+        raise BadInput(f"Argument --figure must end in {', '.join(_FIGURE_ENDINGS)}, but is {figure}.")
+
+
+def check_film(film: Path | None, argument: str = "--film") -> None:
+    """Refuse films of other formats, or that cannot be written here."""
+    if film is None:
+        return
+    if film.suffix.lower() not in _FILM_ENDINGS:
+        raise BadInput(f"Argument {argument} must end in {' or '.join(_FILM_ENDINGS)}, but is {film}.")
+    if film.suffix.lower() == ".mp4" and find_spec("av") is None:
+        raise BadInput(
+            f'Argument {argument}: MP4 needs the package av (pip install "kerrcaustics[films]"); .gif does not.'
+        )
+
+
+def make_folder(output: Path) -> None:
+    """Make the folder that --output names."""
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"Argument --output must be a folder that can be made: {error.strerror}.") from None
+
+
+def write_json(entry: dict[str, Any], target: str, indent: int | None = 2) -> None:
+    """Write a record to a file, or to standard output."""
+    text = json.dumps(entry, indent=indent, allow_nan=False) + "\n"
+    if target == "-":
+        sys.stdout.write(text)
+        return
+    from kerrcaustics.files import writing
+
+    with writing(target) as file:
+        file.write(text.encode())
+
+
+def write_figure(picture: "Figure", path: Path) -> None:
+    """Write a picture in the format that the file's ending names."""
+    from kerrcaustics.draw.files import write_picture
+
+    write_picture(picture, path)

@@ -1,0 +1,86 @@
+"""What a user reads while and after a command works: lines, tables, progress, and complaints about arguments."""
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from kerrcaustics.cli.app import BadInput
+
+if TYPE_CHECKING:
+    from kerrcaustics.spacetime.camera import Camera
+
+WIDE = 112
+"""Characters a line of tables with directions."""
+
+
+def console(stderr: bool = False, width: int = 100) -> Console:
+    """Where tables go: never so narrow that digits would be cut off, unless a terminal is."""
+    console = Console(stderr=stderr)
+    return console if console.is_terminal else Console(stderr=stderr, width=width)
+
+
+def plain_table(heads: tuple[str, ...], words: str = "") -> Table:
+    """An empty table whose columns keep all their digits; that of `words` is set to the left."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in heads:
+        table.add_column(name, justify="left" if name and name == words else "right", no_wrap=True)
+    return table
+
+
+def say(out: Console, text: str) -> None:
+    """A line that no terminal width cuts up."""
+    out.print(text, soft_wrap=True, highlight=False)
+
+
+def place_of(camera: "Camera") -> str:
+    """The camera, in words for a headline."""
+    where = f"a = {camera.spin:.12g}, r = {camera.radius:.12g}, inclination {math.degrees(camera.inclination):.12g} deg"
+    return f"{where}, {camera.velocity} camera"
+
+
+def counted(per_index: dict[int, int]) -> str:
+    """How many there are of each index, in words."""
+    return ", ".join(f"{count} of index {k}" for k, count in per_index.items())
+
+
+def sure(certified: bool) -> str:
+    """Whether nothing is missing, in words."""
+    return "certified" if certified else "NOT certified"
+
+
+@contextmanager
+def plain_errors() -> Iterator[None]:
+    """Turn the package's own complaints about arguments into those of the command line."""
+    try:
+        yield
+    except ValueError as error:
+        message = str(error)
+        if not message.startswith("Argument `"):
+            raise
+        name = message.split("`")[1]
+        raise BadInput(message.replace(f"`{name}`", f"--{name.replace('_', '-')}", 1)) from None
+
+
+@contextmanager
+def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, float], None]]:
+    """A progress bar on standard error while it is a terminal, and nothing otherwise; left: with the time left."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda _what, _part: None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    if left:
+        columns += (TextColumn("left"), TimeRemainingColumn())
+    # A frame or a figure may take minutes; and what goes to a file stays out of the terminal.
+    settings = {"speed_estimate_period": 3600.0, "redirect_stdout": sys.stdout.isatty()}
+    with Progress(*columns, console=console, transient=True, **settings) as bar:
+        task = bar.add_task(f"{prefix}loading and compiling", total=1.0)
+        yield lambda what, part: bar.update(task, description=f"{prefix}{what}", completed=part)
