@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.draw.count_map import count_map_axes, wrapped
+from kerrcaustics.draw.count_map import count_map_axes
+from kerrcaustics.draw.sky_axes import wrapped
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 from kerrcaustics.stars.circles import Circle
 
