@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.draw.count_map import count_map_axes, wrapped
+from kerrcaustics.draw.count_map import count_map_axes
+from kerrcaustics.draw.sky_axes import wrapped
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 from kerrcaustics.stars.level_curves.circle import Circle
 

@@ -4,17 +4,18 @@ import math
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator, MultipleLocator
+from matplotlib.ticker import MaxNLocator
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.draw.count_map import wrapped
 from kerrcaustics.draw.films import Backdrop, blank_frame, pixels
 from kerrcaustics.draw.plots import camera_sky, celestial_sphere, headline
-from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed, view_axes
+from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
+from kerrcaustics.draw.sky_axes import camera_sky_axes, celestial_sphere_axes, critical_line, draw_wrapped
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 Array = np.ndarray
@@ -28,7 +29,7 @@ _TRAIL = 0.06
 _SMALL = 10.0
 
 
-def caustics_frame(caustics: CausticSet, text: str) -> Array:
+def caustics_frame(caustics: CausticSet, text: str) -> UInt8[Array, "height width 3"]:
     """One picture (height, width, 3): the camera sky beside the celestial sphere, the same axes for every camera.
 
     Parameters
@@ -64,30 +65,20 @@ def _rounded(value: float) -> str:
     return f"{value:.{max(0, 2 - math.floor(math.log10(value)))}f}"
 
 
-def _sky_panel(ax: Axes, caustics: CausticSet, edge: Array) -> None:
+def _sky_panel(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> None:
     view = view_axes(caustics, edge)
     ax.fill(*azimuthal_equidistant(edge, view).T, **style.SHADOW)
     for caustic in caustics:
-        line = azimuthal_equidistant(smoothed(caustic.sky) if caustic.closed else caustic.sky, view)
-        ax.plot(*np.append(line, line[:1], axis=0).T, **style.order_line(caustic.order))
+        ax.plot(*critical_line(caustic, view).T, **style.order_line(caustic.order))
     ax.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal")
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(MultipleLocator(30))
     ax.set_title("camera sky: shadow and critical curves")
-    ax.set_xlabel("to the right (deg, azimuthal equidistant)")
-    ax.set_ylabel("up, along the spin axis (deg)")
+    camera_sky_axes(ax, 30)
 
 
 def _sphere_panel(ax: Axes, caustics: CausticSet) -> None:
     for caustic in reversed(caustics):
-        if caustic.kind == "point":
-            style.draw_cross(ax, wrapped(np.degrees(caustic.celestial[:1]))[0], caustic.order)
-            continue
-        line = wrapped(np.degrees(caustic.celestial[np.append(np.arange(len(caustic.celestial)), 0)]))
-        ax.plot(*line.T, linewidth=1.3 if caustic.circuits < 2 else 0.6, **style.order_line(caustic.order))
-    ax.set(xlim=(-180, 180), ylim=(180, 0), xlabel="φ′ from the camera (deg)", ylabel="θ′ (deg)")
-    ax.xaxis.set_major_locator(MultipleLocator(60))
-    ax.yaxis.set_major_locator(MultipleLocator(30))
+        draw_wrapped(ax, caustic, 1.3, 0.6)
+    celestial_sphere_axes(ax, "φ′ from the camera (deg)")
     ax.set_title("celestial sphere: caustics")
 
 
@@ -105,23 +96,28 @@ class Mapping:
             sky = camera_sky(self.figure.add_axes((0.065, 0.13, 0.42, 0.8)), caustics, edge)
             sky.set_aspect("equal", adjustable="box")
             sky.set_title("critical curves, as the camera sees them")
-            height = 0.8 / len(caustics)
-            self._movers = []
-            for i, caustic in enumerate(caustics):
-                low = 0.93 - height * (i + 1) + 0.075
-                ax = celestial_sphere(self.figure.add_axes((0.575, low, 0.40, height - 0.11)), caustic)
-                ax.set_aspect("auto")
-                _closer(ax, caustic)
-                ax.set_title(f"{style.order_name(caustic.order)} caustic, on the celestial sphere")
-                if i < len(caustics) - 1:
-                    ax.set_xlabel("")
-                self._movers.append((_mover(sky, caustic.order), _mover(ax, caustic.order)))
+            panels = [self._panel(i, caustic) for i, caustic in enumerate(caustics)]
+            self._movers = [
+                (_mover(sky, caustic.order), _mover(panel, caustic.order))
+                for caustic, panel in zip(caustics, panels, strict=True)
+            ]
             self.figure.text(0.03, 0.03, headline(caustics), fontsize=12)
-            self._backdrop = Backdrop(
-                self.figure, [artist for movers in self._movers for pair in movers for artist in pair]
-            )
+            moving = [artist for movers in self._movers for pair in movers for artist in pair]
+            self._backdrop = Backdrop(self.figure, moving)
 
-    def frame(self, part: float) -> Array:
+    def _panel(self, place: int, caustic: Caustic) -> Axes:
+        """The celestial sphere with one caustic, below those of lower order."""
+        height = 0.8 / len(self.caustics)
+        low = 0.93 - height * (place + 1) + 0.075
+        ax = celestial_sphere(self.figure.add_axes((0.575, low, 0.40, height - 0.11)), caustic)
+        ax.set_aspect("auto")
+        _closer(ax, caustic)
+        ax.set_title(f"{style.order_name(caustic.order)} caustic, on the celestial sphere")
+        if place < len(self.caustics) - 1:
+            ax.set_xlabel("")
+        return ax
+
+    def frame(self, part: float) -> UInt8[Array, "height width 3"]:
         """The picture (height, width, 3) when the points have run through this part of their curves."""
         for caustic, places, movers in zip(self.caustics, self._places, self._movers, strict=True):
             trail = np.interp(part - np.linspace(0, _TRAIL, 40), places[1], places[0], period=1.0)
@@ -155,7 +151,7 @@ def _mover(ax: Axes, order: int) -> tuple[Line2D, Line2D]:
     return dot, tail
 
 
-def _even_places(caustic: Caustic) -> tuple[Array, Array]:
+def _even_places(caustic: Caustic) -> tuple[Float[Array, " places"], Float[Array, " places"]]:
     """Numbers of the points (n + 1,), and the part of the way run at each, evenly on both spheres."""
     parts = []
     for curve in (caustic.sky, caustic.celestial):
@@ -164,7 +160,7 @@ def _even_places(caustic: Caustic) -> tuple[Array, Array]:
     return np.arange(len(caustic.sky) + 1.0), (parts[0] + parts[1]) / 2
 
 
-def _at(curve: Array, place: Array) -> Array:
+def _at(curve: Float[Array, "n k"], place: Float[Array, " m"]) -> Float[Array, "m k"]:
     """Points of a closed curve (n, k) between its corners."""
     low = np.floor(place).astype(int)
     part = (place - low)[:, None]

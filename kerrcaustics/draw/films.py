@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import UInt8
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -56,7 +57,7 @@ class Film:
     settings: dict[str, Any]
     frames: int
     rate: int
-    draw: Callable[[int], Array]
+    draw: Callable[[int], UInt8[Array, "height width 3"]]
 
 
 def write_film(path: str | Path, film: Film, progress: Progress = lambda _what, _part: None) -> Path:
@@ -105,7 +106,7 @@ def blank_frame() -> Figure:
     return Figure(figsize=(SIZE[0] / _DPI, SIZE[1] / _DPI), dpi=_DPI)
 
 
-def pixels(figure: Figure) -> Array:
+def pixels(figure: Figure) -> UInt8[Array, "height width 3"]:
     """The picture (height, width, 3) of a figure, at its own resolution."""
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
@@ -124,7 +125,7 @@ class Backdrop:
         self._canvas.draw()
         self._still: Any = self._canvas.copy_from_bbox(figure.bbox)
 
-    def pixels(self) -> Array:
+    def pixels(self) -> UInt8[Array, "height width 3"]:
         """The picture (height, width, 3) with the moving artists where they are now."""
         self._canvas.restore_region(self._still)
         for artist in self._moving:
@@ -148,7 +149,7 @@ def _prepare(folder: Path, film: Film) -> None:
     note.write_text(mark, encoding="utf-8")
 
 
-def _checked(picture: Array) -> Array:
+def _checked(picture: Array) -> UInt8[Array, "height width 3"]:
     picture = np.asarray(picture)
     shaped = picture.ndim == 3 and picture.shape[2] == 3 and picture.dtype == np.uint8
     if not shaped or picture.shape[0] % 2 or picture.shape[1] % 2:

@@ -1,7 +1,7 @@
 """Caustics of many cameras side by side, on the same axes in each column."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib import rc_context
@@ -31,8 +31,7 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
         Half the width of the panel in radians; it then shows offsets from the middle of the caustic.
     """
     curve = np.degrees(np.concatenate([caustic.celestial, caustic.celestial[:1]])[:, ::-1])
-    is_point = caustic.kind == "point"
-    if is_point:
+    if caustic.kind == "point":
         curve = curve[:1]
     if half is not None:
         curve -= (curve.min(axis=0) + curve.max(axis=0)) / 2
@@ -43,15 +42,20 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
     else:
         ax.set_ylim(180, 0)
         ax.yaxis.set_major_locator(MultipleLocator(90))
-    if is_point:
+    if caustic.kind == "point":
         style.draw_cross(ax, curve[0], caustic.order)
     else:
         ax.plot(*curve.T, **style.order_line(caustic.order))
-    widths = (math.degrees(extent) for extent in (caustic.phi_extent, caustic.theta_extent))
-    words = " × ".join(f"{width:.3g}" if width < 1000 else f"{width:.0f}" for width in widths) + " deg"
-    words = "a point" if is_point else words
-    ax.annotate(words, (0.02, 0.94), xycoords="axes fraction", va="top", fontsize=style.SMALLEST_TEXT)
+    ax.annotate(_words(caustic), (0.02, 0.94), xycoords="axes fraction", va="top", fontsize=style.SMALLEST_TEXT)
     return ax
+
+
+def _words(caustic: Caustic) -> str:
+    """Widths in phi' and theta'."""
+    if caustic.kind == "point":
+        return "a point"
+    widths = (math.degrees(extent) for extent in (caustic.phi_extent, caustic.theta_extent))
+    return " × ".join(f"{width:.3g}" if width < 1000 else f"{width:.0f}" for width in widths) + " deg"
 
 
 def multiples_figure(rows: Mapping[str, CausticSet], title: str) -> Figure:
@@ -73,21 +77,29 @@ def multiples_figure(rows: Mapping[str, CausticSet], title: str) -> Figure:
         panels = figure.subplots(len(rows), len(orders), squeeze=False, width_ratios=_WIDTHS[: len(orders)])
         for column, order in enumerate(orders):
             found = [caustics[column] for caustics in rows.values()]
-            low, high = (math.degrees(f) for f in (min(c.phi_min for c in found), max(c.phi_max for c in found)))
-            for ax, caustic in zip(panels[:, column], found, strict=True):
-                if order == 1:
-                    width = max(caustic.theta_extent, caustic.phi_extent)
-                    caustic_axes(ax, caustic, math.radians(0.5) if caustic.kind == "point" else _OWN_SCALE * width)
-                    continue
-                caustic_axes(ax, caustic)
-                _common_axis(ax, low, high)
-                ax.tick_params(labelbottom=ax is panels[-1, column])
+            (_own_scales if order == 1 else _common_scale)(list(panels[:, column]), found)
             panels[0, column].set_title(f"{style.order_name(order)} caustic")
             panels[-1, column].set_xlabel("φ′, from its middle (deg)" if order == 1 else "φ′ (deg)")
         for ax, name in zip(panels[:, 0], rows, strict=True):
             ax.set_ylabel(f"{name}\nθ′, from its middle")
         figure.suptitle(f"{title}; widths in φ′ × in θ′")
     return figure
+
+
+def _own_scales(panels: Sequence[Axes], found: list[Caustic]) -> None:
+    """Each caustic about its own middle."""
+    for ax, caustic in zip(panels, found, strict=True):
+        width = max(caustic.theta_extent, caustic.phi_extent)
+        caustic_axes(ax, caustic, math.radians(0.5) if caustic.kind == "point" else _OWN_SCALE * width)
+
+
+def _common_scale(panels: Sequence[Axes], found: list[Caustic]) -> None:
+    """The same phi' in all panels, which the lowest names."""
+    low, high = (math.degrees(f) for f in (min(c.phi_min for c in found), max(c.phi_max for c in found)))
+    for ax, caustic in zip(panels, found, strict=True):
+        caustic_axes(ax, caustic)
+        _common_axis(ax, low, high)
+        ax.tick_params(labelbottom=ax is panels[-1])
 
 
 def _common_axis(ax: Axes, low: float, high: float) -> None:

@@ -6,16 +6,16 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MultipleLocator
 
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.draw.count_map import wrapped
 from kerrcaustics.draw.films import Backdrop, Film, blank_frame
 from kerrcaustics.draw.projection import azimuthal_equidistant, distance_to_edge, position_angle, unrolled, view_axes
+from kerrcaustics.draw.sky_axes import celestial_sphere_axes, critical_line, draw_wrapped
 from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.stars.events import PairEvent
@@ -36,6 +36,14 @@ _STAR: dict[str, Any] = {
     "markeredgewidth": 0.8,
     "linestyle": "none",
     "zorder": 6,
+}
+_IMAGE: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.7, "zorder": 5}
+_RING: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markerfacecolor": "none",
+    "markeredgecolor": "#D00000",
+    "zorder": 7,
 }
 
 
@@ -73,7 +81,7 @@ class Orbit:
             moving = [self._star, self._caption, *self._rings, *(dots for pair in self._dots for dots in pair)]
             self._backdrop = Backdrop(self.figure, moving)
 
-    def frame(self, number: int) -> Array:
+    def frame(self, number: int) -> UInt8[Array, "height width 3"]:
         """The picture (height, width, 3) of a frame."""
         with rc_context(style.FILM_RC):
             self.show(number)
@@ -131,7 +139,7 @@ class Orbit:
             return f"The new images part: index {low} outside the critical curve, index {high} inside."
         return f"The pair is gone: the star has left the {name} caustic."
 
-    def _pictures(self, sky: Array) -> tuple[Array, Array]:
+    def _pictures(self, sky: Float[Array, "n 3"]) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
         """Places (n, 2) of directions (n, 3) on the two pictures of the camera sky."""
         distance = distance_to_edge(sky, self._edge)
         return azimuthal_equidistant(sky, self._view), np.stack([position_angle(sky, self._view), distance], axis=-1)
@@ -149,38 +157,30 @@ class Orbit:
         for ax in (sky, near):
             for line in ax.lines:
                 line.set_alpha(0.35 if line.get_marker() in ("None", "", None) else 0.0)
-        for caustic in self.caustics:
-            line = style.order_line(caustic.order)
-            closed = np.append(np.arange(len(caustic.sky)), 0)
-            sky.plot(*azimuthal_equidistant(caustic.sky[closed], self._view).T, linewidth=1.0, zorder=1.6, **line)
-            angle, distance = self._pictures(caustic.sky)[1].T
-            near.plot(*unrolled(angle, distance, caustic.closed).T, linewidth=1.0, zorder=1.6, **line)
-            closed = np.append(np.arange(len(caustic.celestial)), 0)
-            celestial = wrapped(np.degrees(caustic.celestial[closed]))
-            sphere.plot(*celestial.T, linewidth=1.2 if caustic.circuits < 2 else 0.5, **line)
+        self._curves()
         sky.set_title("what the camera sees, looking at the hole")
         near.set_title("the same, near the shadow (its edge is at the bottom)")
         sphere.set_title("where the star is, and the caustics")
-        sphere.axhline(math.degrees(self.tracks.theta), color="#F0B000", linewidth=0.8, zorder=1)
-        sphere.set(xlim=(-180, 180), ylim=(180, 0), xlabel="φ′ from the camera (deg)", ylabel="θ′ (deg)")
-        sphere.xaxis.set_major_locator(MultipleLocator(60))
-        sphere.yaxis.set_major_locator(MultipleLocator(45))
+        sphere.axhline(math.degrees(self.tracks.theta), color=_STAR["color"], linewidth=0.8, zorder=1)
+        celestial_sphere_axes(sphere, "φ′ from the camera (deg)", 45)
         (self._star,) = sphere.plot([], [], **_STAR)
         self._dots = [
-            [
-                ax.scatter([], [], color=style.order_colour(index + 1), edgecolors="black", linewidths=0.7, zorder=5)
-                for ax in (sky, near)
-            ]
+            [ax.scatter([], [], color=style.order_colour(index + 1), **_IMAGE) for ax in (sky, near)]
             for index in range(self.tracks.max_index + 1)
         ]
-        self._rings = [
-            ax.plot([], [], linestyle="none", marker="o", markerfacecolor="none", markeredgecolor="#D00000", zorder=7)[
-                0
-            ]
-            for ax in self.axes
-        ]
+        self._rings = [ax.plot([], [], **_RING)[0] for ax in self.axes]
         self._legend()
         self._caption = self.figure.text(0.03, 0.115, "", fontsize=12.5, va="top", linespacing=1.35)
+
+    def _curves(self) -> None:
+        """Critical curves on both pictures of the camera sky, and caustics."""
+        sky, near, sphere = self.axes
+        for caustic in self.caustics:
+            line = {"linewidth": 1.0, "zorder": 1.6, **style.order_line(caustic.order)}
+            sky.plot(*critical_line(caustic, self._view).T, **line)
+            angle, distance = self._pictures(caustic.sky)[1].T
+            near.plot(*unrolled(angle, distance, caustic.closed).T, **line)
+            draw_wrapped(sphere, caustic, 1.2, 0.5)
 
     def _legend(self) -> None:
         """One column an order: the curve, and the images that lie outside it."""
@@ -190,15 +190,10 @@ class Orbit:
             for k in orders
         ]
         dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black", "markeredgewidth": 0.7}
+        names = [f"image of index {k - 1}{'' if k % 2 else ', mirrored'}" for k in orders]
         dots = [
-            Line2D(
-                [],
-                [],
-                label=f"image of index {k - 1}{'' if k % 2 else ', mirrored'}",
-                color=style.order_colour(k),
-                **dot,
-            )
-            for k in orders
+            Line2D([], [], label=name, color=style.order_colour(k), **dot)
+            for k, name in zip(orders, names, strict=True)
         ]
         self.figure.legend(
             handles=[*curves, *dots], loc="upper left", bbox_to_anchor=(0.555, 0.13), ncols=2, fontsize=9.5
@@ -249,22 +244,18 @@ def _closeness(entry: tuple[int, PairEvent | None]) -> tuple[int, int]:
     return abs(entry[0]), -entry[0]
 
 
-def _area(magnification: Array) -> Array:
+def _area(magnification: Float[Array, " n"]) -> Float[Array, " n"]:
     """Area of a dot in square points: the brighter, the larger, by the logarithm."""
     decades = np.log10(np.clip(magnification, 1e-4, 1e2))
     return (4.0 + 1.9 * (decades + 4)) ** 2 / 1.6
 
 
-def _moments(tracks: StarTracks, frames: int) -> tuple[Array, dict[int, PairEvent]]:
+def _moments(tracks: StarTracks, frames: int) -> tuple[Float[Array, " frames"], dict[int, PairEvent]]:
     """Times of the frames of one orbit, slower at events, and the frames that show an event itself."""
     period = tracks.period
     events = sorted((*tracks.events, *tracks.ends), key=lambda event: event.time)
     at = np.array([event.time for event in events])
-    # The orbit begins in the middle of the longest pause.
-    start = 0.0
-    if len(at):
-        gaps = np.diff(np.append(at, at[0] + period))
-        start = at[gaps.argmax()] + gaps.max() / 2
+    start = _longest_pause(at, period)
     time = start + np.linspace(0, period, 20_001)
     away = np.abs((time[:, None] - at + period / 2) % period - period / 2) / period
     weight = np.ones_like(time)
@@ -278,3 +269,11 @@ def _moments(tracks: StarTracks, frames: int) -> tuple[Array, dict[int, PairEven
         number = int(np.abs(times - moment).argmin())
         times[number], shown[number] = moment, event
     return times, shown
+
+
+def _longest_pause(at: Float[Array, " events"], period: float) -> float:
+    """The middle of the longest time without an event, where the orbit begins."""
+    if len(at) == 0:
+        return 0.0
+    gaps = np.diff(np.append(at, at[0] + period))
+    return float(at[gaps.argmax()] + gaps.max() / 2)

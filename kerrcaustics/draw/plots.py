@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Float
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -20,17 +21,19 @@ from kerrcaustics.draw.projection import (
     azimuthal_equidistant,
     distance_to_edge,
     position_angle,
-    smoothed,
     unrolled,
     view_axes,
 )
+from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_axes
+
+Array = np.ndarray
 
 _MOTIONS = {"circular": "circular orbit", "fiducial": "fiducial observer", "static": "static"}
 # Curves of higher order lie too close together on the camera sky for letters.
 _HIGHEST_LETTERED = 3
 
 
-def camera_sky(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axes:
+def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axes:
     """The camera sky as the camera sees it, looking at the hole: shadow and critical curves, in degrees.
 
     Parameters
@@ -52,26 +55,20 @@ def camera_sky(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axes:
     axes = view_axes(caustics, edge)
     outline = azimuthal_equidistant(edge, axes)
     ax.fill(*outline.T, label="shadow", **style.SHADOW)
-    curves = [
-        azimuthal_equidistant(smoothed(caustic.sky) if caustic.closed else caustic.sky, axes) for caustic in caustics
-    ]
+    curves = [critical_line(caustic, axes) for caustic in caustics]
     span = float(np.ptp(np.concatenate([outline, *curves]), axis=0).max())
     for i, (caustic, curve) in enumerate(zip(caustics, curves, strict=True)):
-        _draw_curve(ax, curve, caustic)
+        ax.plot(*curve.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
         if caustic.order <= _HIGHEST_LETTERED and caustic.cusps:
             cusps = azimuthal_equidistant(np.array([cusp.sky for cusp in caustic.cusps]), axes)
             outer = curves[i - 1] if i else None
             offsets = _camera_sky_offsets(cusps, caustic.order, outer, span)
             style.draw_letters(ax, cusps, offsets, caustic.order, leader=True)
     _frame(ax, np.concatenate([outline, *curves]), 1.0, 1.0)
-    ax.set_xlabel("to the right (deg, azimuthal equidistant)")
-    ax.set_ylabel("up, along the spin axis (deg)")
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(MultipleLocator(style.tick_step(span, 7)))
-    return ax
+    return camera_sky_axes(ax, style.tick_step(span, 7))
 
 
-def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axes:
+def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axes:
     """Distance of the critical curves to the shadow edge against position angle, in degrees.
 
     Parameters
@@ -103,15 +100,9 @@ def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: np.ndarray) -> Axe
         if caustic.cusps:
             cusps = np.array([cusp.sky for cusp in caustic.cusps])
             points = np.stack([position_angle(cusps, axes), distance_to_edge(cusps, edge)], axis=-1)
-            offsets = style.LETTER_DISTANCE * np.outer(_free_side(points, line), (0, 1))
-            for turn in (-360, 0, 360):
-                here = (np.abs(points[:, 0] + turn - 180) < 180 + OVERLAP) & np.isfinite(points[:, 1])
-                style.draw_letters(ax, points + np.array([turn, 0]), offsets, caustic.order, shown=here)
-    ax.set_xlim(-OVERLAP, 360 + OVERLAP)
+            _letter_unrolled(ax, points, line, caustic.order)
+    unrolled_axes(ax)
     _distance_axis(ax, np.concatenate([[], *nearest]))
-    ax.xaxis.set_major_locator(MultipleLocator(90))
-    ax.set_xlabel("position angle (deg; 0 right, 90 up, 180 left)")
-    ax.set_ylabel("distance to shadow edge (deg)")
     return ax
 
 
@@ -172,7 +163,7 @@ def primary_zoom(ax: Axes, caustic: Caustic) -> Axes:
     return ax
 
 
-def overview(caustics: CausticSet, edge: np.ndarray) -> Figure:
+def overview(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Figure:
     """Figure of all that `caustics` found for one camera: its sky, plain and unrolled, and every caustic.
 
     Parameters
@@ -257,12 +248,14 @@ def headline(caustics: CausticSet) -> str:
     return text
 
 
-def _draw_curve(ax: Axes, curve: np.ndarray, caustic: Caustic) -> None:
+def _draw_curve(ax: Axes, curve: Float[Array, "n 2"], caustic: Caustic) -> None:
     line = np.concatenate([curve, curve[:1]]) if caustic.closed else curve
     ax.plot(*line.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
 
 
-def _camera_sky_offsets(cusps: np.ndarray, order: int, outer: np.ndarray | None, span: float) -> np.ndarray:
+def _camera_sky_offsets(
+    cusps: Float[Array, "n 2"], order: int, outer: Float[Array, "m 2"] | None, span: float
+) -> Float[Array, "n 2"]:
     """Offsets (n, 2) of letters from cusps (n, 2): outward where there is room, else into the shadow.
 
     outer (m, 2): the next critical curve outward, if there is one; span: the width of the picture.
@@ -278,7 +271,7 @@ def _camera_sky_offsets(cusps: np.ndarray, order: int, outer: np.ndarray | None,
     return np.where(((room > 0.075 * span) & (order == 2))[:, None], style.LETTER_DISTANCE * outward, inside)
 
 
-def _free_side(points: np.ndarray, line: np.ndarray) -> np.ndarray:
+def _free_side(points: Float[Array, "n 2"], line: Float[Array, "m 2"]) -> Float[Array, " n"]:
     """+1 or -1 (n,): whether there is room above or below points (n, 2) of a line (m, 2)."""
     line = line if line[-1, 0] > line[0, 0] else line[::-1]
     height = np.log10(line[:, 1])
@@ -286,7 +279,7 @@ def _free_side(points: np.ndarray, line: np.ndarray) -> np.ndarray:
     return np.where((left + right) / 2 - np.log10(points[:, 1]) > 0.02, -1.0, 1.0)
 
 
-def _distance_axis(ax: Axes, distances: np.ndarray) -> None:
+def _distance_axis(ax: Axes, distances: Float[Array, " n"]) -> None:
     """A logarithmic vertical axis for distances (n,), plain numbers as long as they are short."""
     ax.set_yscale("log")
     seen = distances[np.isfinite(distances)]
@@ -300,7 +293,17 @@ def _distance_axis(ax: Axes, distances: np.ndarray) -> None:
         ax.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
 
 
-def _letter_around(ax: Axes, cusps: np.ndarray, curve: np.ndarray, order: int, flat: float = 1.0) -> None:
+def _letter_unrolled(ax: Axes, cusps: Float[Array, "n 2"], line: Float[Array, "m 2"], order: int) -> None:
+    """Letters of cusps above or below an unrolled line, a turn further on where they are seen there too."""
+    offsets = style.LETTER_DISTANCE * np.outer(_free_side(cusps, line), (0, 1))
+    for turn in (-360, 0, 360):
+        here = (np.abs(cusps[:, 0] + turn - 180) < 180 + OVERLAP) & np.isfinite(cusps[:, 1])
+        style.draw_letters(ax, cusps + np.array([turn, 0]), offsets, order, shown=here)
+
+
+def _letter_around(
+    ax: Axes, cusps: Float[Array, "n 2"], curve: Float[Array, "m 2"], order: int, flat: float = 1.0
+) -> None:
     """Letters of cusps (n, 2) on the side away from the middle of the curve; the vertical axis points down.
 
     flat: below 1 moves the letters beside the cusps rather than above or below them.
@@ -311,11 +314,11 @@ def _letter_around(ax: Axes, cusps: np.ndarray, curve: np.ndarray, order: int, f
     style.draw_letters(ax, cusps, style.LETTER_DISTANCE * away, order)
 
 
-def _cusp_angles(caustic: Caustic) -> np.ndarray:
+def _cusp_angles(caustic: Caustic) -> Float[Array, "n 2"]:
     return np.degrees([cusp.celestial[::-1] for cusp in caustic.cusps]).reshape(-1, 2)
 
 
-def _name_offsets(ax: Axes, centre: np.ndarray, digits: int, width: float) -> None:
+def _name_offsets(ax: Axes, centre: Float[Array, "2"], digits: int, width: float) -> None:
     """Axis labels that name the centre and, for a very small caustic, the power of ten of the ticks."""
     power = 0 if width >= 0.01 else 3 * math.floor(math.log10(width) / 3)
     unit = "deg" if power == 0 else f"$10^{{{power}}}$ deg"
@@ -326,7 +329,7 @@ def _name_offsets(ax: Axes, centre: np.ndarray, digits: int, width: float) -> No
         axis.set_label_text(f"{name} {'+' if value < 0 else '−'} {shift} ({unit})")
 
 
-def _frame(ax: Axes, points: np.ndarray, shrink: float, wide: float) -> None:
+def _frame(ax: Axes, points: Float[Array, "n 2"], shrink: float, wide: float) -> None:
     """Limits with room for letters round points (n, 2) on a panel whose sides are as `wide` to 1.
 
     shrink: the length on the picture of a unit of x over that of a unit of y.

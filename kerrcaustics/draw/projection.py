@@ -3,12 +3,15 @@
 import math
 
 import numpy as np
+from jaxtyping import Float
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.spatial import KDTree
 
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.spacetime.camera import sky_from_fido
 from kerrcaustics.spacetime.sphere import angle_between
+
+Array = np.ndarray
 
 # Degrees of position angle that the unrolled camera sky shows at both of its ends.
 OVERLAP = 14
@@ -18,7 +21,7 @@ _ROUND_OFF = 5e-14
 _FEWEST_SMOOTHED, _MOST_SMOOTHED = 32, 1000
 
 
-def view_axes(caustics: CausticSet, edge: np.ndarray) -> np.ndarray:
+def view_axes(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Float[Array, "3 3"]:
     """Forward, right and up (3, 3), rows in camera-sky components: forward to the centre of the shadow.
 
     The centre is the direction of the vector area of the edge. Where that lies outside one of the curves (close to the
@@ -39,13 +42,13 @@ def view_axes(caustics: CausticSet, edge: np.ndarray) -> np.ndarray:
     return axes
 
 
-def _encloses_centre(curve: np.ndarray, axes: np.ndarray) -> bool:
+def _encloses_centre(curve: Float[Array, "n 3"], axes: Float[Array, "3 3"]) -> bool:
     """True when a closed curve (n, 3) runs once round the forward axis."""
     angle = position_angle(np.concatenate([curve, curve[:1]]), axes)
     return abs(np.unwrap(angle, period=360)[-1] - angle[0]) > 180
 
 
-def smoothed(directions: np.ndarray) -> np.ndarray:
+def smoothed(directions: Float[Array, "n 3"]) -> Float[Array, "m 3"]:
     """A closed curve (n, 3) with ten points for one: the projection stretches its steps where it runs far back."""
     closed = np.concatenate([directions, directions[:1]])
     if not _FEWEST_SMOOTHED <= len(directions) <= _MOST_SMOOTHED:
@@ -55,7 +58,7 @@ def smoothed(directions: np.ndarray) -> np.ndarray:
     return dense / np.linalg.norm(dense, axis=1, keepdims=True)
 
 
-def azimuthal_equidistant(directions: np.ndarray, axes: np.ndarray) -> np.ndarray:
+def azimuthal_equidistant(directions: Float[Array, "*batch 3"], axes: Float[Array, "3 3"]) -> Float[Array, "*batch 2"]:
     """Plane coordinates (..., 2), right and up in degrees, of directions (..., 3)."""
     along, right, up = np.moveaxis(directions @ axes.T, -1, 0)
     across = np.hypot(right, up)
@@ -63,13 +66,13 @@ def azimuthal_equidistant(directions: np.ndarray, axes: np.ndarray) -> np.ndarra
     return np.stack([right * scale, up * scale], axis=-1)
 
 
-def position_angle(directions: np.ndarray, axes: np.ndarray) -> np.ndarray:
+def position_angle(directions: Float[Array, "*batch 3"], axes: Float[Array, "3 3"]) -> Float[Array, "*batch"]:
     """Angle (...,) in [0, 360) degrees about the forward axis, from right over up."""
     right, up = np.moveaxis(directions @ axes[1:].T, -1, 0)
-    return np.degrees(np.arctan2(up, right)) % 360
+    return np.asarray(np.degrees(np.arctan2(up, right)) % 360)
 
 
-def distance_to_edge(directions: np.ndarray, edge: np.ndarray) -> np.ndarray:
+def distance_to_edge(directions: Float[Array, "n 3"], edge: Float[Array, "m 3"]) -> Float[Array, " n"]:
     """Angle (n,) in degrees from directions (n, 3) to the nearest point of the edge; NaN below round-off."""
     closed = np.concatenate([edge, edge[:1]])
     # Arc length, rather than the number of the point: points displaced along the edge then do no harm.
@@ -87,7 +90,7 @@ def distance_to_edge(directions: np.ndarray, edge: np.ndarray) -> np.ndarray:
     return np.where(distance > _ROUND_OFF, distance, np.nan)
 
 
-def unrolled(angle: np.ndarray, distance: np.ndarray, closed: bool) -> np.ndarray:
+def unrolled(angle: Float[Array, " n"], distance: Float[Array, " n"], closed: bool) -> Float[Array, "m 2"]:
     """Line (m, 2) of a curve round the shadow; a closed one runs through the whole of 0 to 360 degrees."""
     if not closed:
         jump = np.flatnonzero(np.abs(np.diff(angle)) > 180) + 1

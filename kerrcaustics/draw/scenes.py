@@ -4,6 +4,7 @@ import os
 from typing import Any
 
 import numpy as np
+from jaxtyping import UInt8
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, FuncFormatter
@@ -34,7 +35,7 @@ def save_picture(path: str | os.PathLike[str], picture: Array) -> None:
         Image.fromarray(picture).save(file, endings[ending])
 
 
-def show_picture(ax: Axes, view: View, picture: Array) -> Axes:
+def show_picture(ax: Axes, view: View, picture: UInt8[Array, "height width 3"]) -> Axes:
     """A picture (height, width, 3) uint8 of a view on axes, in pixels that are labelled as degrees from its centre.
 
     Degrees are true along the axes through the centre; for a fisheye view, along every line through it.

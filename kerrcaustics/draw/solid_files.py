@@ -9,37 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Float32
 
 from kerrcaustics.draw.solids import Model, SpaceCurve, Surface
 from kerrcaustics.files import writing
 
 # Constants of glTF 2.0.
 _FLOAT, _UNSIGNED, _VERTICES, _INDICES, _STRIP, _TRIANGLES = 5126, 5125, 34962, 34963, 3, 4
-
-
-class _Buffer:
-    """The numbers of a glTF file, and what they are."""
-
-    def __init__(self) -> None:
-        self.data = bytearray()
-        self.views: list[dict[str, Any]] = []
-        self.accessors: list[dict[str, Any]] = []
-
-    def add(self, values: np.ndarray, kind: str, target: int) -> int:
-        """Number of the accessor of an array."""
-        raw = values.tobytes()
-        self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": len(raw), "target": target})
-        self.data += raw
-        accessor = {
-            "bufferView": len(self.views) - 1,
-            "componentType": _FLOAT if values.dtype == np.float32 else _UNSIGNED,
-            "count": len(values),
-            "type": kind,
-        }
-        if kind == "VEC3":
-            accessor |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
-        self.accessors.append(accessor)
-        return len(self.accessors) - 1
 
 
 def write_gltf(model: Model, path: str | os.PathLike[str]) -> None:
@@ -50,56 +26,62 @@ def write_gltf(model: Model, path: str | os.PathLike[str]) -> None:
     ending = Path(path).suffix.lower()
     if ending not in (".glb", ".gltf"):
         raise ValueError(f"Argument `path` must end in .glb or .gltf, but is {os.fspath(path)!r}.")
-    buffer = _Buffer()
-    meshes, materials = [], []
-    for part in (*model.lines, *model.surfaces):
-        attributes = {"POSITION": buffer.add(_upright(_places(part)), "VEC3", _VERTICES)}
-        primitive: dict[str, Any] = {"attributes": attributes, "material": len(materials), "mode": _STRIP}
-        if isinstance(part, Surface):
-            attributes["NORMAL"] = buffer.add(_upright(part.normals()), "VEC3", _VERTICES)
-            corners = part.triangles().astype(np.uint32).ravel()
-            primitive |= {"mode": _TRIANGLES, "indices": buffer.add(corners, "SCALAR", _INDICES)}
-        meshes.append({"name": part.name, "primitives": [primitive]})
-        materials.append(_material(part))
-    tree = {
-        "asset": {"version": "2.0", "generator": "kerrcaustics"},
-        "scene": 0,
-        "scenes": [{"name": model.title, "nodes": list(range(len(meshes)))}],
-        "nodes": [{"mesh": i, "name": mesh["name"]} for i, mesh in enumerate(meshes)],
-        "meshes": meshes,
-        "materials": materials,
-        "accessors": buffer.accessors,
-        "bufferViews": buffer.views,
-        "buffers": [{"byteLength": len(buffer.data)}],
-    }
+    tree, data = _gltf(model)
     with writing(path) as file:
         if ending == ".gltf":
-            uri = "data:application/octet-stream;base64," + base64.b64encode(buffer.data).decode()
-            tree["buffers"] = [{"byteLength": len(buffer.data), "uri": uri}]
+            tree["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
             file.write(json.dumps(tree).encode())
         else:
-            file.write(_binary(tree, bytes(buffer.data)))
+            file.write(_binary(tree, data))
+
+
+def _gltf(model: Model) -> tuple[dict[str, Any], bytes]:
+    """The tree of a glTF file, and its numbers."""
+    parts = (*model.lines, *model.surfaces)
+    tree: dict[str, Any] = {
+        "asset": {"version": "2.0", "generator": "kerrcaustics"},
+        "scene": 0,
+        "scenes": [{"name": model.title, "nodes": list(range(len(parts)))}],
+        "nodes": [{"mesh": i, "name": part.name} for i, part in enumerate(parts)],
+        "meshes": [],
+        "materials": [_material(part) for part in parts],
+        "accessors": [],
+        "bufferViews": [],
+    }
+    data = bytearray()
+    for i, part in enumerate(parts):
+        tree["meshes"].append({"name": part.name, "primitives": [_primitive(part, tree, data) | {"material": i}]})
+    return tree | {"buffers": [{"byteLength": len(data)}]}, bytes(data)
+
+
+def _primitive(part: Surface | SpaceCurve, tree: dict[str, Any], data: bytearray) -> dict[str, Any]:
+    """The mesh of a part, whose numbers are added to the data."""
+    attributes = {"POSITION": _add(_upright(_places(part)), "VEC3", _VERTICES, tree, data)}
+    if not isinstance(part, Surface):
+        return {"attributes": attributes, "mode": _STRIP}
+    attributes["NORMAL"] = _add(_upright(part.normals()), "VEC3", _VERTICES, tree, data)
+    corners = _add(part.triangles().astype(np.uint32).ravel(), "SCALAR", _INDICES, tree, data)
+    return {"attributes": attributes, "mode": _TRIANGLES, "indices": corners}
+
+
+def _add(values: np.ndarray, kind: str, target: int, tree: dict[str, Any], data: bytearray) -> int:
+    """Number of the accessor of an array that is added to the data."""
+    raw = values.tobytes()
+    view = {"buffer": 0, "byteOffset": len(data), "byteLength": len(raw), "target": target}
+    data += raw
+    component = _FLOAT if values.dtype == np.float32 else _UNSIGNED
+    accessor = {"bufferView": len(tree["bufferViews"]), "componentType": component, "count": len(values), "type": kind}
+    if kind == "VEC3":
+        accessor |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+    tree["bufferViews"].append(view)
+    tree["accessors"].append(accessor)
+    return len(tree["accessors"]) - 1
 
 
 def write_html(model: Model, path: str | os.PathLike[str]) -> None:
     """The model as one HTML page that turns by the mouse; it holds all it needs, and loads nothing."""
     numbers = bytearray()
-
-    def stored(values: np.ndarray) -> list[int]:
-        begin = len(numbers)
-        numbers.extend(values.tobytes())
-        return [begin, values.size]
-
-    parts = []
-    for part in (*model.surfaces, *model.lines):
-        entry: dict[str, Any] = {"colour": _rgb(part.colour), "opacity": part.opacity}
-        entry["points"] = stored(_places(part).astype(np.float32))
-        if isinstance(part, Surface):
-            entry["normals"] = stored(part.normals().astype(np.float32))
-            entry["corners"] = stored(part.triangles().astype(np.uint32))
-        else:
-            entry["width"] = part.width
-        parts.append(entry)
+    parts = [_entry(part, numbers) for part in (*model.surfaces, *model.lines)]
     tree = {"parts": parts, "look": model.look, "extent": model.extent}
     key = "".join(f'<li style="color:{colour}">{html.escape(words)}</li>' for words, colour in model.key)
     page = resources.files("kerrcaustics.draw").joinpath("solid_page.html").read_text(encoding="utf-8")
@@ -115,11 +97,27 @@ def write_html(model: Model, path: str | os.PathLike[str]) -> None:
         file.write(page.encode())
 
 
-def _places(part: Surface | SpaceCurve) -> np.ndarray:
+def _entry(part: Surface | SpaceCurve, numbers: bytearray) -> dict[str, Any]:
+    """What the page is told of a part; its arrays are added to the numbers: where they begin, and how many they are."""
+
+    def stored(values: np.ndarray) -> list[int]:
+        begin = len(numbers)
+        numbers.extend(values.tobytes())
+        return [begin, values.size]
+
+    entry: dict[str, Any] = {"colour": _rgb(part.colour), "opacity": part.opacity}
+    entry["points"] = stored(_places(part).astype(np.float32))
+    if isinstance(part, SpaceCurve):
+        return entry | {"width": part.width}
+    entry["normals"] = stored(part.normals().astype(np.float32))
+    return entry | {"corners": stored(part.triangles().astype(np.uint32))}
+
+
+def _places(part: Surface | SpaceCurve) -> Float[np.ndarray, "n 3"]:
     return part.points.reshape(-1, 3)
 
 
-def _upright(vectors: np.ndarray) -> np.ndarray:
+def _upright(vectors: Float[np.ndarray, "n 3"]) -> Float32[np.ndarray, "n 3"]:
     """From z upward to y upward."""
     return np.ascontiguousarray(vectors[:, [1, 2, 0]], np.float32)
 

@@ -7,9 +7,9 @@ drawn as r / (r + c), so that the celestial sphere is the unit sphere.
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.paths import RayPaths, SpacePoints
@@ -20,7 +20,7 @@ from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import from_angles
 
-Array = Any
+Array = np.ndarray
 
 HORIZON_COLOUR = "#1a1a1a"
 ERGOSPHERE_COLOUR = "#7f7fb5"
@@ -31,15 +31,15 @@ _MIDDLE, _FINE = 48, 96
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A surface: points (rows, columns, 3), colour "#rrggbb", opacity; closed, the last column meets the first."""
+    """A surface: points, colour "#rrggbb", opacity from 0 to 1; closed, the last column meets the first."""
 
     name: str
-    points: np.ndarray
+    points: Float[Array, "rows columns 3"]
     colour: str
     opacity: float = 1.0
     closed: bool = False
 
-    def triangles(self) -> np.ndarray:
+    def triangles(self) -> Int[Array, "n 3"]:
         """Corners (n, 3), as numbers of the points in reading order; triangles without an area are left out."""
         rows, columns = self.points.shape[:2]
         number = np.arange(rows * columns).reshape(rows, columns)
@@ -47,16 +47,14 @@ class Surface:
             number = np.concatenate([number, number[:, :1]], axis=1)
         a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
         corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-        p, q, r = np.moveaxis(self.points.reshape(-1, 3)[corners], 1, 0)
-        size = np.linalg.norm(np.cross(q - p, r - p), axis=1)
+        size = np.linalg.norm(_across(self.points.reshape(-1, 3)[corners]), axis=1)
         return corners[size > 1e-12 * size.max(initial=0)]
 
-    def normals(self) -> np.ndarray:
+    def normals(self) -> Float[Array, "points 3"]:
         """Unit normals (points, 3) at the points in reading order, on one side throughout."""
         places = self.points.reshape(-1, 3)
         corners = self.triangles()
-        p, q, r = np.moveaxis(places[corners], 1, 0)
-        across = np.cross(q - p, r - p)
+        across = _across(places[corners])
         total = np.stack([np.bincount(corners.ravel(), np.repeat(part, 3), len(places)) for part in across.T], axis=1)
         size = np.linalg.norm(total, axis=1, keepdims=True)
         return np.where(size > 0, total / np.where(size > 0, size, 1), [0.0, 0.0, 1.0])
@@ -64,10 +62,10 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class SpaceCurve:
-    """A line: points (n, 3), colour "#rrggbb", width in pixels of a picture 1200 high."""
+    """A line in space: points, colour "#rrggbb", width in pixels of a picture 1200 high."""
 
     name: str
-    points: np.ndarray
+    points: Float[Array, "n 3"]
     colour: str
     width: float = 3.0
     opacity: float = field(default=1.0, init=False)
@@ -88,7 +86,13 @@ class Model:
     extent: float = 1.0
 
 
-def in_all_space(points: SpacePoints, scale: float) -> np.ndarray:
+def _across(triangles: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:
+    """Vectors across triangles (corners, components), twice their area long."""
+    p, q, r = np.moveaxis(triangles, 1, 0)
+    return np.cross(q - p, r - p)
+
+
+def in_all_space(points: SpacePoints, scale: float) -> Float[Array, "*batch 3"]:
     """Places (..., 3) with the radius drawn as r / (r + scale), along the direction of the angles."""
     with np.errstate(invalid="ignore"):
         part = np.where(np.isinf(points.radius), 1.0, points.radius / (points.radius + scale))
@@ -122,30 +126,25 @@ def rays_model(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Model:
     reach : float
         Radius of what is shown, units of M.
     """
+    captured = paths.status == Status.CAPTURED
     lines = [_spin_axis(0.6 * reach), *_marked(_near(camera), 0.02 * reach)]
-    indices = sorted({int(k) for k in paths.index if k >= 0})
-    for position, radius, index, status in zip(paths.position, paths.radius, paths.index, paths.status, strict=True):
-        inside = np.flatnonzero(~(radius <= 1.02 * reach))
-        part = position[: inside[0]] if len(inside) else position
-        if index < 0 or len(part) < 2:
-            continue
-        colour = CAPTURED_COLOUR if status == Status.CAPTURED else style.order_colour(int(index) + 1)
-        lines.append(
-            SpaceCurve(
-                "captured ray" if status == Status.CAPTURED else f"ray of index {index}",
-                part,
-                colour,
-                1.0 if status == Status.CAPTURED else 2.0,
-            )
-        )
-    escaped = sorted(
-        {int(k) for k, s in zip(paths.index, paths.status, strict=True) if s != Status.CAPTURED and k in indices}
-    )
-    key = [(f"index {k}", style.order_colour(k + 1)) for k in escaped]
-    key += [("captured", CAPTURED_COLOUR)] if np.any(paths.status == Status.CAPTURED) else []
+    for position, radius, index, lost in zip(paths.position, paths.radius, paths.index, captured, strict=True):
+        beyond = np.flatnonzero(~(radius <= 1.02 * reach))
+        part = position[: beyond[0]] if len(beyond) else position
+        if index >= 0 and len(part) > 1:
+            lines.append(_ray(part, int(index), bool(lost)))
+    seen = sorted({int(k) for k in paths.index[(paths.index >= 0) & ~captured]})
+    key = [(f"index {k}", style.order_colour(k + 1)) for k in seen]
+    key += [("captured", CAPTURED_COLOUR)] if captured.any() else []
     key += [("ergosphere", ERGOSPHERE_COLOUR), ("horizon", HORIZON_COLOUR)]
     title = f"Rays of one camera, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
     return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.1 * reach)
+
+
+def _ray(points: Float[Array, "n 3"], index: int, captured: bool) -> SpaceCurve:
+    if captured:
+        return SpaceCurve("captured ray", points, CAPTURED_COLOUR, 1.0)
+    return SpaceCurve(f"ray of index {index}", points, style.order_colour(index + 1), 2.0)
 
 
 def trapped_model(orbit: SpacePoints) -> Model:
@@ -184,7 +183,7 @@ def celestial_model(caustics: CausticSet) -> Model:
     return Model(title, surfaces, tuple(lines), key, (first - 25, 20.0), extent=1.15)
 
 
-def _sphere(rows: int = _MIDDLE) -> np.ndarray:
+def _sphere(rows: int = _MIDDLE) -> Float[Array, "rows 2*rows 3"]:
     return from_angles(
         *np.meshgrid(np.linspace(0, math.pi, rows), np.linspace(0, 2 * math.pi, 2 * rows), indexing="ij")
     )
@@ -216,19 +215,19 @@ def _spin_axis(height: float) -> SpaceCurve:
     return SpaceCurve("spin axis", np.array([[0, 0, -height], [0, 0, height]]), "#6f6f6f", 1.5)
 
 
-def _place(camera: Camera, scale: float) -> np.ndarray:
+def _place(camera: Camera, scale: float) -> Float[Array, "3"]:
     return camera.radius / (camera.radius + scale) * from_angles(camera.inclination, 0.0)
 
 
-def _near(camera: Camera) -> np.ndarray:
+def _near(camera: Camera) -> Float[Array, "3"]:
     at = [np.array(value) for value in (0.0, camera.radius, camera.inclination, 0.0)]
     return SpacePoints(spin=camera.spin, mino_time=at[0], radius=at[1], theta=at[2], azimuth=at[3]).position
 
 
-def _marked(place: np.ndarray, size: float = 0.03) -> list[SpaceCurve]:
+def _marked(place: Float[Array, "3"], size: float = 0.03) -> list[SpaceCurve]:
     """A camera: a small cross in space."""
     return [SpaceCurve("camera", place + size * np.outer([-1, 1], axis), CAMERA_COLOUR, 4.0) for axis in np.eye(3)]
 
 
-def _closed(points: np.ndarray) -> np.ndarray:
+def _closed(points: Float[Array, "n 3"]) -> Float[Array, "n+1 3"]:
     return np.concatenate([points, points[:1]])

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 import pyvista
+from jaxtyping import Float
 
 from kerrcaustics.draw.scenes import save_picture
 from kerrcaustics.draw.solid_files import write_gltf, write_html
-from kerrcaustics.draw.solids import Model
+from kerrcaustics.draw.solids import Model, Surface
 
 SIZE = (3200, 2400)
 """Pixels of a new plotter; a picture is half as large, so that its edges are smooth."""
@@ -68,26 +69,34 @@ def draw_model(model: Model, plotter: pyvista.Plotter | None = None) -> pyvista.
         mesh = pyvista.lines_from_points(line.points)
         view.add_mesh(mesh, color=line.colour, line_width=scale * line.width, lighting=False)
     for surface in model.surfaces:
-        places, corners = surface.points.reshape(-1, 3), surface.triangles()
-        # The farthest first, so that what is translucent lets the rest show: the peeling of depths, which would do
-        # without, loses translucent surfaces on some machines.
-        corners = corners[np.argsort(places[corners].sum(axis=1) @ towards, kind="stable")]
-        mesh = pyvista.PolyData(places, np.insert(corners, 0, 3, axis=1).ravel())
-        mesh.point_data.active_normals = surface.normals()
-        view.add_mesh(mesh, color=surface.colour, opacity=surface.opacity, ambient=0.2, specular=0.1)
-    for row, (words, colour) in enumerate(reversed(model.key)):
-        place = (0.02, 0.025 + 0.036 * row)
-        view.add_text(
-            words, position=place, viewport=True, font_size=round(15 * scale), color=colour, name=f"key {row}"
-        )
-    place = (0.02, 0.955)
-    view.add_text(model.title, position=place, viewport=True, font_size=round(15 * scale), color="black", name="title")
+        view.add_mesh(_mesh(surface, towards), color=surface.colour, opacity=surface.opacity, ambient=0.2, specular=0.1)
+    _add_texts(view, model, round(15 * scale))
     view.camera.position = tuple(4.2 * model.extent * towards)
     view.camera.focal_point = (0.0, 0.0, 0.0)
     view.camera.up = (0.0, 0.0, 1.0)
     view.camera.view_angle = 28.0
     view.reset_camera_clipping_range()
     return view
+
+
+def _mesh(surface: Surface, towards: Float[np.ndarray, "3"]) -> pyvista.PolyData:
+    """A surface as it is to be drawn for who looks at it from a direction."""
+    places, corners = surface.points.reshape(-1, 3), surface.triangles()
+    # The farthest first, so that what is translucent lets the rest show: the peeling of depths, which would do
+    # without, loses translucent surfaces on some machines.
+    corners = corners[np.argsort(places[corners].sum(axis=1) @ towards, kind="stable")]
+    mesh = pyvista.PolyData(places, np.insert(corners, 0, 3, axis=1).ravel())
+    mesh.point_data.active_normals = surface.normals()
+    return mesh
+
+
+def _add_texts(view: Any, model: Model, size: int) -> None:
+    """The title above, the key below."""
+    for row, (words, colour) in enumerate(reversed(model.key)):
+        place = (0.02, 0.025 + 0.036 * row)
+        view.add_text(words, position=place, viewport=True, font_size=size, color=colour, name=f"key {row}")
+    place = (0.02, 0.955)
+    view.add_text(model.title, position=place, viewport=True, font_size=size, color="black", name="title")
 
 
 def write_png(model: Model, path: str | os.PathLike[str]) -> None:

@@ -5,6 +5,7 @@ import string
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
 
 PAGE_WIDTH = 7.0
@@ -84,7 +85,7 @@ def tick_step(span: float, most: int) -> float:
     return next((step for step in _STEPS if span / step <= most), _STEPS[-1])
 
 
-def draw_cross(ax: Axes, point: np.ndarray, order: int) -> None:
+def draw_cross(ax: Axes, point: Float[np.ndarray, "2"], order: int) -> None:
     """A cross at a point (2,), for a caustic that is one."""
     ax.plot(
         *point[:, None],
@@ -100,11 +101,11 @@ def draw_cross(ax: Axes, point: np.ndarray, order: int) -> None:
 
 def draw_letters(
     ax: Axes,
-    points: np.ndarray,
-    offsets: np.ndarray,
+    points: Float[np.ndarray, "n 2"],
+    offsets: Float[np.ndarray, "n 2"],
     order: int,
     leader: bool = False,
-    shown: np.ndarray | None = None,
+    shown: Bool[np.ndarray, " n"] | None = None,
 ) -> None:
     """Dots at points (n, 2) and the letters A, B, ... at offsets (n, 2) in points of type from them.
 

@@ -6,25 +6,19 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, MaxNLocator, MultipleLocator, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.plots import headline
-from kerrcaustics.draw.projection import (
-    OVERLAP,
-    azimuthal_equidistant,
-    distance_to_edge,
-    position_angle,
-    smoothed,
-    unrolled,
-    view_axes,
-)
+from kerrcaustics.draw.projection import azimuthal_equidistant, distance_to_edge, position_angle, unrolled, view_axes
+from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_axes
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.stars.events import PairEvent
 from kerrcaustics.stars.images import StarImages
@@ -33,6 +27,8 @@ from kerrcaustics.stars.tracks import StarTracks, Track
 Array = np.ndarray
 
 _EDGE_POINTS = 2000
+# The unrolled camera sky shows a little more than a turn.
+_TURNS = (-360, 0, 360)
 _CRITICAL: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 0.7, "linestyle": (0, (3, 2))}
 _MARK: dict[str, Any] = {
     "markersize": 5.5,
@@ -49,7 +45,9 @@ _MOMENTS, _NEAREST = 100, 1e-10
 _BRIGHTEST, _ABOVE_USUAL = 30.0, 10.0
 
 
-def tracks_on_sky(ax: Axes, tracks: StarTracks | Sequence[StarTracks], caustics: CausticSet, edge: Array) -> Axes:
+def tracks_on_sky(
+    ax: Axes, tracks: StarTracks | Sequence[StarTracks], caustics: CausticSet, edge: Float[Array, "n 3"]
+) -> Axes:
     """Tracks on the camera sky, as the camera sees it looking at the hole: one colour an index, in degrees.
 
     Parameters
@@ -72,32 +70,29 @@ def tracks_on_sky(ax: Axes, tracks: StarTracks | Sequence[StarTracks], caustics:
     axes = view_axes(caustics, edge)
     ax.fill(*azimuthal_equidistant(edge, axes).T, **style.SHADOW)
     reach = [90.0]
-    for caustic in caustics:
-        curve = smoothed(caustic.sky) if caustic.closed else caustic.sky
-        line = azimuthal_equidistant(np.concatenate([curve, curve[:1]]) if caustic.closed else curve, axes)
+    for line in (critical_line(caustic, axes) for caustic in caustics):
         ax.plot(*line.T, zorder=1.5, **_CRITICAL)
         reach.append(1.1 * np.abs(line).max())
     for track in (track for star in stars for track in star.tracks):
         picture = azimuthal_equidistant(track.sky, axes)
-        # Round the back of the sky a short step is a long way on the picture.
-        for index, which in _stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
-            ax.plot(*picture[which].T, **_track_line(track, index))
+        _draw_track(ax, track, picture)
         if track.events:
             reach.append(1.1 * np.abs(picture).max())
     for event in (event for star in stars for event in _all_events(star)):
         _mark(ax, azimuthal_equidistant(event.sky, axes), event)
     limit = min(max(reach), 180.0)
-    ax.set_xlim(-limit, limit)
-    ax.set_ylim(-limit, limit)
+    ax.set(xlim=(-limit, limit), ylim=(-limit, limit))
     ax.set_aspect("equal", adjustable="box")
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(MultipleLocator(style.tick_step(2 * limit, 7)))
-    ax.set_xlabel("to the right (deg, azimuthal equidistant)")
-    ax.set_ylabel("up, along the spin axis (deg)")
-    return ax
+    return camera_sky_axes(ax, style.tick_step(2 * limit, 7))
 
 
-def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Array) -> Axes:
+def _draw_track(ax: Axes, track: Track, picture: Float[Array, "n 2"]) -> None:
+    # Round the back of the sky a short step is a long way on the picture.
+    for index, which in _stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
+        ax.plot(*picture[which].T, **_track_line(track, index))
+
+
+def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axes:
     """Distance of the tracks to the shadow edge, logarithmic, against position angle, in degrees: all orders are seen.
 
     Parameters as for `tracks_on_sky`, with 2000 points of the edge; coordinates as in `camera_sky_unrolled`.
@@ -113,22 +108,15 @@ def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Ar
         seen.append(distance)
         for index, which in _stretches(track):
             part = unrolled(angle[which], distance[which], closed=False)
-            for turn in (-360, 0, 360):
+            for turn in _TURNS:
                 ax.plot(part[:, 0] + turn, part[:, 1], **_track_line(track, index))
     for event in _all_events(tracks):
-        for turn in (-360, 0, 360):
-            place = np.array([position_angle(event.sky, axes) + turn, distance_to_edge(event.sky[None], edge)[0]])
-            _mark(ax, place, event)
+        angle, distance = position_angle(event.sky, axes), distance_to_edge(event.sky[None], edge)[0]
+        for turn in _TURNS:
+            _mark(ax, np.array([angle + turn, distance]), event)
     low, high = np.nanmin(np.concatenate(seen)), np.nanmax(np.concatenate(seen))
-    ax.set_yscale("log")
-    ax.set_ylim(low / 2, high * 2)
-    ax.set_xlim(-OVERLAP, 360 + OVERLAP)
-    ax.yaxis.set_major_locator(LogLocator(numticks=9))
-    ax.yaxis.set_minor_locator(NullLocator())
-    ax.xaxis.set_major_locator(MultipleLocator(90))
-    ax.set_xlabel("position angle (deg; 0 right, 90 up, 180 left)")
-    ax.set_ylabel("distance to shadow edge (deg)")
-    return ax
+    _log_axis(ax, low / 2, high * 2, ticks=9)
+    return unrolled_axes(ax)
 
 
 def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
@@ -143,37 +131,46 @@ def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
     start, end : float
         First and last time, units of M.
     """
-    faintest = brightest = _BRIGHTEST
     events = _events_between(tracks, start, end)
-    moments = [start, *(time for time, _ in events), end]
-    # Crowded toward both ends, where a pair is as bright as the time from its event is short to the power -1/2.
-    part = 0.5 - 0.5 * np.cos(np.linspace(0, math.pi, _MOMENTS))
-    part = np.clip(part**2 * (3 - 2 * part), _NEAREST, 1 - _NEAREST)
-    for first, last in pairwise(moments):
+    faintest = brightest = _BRIGHTEST
+    for first, last in pairwise([start, *(time for time, _ in events), end]):
         if last <= first:
             continue
-        times = first + (last - first) * part
-        images = tracks.images_at(times)
-        assert isinstance(images, tuple)
-        for index in range(tracks.max_index + 1):
-            for strand in _strands(images, index):
-                # A pair has one brightness near its event: the odd one of the two shows behind the other.
-                behind = {"linewidth": 2.0, "zorder": 1.8} if index % 2 else {}
-                ax.plot(times, strand, **{**_index_line(index), **behind})
-                faintest = min(faintest, float(np.nanmin(strand)))
-                brightest = max(brightest, _ABOVE_USUAL * float(np.nanmedian(strand)))
+        for strand in _draw_strands(ax, tracks, first, last):
+            faintest = min(faintest, float(np.nanmin(strand)))
+            brightest = max(brightest, _ABOVE_USUAL * float(np.nanmedian(strand)))
     for time, event in events:
         ax.axvline(time, color=style.GUIDE_COLOUR, linewidth=0.6, zorder=0.5)
         ax.plot([time], [1.0], marker=_MARKERS[event.kind], transform=ax.get_xaxis_transform(), clip_on=False, **_MARK)
-    ax.set_yscale("log")
-    ax.set_ylim(faintest / 2, brightest)
+    _log_axis(ax, faintest / 2, brightest, ticks=7)
     ax.set_xlim(start, end)
     ax.xaxis.set_major_locator(MaxNLocator(6))
-    ax.yaxis.set_major_locator(LogLocator(numticks=7))
-    ax.yaxis.set_minor_locator(NullLocator())
     ax.set_xlabel("coordinate time (M)")
     ax.set_ylabel("magnification")
     return ax
+
+
+def _draw_strands(ax: Axes, tracks: StarTracks, first: float, last: float) -> Iterator[Float[Array, " n"]]:
+    """The magnifications of all images, drawn between two times without an event in between."""
+    # Crowded toward both ends, where a pair is as bright as the time from its event is short to the power -1/2.
+    part = 0.5 - 0.5 * np.cos(np.linspace(0, math.pi, _MOMENTS))
+    times = first + (last - first) * np.clip(part**2 * (3 - 2 * part), _NEAREST, 1 - _NEAREST)
+    images = tracks.images_at(times)
+    assert isinstance(images, tuple)
+    for index in range(tracks.max_index + 1):
+        # A pair has one brightness near its event: the odd one of the two shows behind the other.
+        behind = {"linewidth": 2.0, "zorder": 1.8} if index % 2 else {}
+        for strand in _strands(images, index):
+            ax.plot(times, strand, **{**_index_line(index), **behind})
+            yield strand
+
+
+def _log_axis(ax: Axes, low: float, high: float, ticks: int) -> None:
+    """A logarithmic vertical axis with few ticks."""
+    ax.set_yscale("log")
+    ax.set_ylim(low, high)
+    ax.yaxis.set_major_locator(LogLocator(numticks=ticks))
+    ax.yaxis.set_minor_locator(NullLocator())
 
 
 def tracks_figure(tracks: StarTracks, caustics: CausticSet) -> Figure:
@@ -205,8 +202,7 @@ def tracks_figure(tracks: StarTracks, caustics: CausticSet) -> Figure:
         orbit.set_title("brightness over one orbit", pad=9)
         if created:
             first = min(created, key=lambda event: event.order)
-            start, end = _window(tracks, first)
-            zoom = brightness(figure.add_subplot(below[1]), tracks, start, end)
+            zoom = brightness(figure.add_subplot(below[1]), tracks, *_window(tracks, first))
             zoom.set_title(f"creation of images of index {first.indices[0]} and {first.indices[1]}", pad=9)
         handles = tracks_legend(tracks.max_index)
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
@@ -243,7 +239,7 @@ def _events_between(tracks: StarTracks, start: float, end: float) -> list[tuple[
     return sorted(found, key=lambda pair: pair[0])
 
 
-def _strands(images: tuple[StarImages, ...], index: int) -> Iterator[Array]:
+def _strands(images: tuple[StarImages, ...], index: int) -> Iterator[Float[Array, " n"]]:
     """Magnifications (n,) in time of each image of an index, between events, where their number stays the same.
 
     An image is the one nearest on the camera sky a moment before; where one is missed, the lines are broken.
@@ -265,7 +261,7 @@ def _strands(images: tuple[StarImages, ...], index: int) -> Iterator[Array]:
     yield from strands.T
 
 
-def _steps(picture: Array, closed: bool) -> Array:
+def _steps(picture: Float[Array, "n 2"], closed: bool) -> Float[Array, "n 2"]:
     """Steps (n, 2) between neighbours on a track, the last one back to the first point, or none where it is open."""
     steps = np.roll(picture, -1, axis=0) - picture
     if not closed:
@@ -273,7 +269,7 @@ def _steps(picture: Array, closed: bool) -> Array:
     return steps
 
 
-def _stretches(track: Track, broken: Array | None = None) -> Iterator[tuple[int, Array]]:
+def _stretches(track: Track, broken: Bool[Array, " n"] | None = None) -> Iterator[tuple[int, Int[Array, " _"]]]:
     """Points of the pieces of a track that have one index, each with the events at its ends; and that index.
 
     broken (n,): True where the step after a point is not to be drawn.
@@ -305,5 +301,5 @@ def _track_line(track: Track, index: int) -> dict[str, Any]:
     return {**_index_line(index), **({"marker": "o", "markersize": 3.0} if len(track) == 1 else {})}
 
 
-def _mark(ax: Axes, place: Array, event: PairEvent) -> None:
+def _mark(ax: Axes, place: Float[Array, "2"], event: PairEvent) -> None:
     ax.plot([place[0]], [place[1]], marker=_MARKERS[event.kind], **_MARK)
