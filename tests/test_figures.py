@@ -24,7 +24,7 @@ def made_up(tmp_path, monkeypatch):
     for name in ("apples", "pears"):
         (folder / f"{name}.py").write_text(SCRIPT.format(name=name))
     (folder / "worms.py").write_text("def main(output):\n    raise ValueError('found\\nworms')\n")
-    (folder / "stones.py").write_text("def main():\n    pass\n")
+    (folder / "_stones.py").write_text("def main(output):\n    return []\n")
     monkeypatch.setattr("kerrcaustics.scripts.FIGURES", ScriptFolder("figure", folder))
     return folder
 
@@ -60,7 +60,7 @@ def test_a_figure_that_fails_does_not_stop_the_others(made_up, capsys):
     assert out.count(".png") == 2
 
 
-@pytest.mark.parametrize("name", ["stones", "plums", "../pears"])
+@pytest.mark.parametrize("name", ["_stones", "plums", "../pears"])
 def test_what_is_no_figure_is_one_line_and_status_2(made_up, capsys, name):
     status, out, err = run(capsys, "figures", "pears", name)
     assert (status, out) == (2, "") and err.count("\n") == 1

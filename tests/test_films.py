@@ -177,7 +177,7 @@ def test_script_makes_a_film(name, tmp_path):
 
 def test_command_makes_a_film(tmp_path, monkeypatch, capsys):
     (tmp_path / "grey.py").write_text(SCRIPT)
-    monkeypatch.setattr("kerrcaustics.scripts.FILMS", ScriptFolder("film", tmp_path, "film", "frames"))
+    monkeypatch.setattr("kerrcaustics.scripts.FILMS", ScriptFolder("film", tmp_path))
     path = tmp_path / "new.gif"
     status, out, err = run(capsys, "film", "grey", "--output", path)
     assert (status, err) == (0, "") and str(path) in out

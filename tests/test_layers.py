@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
-STAGES = ["spacetime", "beams", "curves", "stars", "scenes", "draw", "sweeps", "scripts", "study", "report", "cli"]
+STAGES = ["spacetime", "beams", "curves", "stars", "scenes", "draw", "sweeps", "scripts", "report", "cli"]
 ENTRY_POINTS = {"__init__", "__main__"}
 MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
 HEAVY = {"distributed", "jax", "matplotlib", "msgspec", "pyvista", "scipy", "skimage", "xarray", "zarr"}
