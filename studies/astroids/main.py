@@ -199,7 +199,6 @@ def table(rows: list[Check]) -> str:
         "cameras",
         "caustics",
         "astroids",
-        __doc__,
         "too small",
         "incomplete",
         "other",
