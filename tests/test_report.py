@@ -4,7 +4,6 @@ import base64
 import io
 import json
 import re
-from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -127,10 +126,10 @@ def test_missing_studies_other_versions_and_machines_are_told(capsys, records):
     assert page.text.count("on machine B") == 1
 
 
-def test_same_records_make_the_same_page_without_a_checkout_too(capsys, records, monkeypatch):
+def test_same_records_make_the_same_page_without_a_checkout_too(capsys, records, scripts_at):
     _, text, _ = page_of(capsys)
     assert page_of(capsys)[1] == text
-    monkeypatch.setattr("kerrcaustics.scripts.STUDIES", replace(STUDIES, folder=records / "studies"))
+    scripts_at("STUDIES", records / "studies")
     assert "without a checkout" in page_of(capsys)[0].text
     status, _, err = run(capsys, "study", "report", "--run")
     assert status == 2 and "checkout" in err and err.count("\n") == 1
@@ -220,13 +219,13 @@ def main(output: Path) -> list[Path]:
 
 
 @pytest.mark.slow
-def test_missing_studies_are_run_and_one_that_fails_is_told(capfd, records, monkeypatch):
+def test_missing_studies_are_run_and_one_that_fails_is_told(capfd, records, scripts_at):
     studies = records / "scripts"
     for name in ("accuracy", "good", "bad"):
         first = "1 / 0" if name == "bad" else "print(output)"
         (studies / name).mkdir(parents=True)
         (studies / name / "main.py").write_text(SCRIPT.format(name=name, first=first))
-    monkeypatch.setattr("kerrcaustics.scripts.STUDIES", replace(STUDIES, folder=studies))
+    scripts_at("STUDIES", studies)
     status, out, err = run(capfd, "study", "report", "--run")
     assert status == 1 and "Not run: bad" in out
     assert "bad: ZeroDivisionError: division by zero\n" in err and "failed: bad" in err and "Traceback" not in err
