@@ -10,7 +10,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.curves import features
-from kerrcaustics.curves.critical import Search, _islands
+from kerrcaustics.curves.critical import Search
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
 
 REFERENCE = {
@@ -227,13 +227,18 @@ def test_bad_orders(orders):
         kc.caustics(kc.Camera(0.9, 6.0), orders)
 
 
-def test_an_island_of_the_index_is_reported_for_its_order():
-    index = np.tile(np.arange(6)[:, None], (1, 12))
-    assert not any(_islands(index, 5).values())
-    index[1:3, 5] = [3, 2]
-    remarks = _islands(index, 5)
-    assert "more than one critical curve of order 3" in remarks[3][0]
-    assert not remarks[1] and not remarks[4]
+def test_an_island_of_the_index_is_reported_for_its_order(monkeypatch):
+    """Raise the index by one in a small part of the sky between the curves of order 2 and 3."""
+    seen = Search.index_and_ratio
+
+    def raised(self, turn, depth):
+        index, ratio = seen(self, turn, depth)
+        return index + ((np.abs(turn - 1.0) < 0.15) & (np.abs(depth - 6.0) < 0.4)), ratio
+
+    monkeypatch.setattr(Search, "index_and_ratio", raised)
+    curves = kc.caustics(kc.Camera(0.9, 6.0), 3)
+    told = ["more than one critical curve of order 3" in " ".join(curve.remarks) for curve in curves]
+    assert told == [False, False, True]
 
 
 def test_a_cusp_or_an_extreme_that_cannot_be_traced_is_reported(monkeypatch):

@@ -144,19 +144,28 @@ def test_the_secondary_caustic_winds_where_the_study_says():
 
 
 def test_limits_are_right_within_their_errors_and_those_are_small():
-    limits = STUDIES.module("limits")
+    measured = STUDIES.module("measured")
     x = np.geomspace(0.02, 0.3, 14)
     error = 1e-10 / x**4
-    found = limits.series(x, np.exp(3 * x) / (1 + x) + error * np.cos(40 * np.arange(14)), error, 2)
-    for measured, true in zip(found, (1.0, 2.0), strict=True):
-        assert abs(measured.value - true) < 2 * measured.error < 0.1
+    found = measured.series(x, np.exp(3 * x) / (1 + x) + error * np.cos(40 * np.arange(14)), error, 2)
+    for number, true in zip(found, (1.0, 2.0), strict=True):
+        assert abs(number.value - true) < 2 * number.error < 0.1
     # A power that is there and left out shows as an error that is not small.
-    wrong = limits.series(x, 1 + x, np.full(14, 1e-12), 1, (0, *range(2, 12)))[0]
+    wrong = measured.series(x, 1 + x, np.full(14, 1e-12), 1, (0, *range(2, 12)))[0]
     assert wrong.error > 1e-5
-    assert str(limits.Measured(0.36815539, 2.2e-7)) == "0.3681554(2)"
-    assert str(limits.Measured(1.0, 0.0099)) == "1.00(1)" and str(limits.Measured(1234.5, 20.0)) == "1234(20)"
+    assert str(measured.Measured(0.36815539, 2.2e-7)) == "0.3681554(2)"
+    assert str(measured.Measured(1.0, 0.0099)) == "1.00(1)" and str(measured.Measured(1234.5, 20.0)) == "1234(20)"
     with pytest.raises(ValueError, match="Argument `x` must hold 4 values"):
-        limits.series(x[:3], x[:3], x[:3], 2)
+        measured.series(x[:3], x[:3], x[:3], 2)
+
+
+def test_a_crossing_has_the_error_of_the_quantity_over_its_slope():
+    crossing = STUDIES.module("measured").crossing
+    for sign in (1, -1):
+        found = crossing(lambda x, sign=sign: (sign * x**2, 1e-6), 2 * sign, 1.0, 3.0, 1e-12)
+        assert found.value == pytest.approx(math.sqrt(2), abs=2e-12)
+        assert found.error == pytest.approx(1e-6 / (2 * math.sqrt(2)), rel=1e-4)
+    assert crossing(lambda x: (x**2, 1e-6), 20.0, 1.0, 3.0, 1e-12) is None
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@
 
 Sizes and places of the caustics of order 1 to 4 over spin and radius come from two sweeps (far_camera.zarr and
 far_camera_inclined.zarr in the folder, gone on with when they are there), the caustic tube of a far observer close to
-the hole from tube.py. Every limit is the first coefficient of a power series through them, as limits.py
+the hole from tube.py. Every limit is the first coefficient of a power series through them, as measured.py
 says. Writes far_camera.json, .png and .md.
 """
 
@@ -23,7 +23,7 @@ from kerrcaustics.report.records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.sweeps.scene import Range, Scene
 
-from ..limits import Measured, difference, series
+from ..measured import Measured, difference, series
 from .picture import picture
 from .tube import Section, section
 

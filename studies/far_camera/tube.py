@@ -12,7 +12,7 @@ from scipy.fft import irfft, rfft
 
 import kerrcaustics as kc
 
-from ..limits import Measured
+from ..measured import Measured
 
 Array = np.ndarray
 

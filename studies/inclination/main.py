@@ -4,7 +4,7 @@
 
 Extent, circuits, area and cusps of the caustics of order 1 to 4 over spin, radius and inclination come from a sweep
 (inclination.zarr in the folder, gone on with when it is there). The powers of sin(inclination) close to the axis are
-limits, as limits.py says; the inclinations at which a caustic winds once round the sky are roots. Writes
+limits, as measured.py says; the inclinations at which a caustic winds once round the sky are roots. Writes
 inclination.json, .png and .md.
 """
 
@@ -21,7 +21,6 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from scipy.optimize import brentq
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import cores
@@ -30,7 +29,7 @@ from kerrcaustics.report.records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.sweeps.scene import Scene
 
-from ..limits import Measured, series
+from ..measured import Measured, crossing, series
 
 SPINS = (0.3, 0.9, 0.999)
 RADII = (2.6, 6.03, 1000.0)
@@ -42,7 +41,6 @@ ORDERS = 4
 _POWERS = {"theta_extent": 2, "phi_extent": 1, "caustic_area": 4}
 # Degrees: the least inclination at which a winding is looked for; the error of a root.
 _LEAST, _ROOT_ERROR = 5.0, 1e-9
-_SLOPE_STEP = 1e-3
 _DASHES = ("-", (0, (4, 1.5)), (0, (1.2, 1.2)))
 
 
@@ -119,15 +117,8 @@ def circuits(spin: float, radius: float, order: int, inclination: float) -> tupl
 
 def winding(spin: float, radius: float, order: int) -> Winding | None:
     """Where a caustic winds once round the sky; None where it does not on the equator."""
-
-    def excess(inclination: float) -> float:
-        return circuits(spin, radius, order, inclination)[0] - 1
-
-    if excess(90.0) < 0 or excess(_LEAST) > 0:
-        return None
-    root = float(brentq(excess, _LEAST, 90.0, xtol=_ROOT_ERROR))
-    slope = (excess(root + _SLOPE_STEP) - excess(root - _SLOPE_STEP)) / (2 * _SLOPE_STEP)
-    return Winding(spin, radius, order, root, circuits(spin, radius, order, root)[1] / slope + _ROOT_ERROR)
+    found = crossing(lambda angle: circuits(spin, radius, order, angle), 1, _LEAST, 90.0, _ROOT_ERROR)
+    return found and Winding(spin, radius, order, found.value, found.error)
 
 
 def pole_distance(grid: xarray.Dataset) -> tuple[float, float]:

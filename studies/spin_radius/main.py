@@ -17,13 +17,14 @@ import xarray
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.optimize import brentq
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.report.records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.sweeps.scene import Range, Scene
+
+from ..measured import crossing
 
 SPINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 0.9999)
 RADII = Range(1.5, 1000.0, 14, "log")
@@ -33,7 +34,6 @@ ORDERS, TURNS = 4, (1, 2)
 # The innermost camera that is asked, in horizon radii, and the outermost.
 _INNERMOST, _OUTERMOST = 1.02, 30.0
 _TOLERANCE = 1e-10
-_SLOPE_STEP = 1e-3
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,9 @@ def secondary_circuits(spin: float, radius: float) -> tuple[float, float]:
 def winding(spin: float, turns: int) -> Winding | None:
     """Where the secondary caustic winds so many times; None where it does not between the innermost camera and far."""
     horizon = 1 + math.sqrt(1 - spin**2)
-
-    def excess(log_radius: float) -> float:
-        return secondary_circuits(spin, math.exp(log_radius))[0] - turns
-
     low, high = math.log(_INNERMOST * horizon), math.log(_OUTERMOST)
-    if excess(low) < 0 or excess(high) > 0:
-        return None
-    root = float(brentq(excess, low, high, xtol=_TOLERANCE))
-    slope = (excess(root + _SLOPE_STEP) - excess(root - _SLOPE_STEP)) / (2 * _SLOPE_STEP)
-    error = secondary_circuits(spin, math.exp(root))[1] / abs(slope) + _TOLERANCE
-    return Winding(spin, turns, math.exp(root), math.exp(root) * error)
+    found = crossing(lambda x: secondary_circuits(spin, math.exp(x)), turns, low, high, _TOLERANCE)
+    return found and Winding(spin, turns, math.exp(found.value), math.exp(found.value) * found.error)
 
 
 def circuits_panel(ax: Axes, grid: xarray.Dataset, order: int) -> None:

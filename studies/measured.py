@@ -1,15 +1,15 @@
-"""Limits measured by extrapolation: the first coefficients of a power series through data that know their errors.
-
-Not a study by itself; others use it.
-"""
+"""Numbers with errors: limits by extrapolation, and places where a quantity passes a value; studies use them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 Array = np.ndarray
+
+_SLOPE_STEP = 1e-3
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,24 @@ def series(
     doubt = np.hypot(np.array(spread)[2:], np.maximum(change[1:], change[:-1]))
     best = doubt.argmin(axis=0)
     return tuple(Measured(float(values[k + 2, i]), float(doubt[k, i])) for i, k in enumerate(best))
+
+
+def crossing(
+    quantity: Callable[[float], tuple[float, float]], value: float, low: float, high: float, tolerance: float
+) -> Measured | None:
+    """Where a quantity, told with its error, passes a value between low and high; None where it does not.
+
+    The error is that of the quantity over its slope, and the tolerance of the root.
+    """
+
+    def excess(x: float) -> float:
+        return quantity(x)[0] - value
+
+    if excess(low) * excess(high) > 0:
+        return None
+    root = float(brentq(excess, low, high, xtol=tolerance))
+    slope = (excess(root + _SLOPE_STEP) - excess(root - _SLOPE_STEP)) / (2 * _SLOPE_STEP)
+    return Measured(root, quantity(root)[1] / abs(slope) + tolerance)
 
 
 def difference(one: Measured, other: Measured) -> Measured:
