@@ -1,15 +1,16 @@
-"""The scripts of a checkout: found, loaded and run by name, from its folders studies/, figures/ and figures/films/.
+"""The scripts of a checkout: found by their place, loaded and run by name.
 
-The script of a study or a figure is a file NAME.py with a function `main(output: Path, ...) -> list[Path]`, which puts
-its files into a folder that exists and returns them; that of a film has `film(frames: int = ...) -> Film`.
+A study is a folder studies/NAME/ with a main.py, a figure a file figures/NAME.py; both have a function
+`main(output: Path, ...) -> list[Path]`, which puts its files into a folder that exists and returns them. A film is a
+file figures/films/NAME.py with `film(frames: int = ...) -> Film`. What begins with an underscore is none of them.
 """
 
-import ast
 import os
+import re
 import subprocess
 import sys
 from dataclasses import dataclass
-from importlib.util import module_from_spec, spec_from_file_location
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
@@ -19,41 +20,31 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 
 @dataclass(frozen=True)
 class ScriptFolder:
-    """A folder of scripts: what one of them is called ("study", "figure", "film"), its function and first argument."""
+    """A folder of scripts: what one of them is called ("study", "figure", "film"), and where in the folder it lies."""
 
     word: str
     folder: Path
-    function: str = "main"
-    argument: str = "output"
+    place: str = "{}.py"
 
     def names(self) -> list[str]:
         """Names of the scripts, in alphabetical order; none where there is no checkout."""
-        return [path.stem for path in sorted(self.folder.glob("*.py")) if self._is_script(path)]
-
-    def _is_script(self, path: Path) -> bool:
-        """True where a file has the function; it is not run for this."""
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.FunctionDef) and node.name == self.function:
-                return [argument.arg for argument in node.args.args][:1] == [self.argument]
-        return False
-
-    def docstring(self, name: str) -> str:
-        """What a script says of itself; nothing where there is no such script. It is not run for this."""
-        path = self.folder / f"{name}.py"
-        return ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "" if path.is_file() else ""
+        found = self.folder.glob(self.place.format("[!_]*"))
+        return sorted(path.relative_to(self.folder).parts[0].removesuffix(".py") for path in found)
 
     def load(self, name: str) -> ModuleType:
-        """A script as a module, imported with its neighbours in the folder within reach."""
-        if str(self.folder) not in sys.path:
-            sys.path.append(str(self.folder))
-        spec = spec_from_file_location(name, self.folder / f"{name}.py")
-        if spec is None or spec.loader is None:
+        """A script as a module."""
+        if name not in self.names():
             raise ImportError(f"There is no {self.word} {name} in {self.folder}.")
-        module = module_from_spec(spec)
-        # Under a name of its own: other packages may have a module `accuracy`.
-        sys.modules[f"kerrcaustics_{self.word}_{name}"] = module
-        spec.loader.exec_module(module)
-        return module
+        return self.module(self.place.format(name).removesuffix(".py").replace("/", "."))
+
+    def module(self, name: str) -> ModuleType:
+        """A module of the folder by its dotted name, which imports its neighbours by relative imports."""
+        # Under a name of its own: other packages may be called `studies`.
+        package = "kerrcaustics_scripts" + re.sub(r"\W", "_", str(self.folder))
+        if package not in sys.modules:
+            sys.modules[package] = ModuleType(package)
+            sys.modules[package].__path__ = [str(self.folder)]
+        return import_module(f"{package}.{name}")
 
     def run(self, name: str, output: Path) -> list[Path]:
         """Run a script and return the files it wrote into the folder `output`, which is made when missing."""
@@ -68,23 +59,28 @@ class ScriptFolder:
         RuntimeError
             The script failed; it has said why on standard error.
         """
-        arguments = [self.word, str(self.folder), name, str(output)]
+        arguments = [self.word, str(self.folder), self.place, name, str(output)]
         done = subprocess.run([sys.executable, "-m", "kerrcaustics.scripts", *arguments], check=False)
         if done.returncode:
             raise RuntimeError(f"The {self.word} {name} ended with status {done.returncode}.")
 
 
 FIGURES = ScriptFolder("figure", CHECKOUT / "figures")
-STUDIES = ScriptFolder("study", CHECKOUT / "studies")
-FILMS = ScriptFolder("film", CHECKOUT / "figures" / "films", "film", "frames")
+STUDIES = ScriptFolder("study", CHECKOUT / "studies", "{}/main.py")
+FILMS = ScriptFolder("film", CHECKOUT / "figures" / "films")
 
-if __name__ == "__main__":
-    # For `run_apart`.
+
+def _run_one(word: str, folder: str, place: str, name: str, output: str) -> None:
+    """Run a script for `run_apart`; a failure is one line."""
     try:
-        ScriptFolder(sys.argv[1], Path(sys.argv[2])).run(sys.argv[3], Path(sys.argv[4]))
+        ScriptFolder(word, Path(folder), place).run(name, Path(output))
     except KeyboardInterrupt:
         sys.exit(1)
     except Exception as error:
         if os.environ.get("KERRCAUSTICS_TRACEBACK"):
             raise
-        sys.exit(f"kerrcaustics: {sys.argv[3]}: {type(error).__name__}: {' '.join(str(error).split())}")
+        sys.exit(f"kerrcaustics: {name}: {type(error).__name__}: {' '.join(str(error).split())}")
+
+
+if __name__ == "__main__":
+    _run_one(*sys.argv[1:])

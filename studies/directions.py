@@ -1,4 +1,4 @@
-"""Directions on the camera sky for studies: the families of studies/data/truth.json in any number, and more."""
+"""Directions on the camera sky for studies: the families of truth/truth.json in any number, and more."""
 
 import math
 

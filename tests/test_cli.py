@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 from command_line import run
@@ -87,12 +86,8 @@ BAD = [
 
 
 @pytest.mark.parametrize(("arguments", "complaint"), BAD, ids=lambda value: " ".join(value)[:70])
-def test_bad_input_gets_one_line_and_exit_status_2(arguments, complaint, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    status, out, err = run(capsys, *arguments)
-    assert status == 2 and out == ""
-    assert err.count("\n") == 1 and complaint in err
-    assert list(tmp_path.iterdir()) == []
+def test_bad_input_gets_one_line_and_exit_status_2(arguments, complaint, assert_refused):
+    assert_refused(arguments, complaint)
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
@@ -128,10 +123,10 @@ def test_interrupt_leaves_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_version_and_help_are_quick():
-    for option, expected in (("--version", kc.__version__), ("--help", "caustics")):
-        began = time.perf_counter()
-        done = subprocess.run([*COMMAND, option], capture_output=True, text=True, check=True)
-        assert expected in done.stdout
-        # A generous limit: importing JAX alone would take longer on a slow machine.
-        assert time.perf_counter() - began < 10
+def test_version_and_help():
+    """How light they start is the matter of the test of the layers."""
+    done = subprocess.run([*COMMAND, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == kc.__version__
+    done = subprocess.run([*COMMAND, "--help"], capture_output=True, text=True, check=True)
+    listed = {line.split()[1] for line in done.stdout.splitlines() if len(line.split()) > 2}
+    assert {"caustics", "images", "counts", "tracks", "film", "figures", "study", "sweep", "demo"} <= listed

@@ -6,37 +6,16 @@ import jax
 import mpmath
 import numpy as np
 import pytest
-from test_errors import outside_edge, random_camera, random_sky
+from beam_gaps import columns_in_space
+from random_rays import directions_of_small_k, outside_edge, random_camera, random_sky
 
 from kerrcaustics.beams import short_way
-from kerrcaustics.beams.beam import Beams, Rays
+from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.closed_form import LEAST_K
 from kerrcaustics.beams.ends import INFINITY
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, photon, sky_from_fido
-from kerrcaustics.spacetime.sphere import polar_basis
-
-
-def columns(beams: Beams) -> np.ndarray:
-    """The Jacobian's columns as vectors in space (n, 3, 2)."""
-    return np.stack(polar_basis(beams.direction), axis=-1) @ beams.jacobian
-
-
-def directions_of_small_k(camera: Camera, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Directions N (at most count, 3) that look outward, with k < LEAST_K; some are close to the principal null one."""
-    frame = camera.frame()
-    size = np.sqrt((LEAST_K + (frame.spin * frame.cos_theta) ** 2) * rng.uniform(size=count))
-    turn, close = rng.uniform(0, 2 * math.pi, count), 10 ** rng.uniform(-12, 0, count)
-    principal = rng.uniform(size=count) < 0.3
-    p_theta = np.where(principal, close, size) * np.cos(turn)
-    p_phi = np.where(principal, close * np.sin(turn) + frame.spin * frame.sin_theta, size * np.sin(turn))
-    energy = (1 - frame.shift * frame.sin_theta * p_phi) / frame.lapse
-    n_phi, n_theta = p_phi / (frame.cylindrical_scale * energy), p_theta / (frame.root_sigma * energy)
-    there = (energy > 0) & (n_phi**2 + n_theta**2 < 1)
-    there &= p_theta**2 + p_phi**2 < LEAST_K + (frame.spin * frame.cos_theta) ** 2
-    n_r = -np.sqrt(np.maximum(1 - n_phi**2 - n_theta**2, 0))
-    return sky_from_fido(frame, np.stack([n_r, n_theta, n_phi], axis=-1)[there])
 
 
 def assert_agree(camera: Camera, sky: np.ndarray, end: float = math.inf) -> int:
@@ -49,7 +28,7 @@ def assert_agree(camera: Camera, sky: np.ndarray, end: float = math.inf) -> int:
     for ends in (formula, rays):
         gap = np.linalg.norm(ends.direction - steps.direction, axis=1)
         assert np.all(gap[used] <= 10 * (ends.error + steps.error)[used])
-    turned = np.linalg.norm(columns(formula) - columns(steps), axis=(1, 2)) / steps.delta_plus
+    turned = np.linalg.norm(columns_in_space(formula) - columns_in_space(steps), axis=(1, 2)) / steps.delta_plus
     assert np.all(turned[used] <= 10 * (formula.jacobian_error + steps.jacobian_error)[used])
     known = used & (formula.jacobian_error < 0.1)
     assert np.array_equal(formula.index[known], steps.index[known])
@@ -122,7 +101,7 @@ def test_nearly_equatorial_rays_vary_smoothly():
     assert beams.closed_form.all()
     assert np.ptp(beams.delta_plus) < 1e-11
     assert np.ptp(beams.delta_minus) < 1e-11
-    assert np.ptp(columns(beams)[:4], axis=0).max() < 1e-10
+    assert np.ptp(columns_in_space(beams)[:4], axis=0).max() < 1e-10
     assert np.all(beams.crossings[1:] <= 1)
     assert beams.crossings[0] == 0
 
@@ -185,7 +164,7 @@ def test_principal_null_rays_and_their_neighbours_vary_smoothly():
         beams = trace_beams(camera, sky_from_fido(frame, along), "closed-form")
         assert beams.closed_form.all()
         # The camera-sky directions that the columns belong to do not vary smoothly.
-        spread = columns(beams) @ columns(beams).swapaxes(1, 2)
+        spread = columns_in_space(beams) @ columns_in_space(beams).swapaxes(1, 2)
         assert np.ptp(spread, axis=0).max() < 1e-10
         assert np.ptp(beams.direction, axis=0).max() < 1e-10
 
@@ -284,7 +263,7 @@ def test_large_batches_agree_with_small_ones(monkeypatch):
     assert np.array_equal(large.closed_form, small.closed_form)
     away = np.linalg.norm(large.direction - small.direction, axis=1)
     assert np.nanmax(away / small.error) < 2
-    bent = np.linalg.norm(columns(large) - columns(small), axis=(1, 2)) / small.delta_plus
+    bent = np.linalg.norm(columns_in_space(large) - columns_in_space(small), axis=(1, 2)) / small.delta_plus
     assert np.nanmax(bent / small.jacobian_error) < 2
 
 

@@ -7,9 +7,8 @@ import jax.numpy as jnp
 import mpmath
 import numpy as np
 import pytest
-from test_closed_form import directions_of_small_k
-from test_ends import relative_gap
-from test_errors import random_camera, random_sky
+from beam_gaps import relative_gap
+from random_rays import directions_of_small_k, random_camera, random_sky
 
 import kerrcaustics as kc
 from kerrcaustics.beams import radial_leg

@@ -1,7 +1,6 @@
-"""What is left out is not paid for: counted in the compiled programs, not timed."""
+"""What is left out is not paid for: counted as operations of the programs, not timed."""
 
 from functools import cache, partial
-from itertools import pairwise
 
 import jax
 import jax.numpy as jnp
@@ -9,55 +8,34 @@ import pytest
 
 from kerrcaustics.beams import closed_form, integrated
 from kerrcaustics.beams.ends import INFINITY
-from kerrcaustics.beams.trace import _CLOSED_FORM_COMPILER
 from kerrcaustics.spacetime.camera import Camera
 
 FRAME = Camera(0.999, 6.03).frame()
 SKY = tuple(jnp.full(64, part) for part in (-0.6, 0.0, 0.8))
-NOTHING = {"beams": False}
-BEAMS = {"beams": True}
-INDEX = {"beams": True, "index": True}
-CROSSINGS = {"beams": True, "index": True, "crossings": True}
-TIME = {"beams": True, "index": True, "crossings": True, "time": True}
-# Each with one thing more than the one before.
-SCENES = [NOTHING, BEAMS, INDEX, CROSSINGS, TIME]
-OFF = {"index": False, "crossings": False, "time": False}
-ENGINES = ["closed-form", "integrated"]
+# What each asks for more than the one before.
+STEPS = ("beams", "index", "crossings", "time")
+# Operations that each adds, as a part of those before; of a loop's body, once. Measured with JAX 0.10.
+ADDED = {
+    "closed-form": {"beams": 2.88, "index": 3.3e-3, "crossings": 7.9e-3, "time": 0.083},
+    "integrated": {"beams": 1.30, "index": 2.4e-2, "crossings": 1.4e-3, "time": 0.116},
+}
 
 
 @cache
-def lowered(engine: str, **wanted: bool):
+def operations(engine: str, wanted: tuple[str, ...]) -> float:
+    """Floating-point operations of the program that computes what is wanted, as JAX counts them."""
+    flags = {name: name in wanted for name in STEPS}
     if engine == "closed-form":
-        return jax.jit(partial(closed_form.trace, on_equator=True, **wanted)).lower(FRAME, SKY, INFINITY)
-    return jax.jit(partial(integrated.trace, **wanted)).lower(FRAME, SKY, jnp.ones(64), 1e-10, INFINITY)
+        program = jax.jit(partial(closed_form.trace, on_equator=True, **flags)).lower(FRAME, SKY, INFINITY)
+    else:
+        program = jax.jit(partial(integrated.trace, **flags)).lower(FRAME, SKY, jnp.ones(64), 1e-10, INFINITY)
+    return program.cost_analysis()["flops"]
 
 
-def steps(text: str) -> int:
-    """Instructions of a program, those of each loop's body once."""
-    return sum(" = " in line for line in text.splitlines())
-
-
-def compiled(engine: str, **wanted: bool) -> str:
-    """The program that runs, without fused loops, in which work could hide."""
-    return lowered(engine, **wanted).compile(compiler_options=_CLOSED_FORM_COMPILER["cpu"]).as_text()
-
-
-def assert_each_costs_more(counts: list[int]) -> None:
-    assert all(less < more for less, more in pairwise(counts)), counts
-
-
+@pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("engine", ["closed-form", pytest.param("integrated", marks=pytest.mark.slow)])
-def test_a_scene_that_needs_less_is_a_shorter_program(engine):
-    assert_each_costs_more([steps(lowered(engine, **wanted).as_text()) for wanted in SCENES])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_scene_that_needs_less_is_a_shorter_compiled_program(engine):
-    assert_each_costs_more([steps(compiled(engine, **wanted)) for wanted in SCENES])
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("scene", [NOTHING, BEAMS], ids=["rays", "beams"])
-def test_what_is_off_leaves_no_trace(engine, scene):
-    assert lowered(engine, **scene).as_text() == lowered(engine, **scene, **OFF).as_text()
+def test_what_is_not_asked_for_is_not_computed(engine, step):
+    before = STEPS[: STEPS.index(step)]
+    added = operations(engine, (*before, step)) / operations(engine, before) - 1
+    # Another version of JAX counts a little differently.
+    assert added > 0.7 * ADDED[engine][step]

@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 from beam_equations import Event, photon
+from beam_gaps import columns_in_space, relative_gap
 from kerr_rays import followed, unit_vector
-from test_errors import columns_in_space, random_camera, random_sky
+from random_rays import random_camera, random_sky
 
 import kerrcaustics as kc
-from kerrcaustics.beams.beam import Beams, Rays, Status
+from kerrcaustics.beams.beam import Rays, Status
 from kerrcaustics.spacetime import kerr
 
 VELOCITY = (0.1, -0.2, 0.3)
@@ -197,12 +198,6 @@ def assert_honest(camera: kc.Camera, sky: np.ndarray, end) -> int:
     assert np.array_equal(beams.index[known], exact.index[known])
     assert np.array_equal(beams.crossings[seen], exact.crossings[seen])
     return int(seen.sum())
-
-
-def relative_gap(beams: Beams, exact: Beams, end) -> np.ndarray:
-    if isinstance(end, kc.EquatorialPlane):
-        return np.linalg.norm(beams.jacobian - exact.jacobian, axis=(1, 2)) / exact.delta_plus
-    return np.linalg.norm(columns_in_space(beams) - columns_in_space(exact), axis=(1, 2)) / exact.delta_plus
 
 
 def random_ends(camera: kc.Camera, rng: np.random.Generator) -> list:

@@ -1,60 +1,25 @@
 """Is the reported error honest, and has the integrator the order that it claims?"""
 
-import math
 from functools import partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from beam_gaps import columns_in_space
+from random_rays import outside_edge, random_camera, random_sky
 
 from kerrcaustics.beams import equations, integrated
 from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.nystroem import nystroem_step
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
-from kerrcaustics.spacetime.shadow import edge_photons, shadow_edge
-from kerrcaustics.spacetime.sphere import polar_basis
-
-
-def random_camera(rng: np.random.Generator) -> Camera:
-    """Any spin, radius, inclination and velocity; the special and the extreme ones often."""
-    spin = rng.choice([0.0, rng.uniform(0, 1), 1 - 10 ** rng.uniform(-5, -1)])
-    outside = rng.choice([10 ** rng.uniform(-2, 0), 10 ** rng.uniform(0, 1.3), 10 ** rng.uniform(1, 6)])
-    inclination = rng.choice([math.pi / 2, math.acos(rng.uniform(-1, 1)), 10 ** rng.uniform(-6, -1)])
-    velocity = rng.normal(size=3)
-    velocity *= rng.uniform(0, 0.9) / np.linalg.norm(velocity)
-    return Camera(spin, kerr.horizon(spin) + outside, inclination, tuple(velocity))
-
-
-def outside_edge(camera: Camera, turn: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Directions N (n, 3) beyond the shadow edge by a fraction of its angular distance from the hole."""
-    edge = -edge_photons(camera, turn)
-    centre = np.array([-1.0, 0.0, 0.0])
-    away = edge * (edge @ centre)[:, None] - centre
-    away /= np.linalg.norm(away, axis=1, keepdims=True)
-    distance = (fraction * np.arccos(np.clip(edge @ centre, -1, 1)))[:, None]
-    return sky_from_fido(camera.frame(), -(edge * np.cos(distance) + away * np.sin(distance)))
-
-
-def random_sky(camera: Camera, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Directions N (count, 3): half from the whole sky, half near the shadow edge, down to 1e-7."""
-    sky = rng.normal(size=(count, 3))
-    sky /= np.linalg.norm(sky, axis=1, keepdims=True)
-    half = count // 2
-    sky[:half] = outside_edge(camera, rng.uniform(0, 2 * math.pi, half), 10 ** rng.uniform(-7, 0, half))
-    return sky
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.shadow import shadow_edge
 
 
 def direction_error(ends: Rays, exact: Rays) -> np.ndarray:
     return np.linalg.norm(ends.direction - exact.direction, axis=-1)[exact.escaped]
-
-
-def columns_in_space(beams: Beams) -> np.ndarray:
-    """The Jacobian's columns as vectors (n, 3, 2): near a pole, e_theta' itself turns by the error of n'."""
-    basis = np.stack(polar_basis(beams.direction), axis=-1)
-    return basis @ beams.jacobian
 
 
 def jacobian_error(beams: Beams, exact: Beams) -> np.ndarray:

@@ -6,7 +6,7 @@ import inspect
 import pytest
 from command_line import run
 
-from kerrcaustics.scripts import FIGURES, ScriptFolder
+from kerrcaustics.scripts import FIGURES
 
 SCRIPT = """
 def main(output):
@@ -17,15 +17,15 @@ def main(output):
 
 
 @pytest.fixture
-def made_up(tmp_path, monkeypatch):
+def made_up(tmp_path, scripts_at):
     """A folder of three scripts, one of which fails, and of one that is none."""
     folder = tmp_path / "figures"
     folder.mkdir()
     for name in ("apples", "pears"):
         (folder / f"{name}.py").write_text(SCRIPT.format(name=name))
     (folder / "worms.py").write_text("def main(output):\n    raise ValueError('found\\nworms')\n")
-    (folder / "stones.py").write_text("def main():\n    pass\n")
-    monkeypatch.setattr("kerrcaustics.scripts.FIGURES", ScriptFolder("figure", folder))
+    (folder / "_stones.py").write_text("def main(output):\n    return []\n")
+    scripts_at("FIGURES", folder)
     return folder
 
 
@@ -60,7 +60,7 @@ def test_a_figure_that_fails_does_not_stop_the_others(made_up, capsys):
     assert out.count(".png") == 2
 
 
-@pytest.mark.parametrize("name", ["stones", "plums", "../pears"])
+@pytest.mark.parametrize("name", ["_stones", "plums", "../pears"])
 def test_what_is_no_figure_is_one_line_and_status_2(made_up, capsys, name):
     status, out, err = run(capsys, "figures", "pears", name)
     assert (status, out) == (2, "") and err.count("\n") == 1
@@ -68,7 +68,6 @@ def test_what_is_no_figure_is_one_line_and_status_2(made_up, capsys, name):
     assert not (made_up / "out").exists()
 
 
-def test_without_a_checkout_figures_are_refused(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("kerrcaustics.scripts.FIGURES", ScriptFolder("figure", tmp_path / "figures"))
-    status, _, err = run(capsys, "figures")
-    assert status == 2 and err.count("\n") == 1 and "checkout" in err
+def test_without_a_checkout_figures_are_refused(tmp_path, scripts_at, assert_refused):
+    scripts_at("FIGURES", tmp_path / "figures")
+    assert_refused(["figures"], "checkout")

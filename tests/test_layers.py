@@ -19,7 +19,6 @@ STAGES = [
     "draw",
     "sweeps",
     "scripts",
-    "study",
     "report",
     "cli",
 ]

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 import pytest
+from made_curves import CAMERA, EDGE, astroids, made_set, point, ring
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from test_plots import CAMERA, EDGE, astroids, made_set, point, ring
 
 from kerrcaustics.draw import plots, style
 from kerrcaustics.draw.count_map import count_map_figure

@@ -11,9 +11,8 @@ from command_line import run
 from PIL import Image
 
 from kerrcaustics import __version__
-from kerrcaustics.report.tables import read_tables
-from kerrcaustics.scripts import STUDIES, ScriptFolder
-from kerrcaustics.study import markdown_table
+from kerrcaustics.report.tables import markdown_table, read_tables
+from kerrcaustics.scripts import STUDIES
 
 MACHINE = {"processor": "Slow & <steady>", "cores": 2, "jax": "0.6"}
 HEADS, ROWS = ["engine", "µs", "verdict"], [["auto", "4.2", "ok"], ["a < b & c", "", "FAIL"]]
@@ -127,10 +126,10 @@ def test_missing_studies_other_versions_and_machines_are_told(capsys, records):
     assert page.text.count("on machine B") == 1
 
 
-def test_same_records_make_the_same_page_without_a_checkout_too(capsys, records, monkeypatch):
+def test_same_records_make_the_same_page_without_a_checkout_too(capsys, records, scripts_at):
     _, text, _ = page_of(capsys)
     assert page_of(capsys)[1] == text
-    monkeypatch.setattr("kerrcaustics.scripts.STUDIES", ScriptFolder("study", records / "studies"))
+    scripts_at("STUDIES", records / "studies")
     assert "without a checkout" in page_of(capsys)[0].text
     status, _, err = run(capsys, "study", "report", "--run")
     assert status == 2 and "checkout" in err and err.count("\n") == 1
@@ -208,25 +207,25 @@ from pathlib import Path
 
 from PIL import Image
 
-from kerrcaustics.study import write_record, write_text
+from kerrcaustics.report.records import write_record, write_text
 
 
 def main(output: Path) -> list[Path]:
     {first}
     Image.new("L", (30, 12)).save(output / "{name}.png")
     write_text(output / "{name}.md", "| a |\\n| --- |\\n| 1 |\\n")
-    return [write_record(output / "{name}.json", "{name}", findings=["{name} ran"])]
+    return [write_record(output / "{name}.json", "{name}", __doc__, findings=["{name} ran"])]
 '''
 
 
 @pytest.mark.slow
-def test_missing_studies_are_run_and_one_that_fails_is_told(capfd, records, monkeypatch):
+def test_missing_studies_are_run_and_one_that_fails_is_told(capfd, records, scripts_at):
     studies = records / "scripts"
-    studies.mkdir()
     for name in ("accuracy", "good", "bad"):
         first = "1 / 0" if name == "bad" else "print(output)"
-        (studies / f"{name}.py").write_text(SCRIPT.format(name=name, first=first))
-    monkeypatch.setattr("kerrcaustics.scripts.STUDIES", ScriptFolder("study", studies))
+        (studies / name).mkdir(parents=True)
+        (studies / name / "main.py").write_text(SCRIPT.format(name=name, first=first))
+    scripts_at("STUDIES", studies)
     status, out, err = run(capfd, "study", "report", "--run")
     assert status == 1 and "Not run: bad" in out
     assert "bad: ZeroDivisionError: division by zero\n" in err and "failed: bad" in err and "Traceback" not in err

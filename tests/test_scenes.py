@@ -115,8 +115,9 @@ def test_swatches_are_averaged_over_their_box():
     half = size * math.sqrt(3) / 2
     theta = centre[0] + half * (np.arange(400) + 0.5 - 200) / 200
     phi = centre[1] + half / math.sin(centre[0]) * (np.arange(400) + 0.5 - 200) / 200
-    fine = board._average(from_angles(*np.meshgrid(theta, phi)).reshape(-1, 3), np.full(160000, 1e-9))
-    coarse = board._average(from_angles(*centre)[None], np.array([size]))
+    places = from_angles(*np.meshgrid(theta, phi)).reshape(-1, 3)
+    fine = board.light(identity_footprint(places, 1e-9), False, False)
+    coarse = board.light(identity_footprint(from_angles(*centre)[None], size), False, False)
     assert coarse[0] == pytest.approx(fine.mean(axis=0), abs=2e-3)
 
 
@@ -136,7 +137,8 @@ def test_a_long_footprint_sees_the_mean_of_the_columns():
     matrix = np.array([[[1e-3, 0.0], [0.0, 0.8]]])
     direction = from_angles(np.array([math.pi / 2]), np.array([1.0]))
     seen = board.light(kc.Footprint(direction, matrix, np.zeros(1), np.ones(1)), False, False)
-    around = board._average(from_angles(math.pi / 2, np.linspace(0, 2 * math.pi, 6000)), np.full(6000, 1e-6))
+    places = from_angles(math.pi / 2, np.linspace(0, 2 * math.pi, 6000))
+    around = board.light(identity_footprint(places, 1e-6), False, False)
     assert np.ptp(around, axis=0).max() > 0.2
     assert seen[0] == pytest.approx(around.mean(axis=0), abs=0.02)
 
@@ -187,14 +189,17 @@ def test_daylight_is_white_and_cooler_is_redder():
     assert star_temperature(0.65) == pytest.approx(5778, abs=5)
 
 
-def test_colour_of_a_black_body_against_the_planckian_locus():
-    # Chromaticity (x, y) of 4500 K from the tabulated CIE 1931 functions: 0.3608, 0.3635.
-    from kerrcaustics.scenes.colour import _TO_SRGB, _table
-
-    grid, channels = _table()
-    light = np.exp([np.interp(math.log(4500.0), grid, channel) for channel in channels])
-    xyz = np.linalg.solve(_TO_SRGB, light)
-    assert xyz[:2] / xyz.sum() == pytest.approx([0.3608, 0.3635], abs=2e-3)
+@pytest.mark.parametrize(
+    ("temperature", "x", "y", "fit"),
+    [(3000.0, 0.4369, 0.4041, 0.013), (4500.0, 0.3608, 0.3635, 0.005), (10000.0, 0.2807, 0.2884, 0.004)],
+)
+def test_colour_of_a_black_body_against_the_planckian_locus(temperature, x, y, fit):
+    """Linear sRGB (IEC 61966-2-1) of chromaticities (x, y) from the tabulated CIE 1931 functions; fit: measured."""
+    to_srgb = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+    # The white is that of 6504 K.
+    body, white = (to_srgb @ (x, y, 1 - x - y) for x, y in ((x, y), (0.3135, 0.3236)))
+    found, expected = kc.black_body(temperature), body / white
+    assert found / found[1] == pytest.approx(expected / expected[1], rel=1.4 * fit)
 
 
 def test_shift_of_a_black_body_is_another_black_body():

@@ -3,6 +3,7 @@
 import base64
 import json
 import math
+import os
 import re
 import struct
 
@@ -81,12 +82,13 @@ def test_page_loads_nothing(model, tmp_path):
     assert np.allclose(np.frombuffer(numbers, np.float32, size, begin), BALL.ravel(), atol=1e-7)
 
 
-def test_no_opengl_is_a_clear_error_and_the_rest_works(model, tmp_path, monkeypatch):
+def test_no_opengl_is_a_clear_error_and_the_rest_works(model, tmp_path, tmp_path_factory, monkeypatch):
     space = pytest.importorskip("kerrcaustics.draw.space")
     space.check_opengl.cache_clear()
-    # A window that VTK does not have: what makes the probe fail, as without the packages.
-    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    monkeypatch.setattr(space, "_PROBE", "import os; os.abort()")
+    # What is tried in a process of its own ends it there, as VTK does without the packages.
+    broken = tmp_path_factory.mktemp("broken")
+    (broken / "pyvista.py").write_text("import os; os.abort()")
+    monkeypatch.setenv("PYTHONPATH", str(broken), prepend=os.pathsep)
     try:
         with pytest.raises(space.NoOpenGLError, match="libegl1, libegl-mesa0, libgl1-mesa-dri"):
             space.write_model(model, tmp_path, "ball")

@@ -102,14 +102,16 @@ def matched(ours, other):
 @pytest.mark.parametrize(("name", "theta"), FAST + slow(SLOW))
 def test_images_at_any_moment_are_those_of_the_search(name, theta):
     tracks = tracked(name, theta)
-    azimuth = np.random.default_rng(1).uniform(-20, 20, 12)
+    azimuth, compared = np.random.default_rng(1).uniform(-20, 20, 12), 0
     for phi, images in zip(azimuth, tracks.images_at(azimuth=azimuth), strict=True):
         other = kc.star_images(tracks.camera, (theta, phi), tracks.max_index)
         assert images.certified
         assert math.isclose(images.star[1], phi % (2 * math.pi), abs_tol=1e-12)
         if other.certified:
+            compared += 1
             assert matched(images, other) <= 1
             np.testing.assert_allclose(np.sort(images.redshift), np.sort(other.redshift), rtol=1e-9)
+    assert compared > 9
     one = tracks.images_at(3.7)
     other = tracks.images_at(azimuth=-3.7 * tracks.angular_velocity)
     assert matched(one, other) <= 1
@@ -158,7 +160,9 @@ def test_extremes_of_theta_bound_the_events():
     inside, outside = (kc.pair_events(camera, secondary.theta_min + step, 2) for step in (1e-9, -1e-9))
     assert [e.order for e in inside].count(2) == 2 and [e.order for e in outside].count(2) == 0
     grazing = kc.pair_events(camera, secondary.theta_min, 2)
-    assert any("grazes" in remark for remark in grazing.remarks) or len(grazing) in (0, 2)
+    # Nearer to the extreme than its error: the two are left out, and that is said.
+    assert len(grazing) == 0 and len(grazing.remarks) == 1
+    assert "grazes the caustic of order 2" in grazing.remarks[0]
 
 
 def test_star_that_passes_through_cusps():

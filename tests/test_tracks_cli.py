@@ -120,8 +120,5 @@ BAD = [
 
 
 @pytest.mark.parametrize(("arguments", "complaint"), BAD, ids=lambda value: " ".join(map(str, value))[:70])
-def test_bad_input_gets_one_line_and_exit_status_2(arguments, complaint, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    status, out, err = run(capsys, "tracks", *arguments)
-    assert status == 2 and out == "" and err.count("\n") == 1 and complaint in err
-    assert list(tmp_path.iterdir()) == []
+def test_bad_input_gets_one_line_and_exit_status_2(arguments, complaint, assert_refused):
+    assert_refused(("tracks", *arguments), complaint)

@@ -1,4 +1,4 @@
-"""Traced beams against end points, Jacobians and indices known to 25 digits; see studies/truth.py."""
+"""Traced beams against end points, Jacobians and indices known to 25 digits; see studies/truth/."""
 
 import json
 import math
@@ -12,7 +12,7 @@ from kerrcaustics.beams.trace import ENGINES, trace_beams
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import polar_basis
 
-TRUTH = json.loads((Path(__file__).parents[1] / "studies" / "data" / "truth.json").read_text(encoding="utf-8"))
+TRUTH = json.loads((Path(__file__).parents[1] / "studies" / "truth" / "truth.json").read_text(encoding="utf-8"))
 CAMERAS = [Camera(**camera) for camera in TRUTH["cameras"]]
 RAYS = sorted(TRUTH["rays"], key=lambda ray: ray["camera"])
 FAMILIES = ("whole sky", "near the edge", "through the poles")

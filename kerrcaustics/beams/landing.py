@@ -19,7 +19,7 @@ Array = Any
 Jacobian = tuple[tuple[Array, ...], ...]
 
 # The order 12 result is better than the order 10 one, whose local errors are summed, by a factor of 25 in the worst
-# cases and by hundreds in most; its derivatives at the same steps are not. Measured: studies/error_estimates.py.
+# cases and by hundreds in most; its derivatives at the same steps are not. Measured in studies/accuracy/.
 _DIRECTION_GAIN = 0.02
 
 

@@ -10,9 +10,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from kerrcaustics.report.records import StudyRecord
+from kerrcaustics.report.records import StudyRecord, write_text
 from kerrcaustics.report.tables import Table
-from kerrcaustics.study import write_text
 
 # What comes first, and what it is about; the others follow by name.
 _FIRST = {"accuracy": "Error against run time", "stability": "Stability"}

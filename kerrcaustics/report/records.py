@@ -1,13 +1,19 @@
-"""Records of studies, as `kerrcaustics.study.write_record` leaves them: found below a folder, read and checked."""
+"""Records of studies: written with picture and tables beside them, found below a folder, read and checked."""
 
 import json
 import re
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
+from importlib import metadata
+from inspect import cleandoc
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from kerrcaustics.report.machine import machine
 from kerrcaustics.report.tables import Table, read_tables
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _SCHEMA = re.compile(r"kerrcaustics/study/([a-z][a-z0-9_]*)/1")
 _SCHEMA_START = b"kerrcaustics/study/"
@@ -37,6 +43,50 @@ class StudyRecord:
     content: dict[str, Any]
     picture: bytes
     tables: list[Table | str]
+
+
+def write_record(path: Path, name: str, about: str, **content: Any) -> Path:
+    """Write the numbers of a study as JSON, with its schema, the version, the machine and the date; return the path.
+
+    about: the study in its own words, which is the docstring of its main.py. Numbers that are not finite become null.
+    What `kerrcaustics study report` shows of the content: `settings` (a dict), `findings` (sentences), `seconds` (how
+    long it took), and `problems` (rows with engine, group, problem, verdict, faults).
+    """
+    entry = {"schema": f"kerrcaustics/study/{name}/1", "version": metadata.version("kerrcaustics")}
+    entry |= {"date": datetime.now(UTC).isoformat(timespec="seconds"), "machine": machine()}
+    entry |= {"about": cleandoc(about), **content}
+    return write_text(path, json.dumps(_finite(entry), indent=1, allow_nan=False) + "\n")
+
+
+def write_study(folder: Path, name: str, about: str, figure: "Figure", tables: str, **content: Any) -> list[Path]:
+    """Write NAME.json as `write_record` does, NAME.png and NAME.md into a folder; return the three paths.
+
+    The record comes last: where there is one, the study is whole.
+    """
+    from kerrcaustics.draw.files import write_picture
+
+    beside = [write_picture(figure, folder / f"{name}.png"), write_text(folder / f"{name}.md", tables)]
+    return [write_record(folder / f"{name}.json", name, about, **content), *beside]
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a text file that takes its name only when it is complete; return the path."""
+    from kerrcaustics.files import writing
+
+    with writing(path) as file:
+        file.write(text.encode())
+    return path
+
+
+def _finite(value: Any) -> Any:
+    """The same for JSON: plain numbers, and None for those that are not finite."""
+    if isinstance(value, dict):
+        return {key: _finite(v) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    if hasattr(value, "tolist"):
+        return _finite(value.tolist())
+    return None if isinstance(value, float) and not abs(value) < float("inf") else value
 
 
 def find_records(folder: Path) -> list[StudyRecord]:

@@ -1,4 +1,4 @@
-"""Tables read back from Markdown, as `kerrcaustics.study.markdown_table` and the studies write it."""
+"""Tables of studies: written as Markdown and for a terminal, and read back from Markdown."""
 
 import re
 from collections.abc import Iterator
@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 _BOLD = re.compile(r"\*\*(.+)\*\*")
 _COMMENT = re.compile(r"<!--\s*(.+?)\s*-->")
+# Heads of columns that hold words.
+_WORDS = ("engine", "verdict")
 
 
 @dataclass(frozen=True)
@@ -16,6 +18,25 @@ class Table:
     rows: list[list[str]]
     to_right: list[bool]
     caption: str = ""
+
+
+def markdown_table(heads: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table: first column to the left, the others to the right."""
+    lines = [heads, ["---", *["---:"] * (len(heads) - 1)], *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def text_table(heads: list[str], rows: list[list[str]]) -> str:
+    """The same table for a terminal; words to the left, too."""
+    widths = [max(len(line[i]) for line in [heads, *rows]) for i in range(len(heads))]
+    lines = [
+        [
+            text.ljust(w) if i == 0 or heads[i] in _WORDS else text.rjust(w)
+            for i, (text, w) in enumerate(zip(line, widths, strict=True))
+        ]
+        for line in [heads, *rows]
+    ]
+    return "".join("  ".join(line).rstrip() + "\n" for line in lines)
 
 
 def read_tables(text: str) -> list[Table | str]:

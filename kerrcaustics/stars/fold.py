@@ -1,7 +1,10 @@
-"""The sky map next to a critical curve, to second order: where the images of a star close to the caustic lie."""
+"""The sky map next to a critical curve, to second order: where the images of a star close to the caustic lie.
+
+On a line of sky_lines.py that leaves the caustic at c, n' moves along the caustic's tangent T, and bends off along its
+normal N: n' = c + a s T + e s^2 N for a step s in depth. A star's images lie on the lines where it fits this.
+"""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -22,63 +25,53 @@ _ERRORS = 20.0
 _PLACES = np.array([-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0])
 
 
-@dataclass(frozen=True, eq=False)
-class Fold:
-    """First and second derivatives of n' across a critical curve, along the lines of sky_lines.py.
+def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) -> CubicSpline:
+    """First and second derivatives (6,) of n' by depth along a critical curve, as a function of turn.
 
-    On a line that leaves the caustic at c, n' moves along the caustic's tangent T, and bends off along its normal N:
-    n' = c + a s T + e s^2 N for a step s in depth. A star's images lie on the lines where it fits this.
+    Parameters: mapped (turn, depth) gives n'; points: of the curve.
     """
+    outer = mapped(points.turn, np.maximum(points.depth - _STEP, 0))
+    inner = mapped(points.turn, points.depth + _STEP)
+    first, second = (inner - outer) / (2 * _STEP), (inner + outer - 2 * points.direction) / _STEP**2
+    derivatives = np.concatenate([first, second], axis=1)
+    turn = np.append(points.turn, points.turn[0] + 2 * np.pi)
+    return CubicSpline(turn, np.concatenate([derivatives, derivatives[:1]]), bc_type="periodic")
 
-    derivatives: CubicSpline
 
-    @classmethod
-    def of(cls, mapped: Callable[[Array, Array], Array], points: Points) -> "Fold":
-        """The fold along the points of a critical curve; mapped (turn, depth) gives n'."""
-        outer, inner = (
-            mapped(points.turn, np.maximum(points.depth - _STEP, 0)),
-            mapped(points.turn, points.depth + _STEP),
-        )
-        first, second = (inner - outer) / (2 * _STEP), (inner + outer - 2 * points.direction) / _STEP**2
-        derivatives = np.concatenate([first, second], axis=1)
-        turn = np.append(points.turn, points.turn[0] + 2 * np.pi)
-        return cls(CubicSpline(turn, np.concatenate([derivatives, derivatives[:1]]), bc_type="periodic"))
+def fold_guesses(
+    derivatives: CubicSpline, points: Points, star: Array, winding: Winding
+) -> tuple[Array, Array, Array, Array]:
+    """Which of the stars (n, 3), turn and depth on the critical curve, and the step in depth to an image of it.
 
-    def guesses(self, points: Points, star: Array, winding: Winding) -> tuple[Array, Array, Array, Array]:
-        """Which of the stars (n, 3), turn and depth on the curve, and the step in depth to an image of it.
+    Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
+    """
+    close = np.unique(winding.star)
+    far = np.setdiff1d(np.arange(len(star)), close)
+    groups = [(far[i : i + _ROWS], points) for i in range(0, len(far), _ROWS)]
+    for i in close:
+        merged = points.joined(winding.points[winding.star == i])
+        groups.append((np.array([i]), merged[np.argsort(merged.turn, kind="stable")]))
+    parts = [(which, *_guesses(derivatives(known.turn), known, star[which])) for which, known in groups]
+    found = [(which[row], *values) for which, row, *values in parts]
+    return tuple(np.concatenate(values) for values in zip(*found, strict=True))
 
-        points: of the curve; winding: of its caustic round the stars, which knows more points close to some of them.
-        """
-        close = np.unique(winding.star)
-        far = np.setdiff1d(np.arange(len(star)), close)
-        groups = [(far[i : i + _ROWS], points) for i in range(0, len(far), _ROWS)]
-        for i in close:
-            merged = points.joined(winding.points[winding.star == i])
-            groups.append((np.array([i]), merged[np.argsort(merged.turn, kind="stable")]))
-        parts = [(which, *self._guesses(known, star[which])) for which, known in groups if len(which)]
-        if not parts:
-            return np.empty(0, int), *(np.empty(0) for _ in range(3))
-        found = [(which[row], *values) for which, row, *values in parts]
-        return tuple(np.concatenate(values) for values in zip(*found, strict=True))
 
-    def _guesses(self, points: Points, star: Array) -> tuple[Array, Array, Array, Array]:
-        """As `guesses`, with points as close to each other as the stars are to the caustic."""
-        derivatives = self.derivatives(points.turn)
-        sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
-        tangent = points.major * sign[:, None]
-        normal = np.cross(points.direction, tangent)
-        speed = np.einsum("ij,ij->i", tangent, derivatives[:, :3])
-        bend = np.einsum("ij,ij->i", normal, derivatives[:, 3:]) / 2
-        away = star[:, None] - points.direction
-        step = np.einsum("nij,ij->ni", away, tangent) / speed
-        miss = np.einsum("nij,ij->ni", away, normal) - bend * step**2
-        near = (np.einsum("nij,ij->ni", away, points.direction) > -1) & (np.abs(step) < _LONGEST)
-        parts = []
-        for which, turn, around in (_roots(points, miss, near), _touching(points, miss, near)):
-            values = (points.depth[around], step[which[:, None], around])
-            depth, steps = (_interpolated(points, around, value, turn) for value in values)
-            parts.append((which, turn, depth, steps))
-        return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
+def _guesses(derivatives: Array, points: Points, star: Array) -> tuple[Array, Array, Array, Array]:
+    """As `fold_guesses`, with points as close to each other as the stars are to the caustic."""
+    sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
+    tangent = points.major * sign[:, None]
+    normal = np.cross(points.direction, tangent)
+    speed = np.einsum("ij,ij->i", tangent, derivatives[:, :3])
+    bend = np.einsum("ij,ij->i", normal, derivatives[:, 3:]) / 2
+    away = star[:, None] - points.direction
+    step = np.einsum("nij,ij->ni", away, tangent) / speed
+    miss = np.einsum("nij,ij->ni", away, normal) - bend * step**2
+    near = (np.einsum("nij,ij->ni", away, points.direction) > -1) & (np.abs(step) < _LONGEST)
+    parts = []
+    for which, turn, around in (_roots(points, miss, near), _touching(points, miss, near)):
+        values = (points.depth[around], step[which[:, None], around])
+        parts.append((which, turn, *(_interpolated(points, around, value, turn) for value in values)))
+    return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
 
 def _roots(points: Points, miss: Array, near: Array) -> tuple[Array, Array, Array]:

@@ -118,8 +118,8 @@ def _linked(last: tuple[Sheets, Camera, StarImages], this: tuple[Sheets, Camera,
     link, sure = np.full(len(images_1), -1), np.zeros(len(images_1), bool)
     star = np.tile(from_angles(*images_1.star), (len(images_0), 1))
     guess = chart_1.sky(images_0.index, place_0)
-    roots = find_roots(sheets_1.camera, star, images_0.index, guess, _FEW_STEPS)
-    for start, sky in zip(roots.start.tolist(), roots.sky, strict=True):
+    which, found, _ = find_roots(sheets_1.camera, star, images_0.index, guess, _FEW_STEPS)
+    for start, sky in zip(which.tolist(), found, strict=True):
         away = np.where(images_1.index == images_0.index[start], angle_between(sky_1, sky), math.inf)
         if len(away) and away.min() < _SAME:
             hit = int(np.argmin(away))

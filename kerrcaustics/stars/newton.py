@@ -1,7 +1,5 @@
 """Newton's method on the sky map, for many stars at once, without leaving the sheet that each search is on."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from kerrcaustics.beams.beam import Beams
@@ -20,28 +18,17 @@ _SHORTEST_PART = 1e-4
 _ERRORS, _MOST_ERRORS = 2.0, 10.0
 
 
-@dataclass(frozen=True)
-class SkyRoots:
-    """Images found, one entry each.
-
-    start: which search it came from; sky (n, 3); residual: angle between n' and the star; error: position on the sky,
-    radians.
-    """
-
-    start: Array
-    sky: Array
-    residual: Array
-    error: Array
-
-
-def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps: int = _MOST_STEPS) -> SkyRoots:
+def find_roots(
+    camera: Camera, star: Array, index: Array, sky: Array, most_steps: int = _MOST_STEPS
+) -> tuple[Array, Array, Array]:
     """Directions on the sky that show the stars (n, 3), from first guesses sky (n, 3).
 
     A search stays where the Morse index is `index` (n,): a step that would leave, or that brings n' no closer to the
     star, is shortened. Searches for images that do not exist come to rest on a critical curve and are left out, as are
     those that take more than `most_steps`.
 
-    Errors: `SkyRoots.error`, that of n' and the residual divided by the smaller diameter of the beam.
+    Returns: which searches found an image (m,), its direction (m, 3), and the error of that in radians (m,): the error
+    of n' and what is left of the way to the star, divided by the smaller diameter of the beam.
     """
     n = len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
@@ -71,7 +58,7 @@ def find_roots(camera: Camera, star: Array, index: Array, sky: Array, most_steps
         taken = part[active] * np.minimum(1, _LONGEST / np.maximum(length, _LONGEST))
         trial = _moved(sky[active], step[active] * taken[:, None])
     which = np.flatnonzero(found)
-    return SkyRoots(which, sky[which], residual[which], error[which])
+    return which, sky[which], error[which]
 
 
 def _newton_step(star: Array, sky: Array, beams: Beams) -> tuple[Array, Array]:

@@ -120,8 +120,7 @@ def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Candidat
         found = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
         sky, error = found.sky[found.index == index], np.empty(0)
         for place in path[1:]:
-            roots = find_roots(sheets.camera, np.tile(place, (len(sky), 1)), np.full(len(sky), index), sky)
-            sky, error = roots.sky, roots.error
+            _, sky, error = find_roots(sheets.camera, np.tile(place, (len(sky), 1)), np.full(len(sky), index), sky)
         images = images.joined(Candidates(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
         if len(images.star) >= count:
             break
@@ -129,8 +128,8 @@ def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Candidat
 
 
 def _images(sheets: Sheets, star: Array, starts: Starts) -> Candidates:
-    roots = find_roots(sheets.camera, star[starts.star], starts.sheet, starts.sky)
-    return _distinct(Candidates(starts.star[roots.start], starts.sheet[roots.start], roots.sky, roots.error))
+    which, sky, error = find_roots(sheets.camera, star[starts.star], starts.sheet, starts.sky)
+    return _distinct(Candidates(starts.star[which], starts.sheet[which], sky, error))
 
 
 def _distinct(images: Candidates) -> Candidates:

@@ -22,7 +22,7 @@ from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.spacetime.camera import Camera, Frame, sky_from_looking
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
-from kerrcaustics.stars.fold import Fold
+from kerrcaustics.stars.fold import fold_derivatives, fold_guesses
 from kerrcaustics.stars.winding import CausticPolygon, Winding, degree
 
 Array = np.ndarray
@@ -130,7 +130,7 @@ class Sheets:
 
     curves: CriticalCurves
     polygons: tuple[CausticPolygon, ...]
-    folds: tuple[Fold, ...]
+    folds: tuple[CubicSpline, ...]
     sheets: tuple[Sheet, ...]
     cells: _Cells
     circles: tuple[_Circles, ...]
@@ -179,7 +179,7 @@ class Sheets:
         """Guesses for images of stars (n, 3) next to critical curves, on both sides of each."""
         parts = []
         for order, (polygon, fold, winding) in enumerate(zip(self.polygons, self.folds, windings, strict=True), 1):
-            which, turn, depth, step = fold.guesses(polygon.curve.points, star, winding)
+            which, turn, depth, step = fold_guesses(fold, polygon.curve.points, star, winding)
             index = np.where(step < 0, order - 1, order)
             known = (index < len(self.sheets)) & (depth + step > 0)
             looking = sky_lines.looking(self.camera, turn[known], (depth + step)[known])
@@ -217,7 +217,7 @@ def _sheets_at_rest(camera: Camera, max_index: int) -> Sheets:
     return Sheets(
         curves=curves,
         polygons=polygons,
-        folds=tuple(Fold.of(mapped, curve.points) for curve in curves),
+        folds=tuple(fold_derivatives(mapped, curve.points) for curve in curves),
         sheets=sheets,
         cells=cells,
         circles=tuple(_circles(cells.corners)),

@@ -192,10 +192,11 @@ class StarTracks:
         chosen = links[link]
         part = (chosen.parameter(azimuth) - chosen.p_0) / (chosen.p_1 - chosen.p_0)
         start = branches.chart.sky(chosen.index, self._cubics[link].at(part))
-        roots = find_roots(branches.sheets.camera, branches.circle.place(azimuth), chosen.index, start, _FEW_STEPS)
-        moment, index = moment[roots.start], chosen.index[roots.start]
-        order = np.lexsort((roots.sky[:, 0], index, moment))
-        return moment[order], index[order], roots.sky[order], roots.error[order]
+        place = branches.circle.place(azimuth)
+        which, sky, error = find_roots(branches.sheets.camera, place, chosen.index, start, _FEW_STEPS)
+        moment, index = moment[which], chosen.index[which]
+        order = np.lexsort((sky[:, 0], index, moment))
+        return moment[order], index[order], sky[order], error[order]
 
 
 def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:

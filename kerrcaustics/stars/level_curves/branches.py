@@ -198,14 +198,13 @@ class Branches:
         ahead = rate * trial.rate(trial.p_0)[:, None] * way
         longitude = trial.longitude(trial.p_1)
         guess = self.chart.sky(index, place + ahead)
-        roots = find_roots(self.sheets.camera, self.circle.place(longitude), index, guess, _FEW_STEPS)
-        which = roots.start
-        images = self._images(longitude[which], index[which], roots.sky, roots.error)
+        which, sky, error = find_roots(self.sheets.camera, self.circle.place(longitude), index, guess, _FEW_STEPS)
+        images = self._images(longitude[which], index[which], sky, error)
         rate = self.chart.rate(index[which], images.sky, images.drift)
         behind = rate * (trial.rate(trial.p_1)[:, None] * way)[which]
         step = apart(index[which], place[which], self.chart.place(index[which], images.sky))
         good = plain_cost(step, ahead[which], behind) < DOUBT
-        new = self._added(*(v[good] for v in (longitude[which], index[which], roots.sky, roots.error)))
+        new = self._added(*(v[good] for v in (longitude[which], index[which], sky, error)))
         return which[good], new
 
     def _record(self, steps: Links, new: Array) -> None:
@@ -248,11 +247,11 @@ class Branches:
         p = links.p_0 + part * (links.p_1 - links.p_0)
         longitude = links.longitude(p)
         start = self.chart.sky(links.index, self.cubics(links).at(part))
-        roots = find_roots(self.sheets.camera, self.circle.place(longitude), links.index, start, steps)
-        divided = (parts > 1) & (np.bincount(which[roots.start], minlength=len(parts)) == parts - 1)
-        chosen = divided[which[roots.start]]
-        kept = roots.start[chosen]
-        new = self._added(longitude[kept], links.index[kept], roots.sky[chosen], roots.error[chosen])
+        found, sky, error = find_roots(self.sheets.camera, self.circle.place(longitude), links.index, start, steps)
+        divided = (parts > 1) & (np.bincount(which[found], minlength=len(parts)) == parts - 1)
+        chosen = divided[which[found]]
+        kept = found[chosen]
+        new = self._added(longitude[kept], links.index[kept], sky[chosen], error[chosen])
         old, olds = self.links[divided], np.flatnonzero(divided)
         # In the order of the link, then along it: every piece begins where the one before ends.
         first = np.lexsort((np.append(old.p_0, p[kept]), np.append(olds, which[kept])))

@@ -1,0 +1,72 @@
+"""The machine that a study runs on: what it is, one core of it alone, and the time that work takes there."""
+
+import os
+import platform
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+# Work that takes less than this many seconds is repeated within one timing.
+_SHORTEST_TIMING = 0.05
+# Once repeats have taken this long in all, there are no more of them.
+_LONGEST_TIMING = 2.0
+
+
+def machine() -> dict[str, Any]:
+    """What the numbers were computed on: processor, cores, versions, device."""
+    import jax
+    import numpy as np
+
+    device = jax.devices()[0]
+    return {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "jax": jax.__version__,
+        "device": f"{device.platform}: {device.device_kind}",
+    }
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Work within is done on one core, where the system can say so."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    allowed = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(allowed)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, allowed)
+
+
+def core_seconds(work: Callable[[], object], repeats: int = 3) -> float:
+    """Processor time of one call in seconds, of all cores together: the least of several, after one to compile."""
+    work()
+    best, calls, total = float("inf"), 1, 0.0
+    for _ in range(repeats):
+        if total > _LONGEST_TIMING:
+            break
+        while True:
+            began = time.process_time()
+            for _ in range(calls):
+                work()
+            spent = time.process_time() - began
+            if spent > _SHORTEST_TIMING:
+                break
+            calls *= 2
+        best, total = min(best, spent / calls), total + spent
+    return best
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())

@@ -1,0 +1,1 @@
+"""The studies: each a folder with a main.py; see README.md."""

@@ -1,0 +1,97 @@
+"""What does leaving things out save? Microseconds on one core of rays, beams, and what can be had with them.
+
+    kerrcaustics study cost
+
+For each engine, rays of the whole sky of one camera at the default tolerance, captured directions not counted; each
+line asks for one thing more than the line before. Writes cost.json, cost.png and cost.md.
+"""
+
+import time
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+import kerrcaustics as kc
+from kerrcaustics.draw.style import PALETTE, RC, SMALLEST_TEXT
+from kerrcaustics.report.machine import core_seconds, one_core
+from kerrcaustics.report.records import write_study
+from kerrcaustics.report.tables import markdown_table, text_table
+
+from ..directions import whole_sky
+
+CAMERA = kc.Camera(0.999, 6.03)
+_NOTHING = {"index": False, "crossings": False, "redshift": False}
+# (name, beams or rays, options): each with one thing more than the one before.
+SCENES = (
+    ("rays", False, {}),
+    ("beams", True, _NOTHING),
+    ("+ index", True, _NOTHING | {"index": True}),
+    ("+ crossings", True, _NOTHING | {"index": True, "crossings": True}),
+    ("+ redshift", True, {}),
+    ("+ time", True, {"time": True}),
+)
+ENGINES = {"closed-form": PALETTE[1], "integrated": PALETTE[0]}
+
+
+def measured(sky: np.ndarray, engine: str, repeats: int, scenes: tuple) -> list[float]:
+    """Microseconds a ray of each scene."""
+    found = []
+    for _, beams, options in scenes:
+        trace = kc.trace_beams if beams else kc.trace_rays
+        found.append(1e6 * core_seconds(lambda t=trace, o=options: t(CAMERA, sky, engine, **o), repeats) / len(sky))
+    return found
+
+
+def draw(found: dict[str, list[float]], names: list[str]) -> Figure:
+    """Bars of microseconds, a group for each scene."""
+    with rc_context(RC):
+        figure = Figure(figsize=(4.6, 2.6), layout="constrained")
+        ax = figure.subplots()
+        for k, (engine, times) in enumerate(found.items()):
+            for i, time in enumerate(times):
+                place = i + 0.38 * (k - 0.5)
+                ax.bar(place, time, 0.36, color=ENGINES[engine])
+                label = {"ha": "center", "fontsize": SMALLEST_TEXT, "textcoords": "offset points"}
+                ax.annotate(f"{time:.1f}", (place, time), (0, 2), **label)
+            name = "closed form" if engine == "closed-form" else engine
+            ax.annotate(name, (0.02, 0.95 - 0.09 * k), xycoords="axes fraction", color=ENGINES[engine], va="top")
+        ax.set_xticks(range(len(names)), names)
+        ax.set_ylabel("time on one core (µs)")
+        ax.margins(y=0.12)
+        ax.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def findings(found: dict[str, list[float]], names: list[str]) -> list[str]:
+    """What was found, a sentence for each engine."""
+    return [
+        f"{engine}: {times[0]:.1f} µs for {names[0]} alone, {times[-1]:.1f} µs for beams with all that was asked for."
+        for engine, times in found.items()
+    ]
+
+
+def main(output: Path, directions: int = 24576, repeats: int = 5, scenes: tuple = SCENES) -> list[Path]:
+    """Measure, write cost.json, .png and .md into a folder, and return their paths."""
+    began = time.perf_counter()
+    # From the first ray on: threads that start later stay on that core too.
+    with one_core():
+        sky = whole_sky(CAMERA, directions, np.random.default_rng(2015))
+        found = {engine: measured(sky, engine, repeats, scenes) for engine in ENGINES}
+    names = [name for name, _, _ in scenes]
+    heads = ["asked for", *(f"{engine}, µs" for engine in found)]
+    rows = [[n, *(f"{t:.1f}" for t in times)] for n, *times in zip(names, *found.values(), strict=True)]
+    print(text_table(heads, rows))
+    settings = {"spin": CAMERA.spin, "radius": CAMERA.radius, "directions": directions, "scenes": names}
+    return write_study(
+        output,
+        "cost",
+        __doc__,
+        draw(found, names),
+        markdown_table(heads, rows),
+        settings=settings,
+        findings=findings(found, names),
+        microseconds=found,
+        seconds=time.perf_counter() - began,
+    )

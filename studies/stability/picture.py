@@ -1,0 +1,63 @@
+"""The picture of stability.py: how wrong the worst ray of each problem is, and how much worse than it says."""
+
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
+
+from kerrcaustics.draw.style import GUIDE_COLOUR, PAGE_WIDTH, PALETTE, RC, SMALLEST_TEXT
+
+from .checks import HONEST
+
+# Fails stand out by shape, too. Marks beyond the panel are put on its edge.
+_MARKS = {
+    "ok": {"color": PALETTE[2], "marker": "o", "markersize": 3.5},
+    "honest": {"color": PALETTE[0], "marker": "o", "markersize": 3.5, "markerfacecolor": "white"},
+    "FAIL": {"color": PALETTE[1], "marker": "X", "markersize": 6.5},
+}
+_LEAST_ERROR, _LEAST_RATIO, _MOST_RATIO = 1e-17, 1e-4, 2e3
+_ALARM = "#fbeee6"
+
+
+def picture(rows: list[dict[str, Any]]) -> Figure:
+    """Ratio of true to reported error against true error, a panel for each engine and a mark for each problem."""
+    engines = list(dict.fromkeys(row["engine"] for row in rows))
+    with rc_context(RC):
+        figure = Figure(figsize=(PAGE_WIDTH, 2.9), layout="constrained")
+        panels = figure.subplots(1, len(engines), sharex=True, sharey=True, squeeze=False)[0]
+        for ax, engine in zip(panels, engines, strict=True):
+            _draw_engine(ax, [row for row in rows if row["engine"] == engine])
+            ax.set_title(engine.replace("-", " "))
+        panels[0].set_ylabel("true / reported error, largest")
+        figure.supxlabel("true error of n′, largest of the problem (rad)", fontsize=RC["axes.labelsize"])
+        marks = [Line2D([], [], linestyle="none", **mark) for mark in _MARKS.values()]
+        # Most of the room is there.
+        panels[-1].legend(marks, list(_MARKS), loc="lower right")
+    return figure
+
+
+def _draw_engine(ax: Axes, rows: list[dict[str, Any]]) -> None:
+    ax.set(xscale="log", yscale="log", xlim=(3e-18, 20), ylim=(_LEAST_RATIO / 2, _MOST_RATIO))
+    ax.axhspan(HONEST, _MOST_RATIO, color=_ALARM, zorder=0)
+    ax.axhline(1, color=GUIDE_COLOUR, linewidth=0.8, zorder=1)
+    ax.annotate(
+        f"more than {HONEST:g} times what is reported",
+        (0.03, 0.97),
+        xycoords="axes fraction",
+        va="top",
+        fontsize=SMALLEST_TEXT,
+        color="#777777",
+    )
+    for verdict, mark in _MARKS.items():
+        here = [row for row in rows if row["verdict"] == verdict and row["truths"]]
+        if not here:
+            continue
+        errors = [max(row["error"], _LEAST_ERROR) for row in here]
+        ratios = [min(max(HONEST * row["ratio"], _LEAST_RATIO), _MOST_RATIO) for row in here]
+        ax.plot(errors, ratios, linestyle="none", zorder=2, clip_on=False, **mark)
+    ax.set(xticks=[1e-16, 1e-12, 1e-8, 1e-4, 1], yticks=[1e-4, 1e-2, 1, 1e2])
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_minor_locator(NullLocator())
