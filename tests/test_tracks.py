@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.spacetime.camera import orbital_velocity
 from kerrcaustics.spacetime.sphere import polar_angle
-from kerrcaustics.stars.events import orbital_velocity
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import meetings
 from kerrcaustics.stars.sheets import sheets_of

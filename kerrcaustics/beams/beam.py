@@ -5,6 +5,7 @@ from enum import IntEnum
 import numpy as np
 
 from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.spacetime.sphere import tangent_basis
 
 
 class Status(IntEnum):
@@ -153,6 +154,15 @@ class Beams(Rays):
     def parity(self) -> np.ndarray:
         """Sign of det J (...,)."""
         return np.sign(self.determinant)
+
+    def pulled_back(self, sky: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+        """Tangents (n, 3) of the camera sky at sky (n, 3) that the beams take to displacements (n, 2) at their ends."""
+        (a, b), (c, d) = np.moveaxis(self.jacobian, 0, -1)
+        first, second = displacement.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u, v = np.stack([d * first - b * second, a * second - c * first]) / (a * d - b * c)
+        e_1, e_2 = tangent_basis(sky)
+        return u[:, None] * e_1 + v[:, None] * e_2
 
     def _rotations(self) -> tuple[np.ndarray, np.ndarray]:
         """J as z -> even z + odd conj(z): a circle becomes an ellipse of semi-axes |even| +- |odd|."""

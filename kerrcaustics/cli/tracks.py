@@ -84,7 +84,7 @@ def _write_film(found: "StarTracks", path: Path) -> None:
 
 def _check_orbit(camera: "Camera") -> None:
     """Refuse a camera that stands still, before any work is done."""
-    from kerrcaustics.stars.events import orbital_velocity
+    from kerrcaustics.spacetime.camera import orbital_velocity
 
     try:
         orbital_velocity(camera)

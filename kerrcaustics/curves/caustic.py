@@ -2,17 +2,19 @@
 
 import math
 import time
+from collections.abc import Callable
 from importlib.metadata import version
 
 import numpy as np
 
-from kerrcaustics.curves.critical_curves import CriticalCurve, Progress, critical_curves, steps
+from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.results.declared import Items, derived, quantity, result
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
 
 HIGHEST_ORDER = 10
+Progress = Callable[[str, float], None]
 
 
 @result("cusp/1", record="celestial error sky")
@@ -135,7 +137,8 @@ def caustics(
     check_orders(orders)
     began = time.perf_counter()
     report = progress or (lambda _what, _part: None)
-    curves = critical_curves(camera, int(orders), engine, tolerance, report)
+    report("critical curves found", 0.1)
+    curves = critical_curves(camera, int(orders), engine, tolerance)
     report("cusps and extremes refined", 0.8)
     search = curves.search()
     features = find_features(search, curves)

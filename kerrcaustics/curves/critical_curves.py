@@ -4,8 +4,8 @@ All that asks for the curves of one event shares them: caustics, sheets of star 
 once, kept, and never change.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -15,8 +15,6 @@ from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_points import Points, Search
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import angle_between
-
-Progress = Callable[[str, float], None]
 
 _LINES = 64
 _CROWDING = 0.9
@@ -108,45 +106,21 @@ class CriticalCurves:
         return next((k - 1 for k in range(1, self.orders + 1) if k not in closed), self.orders)
 
 
-@dataclass(frozen=True)
-class _Request:
-    """What critical curves depend on, and whom to tell of the progress."""
-
-    camera: Camera
-    orders: int
-    engine: str
-    tolerance: float
-    progress: Progress | None = field(compare=False)
-
-
-def critical_curves(
-    camera: Camera,
-    orders: int,
-    engine: str = "auto",
-    tolerance: float = 1e-12,
-    progress: Progress | None = None,
-) -> CriticalCurves:
+def critical_curves(camera: Camera, orders: int, engine: str = "auto", tolerance: float = 1e-12) -> CriticalCurves:
     """Critical curves of order 1 .. orders of a camera at some event, as far as they can be found; kept for the next.
 
     Parameters as for `caustics`. The camera's velocity does not matter.
     """
     check_request(camera, engine, tolerance)
-    return _found(_Request(camera.at_rest(), orders, engine, tolerance, progress))
+    return _found(camera.at_rest(), orders, engine, tolerance)
 
 
 @lru_cache(maxsize=8)
-def _found(request: _Request) -> CriticalCurves:
-    search = Search(request.camera, request.engine, request.tolerance)
-    curves = _followed(search, request.orders, request.progress or (lambda _what, _part: None))
-    return CriticalCurves(
-        camera=search.camera,
-        engine=request.engine,
-        tolerance=request.tolerance,
-        orders=request.orders,
-        curves=tuple(curves),
-        beams=search.beams_traced,
-        engines=frozenset(search.engines_used),
-    )
+def _found(camera: Camera, orders: int, engine: str, tolerance: float) -> CriticalCurves:
+    search = Search(camera, engine, tolerance)
+    curves = tuple(_followed(search, orders))
+    used = frozenset(search.engines_used)
+    return CriticalCurves(search.camera, engine, tolerance, orders, curves, search.beams_traced, used)
 
 
 def forget() -> None:
@@ -154,7 +128,7 @@ def forget() -> None:
     _found.cache_clear()
 
 
-def _followed(search: Search, orders: int, progress: Progress) -> list[CriticalCurve]:
+def _followed(search: Search, orders: int) -> list[CriticalCurve]:
     """The curves that can be found.
 
     On the equator half of each curve is computed and the other half is its mirror image.
@@ -163,7 +137,6 @@ def _followed(search: Search, orders: int, progress: Progress) -> list[CriticalC
     line = np.linspace(0, np.pi, _LINES // 2 + 1) if half else np.linspace(0, 2 * np.pi, _LINES, endpoint=False)
     # The prograde side of a fast hole, where the caustics wind, asks for more lines.
     turn = line - _CROWDING * search.camera.spin**4 * np.sin(line)
-    progress("critical curves found", 0.1)
     low, high, remarks = search.brackets(turn, orders)
     order = np.repeat(np.arange(1, orders + 1), len(turn))
     start = np.isfinite(low.ravel())
@@ -172,7 +145,7 @@ def _followed(search: Search, orders: int, progress: Progress) -> list[CriticalC
     order = order[start][found]
     curves = {k: points[order == k] for k in range(1, orders + 1) if (order == k).any()}
     empty = {k: len(turn) - len(curve) for k, curve in curves.items()}
-    sampled = _sample(search, curves, half, progress)
+    sampled = _sample(search, curves, half)
     found_curves = []
     for k, curve in curves.items():
         # A curve that does not separate the two indices is not the one it is taken for: its order counts as missing.
@@ -224,12 +197,11 @@ def between(search: Search, curves: dict[int, Points], turns: dict[int, np.ndarr
     return new_points
 
 
-def _sample(search: Search, curves: dict[int, Points], half: bool, progress: Progress) -> dict[int, list[str]]:
+def _sample(search: Search, curves: dict[int, Points], half: bool) -> dict[int, list[str]]:
     """Halve steps that are too long, in place, all curves at once; returns what stayed coarse, in words, by order."""
     missed = {k: np.empty(0) for k in curves}
     wanted: dict[int, np.ndarray] = {}
     for halving in range(_MOST_HALVINGS + 1):
-        progress("curves sampled", 0.15 + 0.6 * halving / _MOST_HALVINGS)
         wanted = {k: np.setdiff1d(_middles(curve, half), missed[k]) for k, curve in curves.items() if len(curve) > 3}
         wanted = {k: turn for k, turn in wanted.items() if len(turn)}
         if halving == _MOST_HALVINGS or not any(len(curves[k]) < _MOST_POINTS for k in wanted):

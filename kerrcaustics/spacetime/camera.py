@@ -11,6 +11,8 @@ from kerrcaustics.spacetime import kerr
 
 Velocity = str | tuple[float, float, float]
 
+# A camera that turns slower than this part of its terms stands still.
+_ROUND_OFF = 1e-12
 # Speed above which sums with it are written so that they do not cancel.
 _FAST = 0.5
 # Beyond it the hole is too small on the sky for double precision.
@@ -199,6 +201,23 @@ def check_camera(camera: object) -> None:
     """Refuse what is not a Camera."""
     if not isinstance(camera, Camera):
         raise ValueError(f"Argument `camera` must be a Camera, but is {type(camera).__name__}.")
+
+
+def orbital_velocity(camera: Camera) -> float:
+    """Angular velocity (coordinate azimuth per coordinate time) of a camera that circles the spin axis."""
+    check_camera(camera)
+    v_r, v_theta, v_phi = camera.fido_velocity()
+    frame = camera.frame()
+    scale = frame.cylindrical_scale * frame.sin_theta
+    own = frame.lapse * v_phi / scale if scale > 0 else 0.0
+    angular_velocity = frame.shift + own
+    turns = scale > 0 and abs(angular_velocity) > _ROUND_OFF * (abs(frame.shift) + abs(own))
+    if v_r != 0 or v_theta != 0 or not turns:
+        raise ValueError(
+            "Argument `camera` must orbit the spin axis (a purely azimuthal velocity, and an angular velocity that is "
+            f"not 0), but is {camera}."
+        )
+    return angular_velocity
 
 
 def fido_from_sky(frame: Frame, sky: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:

@@ -53,3 +53,15 @@ def from_angles(theta: Array, phi: Array) -> np.ndarray:
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
     s = np.sin(theta)
     return np.stack([s * np.cos(phi), s * np.sin(phi), np.cos(theta)], axis=-1)
+
+
+def flattened(direction: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Components (n, 2) of vectors (n, 3) along e_theta and e_phi at directions (n, 3)."""
+    return np.stack([np.einsum("ij,ij->i", e, vector) for e in polar_basis(direction)], axis=-1)
+
+
+def moved(direction: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Unit vectors (n, 3) reached from directions (n, 3) along great circles, by tangent steps (n, 3) in radians."""
+    length = np.linalg.norm(step, axis=1, keepdims=True)
+    there = direction * np.cos(length) + step * np.sinc(length / np.pi)
+    return there / np.linalg.norm(there, axis=1, keepdims=True)

@@ -14,7 +14,7 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.camera import Camera, as_seen
 from kerrcaustics.stars.events import PairEvents, in_time, pair_events_of
-from kerrcaustics.stars.images import checked_sheets, checked_stars
+from kerrcaustics.stars.images import checked_place, checked_sheets
 from kerrcaustics.stars.level_curves.branches import Branches
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
@@ -154,11 +154,4 @@ def _checked_normal(normal: ArrayLike | str) -> tuple[float, float]:
         if normal == "galactic plane":
             return GALACTIC_POLE
         raise ValueError(f"Argument `normal` must be (theta', phi') or \"galactic plane\", but is {normal!r}.")
-    try:
-        theta, phi = (float(angle) for angle in np.asarray(normal, float))
-        checked_stars([(theta, phi)])
-    except (TypeError, ValueError):
-        raise ValueError(
-            f"Argument `normal` must be (theta', phi') in radians with theta' in [0, pi], but is {normal!r}."
-        ) from None
-    return theta, phi
+    return checked_place("normal", normal)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from kerrcaustics.results.declared import Items, quantity, result
-from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_looking
+from kerrcaustics.spacetime.camera import Camera, orbital_velocity, sky_from_looking
 from kerrcaustics.stars.images import checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
@@ -14,8 +14,6 @@ from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# A camera that turns slower than this part of its terms is at rest.
-_ROUND_OFF = 1e-12
 
 
 @result("event/1", record="kind order indices star azimuth longitude sky time error at_cusp remarks")
@@ -87,23 +85,6 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
 def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
     """Events in the order of time, or of longitude."""
     return tuple(sorted(events, key=lambda event: event.longitude if event.time is None else event.time))
-
-
-def orbital_velocity(camera: Camera) -> float:
-    """Angular velocity (coordinate azimuth per coordinate time) of a camera that circles the spin axis."""
-    check_camera(camera)
-    v_r, v_theta, v_phi = camera.fido_velocity()
-    frame = camera.frame()
-    scale = frame.cylindrical_scale * frame.sin_theta
-    own = frame.lapse * v_phi / scale if scale > 0 else 0.0
-    angular_velocity = frame.shift + own
-    turns = scale > 0 and abs(angular_velocity) > _ROUND_OFF * (abs(frame.shift) + abs(own))
-    if v_r != 0 or v_theta != 0 or not turns:
-        raise ValueError(
-            "Argument `camera` must orbit the spin axis (a purely azimuthal velocity, and an angular velocity that is "
-            f"not 0), but is {camera}."
-        )
-    return angular_velocity
 
 
 def checked_theta(theta: float) -> float:

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
+from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.stars.images import StarImages, checked_sheets, checked_stars, images_of
-from kerrcaustics.stars.level_curves.chart import Chart, apart
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import Sheets
@@ -91,7 +91,7 @@ def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) 
     for camera, place in zip(cameras, angles, strict=True):
         last, sheets = sheets, checked_sheets(camera, max_index)
         spot = (float(place[0]), float(place[1]))
-        now = images_of(camera, sheets, spot, search(sheets, from_angles(*spot)[None]))
+        now = images_of(camera, sheets, [spot], search(sheets, from_angles(*spot)[None]))[0]
         if last is None:
             link, sure = np.full(len(now), -1), np.zeros(len(now), bool)
             new, gone = np.empty(0, int), np.empty(0, int)
@@ -113,7 +113,7 @@ def _linked(last: tuple[Sheets, Camera, StarImages], this: tuple[Sheets, Camera,
         as_seen(images_0.sky, camera_0.frame(), sheets_0.frame),
         as_seen(images_1.sky, camera_1.frame(), sheets_1.frame),
     )
-    chart_0, chart_1 = Chart(sheets_0), Chart(sheets_1)
+    chart_0, chart_1 = Chart(sheets_0.camera), Chart(sheets_1.camera)
     place_0, place_1 = chart_0.place(images_0.index, sky_0), chart_1.place(images_1.index, sky_1)
     link, sure = np.full(len(images_1), -1), np.zeros(len(images_1), bool)
     star = np.tile(from_angles(*images_1.star), (len(images_0), 1))

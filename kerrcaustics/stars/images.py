@@ -86,32 +86,38 @@ def star_images(camera: Camera, star: tuple[float, float], max_index: int = 2) -
     Counting by the winding of caustics: the sky map between two critical curves has no fold, so the number of images
     there is its degree.
     """
-    place = from_angles(*_checked_star(star))
+    place = checked_place("star", star)
     sheets = checked_sheets(camera, max_index)
-    return images_of(camera, sheets, star, search(sheets, place[None]))
+    return images_of(camera, sheets, [place], search(sheets, from_angles(*place)[None]))[0]
 
 
-def images_of(camera: Camera, sheets: Sheets, star: tuple[float, float], found: Found) -> StarImages:
-    """The images that a search for one star found, as the camera sees them."""
+def images_of(camera: Camera, sheets: Sheets, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
+    """The images that a search for some stars found, star by star, as the camera sees them."""
     sky = as_seen(found.sky, sheets.frame, camera.frame())
     beams = trace_beams(camera, sky, "auto", TOLERANCE)
-    orders = tuple(int(k) + 1 for k in np.flatnonzero(found.touching[0]))
-    return StarImages(
-        star=(float(star[0]), float(star[1])),
-        sky=sky,
-        azimuth=beams.azimuth,
-        index=found.index,
-        parity=1 - 2 * (found.index % 2),
-        magnification=beams.magnification,
-        crossings=np.asarray(beams.crossings),
-        redshift=np.asarray(beams.redshift),
-        error=found.error,
-        per_index={k: int(count) for k, count in enumerate(found.counts[0])},
-        expected={k: int(count) for k, count in enumerate(found.expected[0])},
-        on_caustic=orders,
-        certified=bool(found.certified[0]),
-        remarks=_remarks(found, orders),
-    )
+    images = []
+    for i, star in enumerate(stars):
+        these = np.flatnonzero(found.star == i)
+        orders = tuple(int(k) + 1 for k in np.flatnonzero(found.touching[i]))
+        images.append(
+            StarImages(
+                star=star,
+                sky=sky[these],
+                azimuth=beams.azimuth[these],
+                index=found.index[these],
+                parity=1 - 2 * (found.index[these] % 2),
+                magnification=beams.magnification[these],
+                crossings=np.asarray(beams.crossings)[these],
+                redshift=np.asarray(beams.redshift)[these],
+                error=found.error[these],
+                per_index=dict(enumerate(found.counts[i].tolist())),
+                expected=dict(enumerate(found.expected[i].tolist())),
+                on_caustic=orders,
+                certified=bool(found.certified[i]),
+                remarks=_remarks(found.counts[i], found.expected[i], orders),
+            )
+        )
+    return images
 
 
 def checked_sheets(camera: Camera, max_index: int) -> Sheets:
@@ -135,29 +141,31 @@ def checked_stars(stars: ArrayLike) -> Array:
     return from_angles(angles[:, 0], angles[:, 1])
 
 
-def _checked_star(star: tuple[float, float]) -> tuple[float, float]:
+def checked_place(name: str, place: object) -> tuple[float, float]:
+    """A direction (theta', phi') that the user gave as the argument `name`."""
     try:
-        theta, phi = (float(angle) for angle in star)
+        theta, phi = (float(angle) for angle in np.asarray(place, float))
     except (TypeError, ValueError):
-        raise ValueError(f"Argument `star` must be two numbers (theta', phi') in radians, but is {star!r}.") from None
+        raise ValueError(
+            f"Argument `{name}` must be two numbers (theta', phi') in radians, but is {place!r}."
+        ) from None
     if not (0 <= theta <= math.pi and math.isfinite(phi)):
         raise ValueError(
-            "Argument `star` must have theta' in [0, pi] radians (0 to 180 degrees) and a finite phi', "
-            f"but is {star!r}."
+            f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees) and a finite phi', "
+            f"but is {place!r}."
         )
     return theta, phi
 
 
-def _remarks(found: Found, orders: tuple[int, ...]) -> tuple[str, ...]:
+def _remarks(counts: Array, expected: Array, orders: tuple[int, ...]) -> tuple[str, ...]:
     remarks = [
         f"the star cannot be told from the caustic of order {order}: it may have two images more, or less; move it by "
         "more than its error"
         for order in orders
     ]
-    for k, (count, expected) in enumerate(zip(found.counts[0], found.expected[0], strict=True)):
-        if count != expected:
-            remarks.append(
-                f"index {k}: the search found {count} images, the caustics tell {expected}; move the star or the "
-                "camera a little and compare"
-            )
+    remarks += [
+        f"index {k}: the search found {counts[k]} images, the caustics tell {expected[k]}; move the star or the "
+        "camera a little and compare"
+        for k in np.flatnonzero(counts != expected)
+    ]
     return tuple(remarks)

@@ -11,11 +11,10 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.camera import as_seen
-from kerrcaustics.spacetime.sphere import tangent_basis
+from kerrcaustics.spacetime.sphere import flattened, tangent_basis
 from kerrcaustics.stars.circles import CircleImages
 from kerrcaustics.stars.images import checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
-from kerrcaustics.stars.newton import flattened
 from kerrcaustics.stars.sheets import TOLERANCE, Sheets
 
 Array = np.ndarray

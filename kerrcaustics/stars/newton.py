@@ -5,7 +5,7 @@ import numpy as np
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
+from kerrcaustics.spacetime.sphere import flattened, moved
 from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
@@ -56,7 +56,7 @@ def find_roots(
             break
         length = np.linalg.norm(step[active], axis=1)
         taken = part[active] * np.minimum(1, _LONGEST / np.maximum(length, _LONGEST))
-        trial = _moved(sky[active], step[active] * taken[:, None])
+        trial = moved(sky[active], step[active] * taken[:, None])
     which = np.flatnonzero(found)
     return which, sky[which], error[which]
 
@@ -68,27 +68,4 @@ def _newton_step(star: Array, sky: Array, beams: Beams) -> tuple[Array, Array]:
     flat = flattened(beams.direction, away)
     size = np.linalg.norm(flat, axis=1)
     flat *= (distance / np.where(size == 0, 1, size))[:, None]
-    return pulled_back(sky, beams.jacobian, flat), np.where(np.isfinite(distance), distance, np.inf)
-
-
-def flattened(direction: Array, vector: Array) -> Array:
-    """Components (n, 2) of vectors (n, 3) along e_theta' and e_phi' at directions (n, 3)."""
-    return np.stack([np.einsum("ij,ij->i", e, vector) for e in polar_basis(direction)], axis=-1)
-
-
-def pulled_back(sky: Array, jacobian: Array, flat: Array) -> Array:
-    """Tangents (n, 3) of the sky that the map with a Jacobian (n, 2, 2) takes to displacements (n, 2)."""
-    (a, b), (c, d) = np.moveaxis(jacobian, 0, -1)
-    determinant = a * d - b * c
-    with np.errstate(divide="ignore", invalid="ignore"):
-        u = (d * flat[:, 0] - b * flat[:, 1]) / determinant
-        v = (a * flat[:, 1] - c * flat[:, 0]) / determinant
-    e_1, e_2 = tangent_basis(sky)
-    return u[:, None] * e_1 + v[:, None] * e_2
-
-
-def _moved(sky: Array, step: Array) -> Array:
-    """Points of the sphere reached along great circles."""
-    length = np.linalg.norm(step, axis=1, keepdims=True)
-    moved = sky * np.cos(length) + step * np.sinc(length / np.pi)
-    return moved / np.linalg.norm(moved, axis=1, keepdims=True)
+    return beams.pulled_back(sky, flat), np.where(np.isfinite(distance), distance, np.inf)

@@ -128,8 +128,9 @@ def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Candidat
 
 
 def _images(sheets: Sheets, star: Array, starts: Starts) -> Candidates:
-    which, sky, error = find_roots(sheets.camera, star[starts.star], starts.sheet, starts.sky)
-    return _distinct(Candidates(starts.star[which], starts.sheet[which], sky, error))
+    owner, sheet, guess = starts
+    which, sky, error = find_roots(sheets.camera, star[owner], sheet, guess)
+    return _distinct(Candidates(owner[which], sheet[which], sky, error))
 
 
 def _distinct(images: Candidates) -> Candidates:

@@ -98,13 +98,8 @@ class _Circles:
     radius: float
 
 
-@dataclass(frozen=True)
-class Starts:
-    """Where images may lie, one entry a guess: which star, which sheet, and the direction N on the sky at rest."""
-
-    star: Array
-    sheet: Array
-    sky: Array
+Starts = tuple[Array, Array, Array]
+"""Where images may lie, one entry a guess: which star, which sheet, and the direction N (n, 3) on the sky at rest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +168,7 @@ class Sheets:
         for sheet in self.sheets:
             here = cells.sheet[cell] == sheet.index
             depth[here] = sheet.depth(turn[here], part[here])
-        return Starts(which, cells.sheet[cell], self.sky(sky_lines.looking(self.camera, turn, depth)))
+        return which, cells.sheet[cell], self.sky(sky_lines.looking(self.camera, turn, depth))
 
     def fold_starts(self, star: Array, windings: tuple[Winding, ...]) -> Starts:
         """Guesses for images of stars (n, 3) next to critical curves, on both sides of each."""
@@ -184,7 +179,7 @@ class Sheets:
             known = (index < len(self.sheets)) & (depth + step > 0)
             looking = sky_lines.looking(self.camera, turn[known], (depth + step)[known])
             parts.append((which[known], index[known], self.sky(looking)))
-        return Starts(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+        return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
     def _around(self, star: Array, margin: float) -> tuple[Array, Array]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""

@@ -9,13 +9,12 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.results.declared import quantity, result
-from kerrcaustics.spacetime.camera import Camera, as_seen, looking_from_sky
+from kerrcaustics.spacetime.camera import Camera, as_seen, looking_from_sky, orbital_velocity
 from kerrcaustics.stars.events import (
     PairEvent,
     PairEvents,
     checked_theta,
     in_time,
-    orbital_velocity,
     pair_events_of,
 )
 from kerrcaustics.stars.images import StarImages, checked_sheets, images_of
@@ -23,7 +22,7 @@ from kerrcaustics.stars.level_curves.branches import Branches, Cubics
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.search import search
+from kerrcaustics.stars.search import Candidates, Found, search
 from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
@@ -154,29 +153,24 @@ class StarTracks:
         branches, theta = self._branches, self.theta
         sheets, found = branches.sheets, branches.meetings
         phi = found.gap_low[0] + (phi - found.gap_low[0]) % _TURN
-        moment, index, sky, error = self._interpolated(phi)
-        counts = np.zeros((len(phi), self.max_index + 1), int)
-        np.add.at(counts, (moment, index), 1)
-        gap = np.searchsorted(found.gap_low, phi, side="right") - 1
+        images = Candidates(*self._interpolated(phi))
+        counts = images.counts((len(phi), self.max_index + 1))
+        expected = found.counts[np.searchsorted(found.gap_low, phi, side="right") - 1]
         away = np.abs((phi[:, None] - found.longitude + math.pi) % _TURN - math.pi)
-        good = (counts == found.counts[gap]).all(axis=1) & ~(away <= _ERRORS * found.error).any(axis=1)
-        twice = (moment[1:] == moment[:-1]) & (index[1:] == index[:-1])
-        twice &= np.linalg.norm(sky[1:] - sky[:-1], axis=1) < _SAME
-        good[moment[1:][twice]] = False
-        moving = as_seen(sky, sheets.frame, self.camera.frame())
-        beams = trace_beams(self.camera, moving, "auto", TOLERANCE)
-        images = []
-        for i, angle in enumerate((phi % _TURN).tolist()):
-            if good[i]:
-                images.append(
-                    _star_images((theta, angle), np.flatnonzero(moment == i), moving, beams, index, error, counts[i])
-                )
-            else:
-                star = (theta, angle)
-                images.append(
-                    images_of(self.camera, sheets, star, search(sheets, branches.circle.place(phi[i : i + 1])))
-                )
-        return images
+        good = (counts == expected).all(axis=1) & ~(away <= _ERRORS * found.error).any(axis=1)
+        twice = (images.star[1:] == images.star[:-1]) & (images.index[1:] == images.index[:-1])
+        twice &= np.linalg.norm(images.sky[1:] - images.sky[:-1], axis=1) < _SAME
+        good[images.star[1:][twice]] = False
+        stars = [(theta, angle) for angle in (phi % _TURN).tolist()]
+        told = Found(*images, counts, expected, np.zeros_like(expected, bool))
+        whole = images_of(self.camera, sheets, stars, told)
+        doubtful = np.flatnonzero(~good)
+        if doubtful.size:
+            searched = search(sheets, branches.circle.place(phi[doubtful]))
+            sure = images_of(self.camera, sheets, [stars[i] for i in doubtful], searched)
+            for i, one in zip(doubtful.tolist(), sure, strict=True):
+                whole[i] = one
+        return whole
 
     def _interpolated(self, phi: Array) -> tuple[Array, Array, Array, Array]:
         """Images on the links that span the azimuths: which azimuth, index, direction on the sky at rest, its error."""
@@ -238,28 +232,6 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:
         remarks=remarks,
         _branches=branches,
         _cubics=branches.cubics(branches.links),
-    )
-
-
-def _star_images(
-    star: tuple[float, float], which: Array, sky: Array, beams: Beams, index: Array, error: Array, counts: Array
-) -> StarImages:
-    """Certified images of one star, out of those of many."""
-    per_index = {k: int(count) for k, count in enumerate(counts)}
-    return StarImages(
-        star=star,
-        sky=sky[which],
-        azimuth=beams.azimuth[which],
-        index=index[which],
-        parity=1 - 2 * (index[which] % 2),
-        magnification=beams.magnification[which],
-        crossings=np.asarray(beams.crossings)[which],
-        redshift=np.asarray(beams.redshift)[which],
-        error=error[which],
-        per_index=per_index,
-        expected=per_index,
-        on_caustic=(),
-        certified=True,
     )
 
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.spacetime.camera import Camera, Frame, as_seen
-from kerrcaustics.spacetime.sphere import angle_between
-from kerrcaustics.stars.level_curves.chart import Chart, apart
+from kerrcaustics.spacetime.sphere import angle_between, flattened
 from kerrcaustics.stars.level_curves.circle import Circle
-from kerrcaustics.stars.level_curves.links import DOUBT, Columns, Linker, Links, Nodes, links_of, plain_cost
+from kerrcaustics.stars.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
 from kerrcaustics.stars.level_curves.meetings import meetings
-from kerrcaustics.stars.newton import find_roots, flattened, pulled_back
+from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import TOLERANCE, Sheets
 
@@ -70,7 +70,7 @@ class Branches:
     def __init__(self, sheets: Sheets, camera: Camera, circle: Circle) -> None:
         """Search, link, and halve the links until they look smooth on the sky of `camera`."""
         self.sheets, self.circle, self.meetings = sheets, circle, meetings(sheets, circle)
-        self.chart = Chart(sheets)
+        self.chart = Chart(sheets.camera)
         self.remarks: list[str] = []
         self.nodes = self._events()
         if self.still:
@@ -108,7 +108,7 @@ class Branches:
     def _images(self, longitude: Array, index: Array, sky: Array, error: Array) -> Nodes:
         beams = trace_beams(self.sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
         east = math.sin(self.circle.angle) * self.circle.upward_and_east(beams.direction)[1]
-        drift = pulled_back(sky, beams.jacobian, flattened(beams.direction, east))
+        drift = beams.pulled_back(sky, flattened(beams.direction, east))
         return Nodes(longitude, index, sky, drift, error, np.full(len(sky), -1))
 
     def _searched(self) -> tuple[Array, Array]:
@@ -150,9 +150,7 @@ class Branches:
             tips, p = self._followed(tips, p, low[column % gaps], width[column % gaps], ends[column])
             members = [tips[column == i] for i in range(2 * gaps)]
             longitude = np.tile(low, 2) + np.tile(width, 2) * np.sin(ends / 2) ** 2 if not whole else ends
-            linker = Linker(
-                self.chart, found, self.nodes, Columns(np.tile(np.arange(gaps), 2), ends, longitude, members)
-            )
+            linker = Linker(self.chart, found, self.nodes, members, ends, longitude)
             settled = []
             for i in doubtful.tolist():
                 rows[i], sure = linker.linked(i)

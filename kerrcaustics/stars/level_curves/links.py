@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from kerrcaustics.stars.level_curves.chart import Chart, apart
+from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.stars.level_curves.meetings import Meetings
 
 Array = np.ndarray
@@ -77,19 +77,6 @@ class Links:
         return np.where(self.width == 0, 1.0, self.width * np.sin(p) / 2)
 
 
-@dataclass(frozen=True)
-class Columns:
-    """All images at the two ends of each gap between events: first the lower ends, then the upper ones.
-
-    gap, p, longitude: the gap of each, and its parameter and longitude; members: the nodes.
-    """
-
-    gap: Array
-    p: Array
-    longitude: Array
-    members: list[Array]
-
-
 # Left node, right node, index, low, width, p_0, p_1 of a link.
 _Row = tuple[float, ...]
 
@@ -108,22 +95,28 @@ def plain_cost(step: Array, ahead: Array, behind: Array) -> Array:
 
 
 class Linker:
-    """Links the images on the two sides of each boundary between gaps."""
+    """Links the images on the two sides of each boundary between gaps.
 
-    def __init__(self, chart: Chart, meetings: Meetings, nodes: Nodes, columns: Columns) -> None:
-        """The first nodes are the events."""
-        self._meetings, self._nodes, self._columns = meetings, nodes, columns
+    The columns are all images at the two ends of each gap: first those at the lower ends, then those at the upper ones.
+    """
+
+    def __init__(
+        self, chart: Chart, meetings: Meetings, nodes: Nodes, members: list[Array], p: Array, longitude: Array
+    ) -> None:
+        """The first nodes are the events; members, p, longitude: of each column the nodes, and where it lies."""
+        self._meetings, self._nodes = meetings, nodes
+        self._members, self._p, self._longitude = members, p, longitude
         self._place = chart.place(nodes.index, nodes.sky)
         self._rate = chart.rate(nodes.index, nodes.sky, nodes.drift)
         self._width = meetings.gap_high - meetings.gap_low
 
     def linked(self, boundary: int) -> tuple[list[_Row], bool]:
         """Links over a boundary, whose number is that of the gap above it; and whether they are beyond doubt."""
-        columns, meetings = self._columns, self._meetings
+        meetings = self._meetings
         gaps = len(self._width)
         one, other = gaps + (boundary - 1) % gaps, boundary
         events = np.flatnonzero(meetings.boundary == boundary)
-        start, end = columns.longitude[one], columns.longitude[other]
+        start, end = self._longitude[one], self._longitude[other]
         frame = (0.0, 0.0, start, end + 2 * np.pi * (end <= start))
         arms = [arm for event in events.tolist() for arm in self._arms(event, one, other)]
         rows: list[_Row] = []
@@ -143,7 +136,7 @@ class Linker:
         return rows, settled
 
     def _of(self, column: int, index: int) -> Array:
-        members = self._columns.members[column]
+        members = self._members[column]
         return members[self._nodes.index[members] == index]
 
     def _matched(
@@ -166,17 +159,16 @@ class Linker:
             a, b = int(lefts[i]), int(rights[j])
             beside_event = not (image_left[i] and image_right[j])
             sure &= bool(cost[i, j] < (_EVENT_DOUBT if beside_event else _BOUNDARY_DOUBT))
-            rows.append((a, b, k, *(self._event_frame(a, b, one, other) if beside_event else frame)))
+            rows.append((a, b, k, *(self._event_frame(a, one, other) if beside_event else frame)))
         return rows, sure
 
-    def _event_frame(self, left: int, right: int, one: int, other: int) -> tuple[float, ...]:
+    def _event_frame(self, left: int, one: int, other: int) -> tuple[float, ...]:
         """Where a link to an event lies: in the gap of its image, and reaching to the end of that."""
-        columns, low = self._columns, self._meetings.gap_low
-        if self._nodes.event[left] >= 0:
-            g = columns.gap[other]
-            return float(low[g]), float(self._width[g]), 0.0, float(columns.p[other])
-        g = columns.gap[one]
-        return float(low[g]), float(self._width[g]), float(columns.p[one]), np.pi
+        from_event = self._nodes.event[left] >= 0
+        column = other if from_event else one
+        gap, p = column % len(self._width), float(self._p[column])
+        ends = (0.0, p) if from_event else (p, np.pi)
+        return float(self._meetings.gap_low[gap]), float(self._width[gap]), *ends
 
     def _plain_costs(self, k: int, lefts: Array, rights: Array, frame: tuple[float, ...]) -> Array:
         """How badly (m, n) the rates of images fit the way between them."""
@@ -186,7 +178,7 @@ class Linker:
 
     def _event_cost(self, k: int, image: int, event: int, column: int) -> float:
         """How badly the rate of an image fits the way to an event in sqrt(longitude), or in longitude at a cusp."""
-        gap, p = self._columns.gap[column], self._columns.p[column]
+        gap, p = column % len(self._width), self._p[column]
         place = self._nodes.sky[event] if k == 0 else self._place[event]
         step = apart(np.array(k), self._place[image], place)
         # Toward the nearer end of the gap.

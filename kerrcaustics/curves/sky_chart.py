@@ -9,9 +9,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.curves.sky_lines import DEEPEST
-from kerrcaustics.spacetime.camera import looking_from_sky
+from kerrcaustics.spacetime.camera import Camera, looking_from_sky, sky_from_looking
 from kerrcaustics.spacetime.shadow import edge_photons
-from kerrcaustics.stars.sheets import Sheets
 
 Array = np.ndarray
 
@@ -27,10 +26,10 @@ class Chart:
     great circles through that direction.
     """
 
-    def __init__(self, sheets: Sheets) -> None:
-        """Tabulate the distance of the shadow edge from the direction to the hole."""
-        self._sheets = sheets
-        edge = -edge_photons(sheets.camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
+    def __init__(self, camera: Camera) -> None:
+        """Tabulate the distance of the shadow edge from the direction to the hole; camera: at rest."""
+        self._frame = camera.frame()
+        edge = -edge_photons(camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
         angle = np.arctan2(edge[:, 2], edge[:, 1])
         angle, first = np.unique(angle, return_index=True)
         size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])[first]
@@ -56,7 +55,7 @@ class Chart:
         across = np.sin(distance)
         looking = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
         unit = place / np.maximum(np.linalg.norm(place, axis=1, keepdims=True), 1e-300)
-        return np.where((index == 0)[:, None], unit, self._sheets.sky(looking))
+        return np.where((index == 0)[:, None], unit, sky_from_looking(self._frame, looking))
 
     def rate(self, index: Array, sky: Array, drift: Array) -> Array:
         """Rates (n, 3) of the coordinates of images that drift along tangents (n, 3) of the sky."""
@@ -76,7 +75,7 @@ class Chart:
 
     def _looking(self, sky: Array) -> Array:
         """Vectors (n, 3) of the sky at rest in components along r, theta, phi."""
-        return looking_from_sky(self._sheets.frame, sky)
+        return looking_from_sky(self._frame, sky)
 
 
 def _from_hole(looking: Array) -> Array:
