@@ -23,7 +23,7 @@ app.command(study_app)
 
 @study_app.default
 def study(name: str, /, *, output: Path | None = None) -> None:
-    """Run a study of this checkout (a folder of its folder studies/) and say where its tables and pictures went.
+    """Run a study of this checkout (a folder NAME in its studies/) and say where its tables and pictures went.
 
     `kerrcaustics study report` puts the studies that were run on one page.
 

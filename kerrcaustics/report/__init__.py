@@ -1,1 +1,1 @@
-"""The report: one page of the studies that were run, for whoever must judge how far to trust the numbers."""
+"""What runs of studies leave behind, and the report: one page of them, for whoever must judge how far to trust it."""
