@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import zarr
+from jaxtyping import UInt8
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
 from kerrcaustics.sweeps.quantities import Variable, dimensions, variables
@@ -251,6 +252,6 @@ def _blank(variable: Variable, scene: Scene) -> Array:
     return np.full([len(further[dim]) for dim in variable.dims], fill, variable.dtype)
 
 
-def _coded(text: str) -> Array:
+def _coded(text: str) -> UInt8[Array, "160"]:
     code = text.encode()[:_REASON]
     return np.frombuffer(code.ljust(_REASON, b"\0"), np.uint8)
