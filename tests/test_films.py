@@ -14,7 +14,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.caustic_films import Mapping, caustics_frame
 from kerrcaustics.draw.films import SIZE, Film, frames_folder, write_film
-from kerrcaustics.draw.orbit import Orbit
+from kerrcaustics.draw.orbit_films import Orbit
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.scripts import FILMS
 

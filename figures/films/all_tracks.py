@@ -11,7 +11,7 @@ import math
 
 import kerrcaustics as kc
 from kerrcaustics.draw.films import Film
-from kerrcaustics.draw.orbit import orbit_film
+from kerrcaustics.draw.orbit_films import orbit_film
 
 SPIN, RADIUS, THETA, MAX_INDEX = 0.999, 6.03, 85.0, 3
 

@@ -76,7 +76,7 @@ def _draw(found: "StarTracks", path: Path) -> None:
 def _write_film(found: "StarTracks", path: Path) -> None:
     from kerrcaustics.curves.caustic import caustics
     from kerrcaustics.draw.films import write_film
-    from kerrcaustics.draw.orbit import orbit_film
+    from kerrcaustics.draw.orbit_films import orbit_film
 
     with progress(left=True) as report:
         write_film(path, orbit_film(found, caustics(found.camera, found.max_index + 1)), report)

@@ -1,6 +1,7 @@
 """Films: frames kept until the film is complete, then written as MP4 (H.264) or GIF.
 
 A film that is interrupted goes on where it stopped: each frame is a file of its own beside the film until then.
+What a frame shows is drawn elsewhere: caustics in `caustic_films`, a star over an orbit in `orbit_films`.
 """
 
 import hashlib
@@ -86,14 +87,19 @@ def write_film(path: str | Path, film: Film, progress: Progress = lambda _what, 
     for number in range(film.frames):
         frame = folder / f"{number:06d}.png"
         if not frame.exists():
-            picture = _checked(film.draw(number))
-            with writing(frame) as file:
-                Image.fromarray(picture).save(file, format="PNG", compress_level=1)
+            write_frame(frame, film.draw(number))
         progress(f"frame {number + 1} of {film.frames}", (number + 1) / film.frames)
     with writing(path) as file:
         (_write_gif if path.suffix.lower() == ".gif" else _write_mp4)(file, folder, film)
     shutil.rmtree(folder)
     return path
+
+
+def write_frame(path: Path, picture: Array) -> None:
+    """Write one frame (height, width, 3) of a film, bytes, both lengths even, as a PNG file."""
+    picture = _checked(picture)
+    with writing(path) as file:
+        Image.fromarray(picture).save(file, format="PNG", compress_level=1)
 
 
 def frames_folder(path: Path) -> Path:

@@ -210,7 +210,7 @@ def _caustic_panel(ax: Axes, caustic: Caustic) -> None:
 
 
 def _is_small(caustic: Caustic) -> bool:
-    return max(caustic.theta_extent, caustic.phi_extent) < math.radians(10)
+    return bool(max(caustic.theta_extent, caustic.phi_extent) < math.radians(10))
 
 
 def _panel_width(caustic: Caustic, count: int) -> float:

@@ -45,7 +45,7 @@ def view_axes(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Float[Array, "
 def _encloses_centre(curve: Float[Array, "n 3"], axes: Float[Array, "3 3"]) -> bool:
     """True when a closed curve (n, 3) runs once round the forward axis."""
     angle = position_angle(np.concatenate([curve, curve[:1]]), axes)
-    return abs(np.unwrap(angle, period=360)[-1] - angle[0]) > 180
+    return bool(abs(np.unwrap(angle, period=360)[-1] - angle[0]) > 180)
 
 
 def smoothed(directions: Float[Array, "n 3"]) -> Float[Array, "m 3"]:

@@ -88,10 +88,7 @@ def sweep(
     with store.locked():
         store.clean()
         progress("looking at what is done", 0.0)
-        with ThreadPoolExecutor(cores()) as pool:
-            blocks = store.blocks()
-            finished = pool.map(partial(store.is_done, retry=retry), blocks)
-            missing = [block for block, done in zip(blocks, finished, strict=True) if not done]
+        missing = _missing(store, retry)
         before = done = total - sum(map(len, missing))
         progress(f"{done} of {total} points", done / total)
         if missing:
@@ -100,6 +97,14 @@ def sweep(
                     done += len(block)
                     progress(f"{done} of {total} points", done / total)
         return SweepResult(store.path, total, before, tuple(store.failures()), time.perf_counter() - began)
+
+
+def _missing(store: Store, retry: bool) -> list[Block]:
+    """Blocks that are still to be computed."""
+    blocks = store.blocks()
+    with ThreadPoolExecutor(cores()) as pool:
+        finished = pool.map(partial(store.is_done, retry=retry), blocks)
+        return [block for block, done in zip(blocks, finished, strict=True) if not done]
 
 
 def compute_block(path: str, block: Block) -> None:
@@ -144,16 +149,23 @@ def _runner(workers: int | None, scheduler: str | None) -> Iterator[Run]:
                 env={"NPROC": "1"},
             )
             stack.enter_context(cluster)
-            client = stack.enter_context(Client(cluster, set_as_default=False))
+            client = Client(cluster, set_as_default=False)
         else:
-            try:
-                client = stack.enter_context(Client(scheduler, timeout="10s", set_as_default=False))
-            except (OSError, ValueError) as error:
-                raise ValueError(
-                    f"Argument `scheduler` must be the address of a Dask scheduler, but {scheduler!r} does not answer "
-                    f"({' '.join(str(error).split())})."
-                ) from None
-        yield partial(_on_cluster, client)
+            client = _client_of(scheduler)
+        yield partial(_on_cluster, stack.enter_context(client))
+
+
+def _client_of(scheduler: str) -> Any:
+    """A client of the Dask scheduler at an address."""
+    from distributed import Client
+
+    try:
+        return Client(scheduler, timeout="10s", set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f"Argument `scheduler` must be the address of a Dask scheduler, but {scheduler!r} does not answer "
+            f"({' '.join(str(error).split())})."
+        ) from None
 
 
 @contextmanager

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.trace import trace_beams
@@ -167,7 +168,7 @@ def caustic_error(caustic: Caustic | None) -> float:
     return 2 * caustic.error * (caustic.theta_extent + caustic.phi_extent) + caustic.error**2
 
 
-def _loop_areas(sky: Array, celestial: Array) -> tuple[float, float]:
+def _loop_areas(sky: Float[Array, "n 3"], celestial: Float[Array, "n 2"]) -> tuple[float, float]:
     """Areas (steradian) inside a caustic, theta' and unwrapped phi' (n, 2), and inside its critical curve (n, 3).
 
     Both are smooth in the arc of the critical curve, at the cusps too: integrals along splines.

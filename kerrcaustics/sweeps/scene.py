@@ -2,20 +2,31 @@
 
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import msgspec
 import numpy as np
+from jaxtyping import Float
 
 Array = np.ndarray
 Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
 Velocity = Literal["circular", "fiducial", "static"]
 Spacing = Literal["linear", "log"]
+Complaint = tuple[str, str, Any]
+"""An entry of a scene, what it must be, and what it is."""
 
 AXES = ("spin", "radius", "inclination")
 HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
 _WORDS = {"compute": get_args(Quantity), "velocity": get_args(Velocity), "spacing": get_args(Spacing)}
+_RANGES = {
+    "orders": (1, HIGHEST_ORDER),
+    "curve_points": (8, 100_000),
+    "map_rows": (4, 2000),
+    "directions": (64, 10_000_000),
+    "block": (1, 10_000),
+}
 _LIMITS = {"spin": "in [0, 1)", "radius": "more than 0", "inclination": "in [0, 180] degrees"}
 
 
@@ -51,7 +62,7 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     block: int = 8
     title: str = ""
 
-    def values(self, axis: str) -> Array:
+    def values(self, axis: str) -> Float[Array, " values"]:
         """The values along "spin", "radius" or "inclination", in ascending order."""
         given = getattr(self, axis)
         if isinstance(given, Range):
@@ -114,41 +125,43 @@ def _plainly(message: str) -> str:
 
 def checked(scene: Scene, name: str) -> Scene:
     """The scene itself; a ValueError of one line, which calls it `name`, says which entry cannot be."""
+    for complaints in (_about_axes, _about_numbers, _about_the_rest):
+        for entry, must, value in complaints(scene):
+            raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value}.")
+    return scene
 
-    def refuse(entry: str, must: str, value: Any) -> None:
-        raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value}.")
 
+def _about_axes(scene: Scene) -> Iterator[Complaint]:
     for axis in AXES:
         given = getattr(scene, axis)
         if isinstance(given, Range):
             if not 1 <= given.count <= MOST_POINTS:
-                refuse(f"{axis}.count", f"from 1 to {MOST_POINTS}", given.count)
+                yield f"{axis}.count", f"from 1 to {MOST_POINTS}", given.count
             if given.spacing == "log" and not (given.start > 0 and given.end > 0):
-                refuse(f"{axis}.from and {axis}.to", "more than 0 for log spacing", (given.start, given.end))
+                yield f"{axis}.from and {axis}.to", "more than 0 for log spacing", (given.start, given.end)
         values = scene.values(axis)
         inside = {"spin": (values >= 0) & (values < 1), "radius": values > 0}.get(axis, (values >= 0) & (values <= 180))
         inside &= np.isfinite(values)
         if not len(values):
-            refuse(axis, "a list of one value or more", given)
+            yield axis, "a list of one value or more", given
         if not inside.all():
-            refuse(axis, _LIMITS[axis], ", ".join(map(str, values[~inside].tolist()[:3])))
+            yield axis, _LIMITS[axis], ", ".join(map(str, values[~inside].tolist()[:3]))
         if (np.diff(values) <= 0).any():
-            refuse(axis, "values that differ, from the least to the largest", given)
-    for entry, low, high in (
-        ("orders", 1, HIGHEST_ORDER),
-        ("curve_points", 8, 100_000),
-        ("map_rows", 4, 2000),
-        ("directions", 64, 10_000_000),
-        ("block", 1, 10_000),
-    ):
+            yield axis, "values that differ, from the least to the largest", given
+
+
+def _about_numbers(scene: Scene) -> Iterator[Complaint]:
+    for entry, (low, high) in _RANGES.items():
         if not low <= getattr(scene, entry) <= high:
-            refuse(entry, f"from {low} to {high}", getattr(scene, entry))
+            yield entry, f"from {low} to {high}", getattr(scene, entry)
+
+
+def _about_the_rest(scene: Scene) -> Iterator[Complaint]:
     if not scene.compute or len(set(scene.compute)) < len(scene.compute):
-        refuse("compute", "a list of different quantities", list(scene.compute))
+        yield "compute", "a list of different quantities", list(scene.compute)
     if "counts" in scene.compute and scene.orders > HIGHEST_COUNTED:
-        refuse("orders", f"{HIGHEST_COUNTED} at most where counts are computed", scene.orders)
+        yield "orders", f"{HIGHEST_COUNTED} at most where counts are computed", scene.orders
     if not 1e-14 <= scene.tolerance <= 1e-2:
-        refuse("tolerance", "in [1e-14, 1e-2]", scene.tolerance)
+        yield "tolerance", "in [1e-14, 1e-2]", scene.tolerance
     if math.prod(scene.shape) > MOST_POINTS:
-        refuse("the number of points", f"{MOST_POINTS} at most", math.prod(scene.shape))
-    return scene
+        yield "the number of points", f"{MOST_POINTS} at most", math.prod(scene.shape)

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import zarr
+from jaxtyping import UInt8
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
 from kerrcaustics.results.declared import Quantity
@@ -32,6 +33,8 @@ SCHEMA = "kerrcaustics/sweep/1"
 WAITING, DONE, FAILED = 0, 1, 2
 # Bytes of a reason, UTF-8.
 _REASON = 160
+_STATUS = Quantity("status", (), "1", "0 not computed, 1 done, 2 failed", "int8")
+_REASONS = Quantity("reason", ("byte",), "1", "why a point failed: UTF-8, padded with zeros", "uint8")
 _UNITS = {"spin": "1", "radius": "GM/c^2", "inclination": "degrees"}
 
 
@@ -211,33 +214,25 @@ def _create_arrays(group: zarr.Group, scene: Scene) -> None:
         _coordinate(group, name, scene.values(name), _UNITS[name])
     for name in sorted(needed):
         _coordinate(group, name, further[name], "degrees" if name in ("theta", "phi") else "1")
-    chunk = (1, _block_size(scene), 1)
     for variable in variables(scene):
-        extra = tuple(len(further[dim]) for dim in variable.dims)
-        group.create_array(
-            variable.name,
-            shape=scene.shape + extra,
-            chunks=chunk + extra,
-            dtype=variable.dtype,
-            fill_value=math.nan if variable.dtype.startswith("float") else -1,
-            compressors=[ZstdCodec(level=3), Crc32cCodec()],
-            dimension_names=(*AXES, *variable.dims),
-            attributes={"units": variable.unit, "long_name": variable.text},
-        )
-    for name, extra, dims, text in (
-        ("status", (), (), "0 not computed, 1 done, 2 failed"),
-        ("reason", (_REASON,), ("byte",), "why a point failed: UTF-8, padded with zeros"),
-    ):
-        group.create_array(
-            name,
-            shape=scene.shape + extra,
-            chunks=chunk + extra,
-            dtype="uint8" if extra else "int8",
-            fill_value=0,
-            compressors=[ZstdCodec(level=3), Crc32cCodec()],
-            dimension_names=(*AXES, *dims),
-            attributes={"units": "1", "long_name": text},
-        )
+        sizes = tuple(len(further[dim]) for dim in variable.dims)
+        _create_array(group, scene, variable, sizes, math.nan if variable.dtype.startswith("float") else -1)
+    _create_array(group, scene, _STATUS, (), 0)
+    _create_array(group, scene, _REASONS, (_REASON,), 0)
+
+
+def _create_array(group: zarr.Group, scene: Scene, about: Quantity, sizes: tuple[int, ...], blank: float) -> None:
+    """An array of blanks over all points, in chunks of a block; sizes: of its further dimensions."""
+    group.create_array(
+        about.name,
+        shape=scene.shape + sizes,
+        chunks=(1, _block_size(scene), 1, *sizes),
+        dtype=about.dtype,
+        fill_value=blank,
+        compressors=[ZstdCodec(level=3), Crc32cCodec()],
+        dimension_names=(*AXES, *about.dims),
+        attributes={"units": about.unit, "long_name": about.text},
+    )
 
 
 def _coordinate(group: zarr.Group, name: str, values: Array, units: str) -> None:
@@ -258,6 +253,6 @@ def _blank(variable: Quantity, scene: Scene) -> Array:
     return np.full([len(further[dim]) for dim in variable.dims], fill, variable.dtype)
 
 
-def _coded(text: str) -> Array:
+def _coded(text: str) -> UInt8[Array, "160"]:
     code = text.encode()[:_REASON]
     return np.frombuffer(code.ljust(_REASON, b"\0"), np.uint8)

@@ -1,0 +1,93 @@
+"""
+A star seen on the way down
+===========================
+
+A camera on circular orbits descends from r = 12 to r = 2.6 in the equatorial plane of a hole of spin 0.999. A star is
+followed on its sky, always at the same angle from the camera round the spin axis: its images drift as the shadow grows.
+The secondary caustic winds further and further round the celestial sphere, and when it comes to the star, near r = 5,
+two images are born, one of index 1 and one of index 2 (triangles); the third triangle is an image of index 2 whose
+partner has index 3 and is not followed. Dots mark where the images are at last.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, NullLocator
+
+import kerrcaustics as kc
+from kerrcaustics.draw import style
+from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.projection import azimuthal_equidistant
+from kerrcaustics.draw.sky_axes import camera_sky_axes
+
+SPIN, HIGHEST, LOWEST, MOMENTS = 0.999, 12.0, 2.6, 24
+STAR, MAX_INDEX = (math.radians(75), math.radians(-140)), 2
+# Rows forward, right, up: toward the hole (-e_r), along e_phi, along -e_theta.
+AXES = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+VIEW = 120.0
+
+
+def strands(before: tuple[np.ndarray, ...]) -> list[list[tuple[int, int]]]:
+    """Moment and number of an image and of all those that continue it, for each image that is new."""
+    found, last = [], []
+    for moment, links in enumerate(before):
+        now = []
+        for number, link in enumerate(links.tolist()):
+            strand = last[link] if link >= 0 else []
+            if link < 0:
+                found.append(strand)
+            strand.append((moment, number))
+            now.append(strand)
+        last = now
+    return found
+
+
+def draw_images(sky: Axes, light: Axes, radii: np.ndarray, images: tuple[kc.StarImages, ...], strand: list) -> None:
+    places = azimuthal_equidistant(np.array([images[moment].sky[number] for moment, number in strand]), AXES)
+    bright = [images[moment].magnification[number] for moment, number in strand]
+    first, index = strand[0][0], images[strand[0][0]].index[strand[0][1]]
+    line = style.order_line(int(index) + 1)
+    sky.plot(*places.T, **line)
+    sky.plot(*places[-1], marker="o", markersize=3.5, color=line["color"])
+    light.plot(radii[[moment for moment, _ in strand]], bright, **line)
+    if first > 0:
+        mark = {"marker": "^", "color": "black", "markerfacecolor": "white", "zorder": 3}
+        sky.plot(*places[0], **mark)
+        light.plot(radii[first], bright[0], **mark)
+
+
+def main(output: Path, moments: int = MOMENTS) -> list[Path]:
+    radii = np.geomspace(HIGHEST, LOWEST, moments)
+    cameras = [kc.Camera(SPIN, float(radius)) for radius in radii]
+    followed = kc.follow_star(cameras, STAR, MAX_INDEX)
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 3.7), layout="constrained")
+        sky, light = figure.subplots(1, 2)
+        sky.fill(*azimuthal_equidistant(kc.shadow_edge(cameras[-1], 2000), AXES).T, **style.SHADOW)
+        sky.fill(*azimuthal_equidistant(kc.shadow_edge(cameras[0], 2000), AXES).T, fill=False, **style.SHADOW)
+        for strand in strands(followed.before):
+            draw_images(sky, light, radii, followed.images, strand)
+        sky.set(xlim=(-VIEW, VIEW), ylim=(-VIEW, VIEW), aspect="equal", title="camera sky, shadow first and last")
+        camera_sky_axes(sky, 60)
+        light.set(xscale="log", yscale="log", xlabel="radius of the camera (M)", ylabel="magnification")
+        light.invert_xaxis()
+        light.xaxis.set_major_locator(FixedLocator([12, 8, 6, 4, 3]))
+        light.xaxis.set_minor_locator(NullLocator())
+        light.xaxis.set_major_formatter("{x:g}")
+        light.set_title("brightness of the images")
+        lines = [Line2D([], [], label=f"index {k}", **style.order_line(k + 1)) for k in range(MAX_INDEX + 1)]
+        figure.legend(handles=lines, loc="outside lower center", ncols=MAX_INDEX + 1)
+        theta, phi = (f"{math.degrees(angle):g}".replace("-", "−") for angle in STAR)
+        figure.suptitle(f"spin {SPIN}, star at θ′ = {theta}, φ′ = {phi} deg")
+    return write_line_art(figure, output, "star_on_the_way_down")
+
+
+if __name__ == "__main__":
+    OUT = Path(__file__).parent / "out"
+    OUT.mkdir(exist_ok=True)
+    print(*main(OUT), sep="\n")
