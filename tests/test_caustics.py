@@ -1,5 +1,6 @@
 """Critical curves and caustics, against independent numbers, closed forms and their own definition."""
 
+import dataclasses
 import json
 import math
 from functools import cache
@@ -10,6 +11,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.curves import features
+from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.curves.critical_points import Search
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
 
@@ -299,3 +301,13 @@ def test_a_curve_that_is_not_whole_says_so(monkeypatch):
     primary, secondary = kc.caustics(kc.Camera(0.9, 6.0), 2)
     assert primary.closed and not primary.remarks
     assert not secondary.closed and "3 of 33 lines" in secondary.remarks[0]
+
+
+def test_critical_curves_are_found_once_and_cannot_be_changed():
+    still, moving = kc.Camera(0.9, 7.0, velocity="static"), kc.Camera(0.9, 7.0, velocity="circular")
+    curves = critical_curves(still, 2)
+    assert critical_curves(moving, 2) is curves and list(kc.caustics(moving, 2)) == list(kc.caustics(moving, 2))
+    with pytest.raises(ValueError, match="read-only"):
+        curves.curves[0].points.depth[0] = 1.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        curves.orders = 3

@@ -183,7 +183,7 @@ def test_a_caustic_with_a_point_on_the_border_of_the_picture_does_not_cross_it(b
     assert np.nanmax(steps) < 11 and np.isfinite(line).any()
 
 
-BAD_CIRCLES = [((4.0, 0.0), "`normal` must be"), ("milky way", "galactic plane"), ((1.0,), "`normal` must be")]
+BAD_CIRCLES = [((4.0, 0.0), "`normal` must have theta'"), ("milky way", "galactic plane"), ((1.0,), "`normal` must be")]
 
 
 @pytest.mark.parametrize(("normal", "complaint"), BAD_CIRCLES, ids=str)

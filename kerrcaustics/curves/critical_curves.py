@@ -158,7 +158,7 @@ def _followed(search: Search, orders: int) -> list[CriticalCurve]:
             curve = curve.joined(curve[(curve.turn > 0) & (curve.turn < np.pi)].mirrored())
         if len(curve) > 1 and not _closes(curve):
             gaps.append("the ends of the curve do not meet")
-        found_curves.append(CriticalCurve(k, curve, closed=not gaps, remarks=(*gaps, *remarks[k])))
+        found_curves.append(CriticalCurve(k, curve.frozen(), closed=not gaps, remarks=(*gaps, *remarks[k])))
     return found_curves
 
 

@@ -4,7 +4,7 @@ The Morse index brackets a curve, the signed minor diameter pins it down: on a l
 where the index grows from k - 1 to k, and there delta_minus passes through zero.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import elementwise
@@ -15,6 +15,7 @@ from kerrcaustics.beams.closed_form import LEAST_K
 from kerrcaustics.beams.trace import check_request, trace_beams
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
+from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
 
 # Spacing in depth of the first search along a line.
@@ -38,7 +39,7 @@ _LABEL_STEP = 1e-3
 
 
 @dataclass(frozen=True)
-class Points:
+class Points(Rows):
     """Points near critical curves, arrays of one length n.
 
     turn, depth: place on the sky; looking (n, 3): FIDO components; direction (n, 3), theta, azimuth: the
@@ -61,14 +62,6 @@ class Points:
         """Error of (theta, azimuth) in radians: close to the spin axis the azimuth is less certain than n'."""
         return self.error / np.maximum(np.sin(self.theta), self.error)
 
-    def __len__(self) -> int:
-        """Number of points."""
-        return len(self.turn)
-
-    def __getitem__(self, chosen: np.ndarray | slice) -> "Points":
-        """The chosen points."""
-        return Points(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
-
     def on_curve(self) -> np.ndarray:
         """True where the minor diameter has vanished; false too where the beam is captured."""
         return np.abs(self.ratio) < _RESIDUAL
@@ -76,11 +69,6 @@ class Points:
     def each(self) -> list["Points"]:
         """The points one by one."""
         return [self[i : i + 1] for i in range(len(self))]
-
-    def joined(self, *others: "Points") -> "Points":
-        """These points, followed by the others."""
-        sets = (self, *others)
-        return Points(**{f.name: np.concatenate([getattr(s, f.name) for s in sets]) for f in fields(self)})
 
     def shifted(self, turns: int) -> "Points":
         """The same points, named by parameters that are whole turns larger."""

@@ -1,7 +1,7 @@
 """How many images of a great circle a line on the camera sky crosses, counted twice."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,7 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.camera import as_seen
+from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis
 from kerrcaustics.stars.circles import CircleImages
 from kerrcaustics.stars.images import checked_sheets
@@ -100,7 +101,7 @@ class _SkyLine:
 
 
 @dataclass(frozen=True)
-class _Samples:
+class _Samples(Rows):
     """Places (n,) on the line; height above the circle there, its slope, the speed of the image, round-off of n'."""
 
     place: Array
@@ -108,12 +109,6 @@ class _Samples:
     slope: Array
     speed: Array
     error: Array
-
-    def joined(self, other: "_Samples") -> "_Samples":
-        """Both, in the order of place."""
-        both = {f.name: np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)}
-        order = np.argsort(both["place"], kind="stable")
-        return _Samples(**{name: values[order] for name, values in both.items()})
 
 
 def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCrossings:
@@ -208,6 +203,7 @@ def _divided(sheets: Sheets, circle: Circle, path: _SkyLine) -> tuple[_Samples, 
         if sure.all():
             return nodes, roots, []
         nodes = nodes.joined(at(((nodes.place[1:] + nodes.place[:-1]) / 2)[~sure]))
+        nodes = nodes[np.argsort(nodes.place, kind="stable")]
         if len(nodes.place) > _MOST_NODES:
             break
     sure, roots = _judged(nodes)

@@ -9,7 +9,7 @@ other side, that side is halved for this star alone, as often as it takes: what 
 star's answer.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.spacetime.rows import Rows
 
 Array = np.ndarray
 
@@ -55,7 +56,7 @@ class Winding:
 
 
 @dataclass(frozen=True)
-class _Sides:
+class _Sides(Rows):
     """Sides of polygons, from a point of a caustic to the next one: great circles.
 
     turned: True where the caustic turns back on the side or next to it, at a cusp; height: upper bound for how far the
@@ -67,14 +68,6 @@ class _Sides:
     turned: Bool[Array, " sides"]
     height: Float[Array, " sides"]
     south: Float[Array, "sides 3"]
-
-    def __getitem__(self, chosen: Array) -> "_Sides":
-        """The chosen sides."""
-        return _Sides(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
-
-    def __len__(self) -> int:
-        """How many they are."""
-        return len(self.height)
 
     @property
     def error(self) -> Float[Array, " sides"]:

@@ -14,6 +14,7 @@ import numpy as np
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.spacetime.camera import Camera, Frame, as_seen
+from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
@@ -42,17 +43,13 @@ _STILL = 1e-12
 
 
 @dataclass(frozen=True)
-class Cubics:
+class Cubics(Rows):
     """Cubic curves that follow links: the place at the left end, the step to the right end, the rates at both."""
 
     start: Array
     step: Array
     rate_0: Array
     rate_1: Array
-
-    def __getitem__(self, chosen: Array) -> "Cubics":
-        """The chosen curves."""
-        return Cubics(self.start[chosen], self.step[chosen], self.rate_0[chosen], self.rate_1[chosen])
 
     def at(self, part: Array) -> Array:
         """Places (n, 3) at parts (n,) of the links."""

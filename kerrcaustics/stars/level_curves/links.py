@@ -3,12 +3,13 @@
 Images at neighbouring longitudes are linked by their rates; those that are left over, to the events in between.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.curves.sky_chart import Chart, apart
+from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.stars.level_curves.meetings import Meetings
 
 Array = np.ndarray
@@ -20,7 +21,7 @@ _IMPOSSIBLE = 1e6
 
 
 @dataclass(frozen=True)
-class Nodes:
+class Nodes(Rows):
     """Points of the level curve, arrays of one length: images of the star, and the events.
 
     longitude: of the star; index: Morse index; sky (n, 3): direction on the sky at rest; drift (n, 3): its change with
@@ -34,13 +35,9 @@ class Nodes:
     error: Array
     event: Array
 
-    def joined(self, more: "Nodes") -> "Nodes":
-        """These nodes, then the others."""
-        return Nodes(**{f.name: np.concatenate([getattr(n, f.name) for n in (self, more)]) for f in fields(Nodes)})
-
 
 @dataclass(frozen=True)
-class Links:
+class Links(Rows):
     """Pieces of the level curve between two nodes, left and right in longitude; on the sheet of one index.
 
     low, width: of the gap between events that the piece lies in; p_0, p_1: its parameter at both ends, see `longitude`.
@@ -54,14 +51,6 @@ class Links:
     width: Array
     p_0: Array
     p_1: Array
-
-    def __getitem__(self, chosen: Array) -> "Links":
-        """The chosen links."""
-        return Links(**{f.name: getattr(self, f.name)[chosen] for f in fields(Links)})
-
-    def joined(self, more: "Links") -> "Links":
-        """These links, then the others."""
-        return Links(**{f.name: np.concatenate([getattr(n, f.name) for n in (self, more)]) for f in fields(Links)})
 
     def longitude(self, p: Array) -> Array:
         """The star's longitude at a parameter: next to an event it goes with the square, so that images are smooth."""
