@@ -6,6 +6,7 @@ import pytest
 from command_line import run
 
 from kerrcaustics import scripts
+from kerrcaustics.curves.critical_curves import forget
 
 
 @pytest.fixture
@@ -30,3 +31,11 @@ def assert_refused(capsys, tmp_path, monkeypatch):
         assert sorted(tmp_path.rglob("*")) == before
 
     return check
+
+
+@pytest.fixture
+def nothing_kept():
+    """Critical curves found before are not used, and those found now not afterwards: for who breaks the search."""
+    forget()
+    yield
+    forget()

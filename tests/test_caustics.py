@@ -229,7 +229,7 @@ def test_bad_orders(orders):
         kc.caustics(kc.Camera(0.9, 6.0), orders)
 
 
-def test_an_island_of_the_index_is_reported_for_its_order(monkeypatch):
+def test_an_island_of_the_index_is_reported_for_its_order(monkeypatch, nothing_kept):
     """Raise the index by one in a small part of the sky between the curves of order 2 and 3."""
     seen = Search.index_and_ratio
 
@@ -288,7 +288,7 @@ def test_cameras_next_to_the_horizon_find_whole_curves():
             assert curve.kind == "astroid" and curve.closed and not curve.remarks
 
 
-def test_a_curve_that_is_not_whole_says_so(monkeypatch):
+def test_a_curve_that_is_not_whole_says_so(monkeypatch, nothing_kept):
     """Blind the search on some lines: the result must not look complete."""
     seen = Search.brackets
 
