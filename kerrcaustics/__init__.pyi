@@ -6,8 +6,15 @@ from .beams.ends import EquatorialPlane as EquatorialPlane
 from .beams.paths import RayPaths as RayPaths, ray_paths as ray_paths, trapped_orbit as trapped_orbit
 from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
 from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet, Cusp as Cusp, caustics as caustics
-from .curves.store import load_caustics as load_caustics, save_caustics as save_caustics, to_xarray as to_xarray
 from .curves.tubes import caustic_tubes as caustic_tubes
+from .results.datasets import to_xarray as to_xarray
+from .results.files import (
+    load as load,
+    load_caustics as load_caustics,
+    save as save,
+    save_caustics as save_caustics,
+)
+from .results.records import record as record
 from .scenes.catalogue import (
     StarCatalogue as StarCatalogue,
     hipparcos as hipparcos,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw.tracks import brightness, tracks_on_sky
-from kerrcaustics.stars.records import tracks_record
+from kerrcaustics.results.records import record
 
 PLACE = ("--spin", 0.9, "--radius", 6)
 STAR = ("--star-theta", 70, "--max-index", 1)
@@ -35,7 +35,7 @@ def test_tracks_command(capsys, tmp_path, tracks):
     assert (entry["star_theta_deg"], entry["max_index"], entry["engine"]) == (70, 1, "auto")
     assert (entry["spin"], entry["radius"], entry["inclination_deg"], entry["velocity"]) == (0.9, 6, 90, "circular")
     assert entry["period"] == tracks.period
-    assert entry["tracks"] == tracks_record(CAMERA, tracks)["tracks"]
+    assert entry["tracks"] == record(tracks)["tracks"]
     for one, track in zip(entry["tracks"], tracks.tracks, strict=True):
         columns = {"sky", "phi_deg", "index", "parity", "magnification", "redshift", "error_rad"}
         assert set(one) == columns | {"closed", "turns", "event_points"}
@@ -50,6 +50,13 @@ def test_tracks_command(capsys, tmp_path, tracks):
         phase = one["phi_unwrapped_deg"] + math.degrees(entry["angular_velocity"]) * one["time"]
         assert abs((phase + 180) % 360 - 180) < 1e-7
         assert one["sky"] == event.sky.tolist() and one["error_rad"] == event.error
+
+
+def test_tracks_from_a_file_are_those_that_were_saved(tmp_path, tracks):
+    kc.save(tmp_path / "tracks.npz", tracks)
+    loaded = kc.load(tmp_path / "tracks.npz")
+    assert loaded == tracks and repr(loaded) == repr(tracks)
+    assert loaded.images_at([0.0, 3.0]) == tracks.images_at([0.0, 3.0])
 
 
 def test_pictures_show_every_track_in_the_colour_of_its_index(tracks):

@@ -1,9 +1,10 @@
 """What tracing returns: rays, and beams with their first variation."""
 
-from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
+
+from kerrcaustics.results.declared import derived, quantity, result
 
 
 class Status(IntEnum):
@@ -37,33 +38,44 @@ _SENTENCES = {
 }
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+@result("rays/1", kw_only=True)
 class Rays:
-    """Where each camera-sky direction comes from. Arrays of one batch shape (...).
+    """Where each camera-sky direction comes from. Arrays of one batch shape (ray...).
 
-    direction (..., 3): unit vector n' of the end, in Boyer-Lindquist angles; azimuth (...,): unwrapped phi' in
-    radians, continuous along the ray (only modulo 2 pi for a ray through the spin axis), in error by
-    error / sin theta'; status: `Status` values; error: estimated error of n' in radians, and for an end in the
-    equatorial plane also that of ln r; engine: the ones that traced them, in words; closed_form
-    (...,): True where it was the closed form. Rays that do not reach their end hold NaN, False, and -1 for whole
-    numbers.
-
-    None when not asked for: time (...,), the coordinate time from the end to the camera in units of M, or for ends at
-    infinity the limit of t - r - 2 ln r; time_error, its estimated error; redshift: nu_camera / nu_source for a source
-    at rest at infinity, for a static one at a finite radius (NaN where nothing can be static), for the plane's emitter
-    (NaN where there is no such orbit). radius (...,): of the end, None when that is infinity.
+    Rays that do not reach their end hold NaN, False, and -1 for whole numbers. What was not asked for is None.
     """
 
-    direction: np.ndarray
-    azimuth: np.ndarray
-    status: np.ndarray
-    error: np.ndarray
-    engine: str
-    closed_form: np.ndarray
-    radius: np.ndarray | None = None
-    time: np.ndarray | None = None
-    time_error: np.ndarray | None = None
-    redshift: np.ndarray | None = None
+    direction: np.ndarray = quantity("ray... axis", "1", "unit vector n' of the end, in Boyer-Lindquist angles")
+    azimuth: np.ndarray = quantity(
+        "ray...",
+        "rad",
+        "phi', continuous along the ray (only modulo 2 pi for a ray through the spin axis), in error by error / sin "
+        "theta'",
+    )
+    status: np.ndarray = quantity("ray...", "1", "`Status` values")
+    error: np.ndarray = quantity(
+        "ray...",
+        "rad",
+        "estimated error of n', and for an end in the equatorial plane also that of ln r",
+        json="error_rad",
+    )
+    engine: str = quantity("", "", "the ones that traced the rays, in words")
+    closed_form: np.ndarray = quantity("ray...", "1", "True where it was the closed form")
+    radius: np.ndarray | None = quantity("ray...", "GM/c^2", "radius of the end; None for infinity", default=None)
+    time: np.ndarray | None = quantity(
+        "ray...",
+        "GM/c^3",
+        "coordinate time from the end to the camera, or for ends at infinity the limit of t - r - 2 ln r",
+        default=None,
+    )
+    time_error: np.ndarray | None = quantity("ray...", "GM/c^3", "estimated error of time", default=None)
+    redshift: np.ndarray | None = quantity(
+        "ray...",
+        "1",
+        "nu_camera / nu_source for a source at rest at infinity, for a static one at a finite radius (NaN where "
+        "nothing can be static), for the plane's emitter (NaN where there is no such orbit)",
+        default=None,
+    )
 
     def __repr__(self) -> str:
         """One line: what, how many, how many of them escaped."""
@@ -75,45 +87,54 @@ class Rays:
         return (self.status != Status.CAPTURED) & (self.status != Status.MISSED)
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+@result("beams/1", kw_only=True)
 class Beams(Rays):
-    """Rays with the first variation of their end point.
+    """Rays with the first variation of their end point."""
 
-    Beside the arrays of `Rays` (direction, azimuth, status, error):
-    jacobian (..., 2, 2): from camera-sky displacements along `kerrcaustics.tangent_basis(N)` (columns) to
-    celestial-sphere displacements along e_theta', e_phi' (rows), both orthonormal; for an end at a finite radius the
-    same at that radius, as angles; for one in the equatorial plane to (dr, r dphi) at z = 0 (rows);
-    jacobian_error (...,): estimated error, relative to delta_plus, of its columns as vectors in space, and of the
-    diameters (close to a celestial pole e_theta' and e_phi' themselves turn by error / sin theta', and with them the
-    entries and the position angle);
-    index: Morse index, the number of conjugate points on the ray; crossings: of the equatorial plane, that of the end
-    itself included. They are None when left out.
-    """
-
-    jacobian: np.ndarray
-    jacobian_error: np.ndarray
-    index: np.ndarray | None = field(default=None)
-    crossings: np.ndarray | None = field(default=None)
+    jacobian: np.ndarray = quantity(
+        "ray... end_axis sky_axis",
+        "1",
+        "from camera-sky displacements along `kerrcaustics.tangent_basis(N)` (columns) to celestial-sphere "
+        "displacements along e_theta', e_phi' (rows), both orthonormal; for an end at a finite radius the same at that "
+        "radius, as angles; for one in the equatorial plane to (dr, r dphi) at z = 0 (rows)",
+    )
+    jacobian_error: np.ndarray = quantity(
+        "ray...",
+        "1",
+        "estimated error, relative to delta_plus, of the Jacobian's columns as vectors in space, and of the diameters "
+        "(close to a celestial pole e_theta' and e_phi' themselves turn by error / sin theta', and with them the "
+        "entries and the position angle)",
+    )
+    index: np.ndarray | None = quantity(
+        "ray...", "1", "Morse index, the number of conjugate points on the ray", default=None
+    )
+    crossings: np.ndarray | None = quantity(
+        "ray...", "1", "of the equatorial plane, that of the end itself included", default=None
+    )
 
     @property
+    @derived("ray...", "1")
     def determinant(self) -> np.ndarray:
         """det J (...,): solid angle on the celestial sphere per solid angle on the camera sky, signed."""
         j = self.jacobian
         return j[..., 0, 0] * j[..., 1, 1] - j[..., 0, 1] * j[..., 1, 0]
 
     @property
+    @derived("ray...", "1")
     def delta_plus(self) -> np.ndarray:
         """Major diameter (...,) of the image on the celestial sphere of a beam of unit diameter."""
         even, odd = self._rotations()
         return np.abs(even) + np.abs(odd)
 
     @property
+    @derived("ray...", "1")
     def delta_minus(self) -> np.ndarray:
         """Minor diameter (...,), with the sign of det J: it passes smoothly through zero at critical curves."""
         even, odd = self._rotations()
         return np.abs(even) - np.abs(odd)
 
     @property
+    @derived("ray...", "rad")
     def position_angle(self) -> np.ndarray:
         """Angle (...,) in radians, in (-pi/2, pi/2], from e_theta' toward e_phi' to the major axis."""
         even, odd = self._rotations()
@@ -121,12 +142,14 @@ class Beams(Rays):
         return angle - np.pi * np.ceil(angle / np.pi - 0.5)
 
     @property
+    @derived("ray...", "1")
     def magnification(self) -> np.ndarray:
         """1 / |det J| (...,): how much brighter a small source is than in empty flat space, redshift aside."""
         with np.errstate(divide="ignore"):
             return 1 / np.abs(self.determinant)
 
     @property
+    @derived("ray...", "1")
     def parity(self) -> np.ndarray:
         """Sign of det J (...,)."""
         return np.sign(self.determinant)

@@ -5,7 +5,6 @@ points are zeros of the beam's signed area; each is bracketed between two neighb
 """
 
 import math
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -21,6 +20,7 @@ from kerrcaustics.beams.geometry import area, azimuth_step, length, turned
 from kerrcaustics.beams.integrated import DENSEST, local_error, start, with_variations
 from kerrcaustics.beams.nystroem import Path, nystroem_step
 from kerrcaustics.beams.trace import as_vectors, normalised
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera, photon
 from kerrcaustics.spacetime.checks import whole_number
@@ -47,19 +47,17 @@ _STEP_GAIN, _ROUND_OFF = 0.02, 3e-15
 _COORDINATES: tuple[str, ...] = ("mino_time", "radius", "theta", "azimuth")
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+@result("space-points/1", kw_only=True)
 class SpacePoints:
-    """Events around the hole, in Boyer-Lindquist coordinates. Arrays of one shape (..., n).
+    """Events around the hole, in Boyer-Lindquist coordinates. Arrays of one shape (..., n)."""
 
-    spin of the hole; mino_time since the camera; radius, infinite on the celestial sphere; theta in radians; azimuth,
-    phi in radians, unwrapped: continuous along a ray, 0 at the camera.
-    """
-
-    spin: float
-    mino_time: np.ndarray
-    radius: np.ndarray
-    theta: np.ndarray
-    azimuth: np.ndarray
+    spin: float = quantity("", "1", "spin of the hole")
+    mino_time: np.ndarray = quantity("ray... place", "M^-1", "Mino time since the camera")
+    radius: np.ndarray = quantity("ray... place", "GM/c^2", "radius, infinite on the celestial sphere")
+    theta: np.ndarray = quantity("ray... place", "rad", "polar angle")
+    azimuth: np.ndarray = quantity(
+        "ray... place", "rad", "phi, unwrapped: continuous along a ray, 0 at the camera", json="phi_deg"
+    )
 
     def __repr__(self) -> str:
         """One line: what, and how many."""
@@ -83,21 +81,22 @@ class SpacePoints:
             return scale * self.direction
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+@result("ray-paths/1", kw_only=True)
 class RayPaths(SpacePoints):
     """Rays followed backward from a camera: `n` events of each, the first one the camera.
 
-    Beside the arrays of `SpacePoints`, of shape (..., n): error (..., n), the estimated error of the direction in
-    radians, and of 1 / radius; status (...,), `Status` values, INACCURATE where the error at the end is above 1e-9;
-    conjugate, the conjugate points in the order of the ray, shape (..., most on one ray), NaN where there are no more;
-    index (...,), how many there are. NaN, and an index of -1, for photons that cannot come from infinity (inside the
-    ergosphere), and within round-off of the shadow edge, where they wind for ever.
+    NaN, and an index of -1, for photons that cannot come from infinity (inside the ergosphere), and within round-off of
+    the shadow edge, where they wind for ever.
     """
 
-    error: np.ndarray
-    status: np.ndarray
-    conjugate: SpacePoints
-    index: np.ndarray
+    error: np.ndarray = quantity(
+        "ray... place", "rad", "estimated error of the direction, and of 1 / radius", json="error_rad"
+    )
+    status: np.ndarray = quantity("ray...", "1", "`Status` values, INACCURATE where the error at the end is above 1e-9")
+    conjugate: SpacePoints = quantity(
+        "ray... conjugate", "", "conjugate points in the order of the ray, NaN where there are no more"
+    )
+    index: np.ndarray = quantity("ray...", "1", "how many conjugate points there are")
 
 
 class _State(NamedTuple):

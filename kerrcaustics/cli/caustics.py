@@ -46,7 +46,7 @@ def caustics(
     figure
         Draw them into this file: .png, .pdf or .svg.
     save
-        Save everything into this file, to be loaded with kerrcaustics.load_caustics.
+        Save everything into this file, to be loaded with kerrcaustics.load.
     points
         Put the points of the curves into the JSON too.
     """
@@ -56,12 +56,13 @@ def caustics(
     seen_from = camera.made()
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic import caustics as find
-        from kerrcaustics.curves.store import record, save_caustics
+        from kerrcaustics.results import files
+        from kerrcaustics.results.records import record
 
         found = find(seen_from, orders, engine, tolerance, progress=report)
-    common.write(record(found, points), None if points else 2)
+    common.write(record(found, points=points), None if points else 2)
     if save is not None:
-        save_caustics(save, found)
+        files.save(save, found)
     if figure is not None:
         _draw(found, figure)
     _print_table(found, common.console())

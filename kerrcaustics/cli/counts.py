@@ -97,18 +97,18 @@ def counts(
 
 def _stars(places: list[tuple[float, float]], camera: "Camera", max_index: int, out: Console) -> Counted:
     with plain_errors(), progress():
+        from kerrcaustics.results.records import record
         from kerrcaustics.stars.counts import image_counts
-        from kerrcaustics.stars.records import counts_record
 
         found = image_counts(camera, places, max_index)
     _print_counts(camera, found, out)
-    return counts_record(camera, found), bool(found.certified.all())
+    return record(found, camera=camera), found.all_certified
 
 
 def _map(rows: int, figure: Path | None, camera: "Camera", max_index: int, out: Console) -> Counted:
     with plain_errors(), progress() as report:
+        from kerrcaustics.results.records import record
         from kerrcaustics.stars.counts import count_map
-        from kerrcaustics.stars.records import map_record
 
         found = count_map(camera, max_index, rows)
         if figure is not None:
@@ -118,7 +118,7 @@ def _map(rows: int, figure: Path | None, camera: "Camera", max_index: int, out: 
 
             write_figure(count_map_figure(found, caustics(camera, max_index + 1)), figure)
     _print_map(camera, found, out)
-    return map_record(camera, found), True
+    return record(found, camera=camera), True
 
 
 def _circle(
@@ -126,14 +126,20 @@ def _circle(
 ) -> Counted:
     turn = math.radians(line or 0.0)
     with plain_errors(), progress():
+        from kerrcaustics.results.records import in_degrees, record
         from kerrcaustics.stars.circles import circle_images
         from kerrcaustics.stars.lines import crossings_of_line
-        from kerrcaustics.stars.records import circle_record
 
         found = circle_images(camera, normal, max_index)
         crossed = None if line is None else crossings_of_line(found, turn)
     _print_circle(found, crossed, line, out)
-    entry = circle_record(camera, found, crossed, turn, points)
+    entry = record(found, points=points)
+    if crossed is not None:
+        inner = record(crossed)
+        del inner["schema"]
+        entry["certified"] &= crossed.certified
+        entry["remarks"] += inner.pop("remarks")
+        entry["line"] = {"turn_deg": in_degrees(turn), **inner}
     return entry, entry["certified"]
 
 

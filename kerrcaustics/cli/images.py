@@ -29,11 +29,11 @@ def images(*, camera: CameraOptions, star: Angles, max_index: MaxIndex = 2, comm
     seen_from = camera.made()
     began = time.perf_counter()
     with plain_errors(), progress():
+        from kerrcaustics.results.records import record
         from kerrcaustics.stars.images import star_images
-        from kerrcaustics.stars.records import images_record
 
         found = star_images(seen_from, place, max_index)
-    common.write_found(images_record(seen_from, found), time.perf_counter() - began)
+    common.write_found(record(found, camera=seen_from), time.perf_counter() - began)
     _print_images(seen_from, found, common.console(WIDE))
     if not found.certified:
         stop(1, "The images are not certified: see the remarks.")

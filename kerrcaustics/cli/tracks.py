@@ -50,7 +50,7 @@ def tracks(
     _check_orbit(seen_from)
     began = time.perf_counter()
     with plain_errors(), progress() as report:
-        from kerrcaustics.stars.records import tracks_record
+        from kerrcaustics.results.records import record
         from kerrcaustics.stars.tracks import star_tracks
 
         found = star_tracks(seen_from, math.radians(star_theta), max_index)
@@ -60,7 +60,7 @@ def tracks(
             _draw(found, figure)
     if film is not None:
         _write_film(found, film)
-    common.write_found(tracks_record(seen_from, found), seconds, None)
+    common.write_found(record(found), seconds, None)
     _print_tracks(found, common.console(WIDE))
     if not found.certified:
         stop(1, "The tracks are not certified: see the remarks.")

@@ -2,139 +2,103 @@
 
 import math
 import time
-from collections.abc import Iterable
-from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 
 from kerrcaustics.curves.critical import Search
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.follow import Course, Progress, follow, steps
+from kerrcaustics.results.declared import Items, derived, quantity, result
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 
 HIGHEST_ORDER = 10
 
 
-@dataclass(frozen=True, eq=False)
+@result("cusp/1", record="celestial error sky")
 class Cusp:
-    """A cusp of a caustic.
+    """A cusp of a caustic."""
 
-    sky (3,): direction N on the camera sky; celestial (2,): (theta', phi') in radians, phi' unwrapped;
-    error: of celestial, in radians.
-    """
-
-    sky: np.ndarray
-    celestial: np.ndarray
-    error: float
-
-    def __eq__(self, other: object) -> bool:
-        """True when every number is the same."""
-        return isinstance(other, Cusp) and _same(vars(self), vars(other))
+    sky: np.ndarray = quantity("axis", "1", "direction N on the camera sky")
+    celestial: np.ndarray = quantity(
+        "angle", "rad", "theta', phi' on the celestial sphere, phi' unwrapped", json="theta_deg phi_deg", column=""
+    )
+    error: float = quantity("", "rad", "error of celestial")
 
 
-@dataclass(frozen=True, eq=False)
+@result(
+    "caustic/1",
+    record="order theta_min theta_max theta_extent phi_min phi_max phi_extent circuits kind closed error residual "
+    "remarks cusps",
+    points="sky celestial",
+)
 class Caustic:
     """A critical curve on the camera sky and its image on the celestial sphere.
 
-    Attributes
-    ----------
-    order : int
-        1 primary, 2 secondary, 3 tertiary, and on: between Morse index order - 1 and order.
-    sky : (n, 3) array
-        Points N of the critical curve, in order along it, the first not repeated.
-    celestial : (n, 2) array
-        Their images (theta', phi') in radians. phi' is unwrapped: rays with b > 0 carry 2 pi order more, so
-        that the curve closes.
-    cusps : tuple of Cusp
-        In the order of the curve.
-    theta_min, theta_max, phi_min, phi_max : float
-        Extremes of the caustic in radians, refined between the points.
-    kind : str
-        "astroid" (four cusps), "curve with N cusps", "point" (no larger than its error), or "unresolved" (not so
-        much larger that its cusps could be told, or cusps lost).
-    closed : bool
-        True when the whole curve was found and its ends meet.
-    error : float
-        Estimated error of celestial and of the extremes, in radians.
-    residual : float
-        Largest |delta_minus| / delta_plus on the critical curve.
-    remarks : tuple of str
-        What was missed or is unusual, in words; empty when there is nothing to say.
+    The extremes are refined between the points. phi' is unwrapped: rays with b > 0 carry 2 pi order more, so that the
+    curve closes.
     """
 
-    order: int
-    sky: np.ndarray
-    celestial: np.ndarray
-    cusps: tuple[Cusp, ...]
-    theta_min: float
-    theta_max: float
-    phi_min: float
-    phi_max: float
-    kind: str
-    closed: bool
-    error: float
-    residual: float
-    remarks: tuple[str, ...]
+    order: int = quantity(
+        "", "1", "1 primary, 2 secondary, 3 tertiary, and on: between Morse index order - 1 and order"
+    )
+    sky: np.ndarray = quantity(
+        "point axis", "1", "directions N of the critical curve, in order along it, the first not repeated"
+    )
+    celestial: np.ndarray = quantity("point angle", "rad", "theta', unwrapped phi' of the caustic")
+    cusps: tuple[Cusp, ...] = quantity("cusp_number", "", "cusps in the order of the curve")
+    theta_min: float = quantity("", "rad", "least theta' of the caustic")
+    theta_max: float = quantity("", "rad", "largest theta' of the caustic")
+    phi_min: float = quantity("", "rad", "least phi' of the caustic, unwrapped")
+    phi_max: float = quantity("", "rad", "largest phi' of the caustic, unwrapped")
+    kind: str = quantity(
+        "",
+        "",
+        '"astroid" (four cusps), "curve with N cusps", "point" (no larger than its error), or "unresolved" (not so '
+        "much larger that its cusps could be told, or cusps lost)",
+    )
+    closed: bool = quantity("", "1", "True when the whole curve was found and its ends meet")
+    error: float = quantity("", "rad", "estimated error of celestial and of the extremes")
+    residual: float = quantity("", "1", "largest delta_minus / delta_plus on the critical curve")
+    remarks: tuple[str, ...] = quantity(
+        "", "", "what was missed or is unusual, in words; empty when there is nothing to say"
+    )
 
     @property
+    @derived("", "rad")
     def theta_extent(self) -> float:
-        """Full width in theta', radians."""
+        """Width in theta'."""
         return self.theta_max - self.theta_min
 
     @property
+    @derived("", "rad")
     def phi_extent(self) -> float:
-        """Full width in unwrapped phi', radians."""
+        """Width in phi'."""
         return self.phi_max - self.phi_min
 
     @property
+    @derived("", "1")
     def circuits(self) -> float:
-        """How many times the caustic goes round the celestial sphere: phi_extent / 2 pi."""
+        """Circuits of the celestial sphere."""
         return self.phi_extent / (2 * math.pi)
 
-    def __eq__(self, other: object) -> bool:
-        """True when every number is the same."""
-        return isinstance(other, Caustic) and _same(vars(self), vars(other))
 
+@result("caustics/1", record="camera engine tolerance seconds beams versions missing curves")
+class CausticSet(Items[Caustic]):
+    """The caustics of one camera, primary first: a sequence, with what produced it."""
 
-class CausticSet(tuple[Caustic, ...]):
-    """The caustics of one camera, primary first: a tuple, with what produced it.
-
-    camera, engine, tolerance (radians), seconds it took, beams traced, versions of the packages used, and
-    missing: orders that were asked for and not found.
-    """
-
-    camera: Camera
-    engine: str
-    tolerance: float
-    seconds: float
-    beams: int
-    versions: dict[str, str]
-    missing: tuple[int, ...]
-
-    def __new__(cls, curves: Iterable[Caustic], **made: Any) -> "CausticSet":
-        """A set of the given caustics; `made` holds the attributes above."""
-        self = super().__new__(cls, curves)
-        for name in cls.__annotations__:
-            setattr(self, name, made[name])
-        return self
+    curves: tuple[Caustic, ...] = quantity("order", "", "the caustics", column="")
+    camera: Camera = quantity("", "", "the camera", json="", column="")
+    engine: str = quantity("", "", "what traced the beams")
+    tolerance: float = quantity("", "rad", "wanted error of a beam", json="tolerance_rad")
+    seconds: float = quantity("", "s", "time it took")
+    beams: int = quantity("", "1", "beams traced")
+    versions: dict[str, str] = quantity("", "", "versions of the packages used")
+    missing: tuple[int, ...] = quantity("", "1", "orders that were asked for and not found", json="missing_orders")
 
     def __repr__(self) -> str:
         """One line: the camera and the kinds of the caustics."""
         return f"<CausticSet of {self.camera}: {', '.join(f'{c.order} {c.kind}' for c in self) or 'none'}>"
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """How to copy and to send the set to another process."""
-        return _set_of, (list(self), vars(self))
-
-    def __eq__(self, other: object) -> bool:
-        """True when the caustics and all that produced them are the same."""
-        return isinstance(other, CausticSet) and tuple.__eq__(self, other) and vars(self) == vars(other)
-
-    def __ne__(self, other: object) -> bool:
-        """The opposite of equal; a tuple would compare the curves alone."""
-        return not self == other
 
 
 def caustics(
@@ -161,7 +125,7 @@ def caustics(
     Returns
     -------
     CausticSet
-        A tuple of Caustic.
+        A sequence of Caustic.
 
     Errors
     ------
@@ -178,7 +142,7 @@ def caustics(
     report("done", 1.0)
     curves = [_caustic(camera, course, features[course.order]) for course in courses]
     return CausticSet(
-        curves,
+        tuple(curves),
         camera=camera,
         engine=" and ".join(sorted(search.engines_used)),
         tolerance=float(tolerance),
@@ -247,17 +211,3 @@ def _kind(course: Course, cusps: int, lost: int) -> tuple[str, str]:
     if cusps != 4:
         return f"curve with {cusps} cusps", f"{cusps} cusps instead of the four of an astroid"
     return "astroid", ""
-
-
-def _set_of(curves: list[Caustic], made: dict[str, Any]) -> CausticSet:
-    return CausticSet(curves, **made)
-
-
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, np.ndarray):
-        return isinstance(other, np.ndarray) and np.array_equal(one, other)
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(_same(one[k], other[k]) for k in one)
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(_same(a, b) for a, b in zip(one, other, strict=True))
-    return bool(one == other)

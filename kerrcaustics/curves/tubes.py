@@ -7,7 +7,6 @@ radius name a point of the tube.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -17,6 +16,7 @@ from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.caustic import check_orders
 from kerrcaustics.curves.critical import Points, Search
 from kerrcaustics.curves.follow import Course, follow, steps
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 
@@ -37,28 +37,19 @@ _ABOVE_HORIZON = 0.4
 _USUAL_SCALE, _USUAL_ROWS = 6.0, 48
 
 
-@dataclass(frozen=True, eq=False)
+@result("tube/1")
 class CausticTube:
     """One caustic of the past light cone, in space: a surface of conjugate points.
 
-    Attributes
-    ----------
-    order : int
-        1 primary, 2 secondary, and on.
-    points : SpacePoints
-        Of shape (rows, lines). The first row is the caustic on the celestial sphere, at infinite radius; the others are
-        about at the radii asked for. Along the lines the tube closes: the first one is not repeated. A line that
-        falls into the hole before the last radii holds its last point there.
-    sky : (rows, lines, 3) array
-        Camera-sky directions N of the rays through them.
-    closed : bool
-        True when the whole critical curve was found.
+    The first row is the caustic on the celestial sphere, at infinite radius; the others are about at the radii asked
+    for. Along the lines the tube closes: the first one is not repeated. A line that falls into the hole before the last
+    radii holds its last point there.
     """
 
-    order: int
-    points: SpacePoints
-    sky: np.ndarray
-    closed: bool
+    order: int = quantity("", "1", "1 primary, 2 secondary, and on")
+    points: SpacePoints = quantity("row line", "", "the surface", column="")
+    sky: np.ndarray = quantity("row line axis", "1", "camera-sky directions N of the rays through the points")
+    closed: bool = quantity("", "1", "True when the whole critical curve was found")
 
     def __repr__(self) -> str:
         """One line: order and size."""

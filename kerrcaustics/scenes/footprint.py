@@ -1,13 +1,13 @@
 """Footprints: what part of the celestial sphere the beam of a pixel covers, and how to average a sky over it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.beam import Beams
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
 Array = np.ndarray
@@ -22,19 +22,24 @@ _ASPECT = 16.0
 _PROBES = (1, 3, 5, 9, 17, 33)
 
 
-@dataclass(frozen=True, eq=False)
+@result("footprint/1")
 class Footprint:
-    """What n pixels see of the celestial sphere.
+    """What n pixels see of the celestial sphere."""
 
-    direction (n, 3): n' of the middle; matrix (n, 2, 2): displacements along e_theta', e_phi' (rows) per pixel along x
-    and y (columns), radians; bend (n,): spread of the beam's neighbours, radians, that the matrix does not hold, along
-    the minor axis; redshift (n,): nu_camera / nu_source, 1 where no shift is asked for.
-    """
-
-    direction: Array
-    matrix: Array
-    bend: Array
-    redshift: Array
+    direction: Array = quantity("pixel axis", "1", "n' of the middle")
+    matrix: Array = quantity(
+        "pixel end_axis pixel_axis",
+        "rad",
+        "displacements along e_theta', e_phi' (rows) per pixel along x and y (columns)",
+        json="matrix_rad",
+    )
+    bend: Array = quantity(
+        "pixel",
+        "rad",
+        "spread of the beam's neighbours that the matrix does not hold, along the minor axis",
+        json="bend_rad",
+    )
+    redshift: Array = quantity("pixel", "1", "nu_camera / nu_source, 1 where no shift is asked for")
 
     def __len__(self) -> int:
         """Number of pixels."""

@@ -3,13 +3,13 @@
 import math
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores, trace_beams
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.footprint import Footprint, bend_of, pixel_matrix, singular_values
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
@@ -41,21 +41,19 @@ class Sky(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
+@result("rendering/1")
 class Rendering:
-    """A sky as a camera sees it.
+    """A sky as a camera sees it."""
 
-    light (height, width, 3): linear sRGB intensity, float32, in the sky's unit; the shadow is 0. open (height, width):
-    part of each pixel that is not in the shadow; divided, pixels that were divided; seconds, beams: what it took.
-    """
-
-    camera: Camera
-    view: View
-    light: Array
-    open: Array
-    divided: int
-    beams: int
-    seconds: float
+    camera: Camera = quantity("", "", "the camera", json="", column="")
+    view: View = quantity("", "", "the part of its sky that is seen")
+    light: Array = quantity(
+        "row column channel", "1", "linear sRGB intensity, float32, in the sky's unit; the shadow is 0"
+    )
+    open: Array = quantity("row column", "1", "part of each pixel that is not in the shadow")
+    divided: int = quantity("", "1", "pixels that were divided")
+    beams: int = quantity("", "1", "beams traced")
+    seconds: float = quantity("", "s", "time it took")
 
     def __repr__(self) -> str:
         """One line: size, camera, time."""
@@ -63,22 +61,18 @@ class Rendering:
         return f"<Rendering {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
 
 
-@dataclass(frozen=True, eq=False)
+@result("traced-view/1")
 class TracedView:
-    """The beams of a view, traced once for any sky: what `trace_view` returns.
+    """The beams of a view, traced once for any sky: what `trace_view` returns."""
 
-    open (height, width): part of each pixel that is not in the shadow. divided, beams, seconds: as in `Rendering`.
-    """
-
-    camera: Camera
-    view: View
-    open: Array
-    divided: int
-    beams: int
-    seconds: float
-    # Which pixels the footprints belong to, all of them, and 16 of each divided one; with its part of the pixel.
-    _whole: list[Part] = field(repr=False)
-    _parts: list[Part] = field(repr=False)
+    camera: Camera = quantity("", "", "the camera", json="", column="")
+    view: View = quantity("", "", "the part of its sky that is seen")
+    open: Array = quantity("row column", "1", "part of each pixel that is not in the shadow")
+    divided: int = quantity("", "1", "pixels that were divided")
+    beams: int = quantity("", "1", "beams traced")
+    seconds: float = quantity("", "s", "time it took")
+    _whole: list[Part] = quantity("", "", "which pixels the footprints belong to, all of them")
+    _parts: list[Part] = quantity("", "", "16 of each divided pixel, with its part of the pixel")
 
     def show(self, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Rendering:
         """A sky as it is seen in this view; parameters as for `render`."""

@@ -1,13 +1,13 @@
 """Views: which part of the camera sky becomes a picture, and what its pixels cover."""
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -25,7 +25,7 @@ _WIDEST_PINHOLE = math.radians(170)
 _LARGEST = 16384
 
 
-@dataclass(frozen=True, eq=False)
+@result("view/1")
 class View:
     """A rectangle of pixels on the camera sky.
 
@@ -49,12 +49,12 @@ class View:
     Right is forward x up.
     """
 
-    width: int
-    height: int
-    field_of_view: float
-    projection: str = "pinhole"
-    forward: Any = (-1.0, 0.0, 0.0)
-    up: Any = (0.0, 0.0, 1.0)
+    width: int = quantity("", "1", "columns of pixels")
+    height: int = quantity("", "1", "rows of pixels")
+    field_of_view: float = quantity("", "rad", "full horizontal angle", given=True)
+    projection: str = quantity("", "", "how the sky becomes flat", default="pinhole")
+    forward: Any = quantity("axis", "1", "N in the middle of the picture", default=(-1.0, 0.0, 0.0))
+    up: Any = quantity("axis", "1", "N of what points up in it", default=(0.0, 0.0, 1.0))
 
     def __post_init__(self) -> None:
         """Refuse a view that is no picture of the sky; make the axes orthonormal."""

@@ -1,12 +1,12 @@
 """Cameras: place and velocity, the camera's frame, and the photon behind each direction of its sky."""
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
 
 Velocity = str | tuple[float, float, float]
@@ -57,7 +57,7 @@ class Photon(NamedTuple):
     energy_ratio: Any
 
 
-@dataclass(frozen=True)
+@result("camera/1", eq=True)
 class Camera:
     """A camera at rest in its own frame at one event outside the horizon of a Kerr black hole.
 
@@ -83,10 +83,10 @@ class Camera:
     References: JTFT appendix A.1.
     """
 
-    spin: float
-    radius: float
-    inclination: float = math.pi / 2
-    velocity: Velocity | None = None
+    spin: float = quantity("", "1", "spin a of the hole")
+    radius: float = quantity("", "GM/c^2", "Boyer-Lindquist radius")
+    inclination: float = quantity("", "rad", "polar angle", given=True, default=math.pi / 2)
+    velocity: Velocity | None = quantity("", "", "name, or vector measured by the FIDO", default=None)
 
     def __post_init__(self) -> None:
         """Refuse a camera that cannot be there."""

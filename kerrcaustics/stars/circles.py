@@ -7,7 +7,6 @@ must pass as the star there has images, by the winding of the caustics.
 """
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +17,7 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical import Points
 from kerrcaustics.curves.follow import between
+from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.camera import Camera, fido_from_sky, sky_from_fido
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis, tangent_basis
 from kerrcaustics.stars.images import checked_sheets, checked_stars
@@ -49,20 +49,37 @@ _LAST_STEP = 0.5
 _LONGITUDES = 360
 
 
-@dataclass(frozen=True, eq=False)
+@result("circle-curve/1", record="index closed longitude_from longitude_to ends error", points="sky longitude")
 class CircleCurve:
-    """One image of a great circle, or of a part of it: a curve on the camera sky.
+    """One image of a great circle, or of a part of it: a curve on the camera sky."""
 
-    index: the Morse index; sky (n, 3): directions N; longitude (n,): on the circle, radians, unwrapped, growing;
-    closed: the curve returns to its first point (not repeated), else it ends at critical curves; error: of the
-    points on the sky, radians, the largest.
-    """
+    index: int = quantity("", "1", "Morse index")
+    sky: Array = quantity("point axis", "1", "directions N")
+    longitude: Array = quantity("point", "rad", "longitude on the circle, unwrapped, growing")
+    closed: bool = quantity(
+        "",
+        "1",
+        "True where the curve returns to its first point (not repeated), else it ends at critical curves",
+    )
+    error: float = quantity("", "rad", "the largest error of the points on the sky", json="error_rad")
 
-    index: int
-    sky: Array
-    longitude: Array
-    closed: bool
-    error: float
+    @property
+    @derived("", "rad")
+    def longitude_from(self) -> float:
+        """Longitude at which the curve begins."""
+        return float(self.longitude[0])
+
+    @property
+    @derived("", "rad")
+    def longitude_to(self) -> float:
+        """Longitude at which the curve ends, unwrapped."""
+        return float(self.longitude[0] + self.sweep)
+
+    @property
+    @derived("curve_end axis", "1")
+    def ends(self) -> Array:
+        """Directions N of both ends of an open curve."""
+        return self.sky[:0] if self.closed else self.sky[[0, -1]]
 
     @property
     def sweep(self) -> float:
@@ -71,23 +88,28 @@ class CircleCurve:
         return 2 * math.pi * math.ceil(swept / (2 * math.pi)) if self.closed else swept
 
 
-@dataclass(frozen=True, eq=False)
+@result("counts/1", record="camera kind=circle max_index normal certified remarks per_index curves")
 class CircleImages:
     """The images of a great circle, by Morse index.
-
-    camera; normal: (theta', phi') of its normal, radians; curves: by index; per_index: how many curves of each;
-    certified: at every longitude as many curves pass as the winding of the caustics tells; remarks: what is not sure.
 
     Longitude on the circle is counted from its ascending node on the celestial equator (from phi' = 0 where it is the
     equator), right-handed about the normal.
     """
 
-    camera: Camera
-    normal: tuple[float, float]
-    curves: tuple[CircleCurve, ...]
-    per_index: dict[int, int]
-    certified: bool
-    remarks: tuple[str, ...] = field(default=())
+    camera: Camera = quantity("", "", "the camera", json="", column="")
+    normal: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the circle's normal", given=True)
+    curves: tuple[CircleCurve, ...] = quantity("curve", "", "its images, by index")
+    per_index: dict[int, int] = quantity("morse_index", "1", "how many curves of each index")
+    certified: bool = quantity(
+        "", "1", "True when at every longitude as many curves pass as the winding of the caustics tells"
+    )
+    remarks: tuple[str, ...] = quantity("", "", "what is not sure", default=())
+
+    @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return max(self.per_index)
 
     def __repr__(self) -> str:
         """One line: the normal, how many curves, whether certified."""

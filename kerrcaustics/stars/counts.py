@@ -1,11 +1,11 @@
 """How many images stars have: for many stars at once, as a map over the celestial sphere."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.images import checked_sheets, checked_stars
@@ -16,42 +16,62 @@ Array = np.ndarray
 _MOST_ROWS = 4096
 
 
-@dataclass(frozen=True, eq=False)
+@result(
+    "counts/1",
+    record="kind=stars max_index all_certified",
+    rows="stars counts expected total on_caustic certified",
+)
 class ImageCounts:
-    """Image counts of many stars.
+    """Image counts of many stars."""
 
-    stars (n, 2): (theta', phi'), radians; counts (n, max_index + 1): images found, by Morse index; expected, the same
-    from the caustics' winding (alone, where no search was asked for: counts then equal it); on_caustic (n,): True for
-    stars that cannot be told from some caustic; certified (n,): found and expected agree, and on no caustic.
-    """
-
-    stars: Array
-    counts: Array
-    expected: Array
-    on_caustic: Array
-    certified: Array
+    stars: Array = quantity("star angle", "rad", "theta', phi' of the stars", json="star_deg", given=True)
+    counts: Array = quantity("star morse_index", "1", "images found, by Morse index", json="per_index")
+    expected: Array = quantity(
+        "star morse_index",
+        "1",
+        "the same from the caustics' winding (alone, where no search was asked for: counts then equal it)",
+    )
+    on_caustic: Array = quantity("star", "1", "True for stars that cannot be told from some caustic")
+    certified: Array = quantity("star", "1", "True where found and expected agree, and on no caustic")
 
     @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return self.counts.shape[1] - 1
+
+    @property
+    @derived("", "1", json="certified")
+    def all_certified(self) -> bool:
+        """Whether every star is certified."""
+        return bool(self.certified.all())
+
+    @property
+    @derived("star", "1")
     def total(self) -> Array:
-        """Images (n,) of index 0 to max_index together."""
+        """Images of index 0 to max_index together."""
         return self.counts.sum(axis=1)
 
 
-@dataclass(frozen=True, eq=False)
+@result("counts/1", record="kind=map max_index theta phi counts on_caustic")
 class CountMap:
-    """Image counts over the celestial sphere, from the caustics' winding.
+    """Image counts over the celestial sphere, from the caustics' winding."""
 
-    theta (m,), phi (n,): centres of the map's cells in radians; counts (m, n, max_index + 1); on_caustic (m, n).
-    """
-
-    theta: Array
-    phi: Array
-    counts: Array
-    on_caustic: Array
+    theta: Array = quantity("theta", "rad", "theta' of the centres of the map's cells")
+    phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
+    counts: Array = quantity("theta phi morse_index", "1", "images of a star there, by Morse index")
+    on_caustic: Array = quantity("theta phi", "1", "True where a star cannot be told from some caustic")
 
     @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return self.counts.shape[2] - 1
+
+    @property
+    @derived("theta", "sr")
     def solid_angle(self) -> Array:
-        """Solid angle (m,) of a cell of each row."""
+        """Solid angle of a cell of each row."""
         half = math.pi / len(self.theta) / 2
         return (np.cos(self.theta - half) - np.cos(self.theta + half)) * 2 * math.pi / len(self.phi)
 

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
+from kerrcaustics.results.declared import Items, quantity, result
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
 from kerrcaustics.stars.images import checked_sheets
 from kerrcaustics.stars.meetings import Meetings, meetings
@@ -17,64 +17,36 @@ _TURN = 2 * math.pi
 _ROUND_OFF = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
+@result("event/1", record="kind order indices star azimuth sky time error at_cusp remarks")
 class PairEvent:
-    """Two images of a star appear or vanish: the star crosses a caustic.
+    """Two images of a star appear or vanish: the star crosses a caustic."""
 
-    Attributes
-    ----------
-    kind : str
-        "creation" or "annihilation", as time goes on.
-    star : (float, float)
-        (theta', phi') of the star relative to the camera at that moment, radians, phi' in [0, 2 pi).
-    sky : (3,) array
-        Direction N on the camera sky where the two images meet.
-    order : int
-        Of the critical curve there.
-    indices : (int, int)
-        Morse indices of the two images: order - 1 and order.
-    azimuth : float
-        phi' unwrapped as in `Caustic.celestial`, radians.
-    time : float
-        Coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0.
-    error : float
-        Of azimuth, radians.
-    at_cusp : bool
-        True where the star passes through a cusp: the pair meets a third image.
-    remarks : tuple of str
-        What is unusual or uncertain; empty when nothing is.
-    """
-
-    kind: str
-    star: tuple[float, float]
-    sky: Array
-    order: int
-    indices: tuple[int, int]
-    azimuth: float
-    time: float
-    error: float
-    at_cusp: bool
-    remarks: tuple[str, ...]
+    kind: str = quantity("", "", '"creation" or "annihilation", as time goes on')
+    star: tuple[float, float] = quantity(
+        "angle", "rad", "theta', phi' of the star relative to the camera at that moment, phi' in [0, 2 pi)"
+    )
+    sky: Array = quantity("axis", "1", "direction N on the camera sky where the two images meet")
+    order: int = quantity("", "1", "order of the critical curve there")
+    indices: tuple[int, int] = quantity("pair", "1", "Morse indices of the two images: order - 1 and order")
+    azimuth: float = quantity("", "rad", "phi' unwrapped as in `Caustic.celestial`", json="phi_unwrapped_deg")
+    time: float = quantity(
+        "", "GM/c^3", "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0"
+    )
+    error: float = quantity("", "rad", "error of azimuth", json="error_rad")
+    at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
+    remarks: tuple[str, ...] = quantity("", "", "what is unusual or uncertain; empty when nothing is")
 
     def __repr__(self) -> str:
         """One line: what, which images, when."""
         return f"<PairEvent: {self.kind} of images of index {self.indices} at time {self.time:.9g}>"
 
 
-class PairEvents(tuple[PairEvent, ...]):
-    """Pair events in the order of time: a tuple. remarks (tuple of str): what could not be told."""
+@result("events/1")
+class PairEvents(Items[PairEvent]):
+    """Pair events in the order of time: a sequence."""
 
-    remarks: tuple[str, ...]
-
-    def __new__(cls, events: Iterable[PairEvent], remarks: tuple[str, ...]) -> "PairEvents":
-        """The events, and what is to be said about those that are missing."""
-        self = super().__new__(cls, events)
-        self.remarks = remarks
-        return self
-
-    def __getnewargs__(self) -> tuple[tuple[PairEvent, ...], tuple[str, ...]]:
-        """How to copy, and to send to another process."""
-        return tuple(self), self.remarks
+    events: tuple[PairEvent, ...] = quantity("event", "", "the events", column="")
+    remarks: tuple[str, ...] = quantity("", "", "what could not be told")
 
 
 def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
@@ -92,7 +64,7 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
     Returns
     -------
     PairEvents
-        A tuple of PairEvent, in the order of time.
+        A sequence of PairEvent, in the order of time.
 
     Errors
     ------
@@ -106,9 +78,9 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
     return PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks)
 
 
-def in_time(events: Iterable[PairEvent]) -> list[PairEvent]:
+def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
     """Events in the order of time."""
-    return sorted(events, key=lambda event: event.time)
+    return tuple(sorted(events, key=lambda event: event.time))
 
 
 def orbital_velocity(camera: Camera) -> float:

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
+from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.camera import Camera, check_camera, fido_from_sky
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.stars.chart import Chart, apart
@@ -23,33 +23,34 @@ _FEW_STEPS = 20
 _SAME = 1e-8
 
 
-@dataclass(frozen=True, eq=False)
+@result("followed-star/1", record="certified images before followed created annihilated")
 class FollowedStar:
     """The images of a star at every camera of a list, each linked to that of the camera before.
 
-    Attributes
-    ----------
-    images : tuple of StarImages
-        One for each camera, each with its certificate.
-    before : tuple of (n,) arrays
-        For each image, which image of the camera before it continues; -1 for a new one, and for the first camera.
-    followed : tuple of (n,) arrays
-        True where Newton's method led from the image before to this one; else the nearest that was left over.
-    created, annihilated : tuple of tuples of int
-        For each camera: its images that are new; and images of the camera before that are gone. Pairs of index k - 1
-        and k, as long as no more than one caustic was crossed in one step, and but for images of index max_index, whose
-        partner may have a higher one.
+    Images are created and annihilated in pairs of index k - 1 and k, as long as no more than one caustic was crossed in
+    one step, and but for images of index max_index, whose partner may have a higher one.
     """
 
-    images: tuple[StarImages, ...]
-    before: tuple[Array, ...]
-    followed: tuple[Array, ...]
-    created: tuple[tuple[int, ...], ...]
-    annihilated: tuple[tuple[int, ...], ...]
+    images: tuple[StarImages, ...] = quantity("camera", "", "one for each camera, each with its certificate")
+    before: tuple[Array, ...] = quantity(
+        "camera image",
+        "1",
+        "for each image, which image of the camera before it continues; -1 for a new one, and for the first camera",
+    )
+    followed: tuple[Array, ...] = quantity(
+        "camera image",
+        "1",
+        "True where Newton's method led from the image before to this one; else the nearest that was left over",
+    )
+    created: tuple[tuple[int, ...], ...] = quantity("camera new", "1", "for each camera its images that are new")
+    annihilated: tuple[tuple[int, ...], ...] = quantity(
+        "camera gone", "1", "for each camera the images of the camera before that are gone"
+    )
 
     @property
+    @derived("", "1")
     def certified(self) -> bool:
-        """True when the images of every camera are certified."""
+        """Whether the images of every camera are certified."""
         return all(images.certified for images in self.images)
 
     def __len__(self) -> int:

@@ -1,12 +1,12 @@
 """All images of a star, certified: what users keep."""
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.camera import Camera, check_camera, fido_from_sky, sky_from_fido
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.search import Found, search
@@ -17,50 +17,40 @@ Array = np.ndarray
 _TOLERANCE = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
+@result(
+    "images/1",
+    record="max_index star certified per_index expected on_caustic remarks",
+    rows="sky azimuth index parity magnification crossings redshift error",
+)
 class StarImages:
-    """The images of one star, ordered by Morse index. Arrays of one length n.
+    """The images of one star, ordered by Morse index."""
 
-    Attributes
-    ----------
-    star : (float, float)
-        (theta', phi') in radians.
-    sky : (n, 3) array
-        Directions N on the camera sky.
-    azimuth : (n,) array
-        Unwrapped phi' of the ray, radians: phi' plus whole turns.
-    index, parity, crossings : (n,) arrays
-        Morse index, (-1)^index, crossings of the equatorial plane.
-    magnification, redshift : (n,) arrays
-        1 / |det J|, and nu_camera / nu_source.
-    error : (n,) array
-        Of `sky`, radians.
-    per_index : dict
-        How many images of each index were found.
-    expected : dict
-        How many there are, from the winding of the caustics about the star.
-    on_caustic : tuple of int
-        Orders of the caustics that the star cannot be told from: it may have two images more or less.
-    certified : bool
-        True when both counts agree for every index, and the star lies on no caustic.
-    remarks : tuple of str
-        What is not certain, and what to do about it; empty when certified.
-    """
+    star: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the star", given=True)
+    sky: Array = quantity("image axis", "1", "directions N on the camera sky")
+    azimuth: Array = quantity("image", "rad", "unwrapped phi' of the ray: phi' plus whole turns", json="phi_deg")
+    index: Array = quantity("image", "1", "Morse index")
+    parity: Array = quantity("image", "1", "(-1)^index")
+    magnification: Array = quantity("image", "1", "1 / |det J|")
+    crossings: Array = quantity("image", "1", "crossings of the equatorial plane")
+    redshift: Array = quantity("image", "1", "nu_camera / nu_source")
+    error: Array = quantity("image", "rad", "error of sky", json="error_rad")
+    per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
+    expected: dict[int, int] = quantity(
+        "morse_index", "1", "how many there are, from the winding of the caustics about the star"
+    )
+    on_caustic: tuple[int, ...] = quantity(
+        "", "1", "orders of the caustics that the star cannot be told from: it may have two images more or less"
+    )
+    certified: bool = quantity("", "1", "True when both counts agree for every index, and the star lies on no caustic")
+    remarks: tuple[str, ...] = quantity(
+        "", "", "what is not certain, and what to do about it; empty when certified", default=()
+    )
 
-    star: tuple[float, float]
-    sky: Array
-    azimuth: Array
-    index: Array
-    parity: Array
-    magnification: Array
-    crossings: Array
-    redshift: Array
-    error: Array
-    per_index: dict[int, int]
-    expected: dict[int, int]
-    on_caustic: tuple[int, ...]
-    certified: bool
-    remarks: tuple[str, ...] = field(default=())
+    @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return max(self.per_index)
 
     def __len__(self) -> int:
         """Number of images."""

@@ -1,7 +1,7 @@
 """How many images of a great circle a line on the camera sky crosses, counted twice."""
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves import sky_lines
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.camera import Frame, fido_from_sky, sky_from_fido
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 from kerrcaustics.stars.circles import Circle, CircleImages
@@ -28,23 +29,18 @@ _LONGEST = 0.3
 _SAFETY = 2.0
 
 
-@dataclass(frozen=True, eq=False)
+@result("crossings/1", record="per_index expected certified remarks", rows="sky index longitude error")
 class LineCrossings:
-    """Where a line on the camera sky crosses the images of a great circle, in the order met.
+    """Where a line on the camera sky crosses the images of a great circle, in the order met."""
 
-    sky (n, 3): directions N; index (n,): Morse index; longitude (n,): on the circle, radians, (-pi, pi]; error (n,):
-    along the line, radians; per_index: how many of each index; expected: the same counted along the curves of
-    `circle_images`; certified: both agree, and the first count left nothing open; remarks: what is not sure.
-    """
-
-    sky: Array
-    index: Array
-    longitude: Array
-    error: Array
-    per_index: dict[int, int]
-    expected: dict[int, int]
-    certified: bool
-    remarks: tuple[str, ...] = field(default=())
+    sky: Array = quantity("crossing axis", "1", "directions N")
+    index: Array = quantity("crossing", "1", "Morse index")
+    longitude: Array = quantity("crossing", "rad", "longitude on the circle, in (-pi, pi]")
+    error: Array = quantity("crossing", "rad", "error along the line", json="error_rad")
+    per_index: dict[int, int] = quantity("morse_index", "1", "how many crossings of each index")
+    expected: dict[int, int] = quantity("morse_index", "1", "the same counted along the curves of `circle_images`")
+    certified: bool = quantity("", "1", "True when both agree, and the first count left nothing open")
+    remarks: tuple[str, ...] = quantity("", "", "what is not sure", default=())
 
 
 class _Line:

@@ -1,13 +1,14 @@
 """Star tracks: the images of a star over one whole orbit of the camera, as curves on its sky."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.camera import Camera, fido_from_sky, sky_from_fido
 from kerrcaustics.stars.branches import Branches, Curves
 from kerrcaustics.stars.events import (
@@ -35,47 +36,36 @@ _SAME = 1e-9
 _TOGETHER = 256
 
 
-@dataclass(frozen=True, eq=False)
+@result("track/1", record="closed turns places sky azimuth index parity magnification redshift error")
 class Track:
     """One connected curve on the camera sky along which images of a star move, through regions of several indices.
 
-    Arrays of one length n, in the order of the curve; a closed one does not repeat its first point. It leads through
-    the events, where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
-
-    Attributes
-    ----------
-    sky : (n, 3) array
-        Directions N.
-    azimuth : (n,) array
-        phi' of the star relative to the camera at which there is an image here, radians, continuous along the curve.
-        The time is -azimuth / angular velocity, and any number of periods more.
-    index, parity : (n,) arrays
-        Morse index and (-1)^index.
-    magnification, redshift : (n,) arrays
-        1 / |det J|, and nu_camera / nu_source.
-    error : (n,) array
-        Of `sky`, radians.
-    closed : bool
-        Else both ends are events of order max_index + 1, beyond which the images have a higher index.
-    turns : int
-        By how many whole turns the azimuth grows along a closed track; 0 for others.
-    events : tuple of PairEvent
-        In the order of the curve.
-    places : tuple of int
-        Which point each event is.
+    Its points are in the order of the curve; a closed one does not repeat its first point. It leads through the events,
+    where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
     """
 
-    sky: Array
-    azimuth: Array
-    index: Array
-    parity: Array
-    magnification: Array
-    redshift: Array
-    error: Array
-    closed: bool
-    turns: int
-    events: tuple[PairEvent, ...]
-    places: tuple[int, ...]
+    sky: Array = quantity("point axis", "1", "directions N")
+    azimuth: Array = quantity(
+        "point",
+        "rad",
+        "phi' of the star relative to the camera at which there is an image here, continuous along the curve. The time "
+        "is -azimuth / angular velocity, and any number of periods more",
+        json="phi_deg",
+    )
+    index: Array = quantity("point", "1", "Morse index")
+    parity: Array = quantity("point", "1", "(-1)^index")
+    magnification: Array = quantity("point", "1", "1 / |det J|")
+    redshift: Array = quantity("point", "1", "nu_camera / nu_source")
+    error: Array = quantity("point", "rad", "error of sky", json="error_rad")
+    closed: bool = quantity(
+        "",
+        "1",
+        "True for a closed curve; else both ends are events of order max_index + 1, beyond which the images have a "
+        "higher index",
+    )
+    turns: int = quantity("", "1", "whole turns by which the azimuth grows along a closed track; 0 for others")
+    events: tuple[PairEvent, ...] = quantity("track_event", "", "events in the order of the curve")
+    places: tuple[int, ...] = quantity("track_event", "1", "which point each event is", json="event_points")
 
     def __len__(self) -> int:
         """Number of points."""
@@ -88,40 +78,31 @@ class Track:
         return f"<Track of {len(self)} points, {shape}, index {indices}, {len(self.events)} events>"
 
 
-@dataclass(frozen=True, eq=False)
+@result("tracks/1", record="camera theta max_index angular_velocity period certified remarks tracks events ends")
 class StarTracks:
-    """All tracks of a star with a given theta' over one orbit of the camera.
+    """All tracks of a star with a given theta' over one orbit of the camera."""
 
-    Attributes
-    ----------
-    camera : Camera
-    theta : float
-        theta' of the star, radians.
-    max_index : int
-    angular_velocity, period : float
-        Of the camera: coordinate azimuth per coordinate time, and the time of one orbit.
-    tracks : tuple of Track
-        Those with images of low index first.
-    events : PairEvents
-        Pair creations and annihilations of images up to max_index, in the order of time.
-    ends : tuple of PairEvent
-        Events in which an image of index max_index meets one of a higher index: the ends of open tracks.
-    certified : bool
-        True when the number of images of each index is at all azimuths what the caustics tell, and nothing is in doubt.
-    remarks : tuple of str
-        What is in doubt; empty when certified.
-    """
-
-    camera: Camera
-    theta: float
-    max_index: int
-    angular_velocity: float
-    period: float
-    tracks: tuple[Track, ...]
-    events: PairEvents
-    ends: tuple[PairEvent, ...]
-    certified: bool
-    remarks: tuple[str, ...]
+    camera: Camera = quantity("", "", "the camera", json="", column="")
+    theta: float = quantity("", "rad", "theta' of the star", json="star_theta_deg", given=True)
+    max_index: int = quantity("", "1", "highest Morse index that was asked for")
+    angular_velocity: float = quantity("", "c^3/GM", "of the camera: coordinate azimuth per coordinate time")
+    period: float = quantity("", "GM/c^3", "time of one orbit of the camera")
+    tracks: tuple[Track, ...] = quantity("track", "", "tracks, those with images of low index first")
+    events: PairEvents = quantity(
+        "event", "", "pair creations and annihilations of images up to max_index, in the order of time"
+    )
+    ends: tuple[PairEvent, ...] = quantity(
+        "end",
+        "",
+        "events in which an image of index max_index meets one of a higher index: the ends of open tracks",
+    )
+    certified: bool = quantity(
+        "",
+        "1",
+        "True when the number of images of each index is at all azimuths what the caustics tell, and nothing is in "
+        "doubt",
+    )
+    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
     _branches: Branches = field(repr=False)
     _curves: Curves = field(repr=False)
 
@@ -147,7 +128,8 @@ class StarTracks:
         Returns
         -------
         StarImages, or a tuple of them for arrays
-            As `star_images` gives them: found from the tracks where the counts agree, else by a full search.
+            As `star_images` gives them: found from the tracks where the counts agree, else by a full search. Tracks
+            that were loaded from a file are found anew each time.
         """
         if (time is None) == (azimuth is None):
             raise ValueError("Arguments `time` and `azimuth`: exactly one of them must be given.")
@@ -159,7 +141,8 @@ class StarTracks:
         if moments.ndim > 1 or not np.isfinite(moments).all():
             raise ValueError(f"Argument `{name}` must be a finite number or a one-dimensional array, but is {value!r}.")
         phi = (moments if time is None else self.azimuth_at(moments)).reshape(-1)
-        parts = [self._images(phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]
+        whole = self if self._branches is not None else star_tracks(self.camera, self.theta, self.max_index)
+        parts = [whole._images(phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]
         images = tuple(image for part in parts for image in part)
         return images if moments.ndim else images[0]
 
@@ -248,7 +231,7 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:
         period=_TURN / abs(angular_velocity),
         tracks=_tracks(camera, branches, events),
         events=PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks),
-        ends=tuple(in_time(e for e in events if e.order > max_index)),
+        ends=in_time(e for e in events if e.order > max_index),
         certified=not remarks,
         remarks=remarks,
         _branches=branches,

@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.beams.trace import cores
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
 from kerrcaustics.sweeps.store import Block, Store, open_store
@@ -33,19 +33,15 @@ _WORKER_CONFIG = {
 _DIED = "the process that computed it died each time (too little memory?)"
 
 
-@dataclass(frozen=True)
+@result("sweep-result/1")
 class SweepResult:
-    """What a sweep did.
+    """What a sweep did."""
 
-    path: of the store; points: of the scene; before: how many of them were in the store at the start; failures: a line
-    for each point that failed, now or before, with where and why; seconds: it took.
-    """
-
-    path: Path
-    points: int
-    before: int
-    failures: tuple[str, ...]
-    seconds: float
+    path: Path = quantity("", "", "the store")
+    points: int = quantity("", "1", "points of the scene")
+    before: int = quantity("", "1", "how many of them were in the store at the start")
+    failures: tuple[str, ...] = quantity("", "", "a line for each point that failed, now or before, with where and why")
+    seconds: float = quantity("", "s", "time it took")
 
 
 def sweep(

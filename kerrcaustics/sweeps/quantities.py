@@ -1,8 +1,7 @@
 """What a sweep computes for one camera, each quantity with its error; and how it is described in the store."""
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -10,6 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
+from kerrcaustics.results.declared import Quantity, quantities
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.stars.counts import count_map
 from kerrcaustics.sweeps.scene import Scene
@@ -19,17 +19,6 @@ Array = np.ndarray
 MOST_CUSPS = 12
 QUANTILES = (0.1, 0.5, 0.9)
 _GOLDEN = math.pi * (3 - math.sqrt(5))
-
-
-@dataclass(frozen=True)
-class Variable:
-    """An array of the store: its name, the dimensions beside spin, radius and inclination, units, and what it is."""
-
-    name: str
-    dims: tuple[str, ...]
-    units: str
-    text: str
-    dtype: str = "float64"
 
 
 def dimensions(scene: Scene) -> dict[str, Array]:
@@ -48,63 +37,58 @@ def dimensions(scene: Scene) -> dict[str, Array]:
     }
 
 
-def variables(scene: Scene) -> list[Variable]:
+def variables(scene: Scene) -> list[Quantity]:
     """All variables of a scene, the error of a quantity behind it."""
     return [variable for name in scene.compute for variable in _VARIABLES[name]]
 
 
-def _with_errors(dims: tuple[str, ...], entries: Iterable[tuple[str, str, str]]) -> list[Variable]:
-    found = []
-    for name, units, text in entries:
-        found += [Variable(name, dims, units, text), Variable(f"{name}_error", dims, units, f"error of {name}")]
-    return found
+def _with_error(about: Quantity) -> list[Quantity]:
+    return [about, replace(about, name=f"{about.name}_error", text=f"error of {about.name}")]
 
 
-_VARIABLES: dict[str, list[Variable]] = {
+def _of_caustics(*names: str) -> list[Quantity]:
+    """Quantities of a caustic as the store has them: by order, angles in degrees."""
+    found = (quantities(Caustic)[name] for name in names)
+    return [replace(about, dims=("order",), unit="degrees" if about.unit == "rad" else about.unit) for about in found]
+
+
+_GEOMETRY = ("theta_min", "theta_max", "phi_min", "phi_max", "theta_extent", "phi_extent", "circuits")
+
+_VARIABLES: dict[str, list[Quantity]] = {
     "geometry": [
-        *_with_errors(
-            ("order",),
-            (
-                ("theta_min", "degrees", "least theta' of the caustic"),
-                ("theta_max", "degrees", "largest theta' of the caustic"),
-                ("phi_min", "degrees", "least phi' of the caustic, unwrapped"),
-                ("phi_max", "degrees", "largest phi' of the caustic, unwrapped"),
-                ("theta_extent", "degrees", "width in theta'"),
-                ("phi_extent", "degrees", "width in phi'"),
-                ("circuits", "1", "circuits of the celestial sphere"),
-            ),
-        ),
-        Variable("cusp_count", ("order",), "1", "cusps; -1 where they could not be told", "int16"),
-        Variable("closed", ("order",), "1", "1 where the whole curve was found, 0 where not", "int8"),
-        Variable("residual", ("order",), "1", "largest delta_minus / delta_plus on the critical curve"),
+        *(one for about in _of_caustics(*_GEOMETRY) for one in _with_error(about)),
+        Quantity("cusp_count", ("order",), "1", "cusps; -1 where they could not be told", "int16"),
+        Quantity("closed", ("order",), "1", "1 where the whole curve was found, 0 where not", "int8"),
+        *_of_caustics("residual"),
     ],
     "cusps": [
-        Variable("cusp_theta", ("order", "cusp"), "degrees", "theta' of the cusps, in the order of the curve"),
-        Variable("cusp_phi", ("order", "cusp"), "degrees", "unwrapped phi' of the cusps"),
-        Variable("cusp_error", ("order", "cusp"), "degrees", "error of both"),
+        Quantity("cusp_theta", ("order", "cusp"), "degrees", "theta' of the cusps, in the order of the curve"),
+        Quantity("cusp_phi", ("order", "cusp"), "degrees", "unwrapped phi' of the cusps"),
+        Quantity("cusp_error", ("order", "cusp"), "degrees", "error of both"),
     ],
-    "areas": _with_errors(
-        ("order",),
-        (
-            ("caustic_area", "steradian", "area inside the caustic, unwrapped"),
-            ("critical_area", "steradian", "solid angle inside the critical curve on the camera sky"),
+    "areas": [
+        *_with_error(Quantity("caustic_area", ("order",), "steradian", "area inside the caustic, unwrapped")),
+        *_with_error(
+            Quantity(
+                "critical_area", ("order",), "steradian", "solid angle inside the critical curve on the camera sky"
+            )
         ),
-    ),
+    ],
     "curves": [
-        Variable("curve_theta", ("order", "vertex"), "degrees", "theta' of points of the caustic, padded with NaN"),
-        Variable("curve_phi", ("order", "vertex"), "degrees", "their unwrapped phi'"),
-        Variable("curve_sky", ("order", "vertex", "axis"), "1", "direction N of the critical curve's points"),
-        Variable("curve_error", ("order",), "degrees", "error of the points"),
+        Quantity("curve_theta", ("order", "vertex"), "degrees", "theta' of points of the caustic, padded with NaN"),
+        Quantity("curve_phi", ("order", "vertex"), "degrees", "their unwrapped phi'"),
+        Quantity("curve_sky", ("order", "vertex", "axis"), "1", "direction N of the critical curve's points"),
+        Quantity("curve_error", ("order",), "degrees", "error of the points"),
     ],
     "counts": [
-        Variable("image_count", ("theta", "phi", "index"), "1", "images of a star", "int16"),
-        Variable("image_count_on_caustic", ("theta", "phi"), "1", "1 where a caustic runs through, 0: exact", "int8"),
+        Quantity("image_count", ("theta", "phi", "index"), "1", "images of a star", "int16"),
+        Quantity("image_count_on_caustic", ("theta", "phi"), "1", "1 where a caustic runs through, 0: exact", "int8"),
     ],
     "magnification": [
-        Variable("escaping", (), "1", "part of the camera sky that shows the celestial sphere"),
-        Variable("escaping_error", (), "1", "error of escaping"),
-        Variable("magnification", ("quantile",), "1", "quantiles of the magnification over that part of the sky"),
-        Variable("magnification_error", ("quantile",), "1", "error of magnification"),
+        *_with_error(Quantity("escaping", (), "1", "part of the camera sky that shows the celestial sphere")),
+        *_with_error(
+            Quantity("magnification", ("quantile",), "1", "quantiles of the magnification over that part of the sky")
+        ),
     ],
 }
 
@@ -138,7 +122,7 @@ def _geometry(scene: Scene, found: CausticSet) -> dict[str, Array]:
         row: dict[str, float] = dict.fromkeys(names, math.nan) | {"cusp_count": -1, "closed": 0}
         if caustic is not None:
             error = math.degrees(caustic.error)
-            for name in ("theta_min", "theta_max", "phi_min", "phi_max", "theta_extent", "phi_extent"):
+            for name in _GEOMETRY[:-1]:
                 row[name] = math.degrees(getattr(caustic, name))
                 row[f"{name}_error"] = error * (2 if name.endswith("extent") else 1)
             told = caustic.kind != "unresolved"

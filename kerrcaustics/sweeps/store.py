@@ -23,7 +23,8 @@ import zarr
 from jaxtyping import UInt8
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from kerrcaustics.sweeps.quantities import Variable, dimensions, variables
+from kerrcaustics.results.declared import Quantity
+from kerrcaustics.sweeps.quantities import dimensions, variables
 from kerrcaustics.sweeps.scene import AXES, Scene, differences, from_record
 
 Array = np.ndarray
@@ -32,8 +33,8 @@ SCHEMA = "kerrcaustics/sweep/1"
 WAITING, DONE, FAILED = 0, 1, 2
 # Bytes of a reason, UTF-8.
 _REASON = 160
-_STATUS = Variable("status", (), "1", "0 not computed, 1 done, 2 failed", "int8")
-_REASONS = Variable("reason", ("byte",), "1", "why a point failed: UTF-8, padded with zeros", "uint8")
+_STATUS = Quantity("status", (), "1", "0 not computed, 1 done, 2 failed", "int8")
+_REASONS = Quantity("reason", ("byte",), "1", "why a point failed: UTF-8, padded with zeros", "uint8")
 _UNITS = {"spin": "1", "radius": "GM/c^2", "inclination": "degrees"}
 
 
@@ -220,7 +221,7 @@ def _create_arrays(group: zarr.Group, scene: Scene) -> None:
     _create_array(group, scene, _REASONS, (_REASON,), 0)
 
 
-def _create_array(group: zarr.Group, scene: Scene, about: Variable, sizes: tuple[int, ...], blank: float) -> None:
+def _create_array(group: zarr.Group, scene: Scene, about: Quantity, sizes: tuple[int, ...], blank: float) -> None:
     """An array of blanks over all points, in chunks of a block; sizes: of its further dimensions."""
     group.create_array(
         about.name,
@@ -230,7 +231,7 @@ def _create_array(group: zarr.Group, scene: Scene, about: Variable, sizes: tuple
         fill_value=blank,
         compressors=[ZstdCodec(level=3), Crc32cCodec()],
         dimension_names=(*AXES, *about.dims),
-        attributes={"units": about.units, "long_name": about.text},
+        attributes={"units": about.unit, "long_name": about.text},
     )
 
 
@@ -246,7 +247,7 @@ def _coordinate(group: zarr.Group, name: str, values: Array, units: str) -> None
     array[...] = values
 
 
-def _blank(variable: Variable, scene: Scene) -> Array:
+def _blank(variable: Quantity, scene: Scene) -> Array:
     further = dimensions(scene)
     fill = math.nan if variable.dtype.startswith("float") else -1
     return np.full([len(further[dim]) for dim in variable.dims], fill, variable.dtype)

@@ -1,0 +1,118 @@
+"""Results as xarray Datasets: units and texts as declared, numbers of several curves or images padded to one array."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kerrcaustics.results.declared import Quantity, element, quantities
+from kerrcaustics.results.records import check_result
+
+if TYPE_CHECKING:
+    import xarray
+
+# Dimensions whose places have names; what fills places that hold nothing, by kind of number.
+_NAMED = {
+    "axis": ["x", "y", "z"],
+    "angle": ["theta", "phi"],
+    "pair": ["outer", "inner"],
+    "channel": ["red", "green", "blue"],
+}
+_FILL = {"i": -1, "b": False, "U": ""}
+
+
+def to_xarray(result: Any) -> "xarray.Dataset":
+    """The numbers of a result as an xarray Dataset; angles in radians.
+
+    What has dimensions is a variable, its unit and what it is in the attributes `units` and `long_name`; all else is an
+    attribute of the Dataset. Of curves and images with different numbers of points the shorter ones are padded: with
+    NaN, -1 in whole numbers, False, or an empty string. What is None is left out.
+    """
+    import xarray
+
+    check_result(result)
+    data, attributes = {}, {}
+    for name, about, values in _columns(type(result), result, (), ""):
+        if about.dims:
+            data[name or about.name] = _variable(about, values)
+        elif isinstance(values, dict):
+            attributes |= {f"{name.removesuffix('s')}_{key}": value for key, value in values.items()}
+        elif values is not None:
+            attributes[name] = _attribute(values)
+    sizes = {dim: size for dims, array, _ in data.values() for dim, size in zip(dims, array.shape, strict=True)}
+    coordinates = {dim: names for dim, names in _NAMED.items() if dim in sizes}
+    return xarray.Dataset(data, coords=coordinates, attrs=attributes)
+
+
+def _columns(kind: type, things: Any, dims: tuple[str, ...], prefix: str) -> Iterator[tuple[str, Quantity, Any]]:
+    """The quantities of one result, or of many in lists as deep as there are dimensions: name, what, and values."""
+    for name, about in quantities(kind).items():
+        values = _each(things, len(dims), name)
+        inner, several = element(kind, name)
+        own = name.removesuffix("s") if inner else name
+        column = "_".join(filter(None, (prefix, own if about.column is None else about.column)))
+        if several:
+            yield from _columns(inner, values, dims + about.dims, column)
+        elif inner:
+            for part, what, numbers in _columns(inner, values, dims, column):
+                yield part, replace(what, dims=about.dims or what.dims) if what.dims else what, numbers
+        elif values is not None:
+            yield column, replace(about, dims=dims + about.dims), values
+
+
+def _each(things: Any, depth: int, name: str) -> Any:
+    return getattr(things, name) if depth == 0 else [_each(thing, depth - 1, name) for thing in things]
+
+
+def _variable(about: Quantity, values: Any) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
+    array = np.asarray(values) if isinstance(values, np.ndarray | np.generic) else _padded(values, about.dims)
+    dims = tuple(name for dim in about.dims for name in _spread(dim, array.ndim - len(about.dims) + 1))
+    return dims, array, {"units": about.unit, "long_name": about.text} if about.unit else {"long_name": about.text}
+
+
+def _spread(dim: str, count: int) -> list[str]:
+    """The names of a dimension that may stand for several."""
+    if not dim.endswith("..."):
+        return [dim]
+    name = dim.removesuffix("...")
+    return [name] if count == 1 else [f"{name}_{i}" for i in range(count)]
+
+
+def _padded(values: Any, dims: tuple[str, ...]) -> np.ndarray:
+    """Nested lists of numbers, or of arrays, as one array."""
+    leaves = list(_leaves(values, len(dims), ()))
+    ends = [[0] * len(dims), *([*(i + 1 for i in place), *leaf.shape] for place, leaf in leaves)]
+    sizes = [len(values), *np.max(ends, axis=0)[1:]]
+    shape = [size or len(_NAMED.get(dim, ())) for dim, size in zip(dims, sizes, strict=True)]
+    kinds = [leaf.dtype for _, leaf in leaves if leaf.size]
+    dtype = np.result_type(*kinds) if kinds else np.dtype(float)
+    array = np.full(shape, _FILL.get(dtype.kind, np.nan), dtype)
+    for place, leaf in leaves:
+        array[(*place, *map(slice, leaf.shape))] = leaf
+    return array
+
+
+def _leaves(values: Any, depth: int, place: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
+    """The rows and arrays in nested lists, each after its place."""
+    if depth == 1 or isinstance(values, np.ndarray):
+        yield place, np.asarray(_row(values))
+        return
+    for i, part in enumerate(values):
+        yield from _leaves(part, depth - 1, (*place, i))
+
+
+def _row(values: Any) -> Any:
+    """Numbers or words in one row: those of a dict, and remarks joined to one."""
+    if isinstance(values, dict):
+        return list(values.values())
+    if isinstance(values, list):
+        return ["; ".join(map(str, value)) if isinstance(value, tuple) else value for value in values]
+    return values
+
+
+def _attribute(value: Any) -> Any:
+    """What an attribute can hold, also that of a netCDF file."""
+    if isinstance(value, tuple) and all(isinstance(part, str) for part in value):
+        return "; ".join(value)
+    return value if isinstance(value, str | float | tuple) else int(value) if isinstance(value, int) else str(value)

@@ -1,0 +1,199 @@
+"""What a result says about itself: its quantities, each with dimensions, unit and one text.
+
+`@result` makes a frozen dataclass whose fields are declared with `quantity`; properties may be declared with `derived`.
+From there come its docstring and equality here, files (files.py), records for JSON (records.py) and Datasets
+(datasets.py).
+"""
+
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Sequence
+from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import cache
+from typing import Any, TypeVar, dataclass_transform, get_args, get_type_hints
+
+import numpy as np
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a number, or an array of numbers, is.
+
+    dims: the names of its dimensions; one that ends in "..." stands for any number of them. unit: "rad", "1" where
+    there is none, "" for what is no number. dtype: in the stores of sweeps. json: its name in records; a name that ends
+    in _deg is written in degrees. column: its name in Datasets; of a result within a result, what the names of its
+    quantities begin with. given: an angle that the user gave in degrees, and gets back as it was.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    unit: str
+    text: str
+    dtype: str = "float64"
+    json: str | None = None
+    column: str | None = None
+    given: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The record of a result: its schema, and what it holds: always (name=value is a constant), as points, as rows."""
+
+    schema: str
+    names: tuple[str, ...]
+    points: tuple[str, ...]
+    rows: tuple[str, ...]
+
+
+LAYOUTS: dict[type, Layout] = {}
+"""All results whose modules are loaded."""
+
+
+def quantity(
+    dims: str,
+    unit: str,
+    text: str,
+    *,
+    json: str | None = None,
+    column: str | None = None,
+    given: bool = False,
+    default: Any = MISSING,
+) -> Any:
+    """A field of a result; parameters as for `Quantity`, the dimensions in one string."""
+    about = Quantity("", tuple(dims.split()), unit, text, json=json, column=column, given=given)
+    return field(default=default, metadata={"quantity": about})
+
+
+def derived(dims: str, unit: str, *, json: str | None = None) -> Callable[[T], T]:
+    """A property of a result that its Dataset holds too, and its record where that names it. Its text is its doc."""
+
+    def declare(get: T) -> T:
+        text = (inspect.getdoc(get) or "").split("\n")[0].rstrip(".")
+        text = text[:1].lower() + text[1:]
+        vars(get)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json)
+        return get
+
+    return declare
+
+
+@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(quantity,))
+def result(
+    schema: str, *, record: str = "", points: str = "", rows: str = "", eq: bool = False, kw_only: bool = False
+) -> Callable[[type[T]], type[T]]:
+    """Make a class a result: a frozen dataclass, equal to another where every quantity is.
+
+    Parameters
+    ----------
+    schema : str
+        Of its record, after "kerrcaustics/".
+    record : str
+        What the record holds: names of quantities in order, and constants as name=value. Left out, all fields.
+    points : str
+        What it holds beside them when points are asked for.
+    rows : str
+        Arrays along one dimension that it holds as a list of rows, named after the dimension.
+    eq : bool
+        True for what is compared, and hashed, as other dataclasses are.
+    """
+
+    def declare(kind: type[T]) -> type[T]:
+        plain = kind.__repr__ is object.__repr__
+        made: Any = dataclass(frozen=True, eq=eq, repr=plain, kw_only=kw_only)(kind)
+        if not eq:
+            made.__eq__, made.__hash__ = same, None
+        names = record.split() or [name for name in stored(made) if not name.startswith("_")]
+        LAYOUTS[made] = Layout(f"kerrcaustics/{schema}", tuple(names), tuple(points.split()), tuple(rows.split()))
+        made.__doc__ = _documented(made)
+        return made
+
+    return declare
+
+
+class Items(Sequence[T]):
+    """A result that is also the sequence of what its first field holds."""
+
+    def __getitem__(self, place: Any) -> Any:
+        """One of them, or a tuple for a slice."""
+        return next(iter(vars(self).values()))[place]
+
+    def __len__(self) -> int:
+        """How many they are."""
+        return len(next(iter(vars(self).values())))
+
+
+@cache
+def stored(kind: type) -> dict[str, Quantity]:
+    """The quantities that are fields of a result, by name: what makes it, and what files hold."""
+    return {f.name: replace(f.metadata["quantity"], name=f.name) for f in fields(kind) if "quantity" in f.metadata}
+
+
+@cache
+def quantities(kind: type) -> dict[str, Quantity]:
+    """All quantities of a result, by name: the fields that users see, and the properties declared with `derived`."""
+    found = {name: about for name, about in stored(kind).items() if not name.startswith("_")}
+    for name, member in inspect.getmembers(kind, lambda member: isinstance(member, property)):
+        about = vars(member.fget).get("quantity")
+        if about is not None:
+            found[name] = replace(about, name=name)
+    return found
+
+
+@cache
+def element(kind: type, name: str) -> tuple[Any, bool]:
+    """The result that a field holds, and whether it may hold several; None where it holds none."""
+    hint = get_type_hints(kind).get(name)
+    if hint in LAYOUTS and issubclass(hint, Items):
+        return element(hint, next(iter(stored(hint))))
+    inner = next((part for part in (hint, *get_args(hint)) if part in LAYOUTS), None)
+    return inner, inner is not None and inner is not hint
+
+
+def same(one: Any, other: Any) -> bool:
+    """True when two results, or parts of them, are of one type and every number is the same; NaN is equal to NaN."""
+    one, other = (value.item() if isinstance(value, np.generic) else value for value in (one, other))
+    if type(one) is not type(other):
+        return False
+    if type(one) in LAYOUTS and type(one).__eq__ is same:
+        return all(same(getattr(one, name), getattr(other, name)) for name in stored(type(one)))
+    if isinstance(one, np.ndarray):
+        exact = one.dtype == other.dtype and one.shape == other.shape
+        return exact and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    return bool(one == other or (one != one and other != other))
+
+
+def _documented(kind: type) -> str:
+    """The docstring, followed by the quantities that it declares."""
+    doc = inspect.cleandoc(kind.__doc__ or "")
+    if "Parameters\n---" in doc:
+        return doc
+    hints = get_type_hints(kind)
+    lines = [doc, "", "Attributes", "----------"]
+    for name, about in stored(kind).items():
+        if not name.startswith("_"):
+            what = ", ".join(filter(None, (_type(hints[name], about.dims), about.unit if about.unit != "1" else "")))
+            lines += [f"{name} : {what}", textwrap.indent(textwrap.fill(_sentence(about.text), 110), "    ")]
+    return "\n".join(lines)
+
+
+def _sentence(text: str) -> str:
+    """A text with a full stop, and a capital where its first word is no symbol."""
+    return f"{text[0].upper() if re.match('[a-z]+[ ,]', text) else text[0]}{text[1:]}."
+
+
+def _type(hint: Any, dims: tuple[str, ...]) -> str:
+    """A type in words: "array over image × axis", "tuple of Cusp", "float or None"."""
+    if type(None) in get_args(hint):
+        rest = [part for part in get_args(hint) if part is not type(None)]
+        return " or ".join([*(_type(part, dims) for part in rest), "None"])
+    text = re.sub(r"\btuple\[([\w.]+), \.\.\.\]", r"tuple of \1", inspect.formatannotation(hint))
+    if "ndarray" in text and "tuple" not in text:
+        # Separated by commas, the documentation would make each name a link.
+        return f"array over {' × '.join(dims)}"
+    return re.sub(r"\w+\.|\[.*", "", text)

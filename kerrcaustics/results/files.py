@@ -1,0 +1,146 @@
+"""Results as files: one .npz that loads back equal. Its header is the result as a tree, with its arrays beside it."""
+
+import json
+import os
+from dataclasses import fields
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kerrcaustics.files import writing
+from kerrcaustics.results.declared import LAYOUTS, stored
+from kerrcaustics.results.records import check_result
+
+SCHEMA, _OLD_SCHEMA = "kerrcaustics/result/1", "kerrcaustics/caustics-file/1"
+
+HOMES = {
+    "spacetime.camera": "Camera",
+    "beams.beam": "Rays Beams",
+    "beams.paths": "SpacePoints RayPaths",
+    "curves.caustic": "Cusp Caustic CausticSet",
+    "curves.tubes": "CausticTube",
+    "stars.images": "StarImages",
+    "stars.events": "PairEvent PairEvents",
+    "stars.tracks": "Track StarTracks",
+    "stars.following": "FollowedStar",
+    "stars.counts": "ImageCounts CountMap",
+    "stars.circles": "CircleCurve CircleImages",
+    "stars.lines": "LineCrossings",
+    "scenes.view": "View",
+    "scenes.footprint": "Footprint",
+    "scenes.render": "Rendering TracedView",
+    "sweeps.engine": "SweepResult",
+}
+"""What a file can hold: the classes of each module. It is loaded when a file asks for it."""
+
+
+def save(path: str | os.PathLike[str], result: Any) -> None:
+    """Write a result to one file: NumPy .npz with a JSON header. Nothing is left half-written.
+
+    Parameters
+    ----------
+    path : str or path
+        The file gets the name as it is given: no ending is added.
+    result
+        Whatever the functions of this package return; also a tuple of results.
+    """
+    for part in result if isinstance(result, list | tuple) else [result]:
+        check_result(part)
+    arrays: dict[str, Any] = {}
+    head = {"schema": SCHEMA, "result": _tree(result, arrays)}
+    with writing(path) as file:
+        np.savez_compressed(file, allow_pickle=False, head=np.array(json.dumps(head)), **arrays)
+
+
+def load(path: str | os.PathLike[str]) -> Any:
+    """The result that `save` wrote to `path`, equal to the one that was saved."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = dict(file)
+        head = json.loads(str(arrays["head"]))
+        if head["schema"] == SCHEMA:
+            return _value(head["result"], arrays)
+        if head["schema"] == _OLD_SCHEMA:
+            return _caustics(head, arrays)
+    except OSError as error:
+        reason = error.strerror or "it is no such file"
+        raise ValueError(f"Argument `path` must name a file that can be read: {os.fspath(path)!r}: {reason}.") from None
+    except Exception as error:
+        raise ValueError(
+            f"Argument `path` must name a file that `kerrcaustics.save` wrote, but {os.fspath(path)!r} is not one."
+        ) from error
+    raise ValueError(f"Argument `path` must name a file of schema {SCHEMA}, but this one is {head['schema']}.")
+
+
+def save_caustics(path: str | os.PathLike[str], caustics: Any) -> None:
+    """Write caustics to one file: `save`, by its first name."""
+    save(path, caustics)
+
+
+def load_caustics(path: str | os.PathLike[str]) -> Any:
+    """The caustics in a file: `load`, by its first name."""
+    return load(path)
+
+
+def _tree(value: Any, arrays: dict[str, Any]) -> Any:
+    """A value as JSON; arrays by the name under which they are put to the others."""
+    if type(value) in LAYOUTS:
+        parts = {name: _tree(getattr(value, name), arrays) for name in stored(type(value))}
+        return {"kind": type(value).__name__, "fields": parts}
+    if isinstance(value, np.ndarray):
+        name = f"array_{len(arrays)}"
+        arrays[name] = value
+        return {"array": name}
+    if isinstance(value, dict):
+        return {"dict": [[_tree(key, arrays), _tree(part, arrays)] for key, part in value.items()]}
+    if isinstance(value, list | tuple):
+        return {type(value).__name__: [_tree(part, arrays) for part in value]}
+    if isinstance(value, Path):
+        return {"path": str(value)}
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _value(tree: Any, arrays: dict[str, Any]) -> Any:
+    """What `_tree` was given."""
+    if not isinstance(tree, dict):
+        return tree
+    if "kind" in tree:
+        kind = _kind(tree["kind"])
+        return _restored(kind, {name: _value(part, arrays) for name, part in tree["fields"].items()})
+    ((how, inner),) = tree.items()
+    if how in ("list", "tuple"):
+        parts = [_value(part, arrays) for part in inner]
+        return tuple(parts) if how == "tuple" else parts
+    if how == "dict":
+        return {_value(key, arrays): _value(part, arrays) for key, part in inner}
+    return Path(inner) if how == "path" else arrays[inner]
+
+
+def _kind(name: str) -> Any:
+    """The class of a result, by its name."""
+    (home,) = (module for module, names in HOMES.items() if name in names.split())
+    return getattr(import_module(f"kerrcaustics.{home}"), name)
+
+
+def _restored(kind: Any, parts: dict[str, Any]) -> Any:
+    """A result with the very fields that were stored: nothing is checked or rounded again. The others are None."""
+    if parts.keys() != stored(kind).keys():
+        raise ValueError(f"{kind.__name__} has other fields")
+    made = object.__new__(kind)
+    for field in fields(kind):
+        object.__setattr__(made, field.name, parts.get(field.name))
+    return made
+
+
+def _caustics(head: dict[str, Any], arrays: dict[str, Any]) -> Any:
+    """What is in a file of caustics, which had a schema of its own."""
+    camera, curves = _kind("Camera")(**head.pop("camera")), []
+    for i, entry in enumerate(head.pop("curves")):
+        columns = (arrays[f"cusp_{name}_{i}"] for name in ("sky", "celestial", "error"))
+        cusps = tuple(_kind("Cusp")(sky, place, float(error)) for sky, place, error in zip(*columns, strict=True))
+        points = {"sky": arrays[f"sky_{i}"], "celestial": arrays[f"celestial_{i}"], "cusps": cusps}
+        curves.append(_kind("Caustic")(**points, **{**entry, "remarks": tuple(entry["remarks"])}))
+    del head["schema"]
+    return _kind("CausticSet")(tuple(curves), camera=camera, **{**head, "missing": tuple(head["missing"])})

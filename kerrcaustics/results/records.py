@@ -1,0 +1,88 @@
+"""Results as records for JSON: angles in degrees, what is not finite as null."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kerrcaustics.results.declared import LAYOUTS, Items, Quantity, quantities
+
+
+def record(result: Any, *, camera: Any = None, points: bool = False) -> dict[str, Any]:
+    """A result as plain data that JSON can hold.
+
+    Parameters
+    ----------
+    result
+        Whatever the functions of this package return.
+    camera : Camera, optional
+        Its place and motion are told too; for results that do not know their camera.
+    points : bool
+        Whether curves carry their points too.
+
+    Returns
+    -------
+    dict
+        The schema, and the quantities; the unit of an angle is the end of its name: _deg or _rad.
+    """
+    check_result(result)
+    place = {} if camera is None else _entries(camera, False)
+    return {"schema": LAYOUTS[type(result)].schema, **place, **_entries(result, points)}
+
+
+def check_result(result: Any) -> None:
+    """Refuse what is no result, with one clear ValueError."""
+    if type(result) not in LAYOUTS:
+        raise ValueError(f"Argument `result` must be a result of kerrcaustics, but is {type(result).__name__}.")
+
+
+def in_degrees(angle: float) -> float:
+    """An angle (radians) that the user gave in degrees, in degrees again: fifteen digits, so that 60 stays 60."""
+    return float(f"{math.degrees(angle):.15g}")
+
+
+def _entries(result: Any, points: bool) -> dict[str, Any]:
+    about, layout = quantities(type(result)), LAYOUTS[type(result)]
+    entry: dict[str, Any] = {}
+    for name in layout.names + layout.points * points:
+        key, constant, text = name.partition("=")
+        entry |= {key: text} if constant else _named(about[name], getattr(result, name), points)
+    if layout.rows:
+        columns = [(about[name], getattr(result, name)) for name in layout.rows]
+        rows = [{k: v for column in columns for k, v in _row(*column, i)} for i in range(len(columns[0][1]))]
+        entry[f"{columns[0][0].dims[0]}s"] = rows
+    return entry
+
+
+def _row(about: Quantity, values: Any, i: int) -> Any:
+    one = values[i]
+    if about.dims[1:] == ("morse_index",):
+        one = dict(enumerate(one))
+    return _named(about, one, False).items()
+
+
+def _named(about: Quantity, value: Any, points: bool) -> dict[str, Any]:
+    """A quantity under its name; under several where it has one for each component; spread where it has none."""
+    key = about.json if about.json is not None else about.name + "_deg" * (about.unit == "rad")
+    if not key:
+        return _entries(value, points)
+    number = (in_degrees if about.given else math.degrees) if key.endswith("_deg") else float
+    plain = _plain(value, number, points)
+    names = key.split()
+    return dict(zip(names, plain, strict=True)) if len(names) > 1 else {key: plain}
+
+
+def _plain(value: Any, number: Callable[[float], float], points: bool) -> Any:
+    """A value as plain data, numbers that are not whole converted."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if type(value) in LAYOUTS and not isinstance(value, Items):
+        return _entries(value, points)
+    if isinstance(value, dict):
+        return {str(key): _plain(part, number, points) for key, part in value.items()}
+    if isinstance(value, list | tuple | Items):
+        return [_plain(part, number, points) for part in value]
+    if isinstance(value, float):
+        return number(value) if math.isfinite(value) else None
+    return value if isinstance(value, int | str | None) else str(value)

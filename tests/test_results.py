@@ -1,0 +1,253 @@
+"""Every result, by what it declares: files that load back equal, records for JSON, Datasets, docstrings, equality."""
+
+import copy
+import json
+import math
+import pickle
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args, get_type_hints
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.beams.paths import SpacePoints
+from kerrcaustics.results.declared import LAYOUTS, quantities, stored
+from kerrcaustics.results.files import HOMES
+from kerrcaustics.stars.circles import CircleCurve
+from kerrcaustics.stars.counts import CountMap
+from kerrcaustics.stars.events import PairEvents
+from kerrcaustics.stars.tracks import Track
+
+# Naming them loads the modules of all public names.
+assert all(hasattr(kc, name) for name in kc.__all__)
+KINDS = sorted(LAYOUTS, key=lambda kind: kind.__name__)
+CAMERA = kc.Camera(0.5, 4.0, 1.0, (0.1, -0.2, 0.3))
+GIVEN = {kc.Camera: CAMERA, kc.View: kc.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)), Path: Path("folder/sweep.zarr")}
+SIZES = {"axis": 3, "channel": 3, "angle": 2, "pair": 2, "end_axis": 2, "sky_axis": 2, "pixel_axis": 2}
+WHOLE = {"index", "parity", "crossings", "status", "counts", "expected", "before"}
+NOT_OURS = "Argument `path` must name a file that `kerrcaustics.save` wrote, but "
+TRUTHS = {"closed_form", "on_caustic", "certified", "followed"}
+
+
+def example(kind, count, absent=False):
+    """A made-up result, with so many points, curves and images; absent: what may be None is."""
+    if kind in GIVEN:
+        return GIVEN[kind]
+    if kind in (CircleCurve, CountMap):
+        # No curve is without points, no map without cells.
+        count = max(count, 1)
+    hints = get_type_hints(kind)
+    return kind(
+        **{name: value(name, hints[name], about.dims, count, absent) for name, about in stored(kind).items()},
+        **{name: None for name in kind.__dataclass_fields__ if name not in stored(kind)},
+    )
+
+
+def value(name, hint, dims, count, absent):
+    """A value of a type: arrays with NaN, -1 or False in the first place."""
+    parts = get_args(hint)
+    if type(None) in parts:
+        return None if absent else value(name, parts[0], dims, count, absent)
+    if hint in LAYOUTS or hint in GIVEN:
+        return example(hint, count, absent)
+    if "ndarray" in str(hint) and not parts:
+        return array(name, [SIZES.get(dim, count) for dim in dims])
+    if str(hint).startswith("dict"):
+        return {parts[0](k): parts[1](k + 1) for k in range(count + 1)}
+    if parts and str(hint).startswith(("tuple", "list")):
+        many = count if parts[-1] is Ellipsis or str(hint).startswith("list") else len(parts)
+        kinds = [part for part in parts if part is not Ellipsis]
+        made = [value(name, kinds[i % len(kinds)], dims[1:], count + i, absent) for i in range(many)]
+        return tuple(made) if str(hint).startswith("tuple") else made
+    return {float: 0.1 + 0.2, int: 3, bool: True, str: "a word"}.get(hint, (0.1, 0.2, 0.3))
+
+
+def array(name, shape):
+    if name in WHOLE:
+        return np.arange(-1, math.prod(shape) - 1).reshape(shape)
+    if name in TRUTHS:
+        return np.arange(math.prod(shape)).reshape(shape) % 2 == 1
+    made = np.sqrt(np.arange(math.prod(shape)) + 1.0)
+    made[: name != "longitude"] = np.nan
+    return made.reshape(shape)
+
+
+@pytest.fixture(params=KINDS, ids=lambda kind: kind.__name__)
+def kind(request):
+    return request.param
+
+
+@pytest.mark.parametrize(("count", "absent"), [(0, False), (1, True), (3, False)])
+def test_a_file_loads_back_equal(kind, count, absent, tmp_path):
+    made = example(kind, count, absent)
+    kc.save(tmp_path / "a file", made)
+    loaded = kc.load(tmp_path / "a file")
+    assert type(loaded) is kind and loaded == made
+    assert [path.name for path in tmp_path.iterdir()] == ["a file"]
+    assert pickle.loads(pickle.dumps(made)) == made and copy.deepcopy(made) == made
+
+
+def test_several_results_lie_in_one_file(tmp_path):
+    many = tuple(example(kind, 2) for kind in KINDS)
+    kc.save(tmp_path / "all", many)
+    assert kc.load(tmp_path / "all") == many
+
+
+def test_equality_sees_every_field(kind):
+    made = example(kind, 2)
+    for name in stored(kind):
+        if kind not in GIVEN and not name.startswith("_"):
+            assert replace(made, **{name: "something else"}) != made
+    for name, part in vars(made).items():
+        if isinstance(part, np.ndarray) and part.size:
+            changed = part.copy()
+            changed.flat[-1] = ~part.flat[-1] if part.dtype.kind in "bi" else np.nextafter(part.flat[-1], 9)
+            assert replace(made, **{name: changed}) != made
+    assert made != 1
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_a_record_is_json_whose_names_tell_the_unit(kind, count):
+    made = example(kind, count)
+    entry = json.loads(json.dumps(kc.record(made, points=True), allow_nan=False))
+    assert re.fullmatch(r"kerrcaustics/[a-z-]+/1", entry["schema"])
+    layout = LAYOUTS[kind]
+    for name in layout.names + layout.points + layout.rows:
+        if "=" in name:
+            assert dict([name.split("=")]).items() <= entry.items()
+            continue
+        about = quantities(kind)[name]
+        names = (about.name + "_deg" * (about.unit == "rad") if about.json is None else about.json).split()
+        assert about.unit != "rad" or all(key.endswith(("_deg", "_rad")) for key in names)
+        assert name in layout.rows or set(names) <= entry.keys()
+    assert {"spin", "radius", "inclination_deg", "velocity"} <= kc.record(made, camera=CAMERA).keys()
+
+
+def test_angles_are_degrees_in_records_and_rows_have_names():
+    images = example(kc.StarImages, 3)
+    entry = kc.record(replace(images, star=(math.radians(60), math.radians(-17))), camera=CAMERA)
+    assert entry["star_deg"] == [60, -17] and entry["per_index"] == {"0": 1, "1": 2, "2": 3, "3": 4}
+    assert [row["phi_deg"] for row in entry["images"]] == [None, *np.degrees(images.azimuth[1:])]
+    assert [row["error_rad"] for row in entry["images"]] == [None, *images.error[1:]]
+    assert [row["index"] for row in entry["images"]] == [-1, 0, 1]
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_a_dataset_holds_every_number(kind, count, tmp_path):
+    made = example(kind, count)
+    data = kc.to_xarray(made)
+    for name, about in quantities(kind).items():
+        number = getattr(made, name)
+        if isinstance(number, np.ndarray):
+            variable = data[about.column or name]
+            np.testing.assert_array_equal(variable.values, number)
+            assert variable.attrs == {"units": about.unit, "long_name": about.text}
+            assert variable.dims == tuple(dim.removesuffix("...") for dim in about.dims)
+        elif isinstance(number, int | float | str) and about.column is None:
+            assert data.attrs[name] == number
+    data.to_netcdf(tmp_path / "data.nc", engine="h5netcdf")
+
+
+def test_datasets_pad_what_is_shorter():
+    track = example(Track, 2)
+    short = replace(track, sky=track.sky[:1], index=track.index[:1], events=(), places=())
+    data = kc.to_xarray(replace(example(kc.StarTracks, 1), tracks=(track, short)))
+    assert data.track_sky.dims == ("track", "point", "axis") and list(data.axis) == ["x", "y", "z"]
+    np.testing.assert_array_equal(data.track_sky[0], track.sky)
+    assert np.isnan(data.track_sky[1, 1]).all()
+    np.testing.assert_array_equal(data.track_index, [[-1, 0], [-1, -1]])
+    assert data.track_event_kind.values.tolist() == [["a word", "a word"], ["", ""]]
+    assert data.event_star.dims == ("event", "angle") and data.end_time.attrs["units"] == "GM/c^3"
+    assert data.track_turns.dims == ("track",) and data.attrs["period"] == 0.1 + 0.2
+    quiet = kc.to_xarray(replace(example(kc.StarTracks, 1), events=example(PairEvents, 0)))
+    assert quiet.event_indices.shape == (0, 2) and quiet.event_sky.shape == (0, 3) and quiet.sizes["track_event"] == 1
+
+
+@pytest.mark.parametrize("shape", [(), (4,), (2, 3)])
+def test_rays_of_any_shape(shape, tmp_path):
+    """With captured rays among them, which hold NaN, and with what was not asked for None."""
+    sky = np.broadcast_to([-1.0, 0.0, 0.0], (*shape, 3)).copy()
+    sky[..., 0] *= -np.linspace(-1, 1, math.prod(shape)).reshape(shape)
+    sky[..., 2] = 0.3
+    for made in (kc.trace_rays(CAMERA, sky), kc.trace_beams(CAMERA, sky)):
+        kc.save(tmp_path / "rays", made)
+        assert kc.load(tmp_path / "rays") == made
+        data = kc.to_xarray(made)
+        assert data.direction.shape == (*shape, 3) and "time" not in data
+        assert ("redshift" in data) == ("index" in data) == (type(made) is kc.Beams)
+        assert kc.record(made, camera=CAMERA)["status"] == made.status.tolist()
+    assert shape == () or not made.escaped.all()
+    np.testing.assert_array_equal(data.magnification, made.magnification)
+
+
+def test_docstrings_tell_every_field(kind):
+    text = " ".join(kind.__doc__.split())
+    for name, about in stored(kind).items():
+        if not name.startswith("_"):
+            assert f"{name} :" in text or f"{name}," in text
+            assert kind in GIVEN or about.text[1:] in text
+
+
+def test_the_page_tells_every_public_result():
+    page = (Path(__file__).parents[1] / "docs" / "results.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `(\w+)` \|.*\| `(kerrcaustics/[^`]+)` \|$", page, re.MULTILINE))
+    assert rows == {kind.__name__: LAYOUTS[kind].schema for kind in KINDS}
+
+
+def test_files_know_where_every_result_is_defined():
+    told = {f"kerrcaustics.{home}.{name}" for home, names in HOMES.items() for name in names.split()}
+    assert told == {f"{kind.__module__}.{kind.__name__}" for kind in KINDS}
+
+
+def test_a_fresh_process_loads_what_is_no_public_name(tmp_path):
+    made = example(SpacePoints, 2)
+    kc.save(tmp_path / "points", made)
+    code = f"import kerrcaustics as kc; print(kc.load({str(tmp_path / 'points')!r}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == repr(made)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a file of ours", b"PK\x03\x04broken"])
+def test_a_foreign_file_is_refused(content, tmp_path):
+    (tmp_path / "other.npz").write_bytes(content)
+    with pytest.raises(ValueError, match=NOT_OURS):
+        kc.load(tmp_path / "other.npz")
+
+
+def test_a_file_that_was_cut_off_is_refused(tmp_path):
+    kc.save(tmp_path / "whole", example(kc.Rays, 3))
+    content = (tmp_path / "whole").read_bytes()
+    for size in (len(content) - 1, len(content) // 2, 30):
+        (tmp_path / "part").write_bytes(content[:size])
+        with pytest.raises(ValueError, match=NOT_OURS):
+            kc.load(tmp_path / "part")
+
+
+def test_a_missing_file_and_another_schema_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"must name a file that can be read: .*nothing.npz': No such file"):
+        kc.load(tmp_path / "nothing.npz")
+    np.savez(tmp_path / "later.npz", head=np.array(json.dumps({"schema": "kerrcaustics/result/9"})))
+    with pytest.raises(ValueError, match=r"schema kerrcaustics/result/1, but this one is .*/9"):
+        kc.load(tmp_path / "later.npz")
+
+
+@pytest.mark.parametrize("change", [("Cusp", "Cuspid"), ("celestial", "place"), ("array_0", "array_7")])
+def test_a_file_of_other_results_or_fields_is_refused(change, tmp_path):
+    kc.save(tmp_path / "cusp", example(kc.Cusp, 1))
+    with np.load(tmp_path / "cusp") as file:
+        arrays = dict(file)
+    np.savez(tmp_path / "x.npz", **{**arrays, "head": np.array(str(arrays["head"]).replace(*change))})
+    with pytest.raises(ValueError, match=NOT_OURS):
+        kc.load(tmp_path / "x.npz")
+
+
+@pytest.mark.parametrize("use", [kc.record, kc.to_xarray, lambda other: kc.save("nowhere/file", other)])
+@pytest.mark.parametrize("other", [1, {}, np.zeros(3), object])
+def test_what_is_no_result_is_refused(use, other):
+    with pytest.raises(ValueError, match="Argument `result` must be a result of kerrcaustics, but is "):
+        use(other)
