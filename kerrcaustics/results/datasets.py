@@ -81,38 +81,25 @@ def _spread(dim: str, count: int) -> list[str]:
 
 def _padded(values: Any, dims: tuple[str, ...]) -> np.ndarray:
     """Nested lists of numbers, or of arrays, as one array."""
-    leaves = list(_leaves(values, len(dims)))
-    kinds = [leaf.dtype for leaf in leaves if leaf.size]
+    leaves = list(_leaves(values, len(dims), ()))
+    ends = [[0] * len(dims), *([*(i + 1 for i in place), *leaf.shape] for place, leaf in leaves)]
+    sizes = [len(values), *np.max(ends, axis=0)[1:]]
+    shape = [size or len(_NAMED.get(dim, ())) for dim, size in zip(dims, sizes, strict=True)]
+    kinds = [leaf.dtype for _, leaf in leaves if leaf.size]
     dtype = np.result_type(*kinds) if kinds else np.dtype(float)
-    shape = [size or len(_NAMED.get(dim, ())) for dim, size in zip(dims, _extent(values, len(dims)), strict=True)]
     array = np.full(shape, _FILL.get(dtype.kind, np.nan), dtype)
-    _fill(array, values)
+    for place, leaf in leaves:
+        array[(*place, *map(slice, leaf.shape))] = leaf
     return array
 
 
-def _leaves(values: Any, depth: int) -> Iterator[np.ndarray]:
-    if depth > 1 and not isinstance(values, np.ndarray):
-        for part in values:
-            yield from _leaves(part, depth - 1)
-    else:
-        yield np.asarray(_row(values))
-
-
-def _extent(values: Any, depth: int) -> tuple[int, ...]:
-    """The largest size along each dimension."""
-    if isinstance(values, np.ndarray) or depth == 1:
-        return np.shape(_row(values))
-    parts = [_extent(part, depth - 1) for part in values]
-    return (len(values), *map(max, zip(*parts, strict=True))) if parts else (0,) * depth
-
-
-def _fill(array: np.ndarray, values: Any) -> None:
-    if isinstance(values, np.ndarray) or array.ndim == 1:
-        row = _row(values)
-        array[tuple(map(slice, np.shape(row)))] = row
+def _leaves(values: Any, depth: int, place: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
+    """The rows and arrays in nested lists, each after its place."""
+    if depth == 1 or isinstance(values, np.ndarray):
+        yield place, np.asarray(_row(values))
         return
-    for place, part in zip(array, values, strict=False):
-        _fill(place, part)
+    for i, part in enumerate(values):
+        yield from _leaves(part, depth - 1, (*place, i))
 
 
 def _row(values: Any) -> Any:
