@@ -1,13 +1,15 @@
 """Records of arrays with one entry a row: rows can be chosen and joined."""
 
-from dataclasses import fields
-from typing import Any, Self
+from dataclasses import Field, fields
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 
 class Rows:
     """A dataclass whose fields are all arrays of one length, or rows themselves."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     def __len__(self) -> int:
         """Number of rows."""

@@ -104,10 +104,12 @@ def image_counts(camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: 
     angles = np.asarray(stars, float)
     if find:
         found = search(sheets, places)
-        return ImageCounts(angles, found.counts, found.expected, found.touching.any(axis=1), found.certified)
+        return ImageCounts(
+            angles, found.counts, found.expected, np.asarray(found.touching.any(axis=1)), found.certified
+        )
     told = sheets.counted(places)
     unsure = np.zeros(len(places), bool)
-    return ImageCounts(angles, told.expected, told.expected, told.touching.any(axis=1), unsure)
+    return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure)
 
 
 def count_map(camera: Camera, max_index: int = 2, rows: int = 180) -> CountMap:
@@ -128,4 +130,4 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180) -> CountMap:
     grid = np.stack(np.meshgrid(theta, phi, indexing="ij"), axis=-1)
     told = sheets.counted(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))
     shape = grid.shape[:2]
-    return CountMap(theta, phi, told.expected.reshape(*shape, -1), told.touching.any(axis=1).reshape(shape))
+    return CountMap(theta, phi, told.expected.reshape(*shape, -1), told.on_caustic.reshape(shape))

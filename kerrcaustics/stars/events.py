@@ -31,10 +31,10 @@ class PairEvent:
     longitude: float = quantity(
         "", "rad", "longitude of the star on its circle, in [0, 2 pi): its phi' where that is about the spin axis"
     )
-    time: float | None = quantity(
+    time: float = quantity(
         "",
         "GM/c^3",
-        "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; None on great circles",
+        "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; NaN on great circles",
     )
     error: float = quantity("", "rad", "error of longitude", json="error_rad")
     at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
@@ -42,7 +42,7 @@ class PairEvent:
 
     def __repr__(self) -> str:
         """One line: what, which images, when."""
-        when = f"longitude {self.longitude:.9g}" if self.time is None else f"time {self.time:.9g}"
+        when = f"longitude {self.longitude:.9g}" if math.isnan(self.time) else f"time {self.time:.9g}"
         return f"<PairEvent: {self.kind} of images of index {self.indices} at {when}>"
 
 
@@ -84,7 +84,7 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
 
 def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
     """Events in the order of time, or of longitude."""
-    return tuple(sorted(events, key=lambda event: event.longitude if event.time is None else event.time))
+    return tuple(sorted(events, key=lambda event: event.longitude if math.isnan(event.time) else event.time))
 
 
 def checked_theta(theta: float) -> float:
@@ -110,7 +110,7 @@ def _event(found: Meetings, i: int, sky: Array, theta: float | None, angular_vel
     """One of the meetings."""
     order, azimuth = int(found.order[i]), float(found.points.azimuth[i])
     # The star's azimuth falls while the camera runs ahead.
-    sense, time = 1.0, None
+    sense, time = 1.0, math.nan
     if angular_velocity is not None:
         sense, time = -angular_velocity, -azimuth / angular_velocity % (_TURN / abs(angular_velocity))
     remarks = []

@@ -38,9 +38,7 @@ def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) ->
     return CubicSpline(turn, np.concatenate([derivatives, derivatives[:1]]), bc_type="periodic")
 
 
-def fold_guesses(
-    derivatives: CubicSpline, points: Points, star: Array, winding: Winding
-) -> tuple[Array, Array, Array, Array]:
+def fold_guesses(derivatives: CubicSpline, points: Points, star: Array, winding: Winding) -> tuple[Array, ...]:
     """Which of the stars (n, 3), turn and depth on the critical curve, and the step in depth to an image of it.
 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
@@ -56,7 +54,7 @@ def fold_guesses(
     return tuple(np.concatenate(values) for values in zip(*found, strict=True))
 
 
-def _guesses(derivatives: Array, points: Points, star: Array) -> tuple[Array, Array, Array, Array]:
+def _guesses(derivatives: Array, points: Points, star: Array) -> tuple[Array, ...]:
     """As `fold_guesses`, with points as close to each other as the stars are to the caustic."""
     sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
     tangent = points.major * sign[:, None]

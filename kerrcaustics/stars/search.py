@@ -2,11 +2,12 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from typing import Self
 
 import numpy as np
 
 from kerrcaustics.beams.trace import cores
+from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.sheets import NARROW, WIDE, Counted, Sheets, Starts
 
@@ -22,7 +23,8 @@ _DELICATE = 1e-6
 _SAME, _SAME_ERRORS = 1e-9, 10.0
 
 
-class Candidates(NamedTuple):
+@dataclass(frozen=True)
+class Candidates(Rows):
     """Images, one entry each: which star, Morse index, direction (n, 3) on the sky of the camera at rest, its error."""
 
     star: Array
@@ -32,11 +34,11 @@ class Candidates(NamedTuple):
 
     def of(self, names: Array) -> "Candidates":
         """The same, of stars with other numbers."""
-        return self._replace(star=names[self.star])
+        return replace(self, star=names[self.star])
 
-    def joined(self, more: "Candidates") -> "Candidates":
+    def merged(self, more: Self) -> "Candidates":
         """These and more, each image once."""
-        return _distinct(Candidates(*(np.concatenate(pair) for pair in zip(self, more, strict=True))))
+        return _distinct(self.joined(more))
 
     def counts(self, shape: tuple[int, ...]) -> Array:
         """How many images (stars, indices) there are."""
@@ -83,17 +85,18 @@ def _searched(sheets: Sheets, star: Array) -> Found:
     """Stars whose images do not match their number are searched again, more widely; then along paths."""
     told = sheets.counted(star)
     images = _images(sheets, star, sheets.starts(star, NARROW))
-    on_caustic = told.touching.any(axis=1)
+    on_caustic = told.on_caustic
     # Next to a caustic both counts are put to the test.
     delicate = on_caustic | (told.distance < _DELICATE)
     for again in (_beside_folds, _widely):
         doubtful = np.flatnonzero((images.counts(told.expected.shape) != told.expected).any(axis=1) | delicate)
         if doubtful.size:
-            images = images.joined(again(sheets, star[doubtful], told, doubtful).of(doubtful))
+            images = images.merged(again(sheets, star[doubtful], told, doubtful).of(doubtful))
     missing = np.argwhere((images.counts(told.expected.shape) < told.expected) & ~on_caustic[:, None])
     for i, k in missing.tolist():
-        images = images.joined(_approached(sheets, star[i], k, int(told.expected[i, k])).of(np.array([i])))
-    return Found(*images, images.counts(told.expected.shape), told.expected, told.touching)
+        images = images.merged(_approached(sheets, star[i], k, int(told.expected[i, k])).of(np.array([i])))
+    counts = images.counts(told.expected.shape)
+    return Found(images.star, images.index, images.sky, images.error, counts, told.expected, told.touching)
 
 
 def _beside_folds(sheets: Sheets, star: Array, told: Counted, which: Array) -> Candidates:
@@ -121,7 +124,7 @@ def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Candidat
         sky, error = found.sky[found.index == index], np.empty(0)
         for place in path[1:]:
             _, sky, error = find_roots(sheets.camera, np.tile(place, (len(sky), 1)), np.full(len(sky), index), sky)
-        images = images.joined(Candidates(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
+        images = images.merged(Candidates(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
         if len(images.star) >= count:
             break
     return images
@@ -135,15 +138,15 @@ def _images(sheets: Sheets, star: Array, starts: Starts) -> Candidates:
 
 def _distinct(images: Candidates) -> Candidates:
     """Each image once, ordered by star, index and place."""
-    order = np.lexsort((images.sky[:, 0], images.index, images.star))
-    which, index, sky, error = (values[order] for values in images)
-    again = np.zeros(len(which), bool)
+    images = images[np.lexsort((images.sky[:, 0], images.index, images.star))]
+    again = np.zeros(len(images), bool)
     ahead = 1
     while True:
-        same = (which[ahead:] == which[:-ahead]) & (index[ahead:] == index[:-ahead])
+        one, other = images[:-ahead], images[ahead:]
+        same = (other.star == one.star) & (other.index == one.index)
         if not same.any():
             break
-        size = np.maximum(_SAME, _SAME_ERRORS * (error[ahead:] + error[:-ahead]))
-        again[ahead:] |= same & (np.linalg.norm(sky[ahead:] - sky[:-ahead], axis=1) < size)
+        size = np.maximum(_SAME, _SAME_ERRORS * (other.error + one.error))
+        again[ahead:] |= same & (np.linalg.norm(other.sky - one.sky, axis=1) < size)
         ahead += 1
-    return Candidates(*(values[~again] for values in (which, index, sky, error)))
+    return images[~again]

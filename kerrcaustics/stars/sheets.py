@@ -98,7 +98,7 @@ class _Circles:
     radius: float
 
 
-Starts = tuple[Array, Array, Array]
+Starts = tuple[Array, ...]
 """Where images may lie, one entry a guess: which star, which sheet, and the direction N (n, 3) on the sky at rest."""
 
 
@@ -114,6 +114,11 @@ class Counted:
     touching: Array
     distance: Array
     windings: tuple[Winding, ...]
+
+    @property
+    def on_caustic(self) -> Array:
+        """True (stars,) where a star cannot be told from some caustic."""
+        return np.asarray(self.touching.any(axis=1))
 
 
 @dataclass(frozen=True, eq=False)

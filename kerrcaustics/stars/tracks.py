@@ -162,7 +162,9 @@ class StarTracks:
         twice &= np.linalg.norm(images.sky[1:] - images.sky[:-1], axis=1) < _SAME
         good[images.star[1:][twice]] = False
         stars = [(theta, angle) for angle in (phi % _TURN).tolist()]
-        told = Found(*images, counts, expected, np.zeros_like(expected, bool))
+        told = Found(
+            images.star, images.index, images.sky, images.error, counts, expected, np.zeros_like(expected, bool)
+        )
         whole = images_of(self.camera, sheets, stars, told)
         doubtful = np.flatnonzero(~good)
         if doubtful.size:
