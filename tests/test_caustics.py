@@ -11,7 +11,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.curves import features
-from kerrcaustics.curves.critical_curves import critical_curves
+from kerrcaustics.curves.critical_curves import between, critical_curves
 from kerrcaustics.curves.critical_points import Search
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
 
@@ -244,14 +244,13 @@ def test_an_island_of_the_index_is_reported_for_its_order(monkeypatch, nothing_k
 
 
 def test_a_cusp_or_an_extreme_that_cannot_be_traced_is_reported(monkeypatch):
-    """Lose every polynomial model of the secondary caustic: no silent answer from the coarse points."""
-    models = features._models
+    """Lose all points between those of the secondary caustic: no silent answer from the coarse ones."""
 
-    def lost(search, around, pieces):
-        found = models(search, around, pieces)
-        return [None if piece.order == 2 else model for piece, model in zip(pieces, found, strict=True)]
+    def lost(search, curves, turns):
+        found = between(search, curves, turns)
+        return {k: points[:0] if k == 2 else points for k, points in found.items()}
 
-    monkeypatch.setattr(features, "_models", lost)
+    monkeypatch.setattr(features, "between", lost)
     primary, secondary = kc.caustics(kc.Camera(0.999, 6.03), 2)
     assert primary.kind == "astroid" and not primary.remarks
     assert secondary.kind == "unresolved" and "cusps could not be traced" in secondary.remarks[-1]

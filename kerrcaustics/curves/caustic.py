@@ -179,7 +179,9 @@ def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Causti
         elif curve.is_resolved:
             remarks.append(f"{name} could not be refined between the points")
             error += steps(points)[0].max()
-    cusps = tuple(Cusp(on_sky(f.looking), np.array([f.theta, f.azimuth]), f.error) for f in features.cusps)
+    cusps = tuple(
+        Cusp(on_sky(p.looking[0]), np.array([p.theta[0], p.azimuth[0]]), doubt) for p, doubt in features.cusps
+    )
     kind, remark = _kind(curve, len(cusps), lost=features.lost_cusps)
     if remark:
         remarks.append(remark)

@@ -22,37 +22,23 @@ _EXTREMES = {
 }
 
 
-@dataclass(frozen=True)
-class CuspPlace:
-    """A cusp: its direction on the fiducial sky, and (theta', azimuth) with their error (radians)."""
-
-    looking: np.ndarray
-    theta: float
-    azimuth: float
-    error: float
-
-
 @dataclass
 class Features:
-    """The features of one caustic: value and error of the extremes that were found, by name; cusps, found and lost."""
+    """The features of one caustic.
+
+    extremes: value and error of those that were found, by name; cusps: their points, with the error of (theta',
+    azimuth) of each, radians; lost_cusps: how many could not be traced.
+    """
 
     extremes: dict[str, tuple[float, float]]
-    cusps: list[CuspPlace]
+    cusps: list[tuple[Points, float]]
     lost_cusps: int
 
 
+# A short piece of one curve: its order, what is looked for in it, its middle and half-width in `turn`.
+_Piece = tuple[int, str, float, float]
 # Order, parameter and depth of a cusp, and the error of its place that comes from the parameter.
 _Root = tuple[int, float, float, float]
-
-
-@dataclass(frozen=True)
-class _Piece:
-    """A short piece of one curve: its middle and half-width in `turn`, and what is looked for in it."""
-
-    order: int
-    what: str
-    middle: float
-    half: float
 
 
 def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, Features]:
@@ -67,28 +53,23 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
     models = _models(search, around, pieces)
     roots: list[_Root] = []
     for piece, points in zip(pieces, models, strict=True):
+        order, what, _, half = piece
         if points is None:
-            found[piece.order].lost_cusps += piece.what == "cusps"
-            continue
-        if piece.what == "cusps":
-            roots += [r for r in _cusp(piece, points) if not any(_same_root(r, other, piece) for other in roots)]
+            found[order].lost_cusps += what == "cusps"
+        elif what == "cusps":
+            roots += [r for r in _cusp(piece, points) if not any(_same_root(r, other, half) for other in roots)]
         else:
-            found[piece.order].extremes[piece.what] = _extreme(points, *_EXTREMES[piece.what])
+            found[order].extremes[what] = _extreme(points, *_EXTREMES[what])
     if roots:
         order, turn, depth, error = (np.array(column) for column in zip(*roots, strict=True))
         for k, point, missed in zip(order, search.polished(turn, order, depth).each(), error, strict=True):
-            found[k].cusps.append(_cusp_place(point, missed))
+            found[k].cusps.append((point, float(point.angle_error[0] + missed / np.sin(point.theta[0]))))
     return found
 
 
-def _same_root(one: _Root, other: _Root, piece: _Piece) -> bool:
+def _same_root(one: _Root, other: _Root, half: float) -> bool:
     """True for a root that two neighbouring pieces share."""
-    return one[0] == other[0] and abs(one[1] - other[1]) < 1e-3 * piece.half
-
-
-def _cusp_place(point: Points, missed: float) -> CuspPlace:
-    error = float(point.angle_error[0] + missed / np.sin(point.theta[0]))
-    return CuspPlace(point.looking[0], float(point.theta[0]), float(point.azimuth[0]), error)
+    return one[0] == other[0] and abs(one[1] - other[1]) < 1e-3 * half
 
 
 def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:
@@ -104,7 +85,7 @@ def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:
 def _piece(order: int, what: str, around: Points, i: int) -> _Piece:
     """The piece from the point before point i to the one after it."""
     low, high = around.turn[i - 1], around.turn[i + 1]
-    return _Piece(order, what, (low + high) / 2, (high - low) / 2)
+    return order, what, (low + high) / 2, (high - low) / 2
 
 
 def _reversals(points: Points) -> list[int]:
@@ -134,14 +115,14 @@ def _models(search: Search, around: dict[int, Points], pieces: list[_Piece]) -> 
         return []
     nodes = chebyshev.chebpts1(_NODES)
     turns = {
-        order: np.unique(np.concatenate([p.middle + p.half * nodes for p in pieces if p.order == order]))
+        order: np.unique(np.concatenate([middle + half * nodes for k, _, middle, half in pieces if k == order]))
         for order in around
     }
     traced = between(search, around, turns)
     models: list[Points | None] = []
-    for piece in pieces:
-        points = traced[piece.order]
-        wanted = piece.middle + piece.half * nodes
+    for order, _, middle, half in pieces:
+        points = traced[order]
+        wanted = middle + half * nodes
         at = np.searchsorted(points.turn, wanted)
         whole = (at < len(points)).all() and np.array_equal(points.turn[np.minimum(at, len(points) - 1)], wanted)
         models.append(points[at] if whole else None)
@@ -192,4 +173,5 @@ def _cusp(piece: _Piece, points: Points) -> list[_Root]:
     slope = abs(float(chebyshev.chebval(place, chebyshev.chebder(speed))))
     depth = float(chebyshev.chebval(place, _fit(points.depth)))
     # The tip moves with the square of the parameter's error, _tail / slope.
-    return [(piece.order, piece.middle + piece.half * place, depth, _tail(speed) ** 2 / slope)]
+    order, _, middle, half = piece
+    return [(order, middle + half * place, depth, _tail(speed) ** 2 / slope)]

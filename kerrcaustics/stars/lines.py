@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
@@ -22,7 +23,6 @@ Array = np.ndarray
 
 _NODES, _MOST_NODES = 65, 20_000
 _MOST_HALVINGS = 40
-_NEWTON_STEPS = 60
 # Distance (radians) from its ends within which a line ends on a curve.
 _AT_END = 1e-12
 # Step of differences along the line, and longest step of the line's image for which its speed at both ends holds.
@@ -231,20 +231,15 @@ def _judged(nodes: _Samples) -> tuple[Array, Array]:
 
 
 def _polished(sheets: Sheets, circle: Circle, path: _SkyLine, nodes: _Samples, roots: Array | None) -> Array:
-    """Places of the crossings: Newton steps within brackets, halved where they leave them."""
+    """Places of the crossings, each within its interval."""
     if roots is None or len(roots) == 0:
         return np.empty(0)
-    low, high = nodes.place[roots], nodes.place[roots + 1]
-    rising = nodes.height[roots + 1] > nodes.height[roots]
-    place = (low + high) / 2
-    for _ in range(_NEWTON_STEPS):
-        sky = path.sky(place)
-        here = _nodes(circle, path, place, sky, _beams(sheets, sky))
-        if (np.abs(here.height) <= here.error).all():
-            break
-        above = (here.height > 0) == rising
-        high, low = np.where(above, place, high), np.where(above, low, place)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = place - here.height / here.slope
-        place = np.where((step >= low) & (step <= high), step, (low + high) / 2)
-    return place
+
+    def height(place: Array) -> Array:
+        return circle.height(_beams(sheets, path.sky(place)).direction)
+
+    low, high = nodes[roots], nodes[roots + 1]
+    found = elementwise.find_root(height, (low.place, high.place))
+    # Where the line ends on a curve, an interval may hold no change of sign.
+    end = np.where(np.abs(low.height) < np.abs(high.height), low.place, high.place)
+    return np.where(found.success, found.x, end)

@@ -89,15 +89,8 @@ class _Cells:
     linear: Array
 
 
-@dataclass(frozen=True)
-class _Circles:
-    """Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius."""
-
-    tree: cKDTree
-    cell: Array
-    radius: float
-
-
+# Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius.
+_Circles = tuple[cKDTree, Array, float]
 Starts = tuple[Array, ...]
 """Where images may lie, one entry a guess: which star, which sheet, and the direction N (n, 3) on the sky at rest."""
 
@@ -189,9 +182,9 @@ class Sheets:
     def _around(self, star: Array, margin: float) -> tuple[Array, Array]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
         stars, found = cKDTree(star), []
-        for circles in self.circles:
-            pairs = stars.sparse_distance_matrix(circles.tree, (1 + margin) * circles.radius, output_type="ndarray")
-            which, cell = pairs["i"], circles.cell[pairs["j"]]
+        for tree, cells, radius in self.circles:
+            pairs = stars.sparse_distance_matrix(tree, (1 + margin) * radius, output_type="ndarray")
+            which, cell = pairs["i"], cells[pairs["j"]]
             near = _linearly_inside(self.cells, cell, star[which], margin)
             found.append(which[near] * len(self.cells.sheet) + cell[near])
         return np.divmod(np.unique(np.concatenate(found)), len(self.cells.sheet))
@@ -344,7 +337,7 @@ def _circles(corners: Array) -> list[_Circles]:
     middle = centre[owner] + place[:, None] * axis[owner]
     size = np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE))
     alike = [np.flatnonzero(size == one) for one in np.unique(size)]
-    return [_Circles(cKDTree(middle[these]), owner[these], radius[these].max()) for these in alike]
+    return [(cKDTree(middle[these]), owner[these], radius[these].max()) for these in alike]
 
 
 def _linear_inverse(corners: Array) -> Array:
