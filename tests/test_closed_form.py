@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from test_errors import outside_edge, random_camera, random_sky
 
-from kerrcaustics.beams import short_way
 from kerrcaustics.beams.beam import Beams, Rays
-from kerrcaustics.beams.closed_form import LEAST_K
+from kerrcaustics.beams.closed_form import small_k
+from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.ends import INFINITY
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
@@ -225,7 +225,7 @@ def test_short_way_next_to_the_horizon_against_long_arithmetic():
     camera = Camera(0.999, kerr.horizon(0.999) * (1 + 1e-6), 1.0, "fiducial")
     sky = directions_of_small_k(camera, 4, np.random.default_rng(5))
     light = photon(camera.frame(), tuple(sky.T))
-    travel = jax.jit(short_way.radial_motion)(camera.frame(), light, INFINITY)
+    travel = jax.jit(small_k.radial_motion)(camera.frame(), light, INFINITY)
     with mpmath.workdps(30):
         a, r_c = mpmath.mpf(camera.spin), mpmath.mpf(camera.radius)
         root = mpmath.sqrt(1 - a * a)

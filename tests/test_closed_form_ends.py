@@ -12,12 +12,12 @@ from test_ends import relative_gap
 from test_errors import random_camera, random_sky
 
 import kerrcaustics as kc
-from kerrcaustics.beams import radial_leg
-from kerrcaustics.beams.closed_form import LEAST_K
-from kerrcaustics.beams.radial_motion import Place, Roots
+from kerrcaustics.beams.closed_form import radial_leg
+from kerrcaustics.beams.closed_form.formula import LEAST_K
+from kerrcaustics.beams.closed_form.radial_motion import Place, Roots
+from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.camera import photon
-from kerrcaustics.spacetime.weierstrass import inverse_radius
 
 
 @pytest.mark.slow

@@ -7,8 +7,9 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from kerrcaustics.beams import closed_form, integrated
+from kerrcaustics.beams.closed_form import formula
 from kerrcaustics.beams.ends import INFINITY
+from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.trace import _CLOSED_FORM_COMPILER
 from kerrcaustics.spacetime.camera import Camera
 
@@ -28,7 +29,7 @@ ENGINES = ["closed-form", "integrated"]
 @cache
 def lowered(engine: str, **wanted: bool):
     if engine == "closed-form":
-        return jax.jit(partial(closed_form.trace, on_equator=True, **wanted)).lower(FRAME, SKY, INFINITY)
+        return jax.jit(partial(formula.trace, on_equator=True, **wanted)).lower(FRAME, SKY, INFINITY)
     return jax.jit(partial(integrated.trace, **wanted)).lower(FRAME, SKY, jnp.ones(64), 1e-10, INFINITY)
 
 

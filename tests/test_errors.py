@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from kerrcaustics.beams import equations, integrated
 from kerrcaustics.beams.beam import Beams, Rays
-from kerrcaustics.beams.nystroem import nystroem_step
+from kerrcaustics.beams.integrator import equations, integrated
+from kerrcaustics.beams.integrator.nystroem import nystroem_step
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from kerrcaustics.beams.equations import Constants
-from kerrcaustics.beams.nystroem import Path
+from kerrcaustics.beams.integrator.equations import Constants
+from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, photon, redshift as sky_redshift
 from kerrcaustics.spacetime.checks import whole_number

@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.ends import Goal, aim_at, goal_of
-from kerrcaustics.beams.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
 from kerrcaustics.beams.geometry import area, azimuth_step, length, turned
-from kerrcaustics.beams.integrated import DENSEST, local_error, start, with_variations
-from kerrcaustics.beams.nystroem import Path, nystroem_step
+from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
+from kerrcaustics.beams.integrator.integrated import DENSEST, local_error, start, with_variations
+from kerrcaustics.beams.integrator.nystroem import Path, nystroem_step
 from kerrcaustics.beams.trace import as_vectors, normalised
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera, photon

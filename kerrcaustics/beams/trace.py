@@ -11,9 +11,10 @@ import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams import closed_form, integrated, short_way
 from kerrcaustics.beams.beam import Beams, Rays, Status
+from kerrcaustics.beams.closed_form import formula, small_k
 from kerrcaustics.beams.ends import End, Goal, goal_of, prospects, redshift_at_end
+from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.spacetime.camera import Camera, Frame, check_camera, photon
 
 ENGINES = ("auto", "closed-form", "integrated")
@@ -68,10 +69,10 @@ def _frame_on_device(camera: Camera) -> Frame:
 
 
 @cache
-def _closed_form(backend: str) -> Callable[..., closed_form.End]:
+def _closed_form(backend: str) -> Callable[..., formula.End]:
     options = _CLOSED_FORM_COMPILER.get(backend)
     wanted = ("on_equator", "beams", "index", "crossings", "time", "short")
-    return jax.jit(closed_form.trace, static_argnames=wanted, compiler_options=options)
+    return jax.jit(formula.trace, static_argnames=wanted, compiler_options=options)
 
 
 def trace_rays(
@@ -299,7 +300,7 @@ def _followed(
 def _add_short_ways(camera: Camera, sky: np.ndarray, goal: Goal, ends: Fields, **wanted: bool) -> None:
     """Put the rays of small k, which have formulas of their own, into what the others' formulas gave."""
     left = np.flatnonzero(~ends["certified"] & ~ends["captured"])
-    left = left[photon(camera.frame(), tuple(sky[left].T)).k < short_way.MOST_K]
+    left = left[photon(camera.frame(), tuple(sky[left].T)).k < small_k.MOST_K]
     if not left.size:
         return
     backend = jax.default_backend()
@@ -379,7 +380,7 @@ def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
     return jax.tree.map(lambda *parts: np.concatenate([np.asarray(p) for p in parts])[:count], *results)
 
 
-def _as_fields(ends: integrated.End | closed_form.End) -> Fields:
+def _as_fields(ends: integrated.End | formula.End) -> Fields:
     """The ends of rays as plain arrays that can be written to, without those that were left out."""
     fields = {}
     for name, values in ends._asdict().items():

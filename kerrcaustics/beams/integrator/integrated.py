@@ -18,12 +18,12 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams import clock
 from kerrcaustics.beams.ends import INFINITY, Aim, Goal, aim_at, time_left
-from kerrcaustics.beams.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
 from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, length
-from kerrcaustics.beams.landing import End, Flight, land
-from kerrcaustics.beams.nystroem import Path, Rates, nystroem_step
+from kerrcaustics.beams.integrator import clock
+from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
+from kerrcaustics.beams.integrator.landing import End, Flight, land
+from kerrcaustics.beams.integrator.nystroem import Path, Rates, nystroem_step
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, photon
 from kerrcaustics.spacetime.sphere import tangent_basis

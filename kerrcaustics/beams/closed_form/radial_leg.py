@@ -11,7 +11,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.radial_motion import Place, Roots, Way, horizons
+from kerrcaustics.beams.closed_form.radial_motion import Place, Roots, Way, horizons
 from kerrcaustics.spacetime import elliptic, radial
 
 Array = Any

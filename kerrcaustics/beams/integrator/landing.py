@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams import clock
 from kerrcaustics.beams.ends import Aim, Goal, time_left
-from kerrcaustics.beams.equations import Constants, polar_rapidity
 from kerrcaustics.beams.geometry import azimuth_step, dot, length, turned
-from kerrcaustics.beams.nystroem import Path, Rates
+from kerrcaustics.beams.integrator import clock
+from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
+from kerrcaustics.beams.integrator.nystroem import Path, Rates
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame
 from kerrcaustics.spacetime.sphere import polar_basis

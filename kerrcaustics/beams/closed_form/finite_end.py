@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams import radial_leg
+from kerrcaustics.beams.closed_form import radial_leg
+from kerrcaustics.beams.closed_form.radial_motion import Place, Roots, Travel, horizons, start_of, travel
+from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.beams.ends import Aim, Goal
-from kerrcaustics.beams.radial_motion import Place, Roots, Travel, horizons, start_of, travel
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, Photon
-from kerrcaustics.spacetime.weierstrass import inverse_radius
 
 Array = Any
 

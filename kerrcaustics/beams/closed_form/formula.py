@@ -1,7 +1,7 @@
 """Rays and beams in closed form: elliptic integrals for r, theta functions for theta and phi.
 
-The path is that of integrated.py: n' is a point m of the unit sphere, at the Mino time of arrival, turned about the
-spin axis by psi. Time and psi are Carlson integrals, to infinity (radial_motion.py) or to a finite radius
+The path is that of integrator/integrated.py: n' is a point m of the unit sphere, at the Mino time of arrival, turned
+about the spin axis by psi. Time and psi are Carlson integrals, to infinity (radial_motion.py) or to a finite radius
 (radial_leg.py); in the equatorial plane the time comes first, and the radius from it (finite_end.py). m is a quotient
 of theta functions of the polar phase z, proportional to Mino time, with no singular point (polar_motion.py). The
 coordinate time comes from the same integrals and two more, and the logarithmic derivative of theta_3. Beams are the
@@ -9,7 +9,7 @@ first variation of all but the time in two directions of the camera sky, by forw
 follows from z and the sign of det J.
 
 This holds for k = q + b^2 >= LEAST_K. Escaping rays below that leave close to the outward principal null direction:
-they are short, and have formulas of their own for r, theta and phi (short_way.py), compiled apart.
+they are short, and have formulas of their own for r, theta and phi (small_k.py), compiled apart.
 
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """
@@ -20,11 +20,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams import finite_end, short_way
+from kerrcaustics.beams.closed_form import finite_end, small_k
+from kerrcaustics.beams.closed_form.polar_motion import Arrival, Swing, polar_motion, polar_swing, time_to_plane
+from kerrcaustics.beams.closed_form.radial_motion import Travel, close_to_roots, horizons, radial_motion
 from kerrcaustics.beams.ends import Aim, Goal, aim_at
 from kerrcaustics.beams.geometry import dot, length
-from kerrcaustics.beams.polar_motion import Arrival, Swing, polar_motion, polar_swing, time_to_plane
-from kerrcaustics.beams.radial_motion import Travel, close_to_roots, horizons, radial_motion
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, Photon, doppler, photon
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
@@ -39,7 +39,7 @@ _PHASE_MARGIN = 1e-9
 
 
 class End(NamedTuple):
-    """A ray at its end, as in landing.py. What was not asked for is None.
+    """A ray at its end, as in integrator/landing.py. What was not asked for is None.
 
     noise, the part of the error that is round-off of these formulas, and time_noise, that of the time's; certified,
     False where they do not hold.
@@ -103,7 +103,7 @@ def trace(
 
     Parameters: sky, three arrays N_x, N_y, N_z; goal, where rays end; on_equator, whether the camera is exactly
     there, which is cheaper; beams, index, crossings, time: what to compute beside n'; short, whether to take the
-    formulas of short_way.py, which hold for escaping rays of k < MOST_K and ends beyond the camera.
+    formulas of small_k.py, which hold for escaping rays of k < MOST_K and ends beyond the camera.
     """
 
     def ray(*n: Array) -> tuple[tuple[tuple[Array, Array, Array], Array | None], _Way]:
@@ -288,8 +288,8 @@ def _short_ray(
 ) -> tuple[tuple[tuple[Array, Array, Array], Array | None], _Way]:
     """As `_ray`, for rays of small k."""
     light = photon(frame, sky)
-    travel = short_way.radial_motion(frame, light, goal, clock=time)
-    m = short_way.polar_motion(frame, light, travel.time, clock=time)
+    travel = small_k.radial_motion(frame, light, goal, clock=time)
+    m = small_k.polar_motion(frame, light, travel.time, clock=time)
     direction, azimuth = _turned(travel, m)
     # psi is a difference of two integrals divided by r_+ - r_-.
     outer, inner = horizons(frame.spin)
@@ -302,7 +302,7 @@ def _short_ray(
         crossings=m.crossings,
         captured=travel.captured,
         lost=travel.captured,
-        certified=(light.rate[0] < 0) & (light.k < short_way.MOST_K) & jnp.isfinite(length(direction)),
+        certified=(light.rate[0] < 0) & (light.k < small_k.MOST_K) & jnp.isfinite(length(direction)),
         spread=1.5 * energy * frame.cylindrical_scale * travel.time,
         noise=noise,
         jacobian_noise=9 * noise,

@@ -31,15 +31,15 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from kerrcaustics.beams.closed_form.polar_motion import Arrival
+from kerrcaustics.beams.closed_form.radial_motion import Travel
 from kerrcaustics.beams.ends import Goal
-from kerrcaustics.beams.polar_motion import Arrival
-from kerrcaustics.beams.radial_motion import Travel
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.camera import Frame, Photon
 
 Array = Any
 
-# A little beyond LEAST_K of closed_form.py, so that no ray falls between the two.
+# A little beyond LEAST_K of formula.py, so that no ray falls between the two.
 MOST_K = 2.001
 # The series of S is exact to round-off for a Mino time of 1.2 after so many halvings.
 _HALVINGS = 5
