@@ -31,7 +31,7 @@ from stability_picture import picture
 from stability_problems import Problem, problems
 
 import kerrcaustics as kc
-from kerrcaustics.beams.trace import ENGINES
+from kerrcaustics.beams.engine import ENGINES
 from kerrcaustics.study import markdown_table, text_table, write_study
 
 TOLERANCE = 1e-10

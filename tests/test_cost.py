@@ -7,10 +7,11 @@ import jax
 import jax.numpy as jnp
 import pytest
 
+from kerrcaustics.beams.calls import CLOSED_FORM_COMPILER
 from kerrcaustics.beams.closed_form import formula
-from kerrcaustics.beams.ends import INFINITY
+from kerrcaustics.beams.ends import CelestialSphere
 from kerrcaustics.beams.integrator import integrated
-from kerrcaustics.beams.trace import _CLOSED_FORM_COMPILER
+from kerrcaustics.beams.ray_end import Wanted
 from kerrcaustics.spacetime.camera import Camera
 
 FRAME = Camera(0.999, 6.03).frame()
@@ -29,8 +30,10 @@ ENGINES = ["closed-form", "integrated"]
 @cache
 def lowered(engine: str, **wanted: bool):
     if engine == "closed-form":
-        return jax.jit(partial(formula.trace, on_equator=True, **wanted)).lower(FRAME, SKY, INFINITY)
-    return jax.jit(partial(integrated.trace, **wanted)).lower(FRAME, SKY, jnp.ones(64), 1e-10, INFINITY)
+        program = partial(formula.trace, wanted=Wanted(**wanted), on_equator=True)
+        return jax.jit(program).lower(FRAME, SKY, CelestialSphere())
+    program = partial(integrated.trace, wanted=Wanted(**wanted))
+    return jax.jit(program).lower(FRAME, SKY, jnp.ones(64), 1e-10, CelestialSphere())
 
 
 def steps(text: str) -> int:
@@ -40,7 +43,7 @@ def steps(text: str) -> int:
 
 def compiled(engine: str, **wanted: bool) -> str:
     """The program that runs, without fused loops, in which work could hide."""
-    return lowered(engine, **wanted).compile(compiler_options=_CLOSED_FORM_COMPILER["cpu"]).as_text()
+    return lowered(engine, **wanted).compile(compiler_options=CLOSED_FORM_COMPILER["cpu"]).as_text()
 
 
 def assert_each_costs_more(counts: list[int]) -> None:

@@ -5,6 +5,8 @@ from enum import IntEnum
 
 import numpy as np
 
+from kerrcaustics.beams.engine import Engine
+
 
 class Status(IntEnum):
     """What became of a ray; `sentence` says it to a person."""
@@ -68,6 +70,14 @@ class Rays:
     def __repr__(self) -> str:
         """One line: what, how many, how many of them escaped."""
         return f"<{type(self).__name__} of shape {self.status.shape}, {self.escaped.sum()} escaped, {self.engine}>"
+
+    @property
+    def engines(self) -> tuple[Engine, ...]:
+        """The engines that traced the rays that reach their ends."""
+        formula = self.closed_form
+        other = np.isfinite(self.error) & ~formula
+        found = ((Engine.CLOSED_FORM, formula), (Engine.INTEGRATED, other))
+        return tuple(engine for engine, used in found if used.any())
 
     @property
     def escaped(self) -> np.ndarray:

@@ -231,7 +231,7 @@ class Search:
         sky = sky_from_fido(self._frame, -looking)
         self.beams_traced += sky.size // 3
         beams = trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
-        self.engines_used.update(beams.engine.split(" and "))
+        self.engines_used.update(beams.engines)
         return beams
 
 
