@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from kerrcaustics.beams.closed_form import LEAST_K
+from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons

@@ -9,10 +9,10 @@ import pytest
 from beam_gaps import columns_in_space
 from random_rays import directions_of_small_k, outside_edge, random_camera, random_sky
 
-from kerrcaustics.beams import short_way
 from kerrcaustics.beams.beam import Rays
-from kerrcaustics.beams.closed_form import LEAST_K
-from kerrcaustics.beams.ends import INFINITY
+from kerrcaustics.beams.closed_form import small_k
+from kerrcaustics.beams.closed_form.formula import LEAST_K
+from kerrcaustics.beams.ends import CelestialSphere
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, photon, sky_from_fido
@@ -204,7 +204,7 @@ def test_short_way_next_to_the_horizon_against_long_arithmetic():
     camera = Camera(0.999, kerr.horizon(0.999) * (1 + 1e-6), 1.0, "fiducial")
     sky = directions_of_small_k(camera, 4, np.random.default_rng(5))
     light = photon(camera.frame(), tuple(sky.T))
-    travel = jax.jit(short_way.radial_motion)(camera.frame(), light, INFINITY)
+    travel = jax.jit(small_k.radial_motion)(camera.frame(), light, CelestialSphere())
     with mpmath.workdps(30):
         a, r_c = mpmath.mpf(camera.spin), mpmath.mpf(camera.radius)
         root = mpmath.sqrt(1 - a * a)
@@ -249,14 +249,14 @@ def test_empty_and_single_directions():
 @pytest.mark.slow
 def test_large_batches_agree_with_small_ones(monkeypatch):
     """What a GPU does, one large call, on whatever device there is."""
-    from kerrcaustics.beams import trace
+    from kerrcaustics.beams import calls
 
     camera = Camera(0.999, 6.03)
     sky = random_sky(camera, 3000, np.random.default_rng(6))
     sky = sky[photon(camera.frame(), tuple(sky.T)).k >= LEAST_K]
     small = trace_beams(camera, sky)
-    monkeypatch.setattr(trace, "_CLOSED_FORM_CALL", {})
-    monkeypatch.setattr(trace, "_LARGE_CALL", (4096, 4096))
+    monkeypatch.setattr(calls, "_CLOSED_FORM_CALL", {})
+    monkeypatch.setattr(calls, "_LARGE_CALL", (4096, 4096))
     large = trace_beams(camera, sky)
     assert large.engine == "closed-form"
     assert np.array_equal(large.index, small.index)

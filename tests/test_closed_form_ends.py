@@ -11,12 +11,12 @@ from beam_gaps import relative_gap
 from random_rays import directions_of_small_k, random_camera, random_sky
 
 import kerrcaustics as kc
-from kerrcaustics.beams import radial_leg
-from kerrcaustics.beams.closed_form import LEAST_K
-from kerrcaustics.beams.radial_motion import Place, Roots
+from kerrcaustics.beams.closed_form import radial_leg
+from kerrcaustics.beams.closed_form.formula import LEAST_K
+from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots
+from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.camera import photon
-from kerrcaustics.spacetime.weierstrass import inverse_radius
 
 
 @pytest.mark.slow
@@ -154,10 +154,10 @@ def test_beams_that_graze_their_turning_point_in_the_plane_vary_smoothly():
     assert assert_beams_agree(camera, sky, kc.EquatorialPlane(1)) > 500
 
 
-def place(roots: Roots, spin: float, radius: float, sense: int) -> Place:
+def place(roots: RadialRoots, spin: float, radius: float, sense: int) -> RadialPlace:
     inner = jnp.sqrt((radius - roots.low) * (radius - roots.next))
     outer = sense * jnp.sqrt(jnp.maximum((radius - roots.h) ** 2 - roots.d, 0.0))
-    return Place(jnp.float64(radius), jnp.float64(radius - kerr.horizon(spin)), inner, outer)
+    return RadialPlace(jnp.float64(radius), jnp.float64(radius - kerr.horizon(spin)), inner, outer)
 
 
 # (b, q, radius and sense at the start, and at the end): straight on, and through a turning point below and above.
@@ -183,7 +183,7 @@ def test_radial_integrals_against_quadrature(way):
     h, d = float(quartic.h), float(quartic.d)
     excess = spin**2 * q / (h * h - d)
     width = math.sqrt(h * h + excess)
-    roots = Roots(h, d, -h - width, excess / (h + width))
+    roots = RadialRoots(h, d, -h - width, excess / (h + width))
     ends = place(roots, spin, first, sense), place(roots, spin, last, final)
     found = radial_leg.integrals(spin, b, roots, *ends, clock=True)
     outer = kerr.horizon(spin)

@@ -6,8 +6,10 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from kerrcaustics.beams import closed_form, integrated
-from kerrcaustics.beams.ends import INFINITY
+from kerrcaustics.beams.closed_form import formula
+from kerrcaustics.beams.ends import CelestialSphere
+from kerrcaustics.beams.integrator import integrated
+from kerrcaustics.beams.ray_end import Wanted
 from kerrcaustics.spacetime.camera import Camera
 
 FRAME = Camera(0.999, 6.03).frame()
@@ -26,10 +28,12 @@ def operations(engine: str, wanted: tuple[str, ...]) -> float:
     """Floating-point operations of the program that computes what is wanted, as JAX counts them."""
     flags = {name: name in wanted for name in STEPS}
     if engine == "closed-form":
-        program = jax.jit(partial(closed_form.trace, on_equator=True, **flags)).lower(FRAME, SKY, INFINITY)
+        program = partial(formula.trace, wanted=Wanted(**flags), on_equator=True)
+        lowered = jax.jit(program).lower(FRAME, SKY, CelestialSphere())
     else:
-        program = jax.jit(partial(integrated.trace, **flags)).lower(FRAME, SKY, jnp.ones(64), 1e-10, INFINITY)
-    return program.cost_analysis()["flops"]
+        program = partial(integrated.trace, wanted=Wanted(**flags))
+        lowered = jax.jit(program).lower(FRAME, SKY, jnp.ones(64), 1e-10, CelestialSphere())
+    return lowered.cost_analysis()["flops"]
 
 
 @pytest.mark.parametrize("step", STEPS)

@@ -9,9 +9,10 @@ import pytest
 from beam_gaps import columns_in_space
 from random_rays import outside_edge, random_camera, random_sky
 
-from kerrcaustics.beams import equations, integrated
 from kerrcaustics.beams.beam import Beams, Rays
-from kerrcaustics.beams.nystroem import nystroem_step
+from kerrcaustics.beams.ends import CelestialSphere
+from kerrcaustics.beams.integrator import equations, integrated
+from kerrcaustics.beams.integrator.nystroem import nystroem_step
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
@@ -71,10 +72,11 @@ def test_captured_rays_hold_nan_and_escaping_ones_do_not():
 def paths_in_equal_steps(camera: Camera, n: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """End (u, x, y, z, psi) (n, 5) of one ray after three quarters of its Mino time, in `counts` steps."""
     sky = tuple(jnp.full(len(counts), part) for part in n)
-    constants, path, aim = integrated.start(camera.frame(), sky)
+    constants, path, light = integrated.start(camera.frame(), sky)
+    aim = integrated.aim_at(CelestialSphere(), camera.frame(), light)
     h = 0.75 * aim.mino_time / counts
-    paths, variations = integrated._with_instability(constants, path)
-    step = jax.jit(partial(nystroem_step, partial(integrated._all_rates, camera.spin, constants, variations)))
+    paths, variations = integrated.with_instability(constants, path)
+    step = jax.jit(partial(nystroem_step, partial(integrated.all_rates, camera.spin, constants, variations)))
     for i in range(max(counts)):
         paths, _ = step(paths, jnp.where(i < counts, h, 0.0))
     return np.stack([*paths[0].position, paths[0].psi], axis=-1)

@@ -9,7 +9,7 @@ import pytest
 from command_line import run
 
 import kerrcaustics as kc
-from kerrcaustics.beams.trace import ENGINES
+from kerrcaustics.beams.engine import ENGINES
 from kerrcaustics.report.records import find_records
 from kerrcaustics.report.tables import Table
 from kerrcaustics.scripts import STUDIES, ScriptFolder

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kerrcaustics.beams.trace import ENGINES, trace_beams
+from kerrcaustics.beams.engine import ENGINES
+from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import polar_basis
 

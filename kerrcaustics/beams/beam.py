@@ -4,6 +4,7 @@ from enum import IntEnum
 
 import numpy as np
 
+from kerrcaustics.beams.engine import Engine
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.sphere import tangent_basis
 
@@ -81,6 +82,14 @@ class Rays:
     def __repr__(self) -> str:
         """One line: what, how many, how many of them escaped."""
         return f"<{type(self).__name__} of shape {self.status.shape}, {self.escaped.sum()} escaped, {self.engine}>"
+
+    @property
+    def engines(self) -> tuple[Engine, ...]:
+        """The engines that traced the rays that reach their ends."""
+        formula = self.closed_form
+        other = np.isfinite(self.error) & ~formula
+        found = ((Engine.CLOSED_FORM, formula), (Engine.INTEGRATED, other))
+        return tuple(engine for engine, used in found if used.any())
 
     @property
     def escaped(self) -> np.ndarray:

@@ -1,61 +1,27 @@
-"""Where rays may end: the celestial sphere, a finite radius, the equatorial plane."""
+"""Where rays may end: the celestial sphere, a sphere of finite radius, a crossing of the equatorial plane.
+
+An end is a surface around the hole with something that shines on it (emitters.py). What is special about one is told by
+the methods of its class, here and nowhere else; `End` has what holds for most. A new end is one more class.
+"""
 
 import math
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from kerrcaustics.beams.equations import Constants
-from kerrcaustics.beams.nystroem import Path
+from kerrcaustics.beams.emitters import EMITTERS, Emitter, static
+from kerrcaustics.beams.integrator.equations import Constants
+from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import kerr, radial
-from kerrcaustics.spacetime.camera import Camera, Frame, Photon, photon, redshift as sky_redshift
+from kerrcaustics.spacetime.camera import Camera, Frame, Photon
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 
 Array = Any
-
-EMITTERS = ("circular", "retrograde", "static", "fiducial")
-
-
-@dataclass(frozen=True)
-class EquatorialPlane:
-    """The n-th place where a ray, followed backward from the camera, crosses the equatorial plane.
-
-    Parameters
-    ----------
-    crossing : int
-        Which crossing, from 1. The start of a ray is none, also for a camera in the plane.
-    emitter : str
-        What shines there, for the redshift: "circular" (prograde circular geodesic), "retrograde" (the other
-        sense), "static" (at rest in Boyer-Lindquist coordinates), "fiducial" (at rest with respect to the FIDO).
-    """
-
-    crossing: int = 1
-    emitter: str = "circular"
-
-    def __post_init__(self) -> None:
-        """Refuse what is no crossing or no emitter."""
-        whole_number("crossing", self.crossing, 1)
-        if self.emitter not in EMITTERS:
-            raise ValueError(f"Argument `emitter` must be one of {', '.join(EMITTERS)}, but is {self.emitter!r}.")
-
-
-End = float | EquatorialPlane
-
-
-@jax.tree_util.register_dataclass
-@dataclass(frozen=True)
-class Goal:
-    """An end for compiled code. kind: "infinity", "sphere" or "plane"; value: none, the radius, the crossing."""
-
-    kind: str = field(metadata={"static": True})
-    value: Any
-
-
-INFINITY = Goal("infinity", None)
+Jacobian = tuple[tuple[Array, ...], ...]
 
 
 class Aim(NamedTuple):
@@ -71,14 +37,304 @@ class Aim(NamedTuple):
     lost: Array
     mino_time: Array
     conditioning: Array
-    rising: Array | None = None
-    plane_rate: Array | None = None
+    rising: Array = False
+    plane_rate: Array = math.inf
 
 
-def goal_of(camera: Camera, end: object) -> Goal:
-    """The end in the form that compiled code takes; what is no end is refused with one ValueError."""
-    if isinstance(end, EquatorialPlane):
-        return Goal("plane", float(end.crossing))
+class Arriving(NamedTuple):
+    """How a ray arrives: u = 1 / r, the sizes of u' and psi', and the radians of arc in a unit of Mino time."""
+
+    u: Array
+    rate: Array
+    psi_rate: Array
+    speed: Array
+
+    @property
+    def turning(self) -> Array:
+        """The part of psi in the rate of the end, per radian of arc."""
+        return self.psi_rate / self.speed
+
+
+class End:
+    """A surface on which rays end, for compiled code too; the methods here are those of a sphere of finite radius.
+
+    finite, whether it lies at a finite radius; coordinate, which of (u, x, y, z) is constant on it.
+    """
+
+    finite: ClassVar[bool] = True
+    coordinate: ClassVar[int] = 0
+
+    def source(self) -> Emitter | None:
+        """What shines there; None for a source at rest at infinity."""
+        return None
+
+    def is_beyond(self, camera: Camera) -> bool:
+        """Whether rays that escape outward without a turning point meet it once, on their way out."""
+        raise NotImplementedError
+
+    def aim(self, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
+        """Whether a ray reaches it, and when. Rays with no positive energy at infinity are not followed."""
+        raise NotImplementedError
+
+    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Array:
+        """Mino time from a point close by to it, from the path itself."""
+        raise NotImplementedError
+
+    def lost(self, aim: Aim, spin: Array, u: Array) -> Array:
+        """Which rays do not reach it, u = 1 / r there being known."""
+        return aim.lost
+
+    def radius_at(self, u: Array) -> Array | None:
+        """Radius of the end of a ray; None where it is infinite."""
+        raise NotImplementedError
+
+    def direction(self, n: tuple[Array, ...]) -> tuple[Array, ...]:
+        """The direction of the end, where round-off may have moved it."""
+        return n
+
+    def crossings(self, counted: Array) -> Array:
+        """Crossings of the equatorial plane, from those counted on the way."""
+        return counted
+
+    def orientation(self, light: Photon, u_rate: Array) -> Array:
+        """The sign that det J has for rays that passed no conjugate point."""
+        return jnp.where(u_rate < 0, 1.0, -1.0)
+
+    def jacobian(self, angles: Jacobian, radius: Array | None, in_radius: tuple[Array, ...]) -> Jacobian:
+        """The Jacobian in the surface from that of the angles (theta', phi') and of the radius."""
+        return angles
+
+    def spread(self, size: Array, radius: Array | None) -> Array:
+        """The size of that Jacobian in radians, or in ln r."""
+        return size
+
+    def motion(self, at: Arriving) -> Array:
+        """How fast the end moves in the surface if the ray arrives later, per radian of arc."""
+        return 1 + at.turning
+
+    def opened(self, growth: Array, at: Arriving) -> Array:
+        """How far a ray is displaced in the surface that is displaced by `growth` in u, in its path."""
+        return growth * (1 + at.turning) / at.rate
+
+    def least_growth(self, at: Arriving) -> Array:
+        """By how much, at least, errors made on the way grow."""
+        return 1.0
+
+    def lateness(self, height: Array, aim: Aim, at: Arriving) -> Array:
+        """By how much a ray that starts at a height over the equatorial plane is late if its inclination is wrong."""
+        return 0.0
+
+    def weighed(self, m: tuple[Array, ...], aim: Aim, speed: Array) -> tuple[Array, ...]:
+        """A change of m, as it displaces the end: what tells the arrival counts through its time."""
+        return m
+
+    def lever(self, at: Arriving, depth: Array) -> Array:
+        """The time by which an end is late, at most, that is displaced by a radian."""
+        return at.speed
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class CelestialSphere(End):
+    """Infinity, where u = 0 exactly."""
+
+    finite: ClassVar[bool] = False
+    radius: ClassVar[float] = math.inf
+
+    def is_beyond(self, camera: Camera) -> bool:
+        """Always."""
+        return True
+
+    def aim(self, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
+        """Rays reach it that are not captured."""
+        captured = radial.is_captured(frame, light, quartic)
+        time = jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic))
+        return Aim(captured, captured, time, _conditioning(frame, light))
+
+    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Array:
+        """The path is straight there."""
+        return -path.position[0] / path.rate[0]
+
+    def radius_at(self, u: Array) -> None:
+        """None."""
+
+    def orientation(self, light: Photon, u_rate: Array) -> float:
+        """Rays leave outward."""
+        return 1.0
+
+    def motion(self, at: Arriving) -> float:
+        """The end stands still: all motion there is outward."""
+        return 0.0
+
+    def opened(self, growth: Array, at: Arriving) -> Array:
+        """As much as in u."""
+        return growth
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Sphere(End):
+    """The first arrival at a radius. What shines there is static."""
+
+    radius: Any
+
+    def source(self) -> Emitter:
+        """At rest."""
+        return static
+
+    def is_beyond(self, camera: Camera) -> bool:
+        """Where its radius is larger than the camera's."""
+        return self.radius > camera.radius
+
+    def aim(self, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
+        """A turning point stops a ray only where it comes before the sphere."""
+        captured = radial.is_captured(frame, light, quartic)
+        inward = light.rate[0] > 0
+        rising = (self.radius > frame.radius) | ((self.radius == frame.radius) & inward)
+        root = jnp.sqrt(jnp.maximum(quartic.d, 0))
+        above = ~captured | (~inward & (self.radius <= quartic.h - root))
+        below = captured | (inward & (self.radius >= quartic.h + root))
+        lost = ~jnp.where(rising, above, below) | (light.energy_ratio <= 0)
+        time = radial.mino_time_to(frame, light, quartic, self.radius, rising)
+        return Aim(captured, lost, jnp.where(lost, 0.0, time), _conditioning(frame, light), rising=rising)
+
+    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Array:
+        """By the parabola through u, arriving with the known sign of u': close to a turning point too."""
+        u, w = path.position[0], path.rate[0]
+        pull = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
+        gap = 1 / self.radius - u
+        sense = jnp.where(aim.rising, -1.0, 1.0)
+        final = sense * jnp.sqrt(jnp.maximum(w * w + 2 * pull * gap, 0))
+        agrees = sense * w > 0
+        return jnp.where(agrees, 2 * gap / jnp.where(agrees, w + final, 1), (final - w) / jnp.where(pull == 0, 1, pull))
+
+    def radius_at(self, u: Array) -> Array:
+        """Its own."""
+        return self.radius + jnp.zeros_like(u)
+
+
+@jax.tree_util.register_pytree_node_class
+@dataclass(frozen=True)
+class EquatorialPlane(End):
+    """The n-th place where a ray, followed backward from the camera, crosses the equatorial plane.
+
+    Parameters
+    ----------
+    crossing : int
+        Which crossing, from 1. The start of a ray is none, also for a camera in the plane.
+    emitter : str
+        What shines there, for the redshift: "circular" (prograde circular geodesic), "retrograde" (the other
+        sense), "static" (at rest in Boyer-Lindquist coordinates), "fiducial" (at rest with respect to the FIDO).
+    """
+
+    crossing: int = 1
+    emitter: str = "circular"
+    coordinate: ClassVar[int] = 3
+
+    def __post_init__(self) -> None:
+        """Refuse what is no crossing or no emitter."""
+        object.__setattr__(self, "crossing", whole_number("crossing", self.crossing, 1))
+        if self.emitter not in EMITTERS:
+            raise ValueError(f"Argument `emitter` must be one of {', '.join(EMITTERS)}, but is {self.emitter!r}.")
+
+    def tree_flatten(self) -> tuple[tuple[int], None]:
+        """The crossing alone: rays do not know what shines at their end, and one program serves every emitter."""
+        return (self.crossing,), None
+
+    @classmethod
+    def tree_unflatten(cls, _: None, children: tuple[Any]) -> "EquatorialPlane":
+        """The end in compiled code, where the crossing may be unknown."""
+        plane = object.__new__(cls)
+        object.__setattr__(plane, "crossing", children[0])
+        return plane
+
+    def source(self) -> Emitter:
+        """Its emitter."""
+        return EMITTERS[self.emitter]
+
+    def is_beyond(self, camera: Camera) -> bool:
+        """Never."""
+        return False
+
+    def aim(self, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
+        """Rays reach it before they reach the horizon, or infinity."""
+        captured = radial.is_captured(frame, light, quartic)
+        horizon = radial.horizon(frame.spin)
+        to_horizon = radial.mino_time_to(frame, light, quartic, horizon, jnp.zeros_like(captured))
+        time = mino_time_to_plane(frame, light, self.crossing)
+        reached = time < jnp.where(captured, to_horizon, radial.mino_time(frame, light, quartic))
+        lost = ~reached | (light.energy_ratio <= 0)
+        plane_rate = jnp.sqrt(jnp.maximum(light.q, 0))
+        return Aim(captured, lost, jnp.where(lost, 0.0, time), _conditioning(frame, light), plane_rate=plane_rate)
+
+    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Array:
+        """The path is straight there: z'' vanishes in the plane."""
+        return -path.position[3] / path.rate[3]
+
+    def lost(self, aim: Aim, spin: Array, u: Array) -> Array:
+        """Crossings that cannot be told from infinity, or from the horizon, are none."""
+        return aim.lost | (u <= 0) | (u * radial.horizon(spin) >= 1)
+
+    def radius_at(self, u: Array) -> Array:
+        """That of the ray."""
+        return 1 / u
+
+    def direction(self, n: tuple[Array, ...]) -> tuple[Array, ...]:
+        """In the plane."""
+        return *n[:2], jnp.zeros_like(n[2])
+
+    def crossings(self, counted: Array) -> Array:
+        """The end is a crossing itself, on whichever side of it round-off has left z."""
+        return jnp.full_like(counted, self.crossing)
+
+    def orientation(self, light: Photon, u_rate: Array) -> Array:
+        """Above the plane first, a ray meets it from above for the odd crossings."""
+        above = jnp.where(light.position[3] == 0, light.rate[3], light.position[3]) > 0
+        return jnp.where(above == (jnp.mod(self.crossing, 2) == 1), -1.0, 1.0)
+
+    def jacobian(self, angles: Jacobian, radius: Array | None, in_radius: tuple[Array, ...]) -> Jacobian:
+        """Rows (dr, r dphi)."""
+        return in_radius, tuple(radius * entry for entry in angles[1])
+
+    def spread(self, size: Array, radius: Array | None) -> Array:
+        """Relative to the radius."""
+        return size / radius
+
+    def motion(self, at: Arriving) -> Array:
+        """In ln r too."""
+        return 1 + at.turning + at.rate / at.u / at.speed
+
+    def opened(self, growth: Array, at: Arriving) -> Array:
+        """As much as in ln r, and what that makes of psi."""
+        return growth * (1 / at.u + at.psi_rate) / at.speed
+
+    def least_growth(self, at: Arriving) -> Array:
+        """An error of the time moves the end."""
+        return self.motion(at)
+
+    def lateness(self, height: Array, aim: Aim, at: Arriving) -> Array:
+        """A ray that leaves off the plane at a small inclination is late by z0 dz0' / z'^2."""
+        return jnp.abs(height) * (at.speed / aim.plane_rate) ** 2
+
+    def weighed(self, m: tuple[Array, ...], aim: Aim, speed: Array) -> tuple[Array, ...]:
+        """The height tells the arrival."""
+        x, y, z = m
+        return x, y, jnp.maximum(speed / aim.plane_rate, 1) * z
+
+    def lever(self, at: Arriving, depth: Array) -> Array:
+        """Time goes by too while the radius changes."""
+        return at.speed + depth
+
+
+Spherical = CelestialSphere | Sphere
+
+
+def end_of(camera: Camera, end: object) -> End:
+    """The end that `end=` means: math.inf, a radius, or an end itself; what is none is refused with one ValueError."""
+    if isinstance(end, CelestialSphere | EquatorialPlane):
+        return end
+    if isinstance(end, Sphere):
+        return end_of(camera, end.radius)
     if isinstance(end, bool) or not isinstance(end, int | float | np.integer | np.floating) or math.isnan(end):
         raise ValueError(f"Argument `end` must be a radius, math.inf or an EquatorialPlane, but is {end!r}.")
     horizon = kerr.horizon(camera.spin)
@@ -86,89 +342,9 @@ def goal_of(camera: Camera, end: object) -> Goal:
         raise ValueError(
             f"Argument `end` must be larger than the horizon radius {horizon:.12g}, but is {float(end):.12g}."
         )
-    return INFINITY if math.isinf(end) else Goal("sphere", float(end))
+    return CelestialSphere() if math.isinf(end) else Sphere(float(end))
 
 
-def aim_at(goal: Goal, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
-    """Whether a ray reaches its end, and when. Rays with no positive energy at infinity are not followed."""
-    captured = radial.is_captured(frame, light, quartic)
+def _conditioning(frame: Frame, light: Photon) -> Array:
     terms = frame.lapse + jnp.abs(light.energy_ratio - frame.lapse)
-    conditioning = terms / jnp.abs(light.energy_ratio)
-    if goal.kind == "infinity":
-        time = jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic))
-        return Aim(captured, captured, time, conditioning)
-    if goal.kind == "sphere":
-        radius, inward = goal.value, light.rate[0] > 0
-        rising = (radius > frame.radius) | ((radius == frame.radius) & inward)
-        # A turning point stops the ray only where it comes before the end.
-        root = jnp.sqrt(jnp.maximum(quartic.d, 0))
-        above = ~captured | (~inward & (radius <= quartic.h - root))
-        below = captured | (inward & (radius >= quartic.h + root))
-        reached, plane_rate = jnp.where(rising, above, below), None
-        time = radial.mino_time_to(frame, light, quartic, radius, rising)
-    else:
-        rising, plane_rate = None, jnp.sqrt(jnp.maximum(light.q, 0))
-        horizon = radial.horizon(frame.spin)
-        to_horizon = radial.mino_time_to(frame, light, quartic, horizon, jnp.zeros_like(captured))
-        time = mino_time_to_plane(frame, light, goal.value)
-        reached = time < jnp.where(captured, to_horizon, radial.mino_time(frame, light, quartic))
-    lost = ~reached | (light.energy_ratio <= 0)
-    return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, rising, plane_rate)
-
-
-def prospects(frame: Frame, sky: tuple[Array, Array, Array], goal: Goal) -> tuple[Array, Array]:
-    """Which rays do not reach their end, and which fall in when followed on."""
-    light = photon(frame, sky)
-    aim = aim_at(goal, frame, light, radial.factor(*radial.potential_coefficients(frame.spin, light)))
-    return aim.lost, aim.captured
-
-
-def time_left(goal: Goal, constants: Constants, aim: Aim, path: Path) -> Array:
-    """Mino time from a point close to the end to the end, from the path itself."""
-    u, w = path.position[0], path.rate[0]
-    if goal.kind == "infinity":
-        return -u / w
-    if goal.kind == "plane":
-        # z'' vanishes in the plane.
-        return -path.position[3] / path.rate[3]
-    assert aim.rising is not None
-    # The parabola through u, arriving with the known sign of w: close to a turning point too.
-    pull = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
-    gap = 1 / goal.value - u
-    sense = jnp.where(aim.rising, -1.0, 1.0)
-    final = sense * jnp.sqrt(jnp.maximum(w * w + 2 * pull * gap, 0))
-    agrees = sense * w > 0
-    return jnp.where(agrees, 2 * gap / jnp.where(agrees, w + final, 1), (final - w) / jnp.where(pull == 0, 1, pull))
-
-
-def redshift_at_end(
-    camera: Camera, sky: np.ndarray, end: End, direction: np.ndarray, radius: np.ndarray | None
-) -> np.ndarray:
-    """Frequency ratio nu_camera / nu_source for the source at the end of each ray; NaN where there can be none.
-
-    Parameters: sky (n, 3); direction (n, 3) and radius (n,) of the ends, NaN for rays without one. At infinity the
-    source is at rest, at a finite radius it is static, in the plane it is the plane's emitter.
-    References: Bardeen, Press & Teukolsky 1972 for the circular orbits; JTFT A.1.
-    """
-    ratio = np.where(np.isfinite(direction[:, 0]), sky_redshift(camera, sky), np.nan)
-    if radius is None:
-        return ratio
-    b = photon(camera.frame(), (sky[:, 0], sky[:, 1], sky[:, 2])).b
-    with np.errstate(invalid="ignore", divide="ignore"):
-        rate, slowness = _motion(camera.spin, end, radius, direction[:, 2])
-        return ratio * np.sqrt(np.where(slowness > 0, slowness, np.nan)) / (1 - rate * b)
-
-
-def _motion(spin: float, end: End, radius: np.ndarray, cosine: np.ndarray) -> tuple[Array, np.ndarray]:
-    """Angular velocity of the source, and (dtau / dt)^2 of its clock: not positive where there is no such source."""
-    a, r = spin, radius
-    emitter = end.emitter if isinstance(end, EquatorialPlane) else "static"
-    if emitter == "static":
-        return 0.0, 1 - 2 * r / (r * r + (a * cosine) ** 2)
-    if emitter == "fiducial":
-        big = (r * r + a * a) * r * r + 2 * a * a * r
-        return 2 * a * r / big, r * r * (r * r - 2 * r + a * a) / big
-    # The retrograde orbit is the prograde one of a hole that spins the other way.
-    sense = 1 if emitter == "circular" else -1
-    kepler = sense * a + r**1.5
-    return sense / kepler, r**3 * (1 - 3 / r + 2 * sense * a / r**1.5) / kepler**2
+    return terms / jnp.abs(light.energy_ratio)

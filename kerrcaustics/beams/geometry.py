@@ -6,7 +6,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.nystroem import Path
+from kerrcaustics.beams.integrator.nystroem import Path
 
 Array = Any
 

@@ -5,7 +5,6 @@ points are zeros of the beam's signed area; each is bracketed between two neighb
 """
 
 import math
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -14,15 +13,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Status
-from kerrcaustics.beams.ends import Goal, aim_at, goal_of
-from kerrcaustics.beams.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
+from kerrcaustics.beams.directions import as_vectors, normalised
+from kerrcaustics.beams.ends import Spherical, end_of
 from kerrcaustics.beams.geometry import area, azimuth_step, length, turned
-from kerrcaustics.beams.integrated import DENSEST, local_error, start, with_variations
-from kerrcaustics.beams.nystroem import Path, nystroem_step
-from kerrcaustics.beams.trace import as_vectors, normalised
+from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
+from kerrcaustics.beams.integrator.integrated import DENSEST, first_azimuth, start, with_variations
+from kerrcaustics.beams.integrator.journey import local_error
+from kerrcaustics.beams.integrator.nystroem import Path, nystroem_step
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr, radial
-from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera, photon
+from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.sphere import from_angles
@@ -152,14 +152,14 @@ def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math
     Close to a critical curve the last conjugate point is close to infinity, and round-off decides whether it is there.
     """
     check_camera(camera)
-    goal = goal_of(camera, end)
-    if goal.kind == "plane":
+    surface = end_of(camera, end)
+    if not isinstance(surface, Spherical):
         raise ValueError(f"Argument `end` must be a radius or math.inf, but is {end!r}.")
     n = whole_number("n", n, 2, _MOST_POINTS)
     directions, shape = as_vectors(sky)
     directions = normalised(directions)
     starts = range(0, max(len(directions), 1), _CHUNK)
-    parts = [_followed(camera, directions[i : i + _CHUNK], n, goal) for i in starts]
+    parts = [_followed(camera, directions[i : i + _CHUNK], n, surface) for i in starts]
     most = max(part["conjugate"].shape[1] for part in parts)
     for part in parts:
         missing = most - part["conjugate"].shape[1]
@@ -231,13 +231,13 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     return SpacePoints(spin=spin, mino_time=time, radius=r, theta=theta, azimuth=-azimuth)
 
 
-def _followed(camera: Camera, sky: np.ndarray, n: int, goal: Goal) -> dict[str, np.ndarray]:
+def _followed(camera: Camera, sky: np.ndarray, n: int, end: Spherical) -> dict[str, np.ndarray]:
     """The fields of a result for up to so many rays as are advanced together."""
     count = len(sky)
     # Filled up with the first ray, or any, so that one compiled size serves all.
     sky = np.concatenate([sky, np.repeat(sky[:1] if count else np.eye(3)[:1], _CHUNK - count, axis=0)])
     frame = camera.frame()
-    beam, state = _begin(frame, tuple(sky.T), goal)
+    beam, state = jax.tree.map(np.asarray, _begun(frame, tuple(sky.T), end))
     end_time = np.asarray(beam.end_time)
     arc = np.nanmax(end_time * np.asarray(polar_rapidity(beam.constants)), initial=0.0)
     part = max(1, math.ceil(arc / ((n - 1) * _LONGEST_ARC)))
@@ -257,7 +257,7 @@ def _followed(camera: Camera, sky: np.ndarray, n: int, goal: Goal) -> dict[str, 
     )
     conjugate, index = _conjugate_points(frame.spin, beam, track, times)
     captured, lost = np.asarray(beam.captured), np.asarray(beam.lost)
-    _set_ends(fields, goal, camera, captured, lost)
+    _set_ends(fields, end, camera, captured, lost)
     for name in fields:
         fields[name] = np.where(unknown, np.nan, fields[name]).T
     with np.errstate(invalid="ignore"):
@@ -268,24 +268,21 @@ def _followed(camera: Camera, sky: np.ndarray, n: int, goal: Goal) -> dict[str, 
 
 
 def _set_ends(
-    fields: dict[str, np.ndarray], goal: Goal, camera: Camera, captured: np.ndarray, lost: np.ndarray
+    fields: dict[str, np.ndarray], end: Spherical, camera: Camera, captured: np.ndarray, lost: np.ndarray
 ) -> None:
     """What is known of the first and the last place of each ray beforehand, in place."""
     fields["radius"][0], fields["theta"][0] = camera.radius, camera.inclination
-    to_infinity = ~captured if goal.kind == "infinity" else ~captured & lost
-    fields["radius"][-1, to_infinity] = np.inf
-    if goal.kind == "sphere":
-        fields["radius"][-1, ~lost] = goal.value
+    fields["radius"][-1, ~captured & lost] = np.inf
+    fields["radius"][-1, ~lost] = end.radius
 
 
-@partial(jax.jit, static_argnames="goal_kind")
-def _begun(frame: Frame, sky: tuple[Array, ...], goal_kind: str, goal_value: Any) -> tuple[_Beam, _State]:
-    goal = Goal(goal_kind, goal_value)
-    constants, ray, _ = start(frame, sky)
+@jax.jit
+def _begun(frame: Frame, sky: tuple[Array, ...], end: Spherical) -> tuple[_Beam, _State]:
+    """Rays at the camera."""
+    constants, ray, light = start(frame, sky)
     paths, variations = with_variations(frame, sky, ray)
-    light = photon(frame, sky)
     quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
-    aim = aim_at(goal, frame, light, quartic)
+    aim = end.aim(frame, light, quartic)
     horizon = radial.horizon(frame.spin)
     stop = horizon + _ABOVE_HORIZON * jnp.minimum(1.0, frame.radius - horizon)
     falling = radial.mino_time_to(frame, light, quartic, stop, jnp.zeros_like(aim.captured))
@@ -293,17 +290,10 @@ def _begun(frame: Frame, sky: tuple[Array, ...], goal_kind: str, goal_value: Any
     end_time = jnp.where(aim.lost, elsewhere, aim.mino_time)
     known = (light.energy_ratio > 0) & (end_time * polar_rapidity(constants) < _MOST_ARC)
     end_time = jnp.where(known, end_time, jnp.nan)
-    end_u = jnp.where(aim.captured, 1 / stop, 0.0)
-    if goal.kind == "sphere":
-        end_u = jnp.where(aim.lost, end_u, 1 / goal.value)
+    end_u = jnp.where(aim.lost, jnp.where(aim.captured, 1 / stop, 0.0), 1 / end.radius)
     opening = length((*paths[1].rate[1:], *paths[2].rate[1:]))
     beam = _Beam(constants, variations, end_time, end_u, aim.lost, aim.captured, opening)
-    return beam, _State(paths, jnp.where(frame.sin_theta == 0, jnp.arctan2(ray.rate[2], ray.rate[1]), 0.0), 0 * light.b)
-
-
-def _begin(frame: Frame, sky: tuple[Array, ...], goal: Goal) -> tuple[_Beam, _State]:
-    """Rays at the camera, as plain arrays, so that what advances them is compiled once."""
-    return jax.tree.map(np.asarray, _begun(frame, sky, goal.kind, goal.value))
+    return beam, _State(paths, first_azimuth(frame, ray), 0 * light.b)
 
 
 @jax.jit
@@ -322,7 +312,7 @@ def _advanced(spin: float, beam: _Beam, state: _State, duration: Array) -> _Stat
         h = left / jnp.maximum(count, 1)
         paths, gaps = nystroem_step(rates, state.paths, h)
         turn = azimuth_step(constants.b, state.paths[0].position, paths[0].position)
-        gap = local_error(constants, None, gaps[0])
+        gap = local_error(constants, gaps[0])
         after = _State(paths, state.azimuth + turn, state.local_error + gap)
         return jnp.where(count <= 1, 0.0, left - h), steps + 1, after
 

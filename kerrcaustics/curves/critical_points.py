@@ -11,7 +11,7 @@ from scipy.optimize import elementwise
 from skimage.measure import label
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.closed_form import LEAST_K
+from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.trace import check_request, trace_beams
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
@@ -219,7 +219,7 @@ class Search:
         sky = sky_from_fido(self._frame, -looking)
         self.beams_traced += sky.size // 3
         beams = trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
-        self.engines_used.update(beams.engine.split(" and "))
+        self.engines_used.update(beams.engines)
         return beams
 
 

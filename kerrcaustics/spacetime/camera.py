@@ -293,7 +293,7 @@ def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
     """
     n_r, n_theta, n_phi = fido_from_sky(frame, sky)
     a, s, c = frame.spin, frame.sin_theta, frame.cos_theta
-    energy_ratio = frame.lapse + frame.shift * frame.cylindrical_scale * s * n_phi
+    energy_ratio = _energy_ratio(frame, n_phi)
     energy = 1 / energy_ratio
     p_theta = energy * frame.root_sigma * n_theta
     p_phi = energy * frame.cylindrical_scale * n_phi
@@ -312,15 +312,20 @@ def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
     )
 
 
-def redshift(camera: Camera, sky: np.ndarray) -> np.ndarray:
+def _energy_ratio(frame: Frame, n_phi: Any) -> Any:
+    """Energy at infinity per energy at the FIDO of a photon that moves there with the component n_phi."""
+    return frame.lapse + frame.shift * frame.cylindrical_scale * frame.sin_theta * n_phi
+
+
+def redshift(camera: Camera, sky: np.ndarray, light: Photon | None = None) -> np.ndarray:
     """Frequency ratio nu_camera / nu_source of light from a source at rest at infinity (JTFT A.1).
 
-    Parameters: sky (..., 3), unit vectors. Returns (...,); exact to round-off.
+    Parameters: sky (..., 3), unit vectors; light, the photons from there, where they are known. Returns (...,).
+    Errors: exact to round-off.
     """
     frame = camera.frame()
     parts = (sky[..., 0], sky[..., 1], sky[..., 2])
-    n_phi = fido_from_sky(frame, parts)[2]
-    energy_ratio = frame.lapse + frame.shift * frame.cylindrical_scale * frame.sin_theta * n_phi
+    energy_ratio = _energy_ratio(frame, fido_from_sky(frame, parts)[2]) if light is None else light.energy_ratio
     with np.errstate(divide="ignore"):
         return math.sqrt(frame.slowness) / (doppler(frame, parts)[0] * energy_ratio)
 

@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.spacetime.cubic import largest_root
+
 
 class Metric(NamedTuple):
     """Metric functions at one event (JTFT A.1).
@@ -94,11 +96,7 @@ def spherical_orbit_of_impact(spin: float, b: ArrayLike) -> tuple[np.ndarray, np
     a, b = spin, np.asarray(b, float)
     p = 1 - (a**2 + a * b) / 3
     h = (1 - a) * (1 + a)
-    disc = h**2 - p**3
-    grown = np.cbrt(h + np.sqrt(np.maximum(disc, 0)))
-    angle = np.arctan2(np.sqrt(np.maximum(-disc, 0)), h)
-    root_p = np.sqrt(np.maximum(p, 0))
-    x = np.where(disc >= 0, grown + p / np.where(grown == 0, 1, grown), 2 * root_p * np.cos(angle / 3))
+    x = largest_root(p, h)
     for _ in range(2):
         x = x - (x**3 - 3 * p * x - 2 * h) / np.where(x**2 > p, 3 * (x**2 - p), np.inf)
     r = 1 + x

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic
 from kerrcaustics.spacetime.camera import Frame, Photon
+from kerrcaustics.spacetime.cubic import largest_root
 
 Array = Any
 
@@ -63,30 +64,26 @@ def _largest_resolvent_root(a2: Array, a1: Array, a0: Array) -> Array:
         return z - jnp.where(slope == 0, 0, value / jnp.where(slope == 0, 1, slope))
 
     fixed = jax.lax.stop_gradient((a2, a1, a0))
-    z = _cardano(*fixed)
+    z = _resolvent_start(*fixed)
     for _ in range(2):
         z = newton(z, *fixed)
     return newton(z, a2, a1, a0)
 
 
-def _cardano(a2: Array, a1: Array, a0: Array) -> Array:
-    """The root above, roughly.
+def _resolvent_start(a2: Array, a1: Array, a0: Array) -> Array:
+    """The root above, but for round-off.
 
     Where the two larger roots nearly coincide (cameras far away) the formula cannot tell whether they are real: the
     value at the minimum between them can, and gives the start.
     """
-    p = -(a2**2 / 3 + 4 * a0) / 3
-    half = (-2 * a2**3 / 27 + 8 * a2 * a0 / 3 - a1**2) / 2
-    disc = half**2 + p**3
-    root_p = jnp.sqrt(jnp.maximum(-p, 0))
-    cube = jnp.cbrt(-half - jnp.sign(half) * jnp.sqrt(jnp.maximum(disc, 0)))
-    only = cube - p / jnp.where(cube == 0, 1, cube)
-    of_three = 2 * root_p * jnp.cos(jnp.arctan2(jnp.sqrt(jnp.maximum(-disc, 0)), -half) / 3)
-    bottom = root_p - 2 * a2 / 3
+    third = (a2**2 / 3 + 4 * a0) / 3
+    half = -(-2 * a2**3 / 27 + 8 * a2 * a0 / 3 - a1**2) / 2
+    middle = jnp.sqrt(jnp.maximum(third, 0))
+    bottom = middle - 2 * a2 / 3
     least = bottom * (bottom + a2) ** 2 - 4 * a0 * bottom - a1**2
-    of_pair = root_p + jnp.sqrt(jnp.maximum(-least, 0) / jnp.where(root_p == 0, 1, 3 * root_p))
-    paired = (half > 0) & (p < 0) & (least <= 0) & (disc > -1e-8 * half**2)
-    return jnp.where(paired, of_pair, jnp.where(disc > 0, only, of_three)) - 2 * a2 / 3
+    of_pair = middle + jnp.sqrt(jnp.maximum(-least, 0) / jnp.where(middle == 0, 1, 3 * middle))
+    paired = (half < 0) & (third > 0) & (least <= 0) & (half**2 - third**3 > -1e-8 * half**2)
+    return jnp.where(paired, of_pair, largest_root(third, half, jnp)) - 2 * a2 / 3
 
 
 def horizon(spin: Array) -> Array:

@@ -8,8 +8,8 @@ import numpy as np
 from skimage.measure import find_contours
 
 import kerrcaustics as kc
-from kerrcaustics.beams.polar_motion import polar_swing
-from kerrcaustics.beams.radial_motion import radial_motion
+from kerrcaustics.beams.closed_form.polar_motion import polar_swing
+from kerrcaustics.beams.closed_form.radial_motion import radial_motion
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.spacetime import radial

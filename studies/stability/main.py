@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.beams.trace import ENGINES
+from kerrcaustics.beams.engine import ENGINES
 from kerrcaustics.report.records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.beams.closed_form import LEAST_K
+from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.curves.critical_curves import forget
 from kerrcaustics.spacetime.camera import photon
 

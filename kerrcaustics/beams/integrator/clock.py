@@ -12,8 +12,8 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.equations import Constants, polar_rapidity
-from kerrcaustics.beams.nystroem import Path, Positions, Rates
+from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
+from kerrcaustics.beams.integrator.nystroem import Path, Positions, Rates
 from kerrcaustics.spacetime import radial
 
 Array = Any

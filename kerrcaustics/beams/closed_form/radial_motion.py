@@ -36,16 +36,23 @@ class Travel(NamedTuple):
     """What becomes of the radius on the way to the end.
 
     time, of Mino; psi; captured; clock, the part of the coordinate time that belongs to r, None if not asked for: to
-    infinity the limit of it - r - 2 ln r.
+    infinity the limit of it - r - 2 ln r. At the end: u = 1/r and the rates of u and psi; clearance, the distance from
+    the outer roots, relative to the radius (for a given time from the middle of them), None at infinity; holds, whether
+    the formulas do.
     """
 
     time: Array
     psi: Array
     captured: Array
     clock: Array | None
+    u: Array = 0.0
+    rate: Array = -1.0
+    psi_rate: Array = 0.0
+    clearance: Array | None = None
+    holds: Array = True
 
 
-class Roots(NamedTuple):
+class RadialRoots(NamedTuple):
     """The roots h -+ sqrt(d), low and next of R."""
 
     h: Array
@@ -54,7 +61,7 @@ class Roots(NamedTuple):
     next: Array
 
 
-class Place(NamedTuple):
+class RadialPlace(NamedTuple):
     """A radius, its height over the outer horizon, and the roots of the two factors of R there.
 
     outer, of the first factor, has the sign of r'.
@@ -66,7 +73,7 @@ class Place(NamedTuple):
     outer: Array
 
 
-class Way(NamedTuple):
+class RadialIntegrals(NamedTuple):
     """Integrals along a way: Mino time, I(r_+), I(r_-), and that of r^2 + 2 r, to infinity its finite part."""
 
     time: Array
@@ -82,7 +89,7 @@ def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, *, clock
     return travel(frame.spin, way, radial.is_captured(frame, light, quartic))
 
 
-def travel(spin: Array, way: Way, captured: Array) -> Travel:
+def travel(spin: Array, way: RadialIntegrals, captured: Array) -> Travel:
     """What the integrals along a way mean for psi and the clock."""
     r_plus, r_minus = horizons(spin)
     psi = -spin / (r_plus - r_minus) * (way.plus - way.minus)
@@ -104,7 +111,7 @@ def horizons(spin: Array) -> tuple[Array, Array]:
     return outer, spin**2 / outer
 
 
-def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Roots, Place]:
+def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[RadialRoots, RadialPlace]:
     """The roots of R, and the place of the camera."""
     r, h, d = frame.radius, quartic.h, quartic.d
     excess = frame.spin**2 * light.q / (h * h - d)
@@ -116,10 +123,10 @@ def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Root
     d = jnp.where(close_to_roots(frame, quartic), (r - h - outer) * (r - h + outer), d)
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - horizons(frame.spin)[1])
-    return Roots(h, d, low, following), Place(r, height, inner, outer)
+    return RadialRoots(h, d, low, following), RadialPlace(r, height, inner, outer)
 
 
-def _to_infinity(spin: Array, b: Array, roots: Roots, place: Place, *, clock: bool) -> Way:
+def _to_infinity(spin: Array, b: Array, roots: RadialRoots, place: RadialPlace, *, clock: bool) -> RadialIntegrals:
     """The integrals from a place to infinity, through the turning point where r' < 0."""
     h, d, low, following = roots
     r, height, inner, outer = place
@@ -148,10 +155,10 @@ def _to_infinity(spin: Array, b: Array, roots: Roots, place: Place, *, clock: bo
     plus, minus = (
         log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
     )
-    return Way(time, plus, minus, _growing(roots, place, triple, poles[-1].p, found) if clock else None)
+    return RadialIntegrals(time, plus, minus, _growing(roots, place, triple, poles[-1].p, found) if clock else None)
 
 
-def _pole_at_infinity(roots: Roots, place: Place) -> elliptic.Pole:
+def _pole_at_infinity(roots: RadialRoots, place: RadialPlace) -> elliptic.Pole:
     """The pole of r itself: p = (A + B)^2 - near = 2 (r^2 - next^2 + A B)."""
     h, d, low, following = roots
     r, _, inner, outer = place
@@ -167,7 +174,9 @@ def _pole_at_infinity(roots: Roots, place: Place) -> elliptic.Pole:
     return elliptic.Pole(p, (following - low) * ((following - h) ** 2 - d))
 
 
-def _growing(roots: Roots, place: Place, triple: elliptic.Triple, p: Array, found: elliptic.Integrals) -> Array:
+def _growing(
+    roots: RadialRoots, place: RadialPlace, triple: elliptic.Triple, p: Array, found: elliptic.Integrals
+) -> Array:
     """The integral of r^2 + 2 r from a place to a large radius X, less X + 2 ln X."""
     h, d, low, following = roots
     r = place.r

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.nystroem import Path
+from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import radial
 
 Array = Any

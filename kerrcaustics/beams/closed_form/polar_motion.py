@@ -26,7 +26,7 @@ Array = Any
 _POWERS = (0, 1, -1, 2, -2, 3, -3)
 
 
-class Arrival(NamedTuple):
+class Polar(NamedTuple):
     """m = (x, y, z) at the end, still to be turned about the axis by `turn`.
 
     azimuth: how far m and the turn have gone round the axis, unwrapped; phase: the z gone through; crossings of the
@@ -60,7 +60,7 @@ class Swing(NamedTuple):
     first: Array
 
 
-class _Point(NamedTuple):
+class _Thetas(NamedTuple):
     """The oscillation at one phase: F = f_real + i f_imag, theta_3, sd, and the derivatives of the first two by z."""
 
     f_real: Array
@@ -85,7 +85,7 @@ def time_to_plane(frame: Frame, swing: Swing, crossing: Array) -> Array:
 
 def polar_motion(
     frame: Frame, light: Photon, swing: Swing, time: Array, *, on_equator: bool, clock: bool = False
-) -> Arrival:
+) -> Polar:
     """The polar motion over a Mino time, from the camera; with the clock if asked for.
 
     Errors: about 1e-16 times the phase.
@@ -107,14 +107,14 @@ def polar_motion(
     # A ray that stays in the plane does not cross it.
     crossings = jnp.where(light.q == 0, 0.0, crossings)
     slow = _slow(swing, _at(swing, first), end, phase) if clock else None
-    return Arrival(x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings, slow)
+    return Polar(x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings, slow)
 
 
 def _sense(light: Photon) -> Array:
     return jnp.where(light.b < 0, -1.0, 1.0)
 
 
-def _slow(swing: Swing, start: _Point, end: _Point, phase: Array) -> Array:
+def _slow(swing: Swing, start: _Thetas, end: _Thetas, phase: Array) -> Array:
     """The integral of a^2 m_z^2 over Mino time: a^2 m_z^2 is rate^2 (ln theta_3)'' but for a constant."""
     nome = swing.nome
     n4 = nome**4
@@ -172,7 +172,7 @@ def _amplitude(frame: Frame, light: Photon, modulus: elliptic.Modulus, frequency
     return sine / size, cosine / size
 
 
-def _at(swing: Swing, z: Array) -> _Point:
+def _at(swing: Swing, z: Array) -> _Thetas:
     c1, s1 = jnp.cos(z), jnp.sin(z)
     c2, s2 = c1 * c1 - s1 * s1, 2 * c1 * s1
     c4, s4 = c2 * c2 - s2 * s2, 2 * c2 * s2
@@ -182,7 +182,7 @@ def _at(swing: Swing, z: Array) -> _Point:
     n4 = nome**4
     n9 = n4 * n4 * nome
     theta3 = 1 + 2 * (nome * c2 + n4 * c4 + n9 * c6)
-    return _Point(
+    return _Thetas(
         f_real=1 + (p1 + m1) * c2 + (p2 + m2) * c4 + (p3 + m3) * c6,
         f_imag=(p1 - m1) * s2 + (p2 - m2) * s4 + (p3 - m3) * s6,
         theta3=theta3,
@@ -193,7 +193,7 @@ def _at(swing: Swing, z: Array) -> _Point:
     )
 
 
-def _offset(frame: Frame, light: Photon, swing: Swing, start: _Point, sense: Array) -> tuple[Array, Array, Array]:
+def _offset(frame: Frame, light: Photon, swing: Swing, start: _Thetas, sense: Array) -> tuple[Array, Array, Array]:
     """The phase of the formula at the camera, where m lies at azimuth 0: its cosine and sine, and itself, unwrapped.
 
     Position and rate of m are compared together, since one of them may vanish: a camera close to the axis has no

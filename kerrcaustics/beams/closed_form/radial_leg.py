@@ -11,19 +11,21 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.radial_motion import Place, Roots, Way, horizons
+from kerrcaustics.beams.closed_form.radial_motion import RadialIntegrals, RadialPlace, RadialRoots, horizons
 from kerrcaustics.spacetime import elliptic, radial
 
 Array = Any
 
 
-def mino_time(roots: Roots, start: Place, end: Place) -> Array:
+def mino_time(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> Array:
     """Mino time from one place to another, with at most one turning point between."""
     triple, scale = _triple(roots, start, end)
     return 2 * scale * elliptic.carlson(triple).first
 
 
-def integrals(spin: Array, b: Array, roots: Roots, start: Place, end: Place, *, clock: bool) -> Way:
+def integrals(
+    spin: Array, b: Array, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, clock: bool
+) -> RadialIntegrals:
     """Mino time, I(r_+), I(r_-), and the integral of r^2 + 2 r if asked for, from one place to another."""
     low, following = roots.low, roots.next
     triple, scale = _triple(roots, start, end)
@@ -49,10 +51,10 @@ def integrals(spin: Array, b: Array, roots: Roots, start: Place, end: Place, *, 
         log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
     )
     growing = _growing(roots, start, end, triple, scale, poles[-1].p, found) if clock else None
-    return Way(time, plus, minus, growing)
+    return RadialIntegrals(time, plus, minus, growing)
 
 
-def _triple(roots: Roots, start: Place, end: Place) -> tuple[elliptic.Triple, Array]:
+def _triple(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> tuple[elliptic.Triple, Array]:
     quartic = radial.Quartic(roots.h, roots.d, (roots.low + roots.h) ** 2)
     return radial.between(quartic, (start.r, start.inner, start.outer), (end.r, end.inner, end.outer))
 
@@ -63,7 +65,9 @@ def _sum(first: Array, second: Array, squares: Array) -> Array:
     return jnp.where(turned, squares / jnp.where(turned, first - second, 1.0), jnp.abs(first + second))
 
 
-def _pole_sum(roots: Roots, start: Place, end: Place, horizon: Array, heights: tuple[Array, Array]) -> Array:
+def _pole_sum(
+    roots: RadialRoots, start: RadialPlace, end: RadialPlace, horizon: Array, heights: tuple[Array, Array]
+) -> Array:
     """The S of DLMF 19.29.8 for a pole at a horizon, of which heights are the two places' distances."""
     t1, t2 = heights
     x1, x2 = start.r - roots.low, end.r - roots.low
@@ -77,9 +81,9 @@ def _pole_sum(roots: Roots, start: Place, end: Place, horizon: Array, heights: t
 
 
 def _growing(
-    roots: Roots,
-    start: Place,
-    end: Place,
+    roots: RadialRoots,
+    start: RadialPlace,
+    end: RadialPlace,
     triple: elliptic.Triple,
     scale: Array,
     p: Array,

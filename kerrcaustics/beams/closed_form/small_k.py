@@ -26,20 +26,21 @@ where Pi is the integral of d tau / (1 - q S^2).
 References: Whittaker & Watson 20.3 to 20.6; DLMF 19.16, 19.25, 23.10.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams.ends import Goal
-from kerrcaustics.beams.polar_motion import Arrival
-from kerrcaustics.beams.radial_motion import Travel
+from kerrcaustics.beams.closed_form.polar_motion import Polar
+from kerrcaustics.beams.closed_form.radial_motion import RadialIntegrals, Travel
+from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.camera import Frame, Photon
+from kerrcaustics.spacetime.cubic import largest_root
 
 Array = Any
 
-# A little beyond LEAST_K of closed_form.py, so that no ray falls between the two.
+# A little beyond LEAST_K of formula.py, so that no ray falls between the two.
 MOST_K = 2.001
 # The series of S is exact to round-off for a Mino time of 1.2 after so many halvings.
 _HALVINGS = 5
@@ -47,52 +48,29 @@ _HALVINGS = 5
 _DUPLICATIONS = 5
 
 
-class _Potential(NamedTuple):
-    """R = r^4 + a2 r^2 + 2 kappa r + a0; root, one real root e of 4 e^3 - g2 e - g3, and the slope 3 e^2 - g2 / 4."""
-
-    a2: Array
-    kappa: Array
-    b: Array
-    root: Array
-    slope: Array
+# A radius, its height over the outer horizon, and sqrt(R) there.
+_Outward = tuple[Array, Array, Array]
 
 
-class _Place(NamedTuple):
-    """A radius, its height over the outer horizon, and sqrt(R) there."""
-
-    r: Array
-    height: Array
-    rate: Array
-
-
-class _Way(NamedTuple):
-    """From a place to infinity: Mino time, I(r_+), I(r_-), and the finite part of the integral of r^2 + 2 r."""
-
-    time: Array
-    plus: Array
-    minus: Array
-    growing: Array | None
-
-
-def radial_motion(frame: Frame, light: Photon, goal: Goal, *, clock: bool = False) -> Travel:
+def radial_motion(frame: Frame, light: Photon, end: Spherical, *, clock: bool = False) -> Travel:
     """The radial motion of rays that start outward and are not captured, as in radial_motion.py."""
     spin, r = frame.spin, frame.radius
     root = _horizon_root(spin)
-    potential = _potential(spin, light)
+    cubic = _outlying_root(spin, light)
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + root)
-    way = _to_infinity(spin, potential, _Place(r, height, -light.rate[0] * r**2), clock=clock)
-    if goal.kind == "sphere":
-        end = goal.value
-        beyond = end - 1 - root
-        square = (end**2 + spin**2 - spin * light.b) ** 2 - beyond * (end - 1 + root) * light.kappa
-        rest = _to_infinity(spin, potential, _Place(end, beyond, jnp.sqrt(square)), clock=clock)
+    way = _to_infinity(spin, light, cubic, (r, height, -light.rate[0] * r**2), clock=clock)
+    if end.finite:
+        far = end.radius
+        beyond = far - 1 - root
+        square = (far**2 + spin**2 - spin * light.b) ** 2 - beyond * (far - 1 + root) * light.kappa
+        rest = _to_infinity(spin, light, cubic, (far, beyond, jnp.sqrt(square)), clock=clock)
         way = jax.tree.map(lambda whole, part: whole - part, way, rest)
     turn = (way.plus - way.minus) / (2 * root)
     slow = None
     if way.growing is not None:
         slow = way.growing + 4 * way.time + 2 * turn + (way.plus + way.minus)
-    return Travel(way.time, -spin * turn, jnp.zeros_like(light.b, bool), slow)
+    return Travel(way.time, -spin * turn, jnp.zeros_like(light.b, bool), slow, u=1 / end.radius + 0 * light.b)
 
 
 def _horizon_root(spin: Array) -> Array:
@@ -100,8 +78,11 @@ def _horizon_root(spin: Array) -> Array:
     return jnp.sqrt((1 - spin) * (1 + spin))
 
 
-def _potential(spin: Array, light: Photon) -> _Potential:
-    """The coefficients of R, and the root that is farthest from the other two: it varies smoothly."""
+def _outlying_root(spin: Array, light: Photon) -> tuple[Array, Array]:
+    """The root e of 4 e^3 - g2 e - g3 that is farthest from the other two, and the slope 3 e^2 - g2 / 4 there.
+
+    It varies smoothly.
+    """
     a2, a1, a0 = radial.potential_coefficients(spin, light)
     third = (a0 + a2**2 / 12) / 12
     half = (a0 * a2 / 6 - a1**2 / 16 - a2**3 / 216) / 8
@@ -112,32 +93,25 @@ def _potential(spin: Array, light: Photon) -> _Potential:
         return e - jnp.where(slope == 0, 0, value / jnp.where(slope == 0, 1, slope))
 
     fixed = jax.lax.stop_gradient((third, half))
-    e = newton(newton(_cardano(*fixed), *fixed), *fixed)
+    far = jnp.where(fixed[1] < 0, -1.0, 1.0) * largest_root(fixed[0], jnp.abs(fixed[1]), jnp)
+    e = newton(newton(far, *fixed), *fixed)
     e = newton(e, third, half)
-    return _Potential(a2, light.kappa, light.b, e, 3 * (e * e - third))
+    return e, 3 * (e * e - third)
 
 
-def _cardano(third: Array, half: Array) -> Array:
-    """The root of e^3 - 3 third e - 2 half that is largest in size, roughly."""
-    size, sign = jnp.abs(half), jnp.where(half < 0, -1.0, 1.0)
-    disc = half**2 - third**3
-    cube = jnp.cbrt(size + jnp.sqrt(jnp.maximum(disc, 0)))
-    only = cube + third / jnp.where(cube == 0, 1, cube)
-    of_three = 2 * jnp.sqrt(jnp.maximum(third, 0)) * jnp.cos(jnp.arctan2(jnp.sqrt(jnp.maximum(-disc, 0)), size) / 3)
-    return sign * jnp.where(disc > 0, only, of_three)
-
-
-def _to_infinity(spin: Array, potential: _Potential, place: _Place, *, clock: bool) -> _Way:
+def _to_infinity(
+    spin: Array, light: Photon, cubic: tuple[Array, Array], place: _Outward, *, clock: bool
+) -> RadialIntegrals:
     """The integrals from a place to infinity; arguments of Carlson's integrals are 4 (wp - e)."""
-    a2, kappa, _, e, slope = potential
-    r, _, rate = place
+    (e, slope), (r, _, rate), kappa = cubic, place, light.kappa
+    a2 = radial.potential_coefficients(spin, light)[0]
     weight = 2 * (r * r + rate)
     x = weight + a2 / 3 - 4 * e
     root = jnp.sqrt(x)
     # From wp' = -2 sqrt(x y z).
     product = 4 * (r * (r * r + rate) + (a2 * r + kappa) / 2) / root
     triple = elliptic.Triple(root, jnp.sqrt(2 * weight + 2 / 3 * a2 + 4 * e + 2 * product), product)
-    pole, log = _horizon_poles(spin, potential, place)
+    pole, log = _horizon_poles(spin, light, place)
     poles = [pole]
     if clock:
         poles.append(elliptic.Pole(weight + a2, 2 * kappa))
@@ -148,14 +122,14 @@ def _to_infinity(spin: Array, potential: _Potential, place: _Place, *, clock: bo
     if clock:
         zeta = product / (2 * root) - e * time - 8 / 3 * slope * found.second
         growing = r - 2 * zeta - a2 / 6 * time - jnp.log((weight + a2) / 4) - 2 / 3 * found.thirds[1]
-    return _Way(time, plus, minus, growing)
+    return RadialIntegrals(time, plus, minus, growing)
 
 
-def _horizon_poles(spin: Array, potential: _Potential, place: _Place) -> tuple[elliptic.Pole, Array]:
+def _horizon_poles(spin: Array, light: Photon, place: _Outward) -> tuple[elliptic.Pole, Array]:
     """The poles (p_1, p_2) of (I(r_+), I(r_-)) in one array, with p times 4, and their logarithms."""
-    r, rate, b, kappa = place.r, place.rate, potential.b, potential.kappa
+    (r, height, rate), b, kappa = place, light.b, light.kappa
     root = _horizon_root(spin)
-    both = [1 + root, spin**2 / (1 + root)], [2 * root, -2 * root], [place.height, place.height + 2 * root]
+    both = [1 + root, spin**2 / (1 + root)], [2 * root, -2 * root], [height, height + 2 * root]
     horizon, gap, above = (jnp.stack(parts).reshape(2, *(1,) * b.ndim) for parts in both)
     rest, total = 2 * horizon - spin * b, r + horizon
     # p_1 p_2 over r - r_h: next to the outer horizon one of them would cancel.
@@ -168,7 +142,7 @@ def _horizon_poles(spin: Array, potential: _Potential, place: _Place) -> tuple[e
     return pole, jnp.log(first / second) / 2
 
 
-def polar_motion(frame: Frame, light: Photon, time: Array, *, clock: bool = False) -> Arrival:
+def polar_motion(frame: Frame, light: Photon, time: Array, *, clock: bool = False) -> Polar:
     """The polar motion over a short Mino time, from the camera, as in polar_motion.py."""
     b, q, k, spin2 = light.b, light.q, light.k, frame.spin**2
     _, s0, _, z0 = light.position
@@ -187,7 +161,7 @@ def polar_motion(frame: Frame, light: Photon, time: Array, *, clock: bool = Fals
     across = y_rate * s * z0 * z
     scale = 1 / jnp.sqrt(p)
     slow = spin2 * (q * s2 * s / 3 * found.second + s * z0 * z) if clock else None
-    return Arrival(
+    return Polar(
         x=scale * along,
         y=scale * across,
         z=z,

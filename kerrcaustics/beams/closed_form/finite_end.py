@@ -9,17 +9,17 @@ two numbers that pass a turning point smoothly. What rounding, or a change of th
 back at right angles to it, so that nothing is ever divided by a rate that may vanish.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams import radial_leg
-from kerrcaustics.beams.ends import Aim, Goal
-from kerrcaustics.beams.radial_motion import Place, Roots, Travel, horizons, start_of, travel
+from kerrcaustics.beams.closed_form import radial_leg
+from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots, Travel, horizons, start_of, travel
+from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
+from kerrcaustics.beams.ends import Aim
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, Photon
-from kerrcaustics.spacetime.weierstrass import inverse_radius
 
 Array = Any
 
@@ -31,59 +31,53 @@ _REFINEMENTS = 2
 _LATE = 1e-6
 
 
-class FiniteEnd(NamedTuple):
-    """Where and how a ray arrives: u = 1/r and its rate, psi' there, what became of r, whether the formulas hold.
-
-    clearance, the distance from the outer roots, relative to the radius: for a given time from the middle of them.
-    """
-
-    u: Array
-    rate: Array
-    psi_rate: Array
-    clearance: Array
-    travel: Travel
-    certified: Array
+# u and y of a place.
+_Point = tuple[Array, Array]
 
 
-class _Point(NamedTuple):
-    u: Array
-    y: Array
-
-
-def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, goal: Goal, aim: Aim, *, clock: bool) -> FiniteEnd:
+def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Array, aim: Aim, *, clock: bool) -> Travel:
     """The motion to the first arrival at a radius."""
     assert aim.rising is not None
     roots, start = start_of(frame, light, quartic)
-    u = 1 / goal.value + 0 * light.b
+    u = 1 / radius + 0 * light.b
     square = (1 - roots.h * u) ** 2 - roots.d * u * u
     known = aim.lost | (square > _UNDECIDED)
     y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(known & (square > 0), square, 1.0))
     # The radius itself, not 1 / u, so that its difference from the camera's is exact.
-    end = _place(frame.spin, roots, _Point(u, y))._replace(r=goal.value, height=goal.value - horizons(frame.spin)[0])
-    way = radial_leg.integrals(frame.spin, light.b, roots, start, end, clock=clock)
+    end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - horizons(frame.spin)[0])
+    there = travel(frame.spin, radial_leg.integrals(frame.spin, light.b, roots, start, end, clock=clock), aim.captured)
     psi_rate, _ = _rates_at(frame.spin, light.b, u)
-    return FiniteEnd(u, -y * _x(roots, u), psi_rate, jnp.abs(y), travel(frame.spin, way, aim.captured), known)
+    return there._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=known)
 
 
-def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Array, aim: Aim, *, clock: bool) -> FiniteEnd:
+def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Array, aim: Aim, *, clock: bool) -> Travel:
     """The motion over a given Mino time."""
     spin = frame.spin
     roots, start = start_of(frame, light, quartic)
     coefficients = radial.potential_coefficients(spin, light)
     near, certified = _found(spin, *jax.lax.stop_gradient((light, coefficients, roots, start, time)))
-    point = _on_curve(roots, near)
-    way = radial_leg.integrals(spin, light.b, roots, start, _place(spin, roots, point), clock=clock)
-    late = time - way.time
-    slope = -point.y * _x(roots, point.u)
-    u = point.u + jax.lax.stop_gradient(slope) * late
-    there = travel(spin, way, aim.captured)
+    near_u, y = point = _on_curve(roots, near)
+    whole = radial_leg.integrals(spin, light.b, roots, start, _place(spin, roots, point), clock=clock)
+    late = time - whole.time
+    slope = -y * _x(roots, near_u)
+    u = near_u + jax.lax.stop_gradient(slope) * late
+    there = travel(spin, whole, aim.captured)
     psi_rate, clock_rate = _rates_at(spin, light.b, u)
     hidden = jax.lax.stop_gradient((psi_rate, clock_rate))
     slow = None if there.clock is None else there.clock + hidden[1] * late
-    there = there._replace(time=time, psi=there.psi + hidden[0] * late, clock=slow)
-    clearance = jnp.sqrt(point.y**2 + (1 - roots.h * u) ** 2)
+    clearance = jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
     certified = certified & (jnp.abs(late) * jnp.sqrt(light.k + 3) < _LATE * clearance)
-    return FiniteEnd(u, slope, psi_rate, clearance, there, aim.lost | certified)
+    return Travel(
+        time=time,
+        psi=there.psi + hidden[0] * late,
+        captured=aim.captured,
+        clock=slow,
+        u=u,
+        rate=slope,
+        psi_rate=psi_rate,
+        clearance=clearance,
+        holds=aim.lost | certified,
+    )
 
 
 def growth(frame: Frame, light: Photon, time: Array) -> Array:
@@ -101,8 +95,8 @@ def _found(
     spin: Array,
     light: Photon,
     coefficients: tuple[Array, Array, Array],
-    roots: Roots,
-    start: Place,
+    roots: RadialRoots,
+    start: RadialPlace,
     time: Array,
 ) -> tuple[_Point, Array]:
     """The place after a Mino time, but for round-off; whether it lies between horizon and infinity."""
@@ -111,7 +105,7 @@ def _found(
     inside = (u > 0) & (u * radial.horizon(spin) < 1)
     u = jnp.where(inside, u, light.position[0])
     # The rate is less certain than u: the first time the curve may be some way off.
-    point = _on_curve(roots, _Point(u, -w / _x(roots, u)))
+    point = _on_curve(roots, (u, -w / _x(roots, u)))
     for _ in range(_REFINEMENTS):
         point = _on_curve(roots, point)
         late = time - radial_leg.mino_time(roots, start, _place(spin, roots, point))
@@ -122,11 +116,11 @@ def _found(
         moved = u + late * (late / 2 * pull - x * y)
         turned = y + late * (x * slope - late / 2 * y * (x_slope * slope + x * x * bend))
         inside = inside & (moved > 0) & (moved * radial.horizon(spin) < 1)
-        point = _Point(jnp.where(inside, moved, light.position[0]), turned)
+        point = (jnp.where(inside, moved, light.position[0]), turned)
     return point, inside
 
 
-def _on_curve(roots: Roots, point: _Point) -> _Point:
+def _on_curve(roots: RadialRoots, point: _Point) -> _Point:
     """The point put back on the curve y(u), at right angles to it in y and h u; by derivatives of the roots too."""
     h, d = roots.h, roots.d
     u, y = point
@@ -134,16 +128,17 @@ def _on_curve(roots: Roots, point: _Point) -> _Point:
     along_y, along_u = jax.lax.stop_gradient((2 * y, 2 * ((1 - h * u) + d * u / h)))
     square = along_y**2 + along_u**2
     step = excess / jnp.where(square == 0, 1.0, square)
-    return _Point(u - along_u * step / jax.lax.stop_gradient(h), y - along_y * step)
+    return u - along_u * step / jax.lax.stop_gradient(h), y - along_y * step
 
 
-def _x(roots: Roots, u: Array) -> Array:
+def _x(roots: RadialRoots, u: Array) -> Array:
     return jnp.sqrt((1 - roots.low * u) * (1 - roots.next * u))
 
 
-def _place(spin: Array, roots: Roots, point: _Point) -> Place:
-    r = 1 / point.u
-    return Place(r, (1 - horizons(spin)[0] * point.u) * r, _x(roots, point.u) * r, point.y * r)
+def _place(spin: Array, roots: RadialRoots, point: _Point) -> RadialPlace:
+    u, y = point
+    r = 1 / u
+    return RadialPlace(r, (1 - horizons(spin)[0] * u) * r, _x(roots, u) * r, y * r)
 
 
 def _rates_at(spin: Array, b: Array, u: Array) -> tuple[Array, Array]:

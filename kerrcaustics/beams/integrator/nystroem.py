@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from kerrcaustics.beams import tableau
+from kerrcaustics.beams.integrator import tableau
 
 Array = Any
 

@@ -1,0 +1,122 @@
+"""Calls of the compiled engines: batches of fixed size, on whatever device there is."""
+
+from collections.abc import Callable
+from functools import cache, lru_cache, partial
+from typing import Any
+
+import jax
+import numpy as np
+
+from kerrcaustics.beams.closed_form import formula
+from kerrcaustics.beams.ends import End
+from kerrcaustics.beams.integrator import integrated
+from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.spacetime.camera import Camera, Frame, photon
+
+# (rays in one call of the integrator, rays that run side by side in it). On a CPU those should fit in the cache, and
+# run as long as the slowest of them. A GPU wants one large batch.
+_BATCH = {"cpu": (512, 128)}
+_LARGE_BATCH = (1 << 16, 1 << 16)
+# Rays in one call of the closed form, for few rays and for many, each compiled when first met; and options for the
+# compiler. On a CPU, fused loops would compute what they share again and again: one loop for each operation, over
+# arrays that stay in the cache, takes a third of the time.
+_CLOSED_FORM_CALL = {"cpu": (512, 2048)}
+_LARGE_CALL = (1 << 20, 1 << 20)
+CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
+
+
+@lru_cache(maxsize=64)
+def frame_on_device(camera: Camera) -> Frame:
+    """The camera's frame, sent there once for all calls."""
+    return jax.device_put(camera.frame())
+
+
+def closed_form(
+    camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
+) -> RayEnd:
+    """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
+    kernel = partial(
+        _closed_form(jax.default_backend()),
+        frame_on_device(camera),
+        end=end,
+        wanted=wanted,
+        on_equator=camera.on_equator and not short,
+        short=short,
+    )
+    return _batched(kernel, [sky], _closed_form_size(many))
+
+
+def prospects(camera: Camera, sky: np.ndarray, end: End, *, many: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Which rays do not reach their end, and which fall in when followed on."""
+    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], _closed_form_size(many))
+
+
+def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
+    """An estimate of the work that each ray will be for the integrator."""
+    return _batched(partial(_survey, frame_on_device(camera), end=end), [sky], _integrator_size()[0])
+
+
+def integrate(
+    camera: Camera, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
+) -> RayEnd:
+    """Rays integrated once, each with its steps shorter by its refinement; batches want rays of similar work."""
+    size, lanes = _integrator_size()
+    frame = frame_on_device(camera)
+    kernel = partial(_integrate, frame, tolerance=tolerance, end=end, wanted=wanted, lanes=lanes)
+    return _batched(kernel, [sky, refinement], size)
+
+
+def _closed_form_size(many: bool) -> int:
+    return _CLOSED_FORM_CALL.get(jax.default_backend(), _LARGE_CALL)[many]
+
+
+def _integrator_size() -> tuple[int, int]:
+    return _BATCH.get(jax.default_backend(), _LARGE_BATCH)
+
+
+@cache
+def _closed_form(backend: str) -> Callable[..., RayEnd]:
+    options = CLOSED_FORM_COMPILER.get(backend)
+    return jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"), compiler_options=options)
+
+
+@partial(jax.jit, static_argnames=("wanted", "lanes"))
+def _integrate(
+    frame: Frame,
+    sky: tuple[jax.Array, ...],
+    refinement: jax.Array,
+    tolerance: float,
+    end: End,
+    wanted: Wanted,
+    lanes: int,
+) -> RayEnd:
+    """One call: `lanes` rays at a time, so that slow rays hold up few others."""
+    split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
+    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, end, wanted), split)
+    return jax.tree.map(lambda values: values.reshape(-1, *values.shape[2:]), ends)
+
+
+_survey = jax.jit(integrated.survey)
+
+
+@jax.jit
+def _prospects(frame: Frame, sky: tuple[jax.Array, jax.Array, jax.Array], end: End) -> tuple[jax.Array, jax.Array]:
+    aim = integrated.aim_at(end, frame, photon(frame, sky))
+    return aim.lost, aim.captured
+
+
+def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
+    """`function` of sky directions (and more arrays), over calls of one fixed size; the last is filled up."""
+    count = len(arrays[0])
+    if count == 0:
+        arrays = [np.ones((1, *a.shape[1:])) for a in arrays]
+    results = []
+    for start in range(0, max(count, 1), size):
+        sky, *others = (a[start : start + size] for a in arrays)
+        missing = size - len(sky)
+        if missing:
+            # Rays with no refinement take one step: filling up costs next to nothing.
+            sky = np.concatenate([sky, np.repeat(sky[:1], missing, axis=0)])
+            others = [np.concatenate([o, np.zeros(missing)]) for o in others]
+        results.append(function(tuple(sky.T), *others))
+    return jax.tree.map(lambda *parts: np.concatenate([np.asarray(p) for p in parts])[:count], *results)

@@ -1,0 +1,224 @@
+"""Rays and beams in closed form: elliptic integrals for r, theta functions for theta and phi.
+
+The path is that of integrator/integrated.py: n' is a point m of the unit sphere, at the Mino time of arrival, turned
+about the spin axis by psi. Time and psi are Carlson integrals, to infinity (radial_motion.py) or to a finite radius
+(radial_leg.py); in the equatorial plane the time comes first, and the radius from it (finite_end.py). m is a quotient
+of theta functions of the polar phase z, proportional to Mino time, with no singular point (polar_motion.py). The
+coordinate time comes from the same integrals and two more, and the logarithmic derivative of theta_3. Beams are the
+first variation of all but the time in two directions of the camera sky, by forward differentiation; the Morse index
+follows from z and the sign of det J.
+
+This holds for k = q + b^2 >= LEAST_K. Escaping rays below that leave close to the outward principal null direction:
+they are short, and have formulas of their own for r, theta and phi (small_k.py), compiled apart.
+
+All functions work elementwise on JAX arrays of one shape, one entry a ray.
+"""
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from kerrcaustics.beams import errors
+from kerrcaustics.beams.closed_form import finite_end, round_off, small_k
+from kerrcaustics.beams.closed_form.polar_motion import Polar, Swing, polar_motion, polar_swing, time_to_plane
+from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
+from kerrcaustics.beams.ends import Aim, Arriving, CelestialSphere, End, EquatorialPlane, Jacobian, Sphere, Spherical
+from kerrcaustics.beams.geometry import dot, length
+from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
+from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.camera import Frame, Photon, photon
+from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
+
+Array = Any
+Vector = tuple[Array, ...]
+
+# The parameter of the polar elliptic functions is then at most 1/3, and there are no vortical rays. Escaping rays of
+# smaller k start outward, meet no turning point and no conjugate point, and take a Mino time of 1.2 at most.
+LEAST_K = 2.0
+# The polar phase is known to 1e-14; conjugate points that lie at a multiple of pi (a = 0) must not be counted twice.
+_PHASE_MARGIN = 1e-9
+
+
+class _Known(NamedTuple):
+    """What is known of a ray beside its direction n' and its radius at the end.
+
+    polar and radial motion; how it arrives; lost, it does not reach its end; certified, the formulas hold; spread, of a
+    ray traced alone; noise, and that of the Jacobian; sense, the sign that det J has where no conjugate point was
+    passed.
+    """
+
+    azimuth: Array
+    polar: Polar
+    travel: Travel
+    at: Arriving
+    lost: Array
+    certified: Array
+    spread: Array
+    noise: Array
+    jacobian_noise: Array
+    sense: Array
+
+
+Ray = tuple[tuple[Vector, Array | None], _Known]
+
+
+def trace(frame: Frame, sky: Vector, end: End, wanted: Wanted, *, on_equator: bool, short: bool = False) -> RayEnd:
+    """Rays, or beams, from camera-sky directions to their end.
+
+    Parameters: sky, three arrays N_x, N_y, N_z; end, where rays end; wanted, what to compute beside n'; on_equator,
+    whether the camera is exactly there, which is cheaper; short, whether to take the formulas of small_k.py, which hold
+    for escaping rays of k < MOST_K and ends beyond the camera.
+    """
+
+    def ray(*n: Array) -> Ray:
+        if short and isinstance(end, Spherical):
+            return _short_ray(frame, n, end, clock=wanted.time)
+        return _ray(frame, n, end, on_equator=on_equator, clock=wanted.time)
+
+    if not wanted.beams:
+        (direction, radius), known = ray(*sky)
+        return _ray_end(frame, end, direction, radius, known, known.spread, wanted)
+    (direction, radius), vary, known = jax.linearize(ray, *sky, has_aux=True)
+    basis = jnp.stack(tangent_basis(jnp.stack(sky, axis=-1), jnp))
+    columns, in_radius = jax.vmap(lambda change: vary(*(change[..., i] for i in range(3))))(basis)
+    rows = [tuple(e[..., i] for i in range(3)) for e in polar_basis(jnp.stack(direction, axis=-1), jnp)]
+    angles = tuple(tuple(dot(row, [c[j] for c in columns]) for j in range(2)) for row in rows)
+    jacobian = end.jacobian(angles, radius, () if in_radius is None else tuple(in_radius))
+    spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
+    found = _ray_end(frame, end, direction, radius, known, spread + end.motion(known.at), wanted)
+    return _with_beam(found, end, jacobian, spread, known, wanted)
+
+
+def _ray_end(
+    frame: Frame, end: End, direction: Vector, radius: Array | None, known: _Known, spread: Array, wanted: Wanted
+) -> RayEnd:
+    hidden = jnp.where(known.lost, jnp.nan, 0.0)
+    rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
+    error = jnp.minimum(known.noise + rounded, math.pi) + hidden
+    certified, time, late = known.certified, None, (None, None)
+    if known.travel.clock is not None and known.polar.clock is not None:
+        time = known.travel.clock + known.polar.clock
+        certified = certified & (known.lost | jnp.isfinite(time))
+        time, late = time + hidden, errors.of_time(frame, end, known.at, error, known.noise)
+    return RayEnd(
+        direction=stacked(direction, hidden),
+        azimuth=known.azimuth + hidden,
+        status=status_of(known.lost, known.travel.captured),
+        error=error,
+        noise=known.noise,
+        closed_form=certified,
+        radius=None if radius is None else radius + hidden,
+        time=time,
+        time_error=late[0],
+        time_noise=late[1],
+        crossings=end.crossings(known.polar.crossings) if wanted.crossings else None,
+    )
+
+
+def _with_beam(found: RayEnd, end: End, jacobian: Jacobian, spread: Array, known: _Known, wanted: Wanted) -> RayEnd:
+    hidden = jnp.where(known.lost, jnp.nan, 0.0)
+    determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
+    error = errors.of_jacobian(end, known.jacobian_noise, found.error, known.at.turning, spread)
+    return replace(
+        found,
+        jacobian=stacked(jacobian, hidden),
+        jacobian_error=jnp.minimum(error, 1.0),
+        closed_form=found.closed_form & (known.lost | jnp.isfinite(spread)),
+        index=_morse_index(known.polar.phase, known.sense * determinant) if wanted.index else None,
+    )
+
+
+def _morse_index(phase: Array, determinant: Array) -> Array:
+    """The Morse index: the k-th conjugate point lies in the k-th half turn of the polar phase.
+
+    So the index is the number of half turns or one more, and the sign of det J tells which. (Found, not
+    proved: no exception among millions of rays, see docs/accuracy.md.)
+    """
+    turns = jnp.floor(phase / math.pi - _PHASE_MARGIN)
+    odd = jnp.mod(turns, 2) == 1
+    return turns + (odd != (determinant < 0))
+
+
+def _ray(frame: Frame, sky: Vector, end: End, *, on_equator: bool, clock: bool) -> Ray:
+    light = photon(frame, sky)
+    quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
+    swing = polar_swing(frame, light, on_equator=on_equator)
+    travel, aim = _travelled(frame, light, quartic, swing, end, clock=clock)
+    polar = polar_motion(frame, light, swing, travel.time, on_equator=on_equator, clock=clock)
+    direction, azimuth = _turned(travel, polar)
+    direction = end.direction(direction)
+    at = _arriving(light, travel)
+    if aim is None:
+        lost = travel.captured
+        noise = round_off.at_infinity(frame, light, quartic, polar.phase)
+        spread = round_off.spread_alone(frame, sky, light, quartic)
+    else:
+        lost = aim.lost
+        noise, spread = round_off.at_finite_end(frame, light, end, travel, aim, at, polar.phase)
+    holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
+    known = _Known(
+        azimuth=azimuth,
+        polar=polar,
+        travel=travel,
+        at=at,
+        lost=lost,
+        certified=travel.holds & (lost | holds),
+        spread=spread,
+        noise=noise,
+        jacobian_noise=round_off.of_jacobian(frame, light, noise, travel.clearance, on_equator=on_equator),
+        sense=end.orientation(light, travel.rate),
+    )
+    return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
+
+
+def _travelled(
+    frame: Frame, light: Photon, quartic: radial.Quartic, swing: Swing, end: End, *, clock: bool
+) -> tuple[Travel, Aim | None]:
+    """The radial motion to the end; to infinity it tells itself which rays are captured."""
+    if isinstance(end, CelestialSphere):
+        return radial_motion(frame, light, quartic, clock=clock), None
+    aim = end.aim(frame, *jax.lax.stop_gradient((light, quartic)))
+    if isinstance(end, Sphere):
+        return finite_end.to_sphere(frame, light, quartic, end.radius, aim, clock=clock), aim
+    if isinstance(end, EquatorialPlane):
+        # Some time that every ray lasts, where there is none.
+        brief = 0.01 / (frame.radius * jnp.sqrt(light.k + 3))
+        time = jnp.where(aim.lost, brief, time_to_plane(frame, swing, end.crossing))
+        return finite_end.after(frame, light, quartic, time, aim, clock=clock), aim
+    raise NotImplementedError(f"There is no closed form of the way to {end!r}.")
+
+
+def _short_ray(frame: Frame, sky: Vector, end: Spherical, *, clock: bool) -> Ray:
+    """As `_ray`, for rays of small k."""
+    light = photon(frame, sky)
+    travel = small_k.radial_motion(frame, light, end, clock=clock)
+    polar = small_k.polar_motion(frame, light, travel.time, clock=clock)
+    direction, azimuth = _turned(travel, polar)
+    noise = round_off.of_small_k(frame) + jnp.zeros_like(light.k)
+    known = _Known(
+        azimuth=azimuth,
+        polar=polar,
+        travel=travel,
+        at=_arriving(light, travel),
+        lost=travel.captured,
+        certified=(light.rate[0] < 0) & (light.k < small_k.MOST_K) & jnp.isfinite(length(direction)),
+        spread=round_off.spread_of_small_k(frame, sky, light, travel.time),
+        noise=noise,
+        jacobian_noise=9 * noise,
+        sense=1.0,
+    )
+    return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
+
+
+def _arriving(light: Photon, travel: Travel) -> Arriving:
+    speed = jnp.sqrt(jnp.maximum(light.k, 0) + 3)
+    return Arriving(jnp.abs(travel.u), jnp.abs(travel.rate), jnp.abs(travel.psi_rate), speed)
+
+
+def _turned(travel: Travel, m: Polar) -> tuple[Vector, Array]:
+    """n', and its azimuth: m turned about the spin axis."""
+    c, s = jnp.cos(travel.psi + m.turn), jnp.sin(travel.psi + m.turn)
+    return (c * m.x - s * m.y, s * m.x + c * m.y, m.z), travel.psi + m.azimuth

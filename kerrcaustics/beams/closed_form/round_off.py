@@ -1,0 +1,104 @@
+"""Round-off of the formulas: what the closed form loses, beside what rounding of N costs every engine.
+
+All factors were measured: studies/accuracy/error_estimates.py. psi is a difference of two integrals divided by r_+ - r_-. Close
+to the hole, photons that move with its horizon, 2 r_+ = a b, are the worst. Rounding b and q moves the outer roots.
+"""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from kerrcaustics.beams import errors
+from kerrcaustics.beams.closed_form import finite_end
+from kerrcaustics.beams.closed_form.radial_motion import Travel, close_to_roots, horizons
+from kerrcaustics.beams.ends import Aim, Arriving, End
+from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.camera import Frame, Photon, doppler
+
+Array = Any
+
+# Of a function of the polar phase, and for each radian of the phase relative to that.
+ROUNDING, PER_PHASE = 2e-15, 0.3
+# Of what is read off the radial integrals.
+_INTEGRALS = 3e-16
+# The Jacobian loses more digits than the end: derivatives of psi, of k, of the outer roots close to the camera.
+_IN_DERIVATIVE, _OF_RAPIDITY, _OF_CLEARANCE = 9, 1e-15, 5e-14
+
+
+def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Array) -> Array:
+    """Round-off in radians for a beam of unit spread.
+
+    The last term is what moving the outer roots does to the time: less where the rate at the camera tells their
+    distance.
+    """
+    distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(jnp.abs(quartic.d))) / quartic.h
+    known = jnp.where(close_to_roots(frame, quartic), jnp.minimum(distance, 1.0), 1.0)
+    moved = known * light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
+    return ROUNDING * (1 + PER_PHASE * phase) + _of_turn(frame, light, frame.radius) + _INTEGRALS * moved
+
+
+def at_finite_end(
+    frame: Frame, light: Photon, end: End, travel: Travel, aim: Aim, at: Arriving, phase: Array
+) -> tuple[Array, Array]:
+    """Round-off in radians, and the spread of a ray traced alone: rates at the end magnify errors of the Mino time."""
+    grown = finite_end.growth(frame, *jax.lax.stop_gradient((light, travel.time)))
+    spread, motion = end.opened(grown, at), end.motion(at)
+    noise = (
+        ROUNDING * (1 + PER_PHASE * phase) * motion
+        + _of_turn(frame, light, jnp.minimum(1 / at.u, frame.radius))
+        * (1 + 0.1 * errors.depth(frame.spin, at.u) * at.u)
+        + _INTEGRALS * spread
+    )
+    # Rounding N changes b, and the root of k, by the distance from the axis times that.
+    spread = (spread + motion) * aim.conditioning * (1 + frame.cylindrical_scale * travel.time)
+    return noise, spread + motion * end.lateness(frame.cos_theta, aim, at) * aim.conditioning
+
+
+def of_small_k(frame: Frame) -> Array:
+    """Round-off in radians of the rays of small k."""
+    outer, inner = horizons(frame.spin)
+    return ROUNDING + ROUNDING * frame.spin / (outer - inner)
+
+
+def of_jacobian(frame: Frame, light: Photon, noise: Array, clearance: Array | None, *, on_equator: bool) -> Array:
+    """Round-off of the Jacobian, from that of the end.
+
+    Off the equator the azimuth is a difference of two phases, each of which changes with N by about the radius. Close
+    to the outer roots the variations of psi and of the Mino time cancel.
+    """
+    start = 0.0 if on_equator else 3e-15 * frame.cylindrical_scale
+    own = _OF_RAPIDITY * jnp.sqrt(jnp.maximum(light.k, 0)) + start
+    return _IN_DERIVATIVE * noise + (own if clearance is None else own + _OF_CLEARANCE / clearance)
+
+
+def spread_alone(frame: Frame, sky: tuple[Array, ...], light: Photon, quartic: radial.Quartic) -> Array:
+    """An estimate of the beam's major diameter for a ray that is traced alone, mostly one to ten times too large."""
+    a, h = frame.spin, quartic.h
+    momentum = jnp.sqrt(light.k + a * a)
+    slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * light.b)
+    energy = frame.slowness**0.5 / (doppler(frame, sky)[0] * jnp.abs(light.energy_ratio))
+    return energy * (1 + frame.cylindrical_scale * momentum * slope * _time_slope(frame, light, quartic))
+
+
+def spread_of_small_k(frame: Frame, sky: tuple[Array, ...], light: Photon, time: Array) -> Array:
+    """The same for rays of small k: that of flat space, but for energy and way; at most three times too large."""
+    energy = frame.slowness**0.5 / (doppler(frame, sky)[0] * light.energy_ratio)
+    return 1.5 * energy * frame.cylindrical_scale * time
+
+
+def _of_turn(frame: Frame, light: Photon, radius: Array) -> Array:
+    """Round-off of psi for a ray whose lower end, or camera, is at some radius."""
+    outer, inner = horizons(frame.spin)
+    corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (radius - outer) ** 2)
+    # Next to a = 1 the outer roots come close to the horizons too.
+    extremal = 1 + 2e-5 / (outer - inner)
+    return 4e-15 * extremal * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
+
+
+def _time_slope(frame: Frame, light: Photon, quartic: radial.Quartic) -> Array:
+    """How much the Mino time changes with the potential R where the ray lingers, near the outer roots."""
+    # A ray that leaves outward from above the roots does not linger there.
+    away = (light.rate[0] < 0) & (frame.radius > quartic.h)
+    gap = jnp.abs(quartic.d) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
+    return 1 / (jnp.abs(4 * quartic.h**2 - quartic.e) ** 1.5 * gap)

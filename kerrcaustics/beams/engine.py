@@ -1,0 +1,27 @@
+"""The engines by name."""
+
+from collections.abc import Iterable
+from enum import StrEnum
+
+
+class Engine(StrEnum):
+    """What traces rays: the closed form, the integrator, or of both the more accurate one, ray by ray."""
+
+    AUTO = "auto"
+    CLOSED_FORM = "closed-form"
+    INTEGRATED = "integrated"
+
+
+ENGINES = tuple(engine.value for engine in Engine)
+
+
+def engine_named(name: object) -> Engine:
+    """The engine of that name; a ValueError where there is none."""
+    if name not in ENGINES:
+        raise ValueError(f"Argument `engine` must be one of {', '.join(ENGINES)}, but is {name!r}.")
+    return Engine(name)
+
+
+def in_words(engines: Iterable[Engine]) -> str:
+    """Some engines as a text: "closed-form and integrated"."""
+    return " and ".join(sorted(set(engines)))

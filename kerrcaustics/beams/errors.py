@@ -1,0 +1,75 @@
+"""The error model: what is the same for both engines, and what is made of it.
+
+An error of n' has two parts. Truncation, of the integrator alone, is what its steps report, grown by the spread of the
+beam. Round-off is that of N, 1e-16 seen magnified by the spread, and that of the engine: of its steps (landing.py), of
+its formulas (closed_form/round_off.py). `End` tells what an error in the path means in the surface where rays end.
+
+Measured: every factor here and there, by studies/accuracy/error_estimates.py; what came of it is in docs/accuracy.md.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from kerrcaustics.beams.ends import Arriving, End
+from kerrcaustics.beams.ray_end import RayEnd
+from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.camera import Frame
+
+Array = Any
+
+# The integrator is asked where this part of an error, or more, is round-off that it does not share: it gains a digit.
+_MOSTLY = 0.9
+# Round-off of a radius, relative, as it enters the time; and the part of it at the camera, whose place is exact.
+_TIME_ROUNDING, _AT_CAMERA = 1e-15, 0.3
+
+
+def depth(spin: Array, u: Array) -> Array:
+    """dt / d ln r of light that falls straight in, r^3 / Delta, at u = 1 / r: infinite at the horizon."""
+    return 1 / (u * radial.horizon_function(spin, u))
+
+
+def of_jacobian(end: End, own: Array, error: Array, turning: Array, spread: Array) -> Array:
+    """Error of the Jacobian, relative to delta_plus, from the engine's own in it and the error of the end.
+
+    Close to the camera the beam is still small; close to the horizon large turns of psi cancel in it.
+    """
+    small = jnp.minimum(spread, 1)
+    if end.finite:
+        return (own + error) * (1 + turning) / small
+    return own / small + error
+
+
+def of_time(frame: Frame, end: End, at: Arriving, error: Array, noise: Array) -> tuple[Array, Array]:
+    """Error of the time, from that of the end, and round-off of it: both with that of the radii and of the horizon."""
+    reach = frame.radius + _AT_CAMERA * depth(frame.spin, 1 / frame.radius)
+    lever = at.speed
+    if end.finite:
+        there = depth(frame.spin, at.u)
+        reach, lever = reach + there, end.lever(at, there)
+    rounding = _TIME_ROUNDING * reach
+    return lever * error + rounding, lever * noise + rounding
+
+
+def excess(ends: RayEnd, tolerance: float, noises: float = 2) -> np.ndarray:
+    """Errors as multiples of what is wanted, or of so many times the round-off where that is more; the time's too."""
+    found = ends.error / np.maximum(tolerance, noises * _or_none(ends.noise))
+    if ends.time is None or ends.time_error is None or ends.time_noise is None:
+        return found
+    wanted = np.maximum(tolerance * np.maximum(1, np.abs(ends.time)), noises * ends.time_noise)
+    return np.maximum(found, ends.time_error / wanted)
+
+
+def is_mostly_noise(ends: RayEnd, tolerance: float) -> np.ndarray:
+    """Where errors exceed the tolerance by round-off of the engine; that of the direction itself every engine has."""
+    unsure = (ends.error > tolerance) & (_or_none(ends.noise) > _MOSTLY * ends.error)
+    if ends.time is None or ends.time_error is None or ends.time_noise is None:
+        return unsure
+    late = ends.time_error > tolerance * np.maximum(1, np.abs(ends.time))
+    return unsure | late & (ends.time_noise > _MOSTLY * ends.time_error)
+
+
+def _or_none(noise: np.ndarray | None) -> np.ndarray:
+    """Round-off, and none where it is not told any more."""
+    return np.zeros(()) if noise is None else noise

@@ -1,0 +1,149 @@
+"""Rays and beams integrated in Mino time, in a form with no singular point.
+
+The path is u = 1/r and a point m = (x, y, z) of the unit sphere that turns about the spin axis by psi:
+
+    u'' = U'(u) / 2,   m'' = a^2 z e_z - (k + 2 a^2 z^2) m,   psi' = -a (2 u - a b u^2) / (1 - 2 u + a^2 u^2).
+
+No first derivative stands on the right, so a Runge-Kutta-Nystroem pair of order 12(10) integrates it. A beam
+is the same path with its first variation in two orthonormal directions of the camera sky, in the same steps.
+Each ray takes its own steps, from a bound on how fast its solution can change; a batch runs until its slowest
+ray has arrived, so batches want rays of similar work (see trace.py).
+
+All functions work elementwise on JAX arrays of one shape, one entry a ray.
+"""
+
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from kerrcaustics.beams.ends import Aim, End
+from kerrcaustics.beams.integrator import clock
+from kerrcaustics.beams.integrator.equations import (
+    Constants,
+    polar_rapidity,
+    rapidity,
+    rates_with_variation,
+    ray_rates,
+)
+from kerrcaustics.beams.integrator.journey import Journey, Progress, beam_area, remaining, step
+from kerrcaustics.beams.integrator.landing import land
+from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.camera import Frame, Photon, photon
+from kerrcaustics.spacetime.sphere import tangent_basis
+
+Array = Any
+
+# Steps per radian of arc that bring the local error down to round-off.
+DENSEST = 3.6
+
+
+def survey(frame: Frame, sky: tuple[Array, Array, Array], end: End) -> Array:
+    """An estimate of the work that each ray will take, without integrating; 0 for those that do not reach their end."""
+    constants, path, light = start(frame, sky)
+    aim = aim_at(end, frame, light)
+    work = aim.mino_time * rapidity(frame.spin, constants, path) * _near_edge(constants, aim.mino_time)
+    return jnp.where(aim.lost, 0, work)
+
+
+def trace(
+    frame: Frame, sky: tuple[Array, Array, Array], refinement: Array, tolerance: float, end: End, wanted: Wanted
+) -> RayEnd:
+    """Rays, or beams, followed from camera-sky directions to their end (infinity is u = 0 exactly).
+
+    Parameters: sky, three arrays N_x, N_y, N_z; refinement, steps are shorter by this factor per ray, and 0 leaves
+    a ray out; tolerance, the wanted error of n' in radians; end, where rays end; wanted, what to compute beside n'.
+    """
+    constants, ray, light = start(frame, sky)
+    aim = aim_at(end, frame, light)
+    paths, variations = with_variations(frame, sky, ray) if wanted.beams else with_instability(constants, ray)
+    density = _density(tolerance, wanted.index) * _near_edge(constants, aim.mino_time)
+    density = refinement * jnp.minimum(density, DENSEST)
+    idle = aim.lost | (refinement <= 0)
+    rates = partial(all_rates, frame.spin, constants, variations)
+    if wanted.time:
+        rates = clock.with_clock(rates, frame.spin, constants)
+        paths = (*paths, clock.started(constants, ray))
+    arrival = jnp.where(idle, 0.0, aim.mino_time)
+    journey = Journey(frame.spin, end, constants, aim, idle, arrival, density, rates)
+    first = _departure(journey, paths, first_azimuth(frame, ray), wanted)
+    last = jax.lax.while_loop(lambda now: jnp.any(remaining(journey, now) != 0), partial(step, journey), first)
+    return land(frame, journey, paths, last)
+
+
+def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Array, wanted: Wanted) -> Progress:
+    """Rays at the camera."""
+    none, (_, _, _, z), z_rate = jnp.zeros_like(journey.arrival), paths[0].position, paths[0].rate[3]
+    return Progress(
+        time=none,
+        steps=none,
+        paths=paths,
+        local_error=none,
+        azimuth=azimuth,
+        conjugate_points=none if wanted.index else None,
+        area_sign=jnp.sign(beam_area(journey, paths)) if wanted.index else None,
+        crossings=none if wanted.crossings else None,
+        side=jnp.where(z == 0, jnp.sign(z_rate), jnp.sign(z)) if wanted.crossings else None,
+        clock_error=none if wanted.time else None,
+        corrections=none if journey.end.finite else None,
+    )
+
+
+def start(frame: Frame, sky: tuple[Array, ...]) -> tuple[Constants, Path, Photon]:
+    """What stays the same along rays, and the rays and photons at the camera."""
+    light = photon(frame, sky)
+    a2, a1, a0 = radial.potential_coefficients(frame.spin, light)
+    return Constants(a2, a1, a0, light.k, light.b), Path(light.position, light.rate, 0 * light.b), light
+
+
+def aim_at(end: End, frame: Frame, light: Photon) -> Aim:
+    """Where rays are going."""
+    return end.aim(frame, light, radial.factor(*radial.potential_coefficients(frame.spin, light)))
+
+
+def with_variations(frame: Frame, sky: tuple[Array, ...], ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
+    """The ray with its variations in two orthonormal directions of the camera sky, and those of its constants."""
+    started = []
+    for direction in tangent_basis(jnp.stack(sky, axis=-1), jnp):
+        tangent = tuple(direction[..., i] for i in range(3))
+        started.append(jax.jvp(lambda *s: start(frame, s)[:2], sky, tangent)[1])
+    return (ray, *(path for _, path in started)), [variation for variation, _ in started]
+
+
+def with_instability(constants: Constants, ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
+    """The ray with a variation of u alone, of unit slope in arc: how errors made on the way grow to the end."""
+    zero = jnp.zeros_like(constants.b)
+    return (ray, Path((zero,), (polar_rapidity(constants),), zero)), []
+
+
+def all_rates(
+    spin: float, constants: Constants, variations: list[Constants], positions: list[tuple[Array, ...]]
+) -> tuple[list[tuple[Array, ...]], list[Array]]:
+    """Rates of the ray and of its variations; without variations, of the ray and of its instability."""
+    if variations:
+        pairs = list(zip(variations, positions[1:], strict=True))
+        return rates_with_variation(spin, constants, positions[0], pairs)
+    (accelerations, psi_rate), u = ray_rates(spin, constants, positions[0]), positions[0][0]
+    slope = constants.a2 + (3 * constants.a1 + 6 * constants.a0 * u) * u
+    return [accelerations, (slope * positions[1][0],)], [psi_rate, jnp.zeros_like(psi_rate)]
+
+
+def _density(tolerance: float, index: bool) -> Array:
+    """Steps per radian of arc for a wanted error of n'; the power is the order, the factor was measured."""
+    density = 1.1 * (1e-10 / tolerance) ** (1 / 12)
+    # Conjugate points lie about half a polar oscillation apart, pi radians of arc: no step may hold two.
+    return jnp.maximum(density, 0.8) if index else density
+
+
+def _near_edge(constants: Constants, mino_time: Array) -> Array:
+    """Shorter steps for rays that circle the hole: their errors grow by about e for every radian of arc."""
+    arc = mino_time * polar_rapidity(constants)
+    return jnp.exp(jnp.clip(arc - 4, 0, 16) / 11)
+
+
+def first_azimuth(frame: Frame, ray: Path) -> Array:
+    """Azimuth of m at the camera: 0, and on the spin axis the direction in which the ray leaves."""
+    return jnp.where(frame.sin_theta == 0, jnp.arctan2(ray.rate[2], ray.rate[1]), 0.0)

@@ -1,0 +1,117 @@
+"""Rays on their way: what steers each one's steps, what is known of it so far, and one step."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from kerrcaustics.beams.ends import Aim, End
+from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, length
+from kerrcaustics.beams.integrator import clock
+from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, ray_rates
+from kerrcaustics.beams.integrator.nystroem import Path, Rates, nystroem_step
+
+Array = Any
+
+MAX_STEPS = 3000
+# The remaining arc, in radians, below which the path is straight enough to land on its end by one Taylor step.
+_LANDING_ARC = 1e-8
+# Steps onto a finite end after the computed arrival: where the ray only grazes it, round-off keeps it off for ever.
+_MOST_CORRECTIONS = 3
+
+
+class Journey(NamedTuple):
+    """What steers the steps: the end, the time of arrival there (0 for idle rays), steps per radian, the equations."""
+
+    spin: float
+    end: End
+    constants: Constants
+    aim: Aim
+    idle: Array
+    arrival: Array
+    density: Array
+    rates: Rates
+
+
+class Progress(NamedTuple):
+    """A ray on its way; what was not asked for is None.
+
+    time, of Mino, and steps so far; paths: the ray, its variations or its instability, and its clock where there is
+    one; local_error and clock_error, summed over the steps; azimuth of m; conjugate_points passed, and the sign of the
+    beam's area; crossings of the equatorial plane, and the side of it; corrections, steps after the computed arrival.
+    """
+
+    time: Array
+    steps: Array
+    paths: tuple[Path, ...]
+    local_error: Array
+    azimuth: Array
+    conjugate_points: Array | None
+    area_sign: Array | None
+    crossings: Array | None
+    side: Array | None
+    clock_error: Array | None
+    corrections: Array | None
+
+
+def remaining(journey: Journey, now: Progress) -> Array:
+    """Mino time left, 0 for rays that are done."""
+    end, path = journey.end, now.paths[0]
+    left = jnp.where(
+        now.time < journey.arrival,
+        journey.arrival - now.time,
+        end.time_left(journey.constants, journey.aim, path),
+    )
+    pace = rapidity(journey.spin, journey.constants, path) if end.finite else polar_rapidity(journey.constants)
+    landing = (now.time >= journey.arrival) & ~(jnp.abs(left) * pace > _LANDING_ARC)
+    done = journey.idle | landing | (now.steps >= MAX_STEPS)
+    if now.corrections is not None:
+        done = done | (now.corrections >= _MOST_CORRECTIONS)
+    return jnp.where(done, 0.0, left)
+
+
+def step(journey: Journey, now: Progress) -> Progress:
+    """One step of every ray that is not done."""
+    left = remaining(journey, now)
+    count = jnp.ceil(jnp.abs(left) * journey.density * rapidity(journey.spin, journey.constants, now.paths[0]))
+    h = left / jnp.maximum(count, 1)
+    watched = (0,) if now.clock_error is None else (0, len(now.paths) - 1)
+    paths, gaps = nystroem_step(journey.rates, now.paths, h, watched)
+    turn = azimuth_step(journey.constants.b, now.paths[0].position, paths[0].position)
+    after = now._replace(
+        time=jnp.where(count <= 1, jnp.maximum(journey.arrival, now.time), now.time + h),
+        steps=now.steps + (h != 0),
+        paths=paths,
+        local_error=now.local_error + local_error(journey.constants, gaps[0], journey.end, journey.aim),
+        azimuth=now.azimuth + turn,
+    )
+    if now.clock_error is not None:
+        after = after._replace(clock_error=now.clock_error + clock.local_error(journey.constants, paths[-1], gaps[1]))
+    if now.corrections is not None:
+        after = after._replace(corrections=now.corrections + ((h != 0) & (now.time >= journey.arrival)))
+    return _counted(journey, now, after)
+
+
+def _counted(journey: Journey, before: Progress, after: Progress) -> Progress:
+    """The conjugate points and the crossings of one step, if asked for."""
+    if before.conjugate_points is not None and before.area_sign is not None:
+        passed, sign = changed_sign(before.area_sign, beam_area(journey, after.paths))
+        after = after._replace(conjugate_points=before.conjugate_points + passed, area_sign=sign)
+    if before.crossings is not None and before.side is not None:
+        passed, sign = changed_sign(before.side, after.paths[0].position[3])
+        after = after._replace(crossings=before.crossings + passed, side=sign)
+    return after
+
+
+def beam_area(journey: Journey, paths: tuple[Path, ...]) -> Array:
+    """Signed area of the beam."""
+    return area(ray_rates(journey.spin, journey.constants, paths[0].position)[1], paths[:3])
+
+
+def local_error(constants: Constants, gap: Path, end: End | None = None, aim: Aim | None = None) -> Array:
+    """What the gap between the orders means for n', in radians: what tells the arrival counts through its time."""
+    speed = polar_rapidity(constants)
+    in_u = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / speed
+    in_m, in_m_rate = gap.position[1:], gap.rate[1:]
+    if end is not None and aim is not None:
+        in_m, in_m_rate = end.weighed(in_m, aim, speed), end.weighed(in_m_rate, aim, speed)
+    return length(in_m) + length(in_m_rate) / speed + speed * in_u + jnp.abs(gap.psi)

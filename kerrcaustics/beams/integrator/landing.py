@@ -1,0 +1,159 @@
+"""The last stretch of a ray, one very short Taylor step onto its end, and everything that is read off there."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from kerrcaustics.beams import errors
+from kerrcaustics.beams.ends import Arriving, Jacobian
+from kerrcaustics.beams.geometry import azimuth_step, dot, length, turned
+from kerrcaustics.beams.integrator import clock
+from kerrcaustics.beams.integrator.equations import polar_rapidity
+from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
+from kerrcaustics.beams.integrator.nystroem import Path, Rates
+from kerrcaustics.beams.ray_end import RayEnd, stacked, status_of
+from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.camera import Frame
+from kerrcaustics.spacetime.sphere import polar_basis
+
+Array = Any
+Vector = tuple[Array, ...]
+
+# The order 12 result is better than the order 10 one, whose local errors are summed, by a factor of 25 in the worst
+# cases and by hundreds in most; its derivatives at the same steps are not. Measured: studies/accuracy/error_estimates.py.
+_DIRECTION_GAIN = 0.02
+# Round-off of 1e-16 in N, or in a step, is seen magnified by the spread of the beam; more of it in many steps.
+_ROUNDING, _PER_STEP = 1e-15, 0.1
+
+
+class _Touch(NamedTuple):
+    """The paths at the end, and what the ray does there: m and n', and psi'."""
+
+    paths: list[Path]
+    m: Vector
+    n: Vector
+    psi_rate: Array
+    at: Arriving
+
+
+def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress) -> RayEnd:
+    """The end of each ray and beam, from the paths at the camera and shortly before the end."""
+    touch = _touch_down(journey, last)
+    ray, at = touch.paths[0], touch.at
+    jacobian = _jacobian(journey, touch) if _is_beam(last) else None
+    growth, spread, size = _growth(journey, started, touch, jacobian)
+    drift = last.local_error * jnp.maximum(growth, journey.end.least_growth(at))
+    noise = _ROUNDING * (1 + spread) * (1 + _PER_STEP * last.steps) + _horizon_noise(frame)
+    lost = journey.end.lost(journey.aim, frame.spin, ray.position[0])
+    hidden, stuck = jnp.where(lost, jnp.nan, 0.0), last.steps >= MAX_STEPS
+    turning = last.azimuth + azimuth_step(journey.constants.b, last.paths[0].position, ray.position) + ray.psi
+    error = jnp.where(stuck, math.pi, jnp.minimum(_DIRECTION_GAIN * drift + noise, math.pi)) + hidden
+    radius = journey.end.radius_at(ray.position[0])
+    found = RayEnd(
+        direction=stacked(touch.n, hidden),
+        azimuth=turning + hidden,
+        status=status_of(lost, journey.aim.captured),
+        error=error,
+        noise=noise,
+        closed_form=jnp.zeros_like(lost),
+        radius=None if radius is None else radius + hidden,
+        index=last.conjugate_points,
+        crossings=None if last.crossings is None else journey.end.crossings(last.crossings),
+    )
+    if jacobian is not None:
+        bent = jnp.where(stuck, 1.0, errors.of_jacobian(journey.end, 0.0, drift + noise, at.turning, size)) + hidden
+        found = replace(found, jacobian=stacked(jacobian, hidden), jacobian_error=bent)
+    if last.clock_error is None:
+        return found
+    drift = jnp.where(stuck, jnp.inf, _DIRECTION_GAIN * last.clock_error)
+    time = clock.reading(journey.constants, started[0], touch.paths[0], touch.paths[-1], not journey.end.finite)
+    # The clock is as uncertain as n' by round-off of the steps, beside what comes with the end.
+    late, rounding = errors.of_time(frame, journey.end, at, error + noise, noise)
+    return replace(found, time=time + hidden, time_error=late + drift, time_noise=rounding)
+
+
+def _is_beam(progress: Progress) -> bool:
+    """Whether the paths are a ray and its two variations."""
+    return len(progress.paths[1].position) == 4
+
+
+def _horizon_noise(frame: Frame) -> Array:
+    """What rounding the horizon's radius does to psi for a camera next to it."""
+    outer = radial.horizon(frame.spin)
+    return 3e-16 * frame.spin / (outer - frame.spin**2 / outer) * frame.radius / (frame.radius - outer)
+
+
+def _touch_down(journey: Journey, last: Progress) -> _Touch:
+    end, spin, paths = journey.end, journey.spin, last.paths
+    rest = end.time_left(journey.constants, journey.aim, paths[0])
+    if end.finite:
+        there, psi_rate = _advanced(journey.rates, paths, rest)
+    else:
+        timed = last.clock_error is not None
+        there = [_advanced_far_out(spin, path, rest) for path in (paths[:-1] if timed else paths)]
+        psi_rate = jnp.zeros_like(rest)
+        if timed:
+            there += _advanced(journey.rates, paths, rest)[0][-1:]
+    position, rate, psi = there[0].position, there[0].rate, there[0].psi
+    m = tuple(p / length(position[1:]) for p in position[1:])
+    c, s = jnp.cos(psi), jnp.sin(psi)
+    n = (c * m[0] - s * m[1], s * m[0] + c * m[1], m[2])
+    speed = polar_rapidity(journey.constants)
+    at = Arriving(jnp.abs(position[0]), jnp.abs(rate[0]), jnp.abs(psi_rate), speed)
+    return _Touch(there, m, n, psi_rate, at)
+
+
+def _advanced_far_out(spin: float, path: Path, time: Array) -> Path:
+    """A path after a very short time close to infinity, where psi' = -2 a u."""
+    position = tuple(p + time * r for p, r in zip(path.position, path.rate, strict=True))
+    psi = path.psi - 2 * spin * time * (path.position[0] + time / 2 * path.rate[0])
+    return Path(position, path.rate, psi)
+
+
+def _advanced(rates: Rates, paths: Sequence[Path], time: Array) -> tuple[list[Path], Array]:
+    """All paths after a very short time anywhere, and psi' of the ray."""
+    accelerations, psi_rates = rates([path.position for path in paths])
+    moved = []
+    for path, pull, psi_rate in zip(paths, accelerations, psi_rates, strict=True):
+        parts = list(zip(path.position, path.rate, pull, strict=True))
+        position = tuple(p + time * (r + time / 2 * a) for p, r, a in parts)
+        moved.append(Path(position, tuple(r + time * a for _, r, a in parts), path.psi + time * psi_rate))
+    return moved, psi_rates[0]
+
+
+def _jacobian(journey: Journey, touch: _Touch) -> Jacobian:
+    """The Jacobian in the surface of the end: columns the two variations, moved along to it."""
+    ray, *variations = touch.paths[:3]
+    c, s = jnp.cos(ray.psi), jnp.sin(ray.psi)
+    fixed = journey.end.coordinate
+    columns, in_radius = [], []
+    for path in variations:
+        shift = -path.position[fixed] / ray.rate[fixed]
+        moved = [d + shift * r for d, r in zip(path.position[1:], ray.rate[1:], strict=True)]
+        x, y, z = turned(touch.m, moved, path.psi + shift * touch.psi_rate)
+        columns.append((c * x - s * y, s * x + c * y, z))
+        in_radius.append(-(path.position[0] + shift * ray.rate[0]) / ray.position[0] ** 2)
+    rows = [tuple(e[..., i] for i in range(3)) for e in polar_basis(jnp.stack(touch.n, axis=-1), jnp)]
+    angles = tuple(tuple(dot(row, column) for column in columns) for row in rows)
+    return journey.end.jacobian(angles, 1 / ray.position[0], tuple(in_radius))
+
+
+def _growth(
+    journey: Journey, started: tuple[Path, ...], touch: _Touch, jacobian: Jacobian | None
+) -> tuple[Array, Array, Array]:
+    """How errors made on the way, and round-off in N, grow to the end; and the size of the Jacobian.
+
+    In radians, in the plane also in ln r: per radian of arc that the beam opens, and per radian in N.
+    """
+    end, at, aim = journey.end, touch.at, journey.aim
+    if jacobian is not None:
+        size = end.spread(length([entry for row in jacobian for entry in row]), 1 / at.u)
+        opening = length((*started[1].rate[1:], *started[2].rate[1:]))
+        return size * at.speed / opening, size + end.motion(at), size
+    growth = end.opened(jnp.abs(touch.paths[1].position[0]), at)
+    late = end.lateness(started[0].position[3], aim, at)
+    spread = growth * aim.conditioning + end.motion(at) * late * aim.conditioning
+    return growth, spread + end.motion(at), growth
