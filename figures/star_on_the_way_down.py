@@ -30,6 +30,8 @@ STAR, MAX_INDEX = (math.radians(75), math.radians(-140)), 2
 # Rows forward, right, up: toward the hole (-e_r), along e_phi, along -e_theta.
 AXES = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 VIEW = 120.0
+BORN = {"marker": "^", "color": "black", "markerfacecolor": "white", "zorder": 3}
+LAST = {"marker": "o", "markersize": 3.5}
 
 
 def strands(before: tuple[np.ndarray, ...]) -> list[list[tuple[int, int]]]:
@@ -53,12 +55,11 @@ def draw_images(sky: Axes, light: Axes, radii: np.ndarray, images: tuple[kc.Star
     first, index = strand[0][0], images[strand[0][0]].index[strand[0][1]]
     line = style.order_line(int(index) + 1)
     sky.plot(*places.T, **line)
-    sky.plot(*places[-1], marker="o", markersize=3.5, color=line["color"])
+    sky.plot(*places[-1], color=line["color"], **LAST)
     light.plot(radii[[moment for moment, _ in strand]], bright, **line)
     if first > 0:
-        mark = {"marker": "^", "color": "black", "markerfacecolor": "white", "zorder": 3}
-        sky.plot(*places[0], **mark)
-        light.plot(radii[first], bright[0], **mark)
+        sky.plot(*places[0], **BORN)
+        light.plot(radii[first], bright[0], **BORN)
 
 
 def main(output: Path, moments: int = MOMENTS) -> list[Path]:
@@ -81,7 +82,9 @@ def main(output: Path, moments: int = MOMENTS) -> list[Path]:
         light.xaxis.set_major_formatter("{x:g}")
         light.set_title("brightness of the images")
         lines = [Line2D([], [], label=f"index {k}", **style.order_line(k + 1)) for k in range(MAX_INDEX + 1)]
-        figure.legend(handles=lines, loc="outside lower center", ncols=MAX_INDEX + 1)
+        lines.append(Line2D([], [], linestyle="", label="image is born", **BORN))
+        lines.append(Line2D([], [], linestyle="", color="gray", label="last place", **LAST))
+        figure.legend(handles=lines, loc="outside lower center", ncols=len(lines))
         theta, phi = (f"{math.degrees(angle):g}".replace("-", "−") for angle in STAR)
         figure.suptitle(f"spin {SPIN}, star at θ′ = {theta}, φ′ = {phi} deg")
     return write_line_art(figure, output, "star_on_the_way_down")

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.stars.winding import Winding
+from kerrcaustics.curves.winding import Winding
 
 Array = np.ndarray
 

@@ -20,10 +20,10 @@ from kerrcaustics.beams.trace import trace_rays
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
 from kerrcaustics.spacetime.camera import Camera, Frame, sky_from_looking
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
 from kerrcaustics.stars.fold import fold_derivatives, fold_guesses
-from kerrcaustics.stars.winding import CausticPolygon, Winding, degree
 
 Array = np.ndarray
 Depth = Callable[[Array], Array]

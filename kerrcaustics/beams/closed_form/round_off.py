@@ -1,7 +1,8 @@
 """Round-off of the formulas: what the closed form loses, beside what rounding of N costs every engine.
 
-All factors were measured: studies/accuracy/error_estimates.py. psi is a difference of two integrals divided by r_+ - r_-. Close
-to the hole, photons that move with its horizon, 2 r_+ = a b, are the worst. Rounding b and q moves the outer roots.
+All factors were measured: studies/accuracy/error_estimates.py. psi is a difference of two integrals divided by r_+ -
+r_-. Close to the hole, photons that move with its horizon, 2 r_+ = a b, are the worst. Rounding b and q moves the
+outer roots.
 """
 
 from typing import Any

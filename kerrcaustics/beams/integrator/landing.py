@@ -23,7 +23,8 @@ Array = Any
 Vector = tuple[Array, ...]
 
 # The order 12 result is better than the order 10 one, whose local errors are summed, by a factor of 25 in the worst
-# cases and by hundreds in most; its derivatives at the same steps are not. Measured: studies/accuracy/error_estimates.py.
+# cases and by hundreds in most; its derivatives at the same steps are not. Measured:
+# studies/accuracy/error_estimates.py.
 _DIRECTION_GAIN = 0.02
 # Round-off of 1e-16 in N, or in a step, is seen magnified by the spread of the beam; more of it in many steps.
 _ROUNDING, _PER_STEP = 1e-15, 0.1
