@@ -1,12 +1,26 @@
-"""Fixtures that several test files share."""
+"""What holds for all tests: types and shapes are checked at run time; and the fixtures that several files share."""
 
 from dataclasses import replace
 
 import pytest
 from command_line import run
+from jaxtyping import install_import_hook
 
 from kerrcaustics import scripts
-from kerrcaustics.curves.critical_curves import forget
+
+# All but what a caller meets: modules that refuse what is wrong themselves, in words, and results.
+SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
+BEAMS = ("calls", "choice", "closed_form", "emitters", "errors", "geometry", "integrator", "ray_end")
+CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
+STARS = ("fold", "level_curves", "newton", "search", "sheets")
+ROOMS = {"spacetime": SPACETIME, "beams": BEAMS, "curves": CURVES, "stars": STARS}
+CHECKED = ["kerrcaustics.draw", *(f"kerrcaustics.{room}.{name}" for room, names in ROOMS.items() for name in names)]
+
+
+def pytest_configure(config):
+    """Before the package is imported; benchmarks time it as users have it."""
+    if not config.getoption("benchmark_only", default=False):
+        install_import_hook(CHECKED, "typed.checked")
 
 
 @pytest.fixture
@@ -36,6 +50,8 @@ def assert_refused(capsys, tmp_path, monkeypatch):
 @pytest.fixture
 def nothing_kept():
     """Critical curves found before are not used, and those found now not afterwards: for who breaks the search."""
+    from kerrcaustics.curves.critical_curves import forget
+
     forget()
     yield
     forget()

@@ -11,6 +11,7 @@ from kerrcaustics.beams.closed_form import formula
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, photon
 
 # (rays in one call of the integrator, rays that run side by side in it). On a CPU those should fit in the cache, and
@@ -33,7 +34,7 @@ def frame_on_device(camera: Camera) -> Frame:
 
 def closed_form(
     camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
-) -> RayEnd:
+) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
     kernel = partial(
         _closed_form(jax.default_backend()),
@@ -58,7 +59,7 @@ def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
 
 def integrate(
     camera: Camera, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
-) -> RayEnd:
+) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; batches want rays of similar work."""
     size, lanes = _integrator_size()
     frame = frame_on_device(camera)
@@ -75,7 +76,7 @@ def _integrator_size() -> tuple[int, int]:
 
 
 @cache
-def _closed_form(backend: str) -> Callable[..., RayEnd]:
+def _closed_form(backend: str) -> Callable[..., RayEnd[Reals]]:
     options = CLOSED_FORM_COMPILER.get(backend)
     return jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"), compiler_options=options)
 
@@ -83,13 +84,13 @@ def _closed_form(backend: str) -> Callable[..., RayEnd]:
 @partial(jax.jit, static_argnames=("wanted", "lanes"))
 def _integrate(
     frame: Frame,
-    sky: tuple[jax.Array, ...],
-    refinement: jax.Array,
-    tolerance: float,
+    sky: Components,
+    refinement: Reals,
+    tolerance: Reals,
     end: End,
     wanted: Wanted,
     lanes: int,
-) -> RayEnd:
+) -> RayEnd[Reals]:
     """One call: `lanes` rays at a time, so that slow rays hold up few others."""
     split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
     ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, end, wanted), split)
@@ -100,7 +101,7 @@ _survey = jax.jit(integrated.survey)
 
 
 @jax.jit
-def _prospects(frame: Frame, sky: tuple[jax.Array, jax.Array, jax.Array], end: End) -> tuple[jax.Array, jax.Array]:
+def _prospects(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags]:
     aim = integrated.aim_at(end, frame, photon(frame, sky))
     return aim.lost, aim.captured
 

@@ -25,7 +25,7 @@ def followed(
     wanted: Wanted,
     *,
     many: bool,
-) -> RayEnd:
+) -> RayEnd[np.ndarray]:
     """Rays by the engine asked for. many, whether they are part of a large job."""
     if engine is Engine.INTEGRATED:
         return _integrated(camera, sky, tolerance, end, wanted)
@@ -47,7 +47,7 @@ def followed(
     return ends
 
 
-def _add_small_k(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd) -> None:
+def _add_small_k(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd[np.ndarray]) -> None:
     """Put the rays of small k, which have formulas of their own, into what the others' formulas gave."""
     left = np.flatnonzero(~ends.closed_form & (ends.status != Status.CAPTURED))
     left = left[photon(camera.frame(), tuple(sky[left].T)).k < small_k.MOST_K]
@@ -56,7 +56,7 @@ def _add_small_k(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, ends
         ends.put(left[again.closed_form], again.rows(again.closed_form))
 
 
-def _arriving(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd:
+def _arriving(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
     """The closed form of the rays that arrive, where few may."""
     lost, captured = calls.prospects(camera, sky, end, many=many)
     some = calls.closed_form(camera, sky[~lost], end, wanted, many=many)
@@ -66,7 +66,7 @@ def _arriving(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, many
     return ends
 
 
-def _integrated(camera: Camera, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd:
+def _integrated(camera: Camera, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
     order = np.argsort(calls.work(camera, sky, end), kind="stable")
     sky = sky[order]

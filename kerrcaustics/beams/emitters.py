@@ -5,43 +5,43 @@ fast it circles the hole, dphi / dt, and how fast its clock goes, not positive w
 """
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
-Array = Any
-Motion = tuple[Array, Array]
+from kerrcaustics.spacetime.arrays import Reals
+
+Motion = tuple[Reals, Reals]
 
 
-def static(spin: float, radius: Array, cosine: Array) -> Motion:
+def static(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """At rest in Boyer-Lindquist coordinates, outside the ergosphere."""
     return 0.0, 1 - 2 * radius / (radius * radius + (spin * cosine) ** 2)
 
 
-def fiducial(spin: float, radius: Array, cosine: Array) -> Motion:
+def fiducial(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """In the equatorial plane, at rest with respect to the FIDO (JTFT A.1: omega and alpha^2)."""
     a, r = spin, radius
     big = (r * r + a * a) * r * r + 2 * a * a * r
     return 2 * a * r / big, r * r * (r * r - 2 * r + a * a) / big
 
 
-def circular(spin: float, radius: Array, cosine: Array) -> Motion:
+def circular(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """In the equatorial plane, on the prograde circular geodesic (Bardeen, Press & Teukolsky 1972, eq. 2.16)."""
     return _orbiting(spin, radius, 1)
 
 
-def retrograde(spin: float, radius: Array, cosine: Array) -> Motion:
+def retrograde(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """In the equatorial plane, on the retrograde circular geodesic: prograde about a hole that spins the other way."""
     return _orbiting(spin, radius, -1)
 
 
-def _orbiting(spin: float, radius: Array, sense: int) -> Motion:
+def _orbiting(spin: float, radius: Reals, sense: int) -> Motion:
     r = radius
     kepler = sense * spin + r**1.5
     return sense / kepler, r**3 * (1 - 3 / r + 2 * sense * spin / r**1.5) / kepler**2
 
 
-Emitter = Callable[[float, Array, Array], Motion]
+Emitter = Callable[[float, Reals, Reals], Motion]
 EMITTERS: dict[str, Emitter] = {
     "circular": circular,
     "retrograde": retrograde,
@@ -50,7 +50,7 @@ EMITTERS: dict[str, Emitter] = {
 }
 
 
-def redshift(emitter: Emitter, spin: float, b: Array, place: tuple[Array, Array], at_infinity: Array) -> Array:
+def redshift(emitter: Emitter, spin: float, b: Reals, place: tuple[Reals, Reals], at_infinity: Reals) -> Reals:
     """Frequency ratio nu_camera / nu_source for an emitter; NaN where there can be none.
 
     Parameters: b, the photon's axial angular momentum per energy; place, radius and cosine of theta of the emitter;

@@ -16,12 +16,13 @@ from kerrcaustics.beams.emitters import EMITTERS, Emitter, static
 from kerrcaustics.beams.integrator.equations import Constants
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import kerr, radial
+from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 
-Array = Any
-Jacobian = tuple[tuple[Array, ...], ...]
+Row = tuple[Reals, ...]
+Jacobian = tuple[Row, ...]
 
 
 class Aim(NamedTuple):
@@ -33,24 +34,24 @@ class Aim(NamedTuple):
     difference of large numbers.
     """
 
-    captured: Array
-    lost: Array
-    mino_time: Array
-    conditioning: Array
-    rising: Array = False
-    plane_rate: Array = math.inf
+    captured: Flags
+    lost: Flags
+    mino_time: Reals
+    conditioning: Reals
+    rising: Flags = False
+    plane_rate: Reals = math.inf
 
 
 class Arriving(NamedTuple):
     """How a ray arrives: u = 1 / r, the sizes of u' and psi', and the radians of arc in a unit of Mino time."""
 
-    u: Array
-    rate: Array
-    psi_rate: Array
-    speed: Array
+    u: Reals
+    rate: Reals
+    psi_rate: Reals
+    speed: Reals
 
     @property
-    def turning(self) -> Array:
+    def turning(self) -> Reals:
         """The part of psi in the rate of the end, per radian of arc."""
         return self.psi_rate / self.speed
 
@@ -76,59 +77,59 @@ class End:
         """Whether a ray reaches it, and when. Rays with no positive energy at infinity are not followed."""
         raise NotImplementedError
 
-    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Array:
+    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """Mino time from a point close by to it, from the path itself."""
         raise NotImplementedError
 
-    def lost(self, aim: Aim, spin: Array, u: Array) -> Array:
+    def lost(self, aim: Aim, spin: Reals, u: Reals) -> Flags:
         """Which rays do not reach it, u = 1 / r there being known."""
         return aim.lost
 
-    def radius_at(self, u: Array) -> Array | None:
-        """Radius of the end of a ray; None where it is infinite."""
+    def radius_at(self, u: Reals) -> Reals:
+        """Radius of the end of a ray."""
         raise NotImplementedError
 
-    def direction(self, n: tuple[Array, ...]) -> tuple[Array, ...]:
+    def direction(self, n: Components) -> Components:
         """The direction of the end, where round-off may have moved it."""
         return n
 
-    def crossings(self, counted: Array) -> Array:
+    def crossings(self, counted: Reals) -> Reals:
         """Crossings of the equatorial plane, from those counted on the way."""
         return counted
 
-    def orientation(self, light: Photon, u_rate: Array) -> Array:
+    def orientation(self, light: Photon, u_rate: Reals) -> Reals:
         """The sign that det J has for rays that passed no conjugate point."""
         return jnp.where(u_rate < 0, 1.0, -1.0)
 
-    def jacobian(self, angles: Jacobian, radius: Array | None, in_radius: tuple[Array, ...]) -> Jacobian:
+    def jacobian(self, angles: Jacobian, radius: Reals, in_radius: Row) -> Jacobian:
         """The Jacobian in the surface from that of the angles (theta', phi') and of the radius."""
         return angles
 
-    def spread(self, size: Array, radius: Array | None) -> Array:
+    def spread(self, size: Reals, radius: Reals) -> Reals:
         """The size of that Jacobian in radians, or in ln r."""
         return size
 
-    def motion(self, at: Arriving) -> Array:
+    def motion(self, at: Arriving) -> Reals:
         """How fast the end moves in the surface if the ray arrives later, per radian of arc."""
         return 1 + at.turning
 
-    def opened(self, growth: Array, at: Arriving) -> Array:
+    def opened(self, growth: Reals, at: Arriving) -> Reals:
         """How far a ray is displaced in the surface that is displaced by `growth` in u, in its path."""
         return growth * (1 + at.turning) / at.rate
 
-    def least_growth(self, at: Arriving) -> Array:
+    def least_growth(self, at: Arriving) -> Reals:
         """By how much, at least, errors made on the way grow."""
         return 1.0
 
-    def lateness(self, height: Array, aim: Aim, at: Arriving) -> Array:
+    def lateness(self, height: Reals, aim: Aim, at: Arriving) -> Reals:
         """By how much a ray that starts at a height over the equatorial plane is late if its inclination is wrong."""
         return 0.0
 
-    def weighed(self, m: tuple[Array, ...], aim: Aim, speed: Array) -> tuple[Array, ...]:
+    def weighed(self, m: Row, aim: Aim, speed: Reals) -> Row:
         """A change of m, as it displaces the end: what tells the arrival counts through its time."""
         return m
 
-    def lever(self, at: Arriving, depth: Array) -> Array:
+    def lever(self, at: Arriving, depth: Reals) -> Reals:
         """The time by which an end is late, at most, that is displaced by a radian."""
         return at.speed
 
@@ -151,14 +152,15 @@ class CelestialSphere(End):
         time = jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic))
         return Aim(captured, captured, time, _conditioning(frame, light))
 
-    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Array:
+    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """The path is straight there."""
         return -path.position[0] / path.rate[0]
 
-    def radius_at(self, u: Array) -> None:
-        """None."""
+    def radius_at(self, u: Reals) -> float:
+        """Infinite."""
+        return math.inf
 
-    def orientation(self, light: Photon, u_rate: Array) -> float:
+    def orientation(self, light: Photon, u_rate: Reals) -> float:
         """Rays leave outward."""
         return 1.0
 
@@ -166,7 +168,7 @@ class CelestialSphere(End):
         """The end stands still: all motion there is outward."""
         return 0.0
 
-    def opened(self, growth: Array, at: Arriving) -> Array:
+    def opened(self, growth: Reals, at: Arriving) -> Reals:
         """As much as in u."""
         return growth
 
@@ -198,7 +200,7 @@ class Sphere(End):
         time = radial.mino_time_to(frame, light, quartic, self.radius, rising)
         return Aim(captured, lost, jnp.where(lost, 0.0, time), _conditioning(frame, light), rising=rising)
 
-    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Array:
+    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """By the parabola through u, arriving with the known sign of u': close to a turning point too."""
         u, w = path.position[0], path.rate[0]
         pull = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
@@ -208,7 +210,7 @@ class Sphere(End):
         agrees = sense * w > 0
         return jnp.where(agrees, 2 * gap / jnp.where(agrees, w + final, 1), (final - w) / jnp.where(pull == 0, 1, pull))
 
-    def radius_at(self, u: Array) -> Array:
+    def radius_at(self, u: Reals) -> Reals:
         """Its own."""
         return self.radius + jnp.zeros_like(u)
 
@@ -267,61 +269,61 @@ class EquatorialPlane(End):
         plane_rate = jnp.sqrt(jnp.maximum(light.q, 0))
         return Aim(captured, lost, jnp.where(lost, 0.0, time), _conditioning(frame, light), plane_rate=plane_rate)
 
-    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Array:
+    def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """The path is straight there: z'' vanishes in the plane."""
         return -path.position[3] / path.rate[3]
 
-    def lost(self, aim: Aim, spin: Array, u: Array) -> Array:
+    def lost(self, aim: Aim, spin: Reals, u: Reals) -> Flags:
         """Crossings that cannot be told from infinity, or from the horizon, are none."""
         return aim.lost | (u <= 0) | (u * radial.horizon(spin) >= 1)
 
-    def radius_at(self, u: Array) -> Array:
+    def radius_at(self, u: Reals) -> Reals:
         """That of the ray."""
         return 1 / u
 
-    def direction(self, n: tuple[Array, ...]) -> tuple[Array, ...]:
+    def direction(self, n: Components) -> Components:
         """In the plane."""
-        return *n[:2], jnp.zeros_like(n[2])
+        return n[0], n[1], jnp.zeros_like(n[2])
 
-    def crossings(self, counted: Array) -> Array:
+    def crossings(self, counted: Reals) -> Reals:
         """The end is a crossing itself, on whichever side of it round-off has left z."""
         return jnp.full_like(counted, self.crossing)
 
-    def orientation(self, light: Photon, u_rate: Array) -> Array:
+    def orientation(self, light: Photon, u_rate: Reals) -> Reals:
         """Above the plane first, a ray meets it from above for the odd crossings."""
         above = jnp.where(light.position[3] == 0, light.rate[3], light.position[3]) > 0
         return jnp.where(above == (jnp.mod(self.crossing, 2) == 1), -1.0, 1.0)
 
-    def jacobian(self, angles: Jacobian, radius: Array | None, in_radius: tuple[Array, ...]) -> Jacobian:
+    def jacobian(self, angles: Jacobian, radius: Reals, in_radius: Row) -> Jacobian:
         """Rows (dr, r dphi)."""
         return in_radius, tuple(radius * entry for entry in angles[1])
 
-    def spread(self, size: Array, radius: Array | None) -> Array:
+    def spread(self, size: Reals, radius: Reals) -> Reals:
         """Relative to the radius."""
         return size / radius
 
-    def motion(self, at: Arriving) -> Array:
+    def motion(self, at: Arriving) -> Reals:
         """In ln r too."""
         return 1 + at.turning + at.rate / at.u / at.speed
 
-    def opened(self, growth: Array, at: Arriving) -> Array:
+    def opened(self, growth: Reals, at: Arriving) -> Reals:
         """As much as in ln r, and what that makes of psi."""
         return growth * (1 / at.u + at.psi_rate) / at.speed
 
-    def least_growth(self, at: Arriving) -> Array:
+    def least_growth(self, at: Arriving) -> Reals:
         """An error of the time moves the end."""
         return self.motion(at)
 
-    def lateness(self, height: Array, aim: Aim, at: Arriving) -> Array:
+    def lateness(self, height: Reals, aim: Aim, at: Arriving) -> Reals:
         """A ray that leaves off the plane at a small inclination is late by z0 dz0' / z'^2."""
         return jnp.abs(height) * (at.speed / aim.plane_rate) ** 2
 
-    def weighed(self, m: tuple[Array, ...], aim: Aim, speed: Array) -> tuple[Array, ...]:
+    def weighed(self, m: Row, aim: Aim, speed: Reals) -> Row:
         """The height tells the arrival."""
         x, y, z = m
         return x, y, jnp.maximum(speed / aim.plane_rate, 1) * z
 
-    def lever(self, at: Arriving, depth: Array) -> Array:
+    def lever(self, at: Arriving, depth: Reals) -> Reals:
         """Time goes by too while the radius changes."""
         return at.speed + depth
 
@@ -345,6 +347,6 @@ def end_of(camera: Camera, end: object) -> End:
     return CelestialSphere() if math.isinf(end) else Sphere(float(end))
 
 
-def _conditioning(frame: Frame, light: Photon) -> Array:
+def _conditioning(frame: Frame, light: Photon) -> Reals:
     terms = frame.lapse + jnp.abs(light.energy_ratio - frame.lapse)
     return terms / jnp.abs(light.energy_ratio)

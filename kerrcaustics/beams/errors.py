@@ -7,17 +7,14 @@ its formulas (closed_form/round_off.py). `End` tells what an error in the path m
 Measured: every factor here and there, by studies/accuracy/error_estimates.py; what came of it is in docs/accuracy.md.
 """
 
-from typing import Any
-
 import jax.numpy as jnp
 import numpy as np
 
 from kerrcaustics.beams.ends import Arriving, End
 from kerrcaustics.beams.ray_end import RayEnd
 from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.camera import Frame
-
-Array = Any
 
 # The integrator is asked where this part of an error, or more, is round-off that it does not share: it gains a digit.
 _MOSTLY = 0.9
@@ -25,12 +22,12 @@ _MOSTLY = 0.9
 _TIME_ROUNDING, _AT_CAMERA = 1e-15, 0.3
 
 
-def depth(spin: Array, u: Array) -> Array:
+def depth(spin: Reals, u: Reals) -> Reals:
     """dt / d ln r of light that falls straight in, r^3 / Delta, at u = 1 / r: infinite at the horizon."""
     return 1 / (u * radial.horizon_function(spin, u))
 
 
-def of_jacobian(end: End, own: Array, error: Array, turning: Array, spread: Array) -> Array:
+def of_jacobian(end: End, own: Reals, error: Reals, turning: Reals, spread: Reals) -> Reals:
     """Error of the Jacobian, relative to delta_plus, from the engine's own in it and the error of the end.
 
     Close to the camera the beam is still small; close to the horizon large turns of psi cancel in it.
@@ -41,7 +38,7 @@ def of_jacobian(end: End, own: Array, error: Array, turning: Array, spread: Arra
     return own / small + error
 
 
-def of_time(frame: Frame, end: End, at: Arriving, error: Array, noise: Array) -> tuple[Array, Array]:
+def of_time(frame: Frame, end: End, at: Arriving, error: Reals, noise: Reals) -> tuple[Reals, Reals]:
     """Error of the time, from that of the end, and round-off of it: both with that of the radii and of the horizon."""
     reach = frame.radius + _AT_CAMERA * depth(frame.spin, 1 / frame.radius)
     lever = at.speed
@@ -52,7 +49,7 @@ def of_time(frame: Frame, end: End, at: Arriving, error: Array, noise: Array) ->
     return lever * error + rounding, lever * noise + rounding
 
 
-def excess(ends: RayEnd, tolerance: float, noises: float = 2) -> np.ndarray:
+def excess(ends: RayEnd[np.ndarray], tolerance: float, noises: float = 2) -> np.ndarray:
     """Errors as multiples of what is wanted, or of so many times the round-off where that is more; the time's too."""
     found = ends.error / np.maximum(tolerance, noises * _or_none(ends.noise))
     if ends.time is None or ends.time_error is None or ends.time_noise is None:
@@ -61,7 +58,7 @@ def excess(ends: RayEnd, tolerance: float, noises: float = 2) -> np.ndarray:
     return np.maximum(found, ends.time_error / wanted)
 
 
-def is_mostly_noise(ends: RayEnd, tolerance: float) -> np.ndarray:
+def is_mostly_noise(ends: RayEnd[np.ndarray], tolerance: float) -> np.ndarray:
     """Where errors exceed the tolerance by round-off of the engine; that of the direction itself every engine has."""
     unsure = (ends.error > tolerance) & (_or_none(ends.noise) > _MOSTLY * ends.error)
     if ends.time is None or ends.time_error is None or ends.time_noise is None:

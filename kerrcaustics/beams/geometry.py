@@ -7,31 +7,30 @@ from typing import Any
 import jax.numpy as jnp
 
 from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.spacetime.arrays import Flags, Reals
 
-Array = Any
 
-
-def length(parts: Any) -> Array:
+def length(parts: Any) -> Reals:
     """Euclidean length of a vector given by its components."""
     return jnp.sqrt(sum(p * p for p in parts))
 
 
-def dot(p: Any, q: Any) -> Array:
+def dot(p: Any, q: Any) -> Reals:
     """Scalar product of two vectors given by their components."""
     return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 
 
-def cross(p: Any, q: Any) -> tuple[Array, Array, Array]:
+def cross(p: Any, q: Any) -> tuple[Reals, Reals, Reals]:
     """Vector product p x q."""
     return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
 
 
-def turned(m: Any, change: Any, angle: Array) -> tuple[Array, Array, Array]:
+def turned(m: Any, change: Any, angle: Reals) -> tuple[Reals, Reals, Reals]:
     """A change of m together with a turn about the spin axis by a small angle."""
     return change[0] - angle * m[1], change[1] + angle * m[0], change[2]
 
 
-def azimuth_step(b: Array, before: tuple[Array, ...], after: tuple[Array, ...]) -> Array:
+def azimuth_step(b: Reals, before: tuple[Reals, ...], after: tuple[Reals, ...]) -> Reals:
     """Change of the azimuth of m over a step, which has the sign of -b and is less than a turn."""
     x, y = before[1:3]
     on_axis = (x == 0) & (y == 0)
@@ -40,7 +39,7 @@ def azimuth_step(b: Array, before: tuple[Array, ...], after: tuple[Array, ...]) 
     return jnp.where(on_axis, 0.0, jnp.where(sense * turn < -0.5, turn + 2 * math.pi * sense, turn))
 
 
-def area(psi_rate: Array, paths: Sequence[Path]) -> Array:
+def area(psi_rate: Reals, paths: Sequence[Path]) -> Reals:
     """Signed area of the beam: the determinant of the ray's direction and its two variations.
 
     In components of (u, the two directions along the sphere at the turned point); zero at conjugate points.
@@ -61,7 +60,7 @@ def area(psi_rate: Array, paths: Sequence[Path]) -> Array:
     )
 
 
-def changed_sign(before: Array, value: Array) -> tuple[Array, Array]:
+def changed_sign(before: Reals, value: Reals) -> tuple[Flags, Reals]:
     """Whether a quantity has passed through zero since its sign was `before`, and its sign from now on.
 
     A value of exactly zero keeps the sign it had: touching is not passing.

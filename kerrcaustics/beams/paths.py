@@ -5,7 +5,7 @@ points are zeros of the beam's signed area; each is bracketed between two neighb
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -22,12 +22,11 @@ from kerrcaustics.beams.integrator.journey import local_error
 from kerrcaustics.beams.integrator.nystroem import Path, nystroem_step
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr, radial
+from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.sphere import from_angles
-
-Array = Any
 
 # Rays advanced together; one compiled size serves all.
 _CHUNK = 512
@@ -103,8 +102,8 @@ class _State(NamedTuple):
     """A batch of rays at one time: the ray and its two variations, the azimuth of m, errors of the steps."""
 
     paths: tuple[Path, ...]
-    azimuth: Array
-    local_error: Array
+    azimuth: Reals
+    local_error: Reals
 
 
 class _Beam(NamedTuple):
@@ -116,11 +115,11 @@ class _Beam(NamedTuple):
 
     constants: Constants
     variations: list[Constants]
-    end_time: Array
-    end_u: Array
-    lost: Array
-    captured: Array
-    opening: Array
+    end_time: Reals
+    end_u: Reals
+    lost: Flags
+    captured: Flags
+    opening: Reals
 
 
 def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math.inf) -> RayPaths:
@@ -277,7 +276,7 @@ def _set_ends(
 
 
 @jax.jit
-def _begun(frame: Frame, sky: tuple[Array, ...], end: Spherical) -> tuple[_Beam, _State]:
+def _begun(frame: Frame, sky: Components, end: Spherical) -> tuple[_Beam, _State]:
     """Rays at the camera."""
     constants, ray, light = start(frame, sky)
     paths, variations = with_variations(frame, sky, ray)
@@ -297,16 +296,16 @@ def _begun(frame: Frame, sky: tuple[Array, ...], end: Spherical) -> tuple[_Beam,
 
 
 @jax.jit
-def _advanced(spin: float, beam: _Beam, state: _State, duration: Array) -> _State:
+def _advanced(spin: Reals, beam: _Beam, state: _State, duration: Reals) -> _State:
     """The rays a Mino time later, each by steps of its own that keep the local error at round-off."""
     constants = beam.constants
 
-    def rates(positions: list[tuple[Array, ...]]) -> tuple[list[tuple[Array, ...]], list[Array]]:
+    def rates(positions: list[tuple[Reals, ...]]) -> tuple[list[tuple[Reals, ...]], list[Reals]]:
         return rates_with_variation(
             spin, constants, positions[0], list(zip(beam.variations, positions[1:], strict=True))
         )
 
-    def step(now: tuple[Array, Array, _State]) -> tuple[Array, Array, _State]:
+    def step(now: tuple[Reals, Reals, _State]) -> tuple[Reals, Reals, _State]:
         left, steps, state = now
         count = jnp.ceil(left * DENSEST * rapidity(spin, constants, state.paths[0]))
         h = left / jnp.maximum(count, 1)
@@ -316,14 +315,14 @@ def _advanced(spin: float, beam: _Beam, state: _State, duration: Array) -> _Stat
         after = _State(paths, state.azimuth + turn, state.local_error + gap)
         return jnp.where(count <= 1, 0.0, left - h), steps + 1, after
 
-    def going(now: tuple[Array, Array, _State]) -> Array:
+    def going(now: tuple[Reals, Reals, _State]) -> Reals:
         return jnp.any(now[0] > 0) & (now[1] < _MOST_STEPS)
 
     return jax.lax.while_loop(going, step, (duration, 0, state))[2]
 
 
 @jax.jit
-def _area(spin: float, constants: Constants, state: _State) -> Array:
+def _area(spin: Reals, constants: Constants, state: _State) -> Reals:
     return area(ray_rates(spin, constants, state.paths[0].position)[1], state.paths)
 
 
@@ -331,11 +330,12 @@ def _coordinates(state: _State, times: np.ndarray) -> list[np.ndarray]:
     """Mino time, radius, theta, azimuth of states."""
     u, x, y, z = state.paths[0].position
     with np.errstate(divide="ignore"):
-        return [times, 1 / np.abs(u), np.arctan2(np.hypot(x, y), z), state.azimuth + state.paths[0].psi]
+        found = [times, 1 / np.abs(u), np.arctan2(np.hypot(x, y), z), state.azimuth + state.paths[0].psi]
+    return [np.asarray(part) for part in found]
 
 
 @jax.jit
-def _errors(spin: float, beam: _Beam, state: _State) -> Array:
+def _errors(spin: Reals, beam: _Beam, state: _State) -> Reals:
     """What errors of the steps and round-off in N make of the direction and of 1 / r: (time, ray)."""
     m = state.paths[0].position[1:]
     spread = length(

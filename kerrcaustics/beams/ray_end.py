@@ -1,15 +1,15 @@
 """The one record that both engines return, and what may be asked of them."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from kerrcaustics.beams.beam import Status
-
-Array = Any
+from kerrcaustics.spacetime.arrays import Flags, Reals
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,12 @@ class Wanted:
     time: bool = False
 
 
+A = TypeVar("A")
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, kw_only=True)
-class RayEnd:
+class RayEnd(Generic[A]):
     """Rays at their ends, as `Rays` and `Beams` have them. What was not asked for, or is none there, is None.
 
     status: `Status` values but INACCURATE, which the tolerance decides; noise and time_noise, the parts of the two
@@ -36,38 +39,38 @@ class RayEnd:
     reach their end hold NaN. Arrays of JAX out of compiled code; of NumPy, which can be written to, on the host.
     """
 
-    direction: Array
-    azimuth: Array
-    status: Array
-    error: Array
-    noise: Array | None
-    closed_form: Array
-    radius: Array | None = None
-    time: Array | None = None
-    time_error: Array | None = None
-    time_noise: Array | None = None
-    redshift: Array | None = None
-    jacobian: Array | None = None
-    jacobian_error: Array | None = None
-    index: Array | None = None
-    crossings: Array | None = None
+    direction: A
+    azimuth: A
+    status: A
+    error: A
+    noise: A | None
+    closed_form: A
+    radius: A | None = None
+    time: A | None = None
+    time_error: A | None = None
+    time_noise: A | None = None
+    redshift: A | None = None
+    jacobian: A | None = None
+    jacobian_error: A | None = None
+    index: A | None = None
+    crossings: A | None = None
 
-    def rows(self, chosen: np.ndarray | slice) -> Self:
+    def rows(self, chosen: np.ndarray | slice) -> "RayEnd[A]":
         """The chosen rays."""
         return jax.tree.map(lambda values: values[chosen], self)
 
-    def put(self, chosen: np.ndarray | slice, others: "RayEnd") -> None:
+    def put(self, chosen: np.ndarray | slice, others: "RayEnd[np.ndarray]") -> None:
         """Write other rays in the place of the chosen ones, in all that both hold."""
         theirs = vars(others)
         for name, mine in vars(self).items():
             if mine is not None and theirs[name] is not None:
                 mine[chosen] = theirs[name]
 
-    def room(self, count: int) -> Self:
+    def room(self, count: int) -> "RayEnd[A]":
         """So many rays with nothing written yet, of what these hold."""
         return jax.tree.map(lambda values: np.empty((count, *values.shape[1:]), values.dtype), self)
 
-    def nowhere(self, status: np.ndarray) -> Self:
+    def nowhere(self, status: np.ndarray) -> "RayEnd[A]":
         """Rays that do not reach their end, with a status each, holding what these hold: the formulas do hold."""
         ends = self.room(len(status))
         for values in vars(ends).values():
@@ -75,11 +78,11 @@ class RayEnd:
                 values[...] = np.nan
         return replace(ends, status=status, closed_form=np.ones(len(status), bool))
 
-    def shaped(self, shape: tuple[int, ...]) -> Self:
+    def shaped(self, shape: tuple[int, ...]) -> "RayEnd[A]":
         """The rays in a batch shape."""
         return jax.tree.map(lambda values: values.reshape((*shape, *values.shape[1:])), self)
 
-    def finished(self, tolerance: float) -> Self:
+    def finished(self: "RayEnd[np.ndarray]", tolerance: float) -> "RayEnd[np.ndarray]":
         """The rays as a result holds them: judged by the tolerance, whole numbers as such."""
         reached = np.isfinite(self.error)
         with np.errstate(invalid="ignore"):
@@ -103,12 +106,12 @@ class RayEnd:
         return {name: values for name, values in vars(self).items() if values is not None}
 
 
-def status_of(lost: Array, captured: Array) -> Array:
+def status_of(lost: Flags, captured: Flags) -> Reals:
     """The status of rays, of which some do not reach their end, and some would fall in."""
     return jnp.where(lost, jnp.where(captured, Status.CAPTURED, Status.MISSED), Status.ESCAPED).astype(jnp.int8)
 
 
-def stacked(rows: tuple[Any, ...], hidden: Array) -> Array:
+def stacked(rows: tuple[Any, ...], hidden: Reals) -> Float[Array, "..."]:
     """Components, or rows of them, along the last axes, with `hidden` added to each."""
     if isinstance(rows[0], tuple):
         return jnp.stack([stacked(row, hidden) for row in rows], axis=-2)

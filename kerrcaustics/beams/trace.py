@@ -135,7 +135,7 @@ def _traced(
     directions, shape = as_vectors(sky)
     count = len(directions)
 
-    def block(start: int) -> RayEnd:
+    def block(start: int) -> RayEnd[np.ndarray]:
         unit = normalised(directions[start : start + _BLOCK])
         ends = followed(camera, unit, chosen, tolerance, surface, wanted, many=count >= _MANY)
         if redshift:
@@ -145,7 +145,7 @@ def _traced(
     first = block(0)
     ends = first.room(count)
 
-    def store(start: int, part: RayEnd) -> None:
+    def store(start: int, part: RayEnd[np.ndarray]) -> None:
         ends.put(slice(start, start + _BLOCK), part)
 
     store(0, first)
@@ -157,14 +157,14 @@ def _traced(
     return replace(result, engine=in_words(result.engines)) if result.engines else result
 
 
-def _redshift(camera: Camera, sky: np.ndarray, end: End, ends: RayEnd) -> np.ndarray:
+def _redshift(camera: Camera, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray]) -> np.ndarray:
     """Frequency ratio nu_camera / nu_source for the source at the end of each ray; NaN where there can be none."""
     emitter = end.source()
     light = None if emitter is None else photon(camera.frame(), tuple(sky.T))
     ratio = np.where(np.isfinite(ends.direction[:, 0]), sky_redshift(camera, sky, light), np.nan)
-    if emitter is None or light is None:
+    if emitter is None or light is None or ends.radius is None:
         return ratio
-    return frequency_ratio(emitter, camera.spin, light.b, (ends.radius, ends.direction[:, 2]), ratio)
+    return np.asarray(frequency_ratio(emitter, camera.spin, light.b, (ends.radius, ends.direction[:, 2]), ratio))
 
 
 def cores() -> int:

@@ -52,7 +52,7 @@ class CriticalCurve:
     @property
     def is_point(self) -> bool:
         """True when the caustic is no larger than its error: a = 0, or a camera on the axis."""
-        return self.size_in_errors <= 3 and self.points.error.max() < _WORST_POINT
+        return bool(self.size_in_errors <= 3 and self.points.error.max() < _WORST_POINT)
 
     @property
     def is_resolved(self) -> bool:

@@ -69,7 +69,7 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
 
 def _same_root(one: _Root, other: _Root, half: float) -> bool:
     """True for a root that two neighbouring pieces share."""
-    return one[0] == other[0] and abs(one[1] - other[1]) < 1e-3 * half
+    return bool(one[0] == other[0] and abs(one[1] - other[1]) < 1e-3 * half)
 
 
 def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-Array = Any
+from kerrcaustics.spacetime.arrays import Reals
 
 
-def largest_root(third: Array, half: Array, xp: Any = np) -> Array:
+def largest_root(third: Reals, half: Reals, xp: Any = np) -> Reals:
     """The largest real root of x^3 = 3 third x + 2 half, to start Newton's steps from.
 
     Parameters: third and half (...,), the coefficients; xp, the array module (numpy or jax.numpy).

@@ -8,11 +8,11 @@ References: Carlson 1995 (Numer. Algorithms 10, 13); DLMF 19.16, 19.26, 19.36, 2
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
-Array = Any
+from kerrcaustics.spacetime.arrays import Reals
 
 # Terms of atanh(e) / e that are exact to round-off after so many duplications: 0 stands for the logarithm itself.
 _ATANH_TERMS = (0, 0, 10, 5, 3, 2, 2)
@@ -27,9 +27,9 @@ class Triple(NamedTuple):
     sqrt(y z) may be negative: the integral then goes beyond half a period.
     """
 
-    root: Array
-    root_sum: Array
-    root_product: Array
+    root: Reals
+    root_sum: Reals
+    root_product: Reals
 
 
 class Pole(NamedTuple):
@@ -38,17 +38,17 @@ class Pole(NamedTuple):
     In the circular case that root is imaginary, and gamma is it divided by i: +-sqrt((p - x) (p - y) (p - z)).
     """
 
-    p: Array
-    gamma: Array
+    p: Reals
+    gamma: Reals
     circular: bool = False
 
 
 class Integrals(NamedTuple):
-    """R_F(x, y, z), gamma R_J(x, y, z, p) for every pole, and R_D(y, z, x) if asked for, else None."""
+    """R_F(x, y, z), gamma R_J(x, y, z, p) for every pole, and R_D(y, z, x), 0 where it was not asked for."""
 
-    first: Array
-    thirds: list[Array]
-    second: Array | None
+    first: Reals
+    thirds: Sequence[Reals]
+    second: Reals
 
 
 def carlson(
@@ -62,8 +62,8 @@ def carlson(
     root, root_sum, root_product = triple
     x, total, product = root**2, root_sum**2 - 2 * root_product, root_product**2
     powers = [pole.p for pole in poles]
-    sums: list[Array] = [0.0 for _ in poles]
-    seconds: Array = 0.0
+    sums: list[Reals] = [0.0 for _ in poles]
+    seconds: Reals = 0.0
     for n in range(duplications):
         shift = root * root_sum + root_product
         for i, pole in enumerate(poles):
@@ -89,17 +89,17 @@ def carlson(
         s + scale * pole.gamma * _third_tail(x, total, product, p)
         for s, pole, p in zip(sums, poles, powers, strict=True)
     ]
-    last = seconds + scale * _third_tail(x, total, product, x) if second else None
+    last = seconds + scale * _third_tail(x, total, product, x) if second else 0.0
     return Integrals(first, thirds, last)
 
 
-def log_ratio(s: Array, k: Array, product: Array) -> Array:
+def log_ratio(s: Reals, k: Reals, product: Reals) -> Reals:
     """ln((s + k) / (s - k)) for s > |k|, with (s + k) (s - k) = product known without cancellation."""
     sign = jnp.where(k < 0, -1.0, 1.0)
     return sign * jnp.log((s + sign * k) ** 2 / product)
 
 
-def _duplication_term(n: int, d: Array, gamma: Array, product: Array) -> Array:
+def _duplication_term(n: int, d: Reals, gamma: Reals, product: Reals) -> Reals:
     """4^-n (6 / d) gamma_0 R_C(1, 1 - (gamma / d)^2) with gamma_0 = 8^n gamma, and d^2 - gamma^2 = product."""
     if _ATANH_TERMS[n] == 0:
         return 3 * 2**n * log_ratio(d, gamma, product)
@@ -111,7 +111,7 @@ def _duplication_term(n: int, d: Array, gamma: Array, product: Array) -> Array:
     return 6 * 2**n * ratio * series
 
 
-def _first_tail(x: Array, total: Array, product: Array) -> Array:
+def _first_tail(x: Reals, total: Reals, product: Reals) -> Reals:
     """R_F of nearly equal arguments (DLMF 19.36.1)."""
     mean = (x + total) / 3
     dx = 1 - x / mean
@@ -120,7 +120,7 @@ def _first_tail(x: Array, total: Array, product: Array) -> Array:
     return (1 - e2 / 10 + e3 / 14 + e2**2 / 24 - 3 * e2 * e3 / 44) / jnp.sqrt(mean)
 
 
-def _third_tail(x: Array, total: Array, product: Array, p: Array) -> Array:
+def _third_tail(x: Reals, total: Reals, product: Reals, p: Reals) -> Reals:
     """R_J of nearly equal arguments (DLMF 19.36.2)."""
     mean = (x + total + 2 * p) / 5
     inverse = 1 / mean
@@ -141,12 +141,12 @@ class Modulus(NamedTuple):
     Nomes and amplitudes are given divided by `part`, so that nothing is lost, nor any derivative, where it vanishes.
     """
 
-    slope: Array
-    part: Array
-    complement: Array
+    slope: Reals
+    part: Reals
+    complement: Reals
 
 
-def nome_slope(modulus: Modulus) -> Array:
+def nome_slope(modulus: Modulus) -> Reals:
     """The nome exp(-pi K' / K), divided by `part` (DLMF 22.2.1, 20.9)."""
     k = jnp.sqrt(modulus.complement)
     slope = modulus.slope / (2 * (1 + k) * (1 + jnp.sqrt(k)) ** 2)
@@ -154,7 +154,7 @@ def nome_slope(modulus: Modulus) -> Array:
     return slope * (1 + fourth * (2 + fourth * (15 + 150 * fourth)))
 
 
-def landen(modulus: Modulus, tangent: Array, amplitude: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
+def landen(modulus: Modulus, tangent: Reals, amplitude: tuple[Reals, Reals] | None = None) -> tuple[Reals, Reals]:
     """Two arguments of elliptic functions in units of 2 K / pi, by descending Landen transformations (DLMF 22.7).
 
     Parameters: tangent, t = sqrt(1 - part) >= 0, where part is that of the modulus; amplitude, (sine, cosine).
@@ -185,12 +185,12 @@ def landen(modulus: Modulus, tangent: Array, amplitude: tuple[Array, Array] | No
     return decay, delay
 
 
-def theta3(nome: Array) -> Array:
+def theta3(nome: Reals) -> Reals:
     """theta_3(0), the square root of 2 K / pi (DLMF 20.2.3), for a nome below 0.05."""
     return 1 + 2 * (nome + nome**4 + nome**9)
 
 
-def sd(nome: Array, theta3_z: Array, sine1: Array, sine3: Array, sine5: Array) -> Array:
+def sd(nome: Reals, theta3_z: Reals, sine1: Reals, sine3: Reals, sine5: Reals) -> Reals:
     """The function sd = sn / dn at the phase z, from theta_3(z) and the sines of z, 3 z, 5 z (DLMF 22.2, 20.2)."""
     n2, n4 = nome**2, nome**4
     theta1 = sine1 - n2 * sine3 + n4 * n2 * sine5

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.cubic import largest_root
 
 
@@ -79,13 +80,13 @@ def photon_orbits(spin: float) -> tuple[float, float]:
     )
 
 
-def spherical_orbit_impact(spin: float, orbit_radius: float) -> float:
+def spherical_orbit_impact(spin: float, orbit_radius: float | HostReals) -> float | HostReals:
     """Axial angular momentum b_o(r_o) of the spherical photon orbit of radius r_o, spin > 0 (JTFT A.1)."""
     a, r = spin, orbit_radius
     return -(r**3 - 3 * r**2 + a**2 * r + a**2) / (a * (r - 1))
 
 
-def spherical_orbit_of_impact(spin: float, b: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+def spherical_orbit_of_impact(spin: float, b: ArrayLike) -> tuple[HostReals, HostReals]:
     """Radius and Carter constant (r_o, q_o) of the spherical photon orbit with axial angular momentum b.
 
     The inverse of JTFT A.1, regular at spin 0: r_o = 1 + x where x is the largest root of
@@ -96,7 +97,7 @@ def spherical_orbit_of_impact(spin: float, b: ArrayLike) -> tuple[np.ndarray, np
     a, b = spin, np.asarray(b, float)
     p = 1 - (a**2 + a * b) / 3
     h = (1 - a) * (1 + a)
-    x = largest_root(p, h)
+    x = np.asarray(largest_root(p, h))
     for _ in range(2):
         x = x - (x**3 - 3 * p * x - 2 * h) / np.where(x**2 > p, 3 * (x**2 - p), np.inf)
     r = 1 + x

@@ -1,16 +1,13 @@
 """The polar motion of a photon: the Mino time to its crossings of the equatorial plane, on NumPy or JAX arrays."""
 
-from typing import Any
-
 import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic
+from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 
-Array = Any
 
-
-def mino_time_to_plane(frame: Frame, photon: Photon, crossing: Array) -> Array:
+def mino_time_to_plane(frame: Frame, photon: Photon, crossing: Reals) -> Reals:
     """Mino time from the camera to the n-th crossing of the equatorial plane; infinite for rays that never cross.
 
     z^2' = (c + a^2 z^2) (1 - z^2 / Z) Z, with q = c Z: the time from the plane to z, and the half period, are each
@@ -34,5 +31,5 @@ def mino_time_to_plane(frame: Frame, photon: Photon, crossing: Array) -> Array:
     return jnp.where(crosses, first + (crossing - 1) * half_period, jnp.inf)
 
 
-def _rf(root_x: Array, root_y: Array, root_z: Array) -> Array:
+def _rf(root_x: Reals, root_y: Reals, root_z: Reals) -> Reals:
     return elliptic.carlson(elliptic.Triple(root_x, root_y + root_z, root_y * root_z)).first

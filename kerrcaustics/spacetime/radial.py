@@ -4,16 +4,15 @@ Everything is real arithmetic with one path for every kind of root (four real, t
 or JAX arrays of any shape.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic
+from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 from kerrcaustics.spacetime.cubic import largest_root
-
-Array = Any
 
 _SMALLEST = 1e-300
 # Relative distance (squared) of the outer roots below which double precision does not know their sign.
@@ -26,17 +25,17 @@ class Quartic(NamedTuple):
     The outer pair of roots, real when d > 0, is h -+ sqrt(d): only it can lie outside the horizon.
     """
 
-    h: Array
-    d: Array
-    e: Array
+    h: Reals
+    d: Reals
+    e: Reals
 
 
-def potential_coefficients(spin: Array, photon: Photon) -> tuple[Array, Array, Array]:
+def potential_coefficients(spin: Reals, photon: Photon) -> tuple[Reals, Reals, Reals]:
     """(a2, a1, a0) of R(r) = r^4 + a2 r^2 + a1 r + a0 (JTFT A.1 with E = 1)."""
     return spin**2 - photon.k, 2 * photon.kappa, -(spin**2) * photon.q
 
 
-def factor(a2: Array, a1: Array, a0: Array) -> Quartic:
+def factor(a2: Reals, a1: Reals, a0: Reals) -> Quartic:
     """The two real quadratic factors of the radial potential.
 
     z = 4 h^2 is the largest root of the resolvent z (z + a2)^2 - 4 a0 z - a1^2.
@@ -52,13 +51,13 @@ def factor(a2: Array, a1: Array, a0: Array) -> Quartic:
     return Quartic(h=h, d=-(a2 + z / 2 + g) / 2, e=-(a2 + z / 2 - g) / 2)
 
 
-def _largest_resolvent_root(a2: Array, a1: Array, a0: Array) -> Array:
+def _largest_resolvent_root(a2: Reals, a1: Reals, a0: Reals) -> Reals:
     """The largest real root of z (z + a2)^2 - 4 a0 z - a1^2: Cardano's formula, then Newton steps.
 
     Only the last step, from a root that is exact already, has derivatives: they are those of the root.
     """
 
-    def newton(z: Array, a2: Array, a1: Array, a0: Array) -> Array:
+    def newton(z: Reals, a2: Reals, a1: Reals, a0: Reals) -> Reals:
         slope = jax.lax.stop_gradient((z + a2) * (3 * z + a2) - 4 * a0)
         value = z * (z + a2) ** 2 - 4 * a0 * z - a1**2
         return z - jnp.where(slope == 0, 0, value / jnp.where(slope == 0, 1, slope))
@@ -70,7 +69,7 @@ def _largest_resolvent_root(a2: Array, a1: Array, a0: Array) -> Array:
     return newton(z, a2, a1, a0)
 
 
-def _resolvent_start(a2: Array, a1: Array, a0: Array) -> Array:
+def _resolvent_start(a2: Reals, a1: Reals, a0: Reals) -> Reals:
     """The root above, but for round-off.
 
     Where the two larger roots nearly coincide (cameras far away) the formula cannot tell whether they are real: the
@@ -86,18 +85,18 @@ def _resolvent_start(a2: Array, a1: Array, a0: Array) -> Array:
     return jnp.where(paired, of_pair, largest_root(third, half, jnp)) - 2 * a2 / 3
 
 
-def horizon(spin: Array) -> Array:
+def horizon(spin: Reals) -> Reals:
     """Radius of the outer horizon, r_+, in compiled code."""
     return 1 + jnp.sqrt((1 - spin) * (1 + spin))
 
 
-def horizon_function(spin: Array, u: Array) -> Array:
+def horizon_function(spin: Reals, u: Reals) -> Reals:
     """Delta / r^2 = 1 - 2 u + a^2 u^2, in factors that keep their digits close to a nearly extremal hole."""
     outer = horizon(spin)
     return (1 - outer * u) * (1 - spin**2 / outer * u)
 
 
-def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
+def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
     """True where the ray, followed backward from the camera, ends at the horizon: decided by roots alone.
 
     A ray that starts inward comes back only from a turning point between the horizon and the camera; a ray
@@ -118,7 +117,7 @@ def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
     return jnp.where(inward, ~turns_below, falls_back) | (photon.energy_ratio <= 0)
 
 
-def mino_time(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
+def mino_time(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:
     """Mino time of an escaping ray from the camera to infinity, through its turning point where it has one.
 
     Errors: about 1e-15 divided by the relative distance of the outer roots from each other.
@@ -130,7 +129,7 @@ def mino_time(frame: Frame, photon: Photon, quartic: Quartic) -> Array:
     return 2 * elliptic.carlson(to_infinity(quartic, r, inner, outer)).first
 
 
-def to_infinity(quartic: Quartic, r: Array, inner: Array, outer: Array) -> elliptic.Triple:
+def to_infinity(quartic: Quartic, r: Reals, inner: Reals, outer: Reals) -> elliptic.Triple:
     """The arguments of the R_F that is half the Mino time from r to infinity.
 
     Parameters: inner and outer, the roots of the two factors of R at r, outer with the sign of r': where that is
@@ -150,7 +149,7 @@ def to_infinity(quartic: Quartic, r: Array, inner: Array, outer: Array) -> ellip
     return elliptic.Triple(root, 2 * jnp.sqrt(jnp.maximum((r + h + inner) * reach, 0)), product)
 
 
-def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Array, rising: Array) -> Array:
+def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Reals, rising: Flags) -> Reals:
     """Mino time from the camera to a radius that the ray reaches, directly or through its one turning point.
 
     Parameters: rising, whether the radius grows along the ray when it arrives there.
@@ -169,8 +168,8 @@ def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Array, 
 
 
 def between(
-    quartic: Quartic, start: tuple[Array, Array, Array], end: tuple[Array, Array, Array]
-) -> tuple[elliptic.Triple, Array]:
+    quartic: Quartic, start: tuple[Reals, Reals, Reals], end: tuple[Reals, Reals, Reals]
+) -> tuple[elliptic.Triple, Reals]:
     """The arguments of an R_F, and a factor: their product is half the Mino time from one radius to another.
 
     Parameters: start and end, each (r, inner, outer): the radius and the roots of the two factors of R there, outer

@@ -3,11 +3,12 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-Array = Any
+from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Vectors
 
 
-def tangent_basis(n: Array, xp: Any = np) -> tuple[Array, Array]:
+def tangent_basis(n: Vectors, xp: Any = np) -> tuple[Vectors, Vectors]:
     """Two unit tangents (e_1, e_2) at each point n of the sphere, with e_1 x e_2 = n.
 
     Parameters: n (..., 3), unit vectors; xp, the array module (numpy or jax.numpy).
@@ -24,7 +25,7 @@ def tangent_basis(n: Array, xp: Any = np) -> tuple[Array, Array]:
     return e_1, e_2
 
 
-def polar_basis(n: Array, xp: Any = np) -> tuple[Array, Array]:
+def polar_basis(n: Vectors, xp: Any = np) -> tuple[Vectors, Vectors]:
     """Unit tangents (e_theta, e_phi) of spherical coordinates at each point n (..., 3).
 
     On the axis, where they are not defined, the limit along phi = 0 is returned.
@@ -37,18 +38,18 @@ def polar_basis(n: Array, xp: Any = np) -> tuple[Array, Array]:
     return xp.stack([z * c, z * d, -s], axis=-1), xp.stack([-d, c, 0 * z], axis=-1)
 
 
-def polar_angle(n: Array, xp: Any = np) -> Array:
+def polar_angle(n: HostVectors) -> HostReals:
     """Polar angle theta in [0, pi] of each unit vector n (..., 3), accurate at the poles too."""
-    return xp.arctan2(xp.hypot(n[..., 0], n[..., 1]), n[..., 2])
+    return np.arctan2(np.hypot(n[..., 0], n[..., 1]), n[..., 2])
 
 
-def angle_between(m: Array, n: Array) -> Array:
+def angle_between(m: ArrayLike, n: ArrayLike) -> HostReals:
     """Angle in [0, pi] between unit vectors m and n (..., 3), accurate for small and for straight angles."""
     m, n = np.asarray(m), np.asarray(n)
     return 2 * np.arctan2(np.linalg.norm(m - n, axis=-1), np.linalg.norm(m + n, axis=-1))
 
 
-def from_angles(theta: Array, phi: Array) -> np.ndarray:
+def from_angles(theta: ArrayLike, phi: ArrayLike) -> HostVectors:
     """Unit vectors (..., 3) with polar angle theta and azimuth phi."""
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
     s = np.sin(theta)

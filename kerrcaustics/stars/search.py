@@ -2,7 +2,6 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
-from typing import Self
 
 import numpy as np
 
@@ -36,9 +35,9 @@ class Candidates(Rows):
         """The same, of stars with other numbers."""
         return replace(self, star=names[self.star])
 
-    def merged(self, more: Self) -> "Candidates":
+    def merged(self, more: "Candidates") -> "Candidates":
         """These and more, each image once."""
-        return _distinct(self.joined(more))
+        return _distinct(Candidates.joined(self, more))
 
     def counts(self, shape: tuple[int, ...]) -> Array:
         """How many images (stars, indices) there are."""

@@ -9,8 +9,6 @@ two numbers that pass a turning point smoothly. What rounding, or a change of th
 back at right angles to it, so that nothing is ever divided by a rate that may vanish.
 """
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 
@@ -19,9 +17,8 @@ from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoot
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.beams.ends import Aim
 from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
-
-Array = Any
 
 # Relative distance of an end from a turning point, or of its time from the last possible one, that round-off decides.
 _UNDECIDED = 1e-12
@@ -32,10 +29,10 @@ _LATE = 1e-6
 
 
 # u and y of a place.
-_Point = tuple[Array, Array]
+_Point = tuple[Reals, Reals]
 
 
-def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Array, aim: Aim, *, clock: bool) -> Travel:
+def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Reals, aim: Aim, *, clock: bool) -> Travel:
     """The motion to the first arrival at a radius."""
     assert aim.rising is not None
     roots, start = start_of(frame, light, quartic)
@@ -50,7 +47,7 @@ def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Arra
     return there._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=known)
 
 
-def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Array, aim: Aim, *, clock: bool) -> Travel:
+def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim: Aim, *, clock: bool) -> Travel:
     """The motion over a given Mino time."""
     spin = frame.spin
     roots, start = start_of(frame, light, quartic)
@@ -80,25 +77,25 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Array, aim
     )
 
 
-def growth(frame: Frame, light: Photon, time: Array) -> Array:
+def growth(frame: Frame, light: Photon, time: Reals) -> Reals:
     """How much a change of the rate of u at the camera, by that of an arc of unit slope, changes u at the end."""
     coefficients = radial.potential_coefficients(frame.spin, light)
     u, w = light.position[0], light.rate[0]
 
-    def varied(rate: Array) -> Array:
+    def varied(rate: Reals) -> Reals:
         return inverse_radius(coefficients, (u, rate), time)[0]
 
     return jnp.abs(jax.jvp(varied, (w,), (jnp.sqrt(jnp.maximum(light.k, 0) + 3),))[1])
 
 
 def _found(
-    spin: Array,
+    spin: Reals,
     light: Photon,
-    coefficients: tuple[Array, Array, Array],
+    coefficients: tuple[Reals, Reals, Reals],
     roots: RadialRoots,
     start: RadialPlace,
-    time: Array,
-) -> tuple[_Point, Array]:
+    time: Reals,
+) -> tuple[_Point, Flags]:
     """The place after a Mino time, but for round-off; whether it lies between horizon and infinity."""
     a2, a1, a0 = coefficients
     u, w = inverse_radius(coefficients, (light.position[0], light.rate[0]), time)
@@ -131,17 +128,17 @@ def _on_curve(roots: RadialRoots, point: _Point) -> _Point:
     return u - along_u * step / jax.lax.stop_gradient(h), y - along_y * step
 
 
-def _x(roots: RadialRoots, u: Array) -> Array:
+def _x(roots: RadialRoots, u: Reals) -> Reals:
     return jnp.sqrt((1 - roots.low * u) * (1 - roots.next * u))
 
 
-def _place(spin: Array, roots: RadialRoots, point: _Point) -> RadialPlace:
+def _place(spin: Reals, roots: RadialRoots, point: _Point) -> RadialPlace:
     u, y = point
     r = 1 / u
     return RadialPlace(r, (1 - horizons(spin)[0] * u) * r, _x(roots, u) * r, y * r)
 
 
-def _rates_at(spin: Array, b: Array, u: Array) -> tuple[Array, Array]:
+def _rates_at(spin: Reals, b: Reals, u: Reals) -> tuple[Reals, Reals]:
     """psi' and the rate of the radial part of the clock."""
     inverse = 1 / radial.horizon_function(spin, u)
     turning = 2 - spin * b * u

@@ -29,17 +29,18 @@ from kerrcaustics.beams.ends import Aim, Arriving, CelestialSphere, End, Equator
 from kerrcaustics.beams.geometry import dot, length
 from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
 from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon, photon
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
-
-Array = Any
-Vector = tuple[Array, ...]
 
 # The parameter of the polar elliptic functions is then at most 1/3, and there are no vortical rays. Escaping rays of
 # smaller k start outward, meet no turning point and no conjugate point, and take a Mino time of 1.2 at most.
 LEAST_K = 2.0
 # The polar phase is known to 1e-14; conjugate points that lie at a multiple of pi (a = 0) must not be counted twice.
 _PHASE_MARGIN = 1e-9
+
+
+Found = RayEnd[Reals | Flags]
 
 
 class _Known(NamedTuple):
@@ -50,22 +51,22 @@ class _Known(NamedTuple):
     passed.
     """
 
-    azimuth: Array
+    azimuth: Reals
     polar: Polar
     travel: Travel
     at: Arriving
-    lost: Array
-    certified: Array
-    spread: Array
-    noise: Array
-    jacobian_noise: Array
-    sense: Array
+    lost: Flags
+    certified: Flags
+    spread: Reals
+    noise: Reals
+    jacobian_noise: Reals
+    sense: Reals
 
 
-Ray = tuple[tuple[Vector, Array | None], _Known]
+Ray = tuple[tuple[Components, Reals], _Known]
 
 
-def trace(frame: Frame, sky: Vector, end: End, wanted: Wanted, *, on_equator: bool, short: bool = False) -> RayEnd:
+def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator: bool, short: bool = False) -> Found:
     """Rays, or beams, from camera-sky directions to their end.
 
     Parameters: sky, three arrays N_x, N_y, N_z; end, where rays end; wanted, what to compute beside n'; on_equator,
@@ -73,10 +74,10 @@ def trace(frame: Frame, sky: Vector, end: End, wanted: Wanted, *, on_equator: bo
     for escaping rays of k < MOST_K and ends beyond the camera.
     """
 
-    def ray(*n: Array) -> Ray:
+    def ray(x: Reals, y: Reals, z: Reals) -> Ray:
         if short and isinstance(end, Spherical):
-            return _short_ray(frame, n, end, clock=wanted.time)
-        return _ray(frame, n, end, on_equator=on_equator, clock=wanted.time)
+            return _short_ray(frame, (x, y, z), end, clock=wanted.time)
+        return _ray(frame, (x, y, z), end, on_equator=on_equator, clock=wanted.time)
 
     if not wanted.beams:
         (direction, radius), known = ray(*sky)
@@ -86,15 +87,15 @@ def trace(frame: Frame, sky: Vector, end: End, wanted: Wanted, *, on_equator: bo
     columns, in_radius = jax.vmap(lambda change: vary(*(change[..., i] for i in range(3))))(basis)
     rows = [tuple(e[..., i] for i in range(3)) for e in polar_basis(jnp.stack(direction, axis=-1), jnp)]
     angles = tuple(tuple(dot(row, [c[j] for c in columns]) for j in range(2)) for row in rows)
-    jacobian = end.jacobian(angles, radius, () if in_radius is None else tuple(in_radius))
+    jacobian = end.jacobian(angles, radius, tuple(in_radius))
     spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
     found = _ray_end(frame, end, direction, radius, known, spread + end.motion(known.at), wanted)
     return _with_beam(found, end, jacobian, spread, known, wanted)
 
 
 def _ray_end(
-    frame: Frame, end: End, direction: Vector, radius: Array | None, known: _Known, spread: Array, wanted: Wanted
-) -> RayEnd:
+    frame: Frame, end: End, direction: Components, radius: Reals, known: _Known, spread: Reals, wanted: Wanted
+) -> Found:
     hidden = jnp.where(known.lost, jnp.nan, 0.0)
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
     error = jnp.minimum(known.noise + rounded, math.pi) + hidden
@@ -110,7 +111,7 @@ def _ray_end(
         error=error,
         noise=known.noise,
         closed_form=certified,
-        radius=None if radius is None else radius + hidden,
+        radius=radius + hidden if end.finite else None,
         time=time,
         time_error=late[0],
         time_noise=late[1],
@@ -118,7 +119,7 @@ def _ray_end(
     )
 
 
-def _with_beam(found: RayEnd, end: End, jacobian: Jacobian, spread: Array, known: _Known, wanted: Wanted) -> RayEnd:
+def _with_beam(found: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, known: _Known, wanted: Wanted) -> Found:
     hidden = jnp.where(known.lost, jnp.nan, 0.0)
     determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
     error = errors.of_jacobian(end, known.jacobian_noise, found.error, known.at.turning, spread)
@@ -131,7 +132,7 @@ def _with_beam(found: RayEnd, end: End, jacobian: Jacobian, spread: Array, known
     )
 
 
-def _morse_index(phase: Array, determinant: Array) -> Array:
+def _morse_index(phase: Reals, determinant: Reals) -> Reals:
     """The Morse index: the k-th conjugate point lies in the k-th half turn of the polar phase.
 
     So the index is the number of half turns or one more, and the sign of det J tells which. (Found, not
@@ -142,7 +143,7 @@ def _morse_index(phase: Array, determinant: Array) -> Array:
     return turns + (odd != (determinant < 0))
 
 
-def _ray(frame: Frame, sky: Vector, end: End, *, on_equator: bool, clock: bool) -> Ray:
+def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bool) -> Ray:
     light = photon(frame, sky)
     quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
     swing = polar_swing(frame, light, on_equator=on_equator)
@@ -191,7 +192,7 @@ def _travelled(
     raise NotImplementedError(f"There is no closed form of the way to {end!r}.")
 
 
-def _short_ray(frame: Frame, sky: Vector, end: Spherical, *, clock: bool) -> Ray:
+def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) -> Ray:
     """As `_ray`, for rays of small k."""
     light = photon(frame, sky)
     travel = small_k.radial_motion(frame, light, end, clock=clock)
@@ -218,7 +219,7 @@ def _arriving(light: Photon, travel: Travel) -> Arriving:
     return Arriving(jnp.abs(travel.u), jnp.abs(travel.rate), jnp.abs(travel.psi_rate), speed)
 
 
-def _turned(travel: Travel, m: Polar) -> tuple[Vector, Array]:
+def _turned(travel: Travel, m: Polar) -> tuple[Components, Reals]:
     """n', and its azimuth: m turned about the spin axis."""
     c, s = jnp.cos(travel.psi + m.turn), jnp.sin(travel.psi + m.turn)
     return (c * m.x - s * m.y, s * m.x + c * m.y, m.z), travel.psi + m.azimuth

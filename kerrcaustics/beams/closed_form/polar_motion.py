@@ -12,15 +12,14 @@ References: DLMF 20.2, 22.2; the solution of Lame's equation of degree 1 (Whitta
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic
+from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
-
-Array = Any
 
 # Powers of e^(2 i z) in F.
 _POWERS = (0, 1, -1, 2, -2, 3, -3)
@@ -33,14 +32,14 @@ class Polar(NamedTuple):
     equatorial plane; clock, the integral of a^2 m_z^2, None if not asked for.
     """
 
-    x: Array
-    y: Array
-    z: Array
-    turn: Array
-    azimuth: Array
-    phase: Array
-    crossings: Array
-    clock: Array | None
+    x: Reals
+    y: Reals
+    z: Reals
+    turn: Reals
+    azimuth: Reals
+    phase: Reals
+    crossings: Reals
+    clock: Reals | None
 
 
 class Swing(NamedTuple):
@@ -51,25 +50,25 @@ class Swing(NamedTuple):
     """
 
     modulus: elliptic.Modulus
-    frequency: Array
-    rate: Array
-    nome: Array
-    terms: tuple[Array, ...]
-    drift: Array
-    scale: Array
-    first: Array
+    frequency: Reals
+    rate: Reals
+    nome: Reals
+    terms: tuple[Reals, ...]
+    drift: Reals
+    scale: Reals
+    first: Reals
 
 
 class _Thetas(NamedTuple):
     """The oscillation at one phase: F = f_real + i f_imag, theta_3, sd, and the derivatives of the first two by z."""
 
-    f_real: Array
-    f_imag: Array
-    theta3: Array
-    sd: Array
-    f_real_slope: Array
-    f_imag_slope: Array
-    theta3_slope: Array
+    f_real: Reals
+    f_imag: Reals
+    theta3: Reals
+    sd: Reals
+    f_real_slope: Reals
+    f_imag_slope: Reals
+    theta3_slope: Reals
 
 
 def polar_swing(frame: Frame, light: Photon, *, on_equator: bool) -> Swing:
@@ -77,14 +76,14 @@ def polar_swing(frame: Frame, light: Photon, *, on_equator: bool) -> Swing:
     return _swing(frame, light, _sense(light) * light.b, on_equator=on_equator)
 
 
-def time_to_plane(frame: Frame, swing: Swing, crossing: Array) -> Array:
+def time_to_plane(frame: Frame, swing: Swing, crossing: Reals) -> Reals:
     """Mino time from the camera to the n-th crossing of the equatorial plane, for a ray that does not stay in it."""
     before = jax.lax.stop_gradient(_half_turns(swing.first, frame.cos_theta))
     return ((before + crossing) * math.pi - swing.first) / swing.rate
 
 
 def polar_motion(
-    frame: Frame, light: Photon, swing: Swing, time: Array, *, on_equator: bool, clock: bool = False
+    frame: Frame, light: Photon, swing: Swing, time: Reals, *, on_equator: bool, clock: bool = False
 ) -> Polar:
     """The polar motion over a Mino time, from the camera; with the clock if asked for.
 
@@ -110,11 +109,11 @@ def polar_motion(
     return Polar(x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings, slow)
 
 
-def _sense(light: Photon) -> Array:
+def _sense(light: Photon) -> Reals:
     return jnp.where(light.b < 0, -1.0, 1.0)
 
 
-def _slow(swing: Swing, start: _Thetas, end: _Thetas, phase: Array) -> Array:
+def _slow(swing: Swing, start: _Thetas, end: _Thetas, phase: Reals) -> Reals:
     """The integral of a^2 m_z^2 over Mino time: a^2 m_z^2 is rate^2 (ln theta_3)'' but for a constant."""
     nome = swing.nome
     n4 = nome**4
@@ -123,7 +122,7 @@ def _slow(swing: Swing, start: _Thetas, end: _Thetas, phase: Array) -> Array:
     return swing.rate * (waves + constant * phase)
 
 
-def _half_turns(z: Array, side: Array) -> Array:
+def _half_turns(z: Reals, side: Reals) -> Reals:
     """Half turns of a phase; the side of the plane settles those within round-off of a whole number."""
     turns = jnp.floor(z / math.pi)
     wrong = (jnp.mod(turns, 2) == 1) != (side < 0)
@@ -131,7 +130,7 @@ def _half_turns(z: Array, side: Array) -> Array:
     return jnp.where(wrong & (side != 0), nearest, turns)
 
 
-def _swing(frame: Frame, light: Photon, b: Array, *, on_equator: bool) -> Swing:
+def _swing(frame: Frame, light: Photon, b: Reals, *, on_equator: bool) -> Swing:
     """The oscillation for b >= 0."""
     a = frame.spin
     c = light.k - a * a
@@ -163,7 +162,7 @@ def _swing(frame: Frame, light: Photon, b: Array, *, on_equator: bool) -> Swing:
     return Swing(modulus, frequency, rate, nome, terms, drift, elliptic.theta3(nome) / total, first)
 
 
-def _amplitude(frame: Frame, light: Photon, modulus: elliptic.Modulus, frequency: Array) -> tuple[Array, Array]:
+def _amplitude(frame: Frame, light: Photon, modulus: elliptic.Modulus, frequency: Reals) -> tuple[Reals, Reals]:
     """Sine and cosine of the amplitude at the camera: m_z = sqrt(part) cn, m_z' = -sqrt(part) frequency sn dn."""
     dn = jnp.sqrt(modulus.complement + modulus.slope * frame.cos_theta**2)
     sine, cosine = -light.rate[3] / (frequency * dn), frame.cos_theta
@@ -172,7 +171,7 @@ def _amplitude(frame: Frame, light: Photon, modulus: elliptic.Modulus, frequency
     return sine / size, cosine / size
 
 
-def _at(swing: Swing, z: Array) -> _Thetas:
+def _at(swing: Swing, z: Reals) -> _Thetas:
     c1, s1 = jnp.cos(z), jnp.sin(z)
     c2, s2 = c1 * c1 - s1 * s1, 2 * c1 * s1
     c4, s4 = c2 * c2 - s2 * s2, 2 * c2 * s2
@@ -193,7 +192,7 @@ def _at(swing: Swing, z: Array) -> _Thetas:
     )
 
 
-def _offset(frame: Frame, light: Photon, swing: Swing, start: _Thetas, sense: Array) -> tuple[Array, Array, Array]:
+def _offset(frame: Frame, light: Photon, swing: Swing, start: _Thetas, sense: Reals) -> tuple[Reals, Reals, Reals]:
     """The phase of the formula at the camera, where m lies at azimuth 0: its cosine and sine, and itself, unwrapped.
 
     Position and rate of m are compared together, since one of them may vanish: a camera close to the axis has no

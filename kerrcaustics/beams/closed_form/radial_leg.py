@@ -7,24 +7,21 @@ from below or from above, has its sums that cancel written as quotients. So rays
 infinity, are no exception, and nothing is a difference of two long ways.
 """
 
-from typing import Any
-
 import jax.numpy as jnp
 
 from kerrcaustics.beams.closed_form.radial_motion import RadialIntegrals, RadialPlace, RadialRoots, horizons
 from kerrcaustics.spacetime import elliptic, radial
+from kerrcaustics.spacetime.arrays import Reals
 
-Array = Any
 
-
-def mino_time(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> Array:
+def mino_time(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> Reals:
     """Mino time from one place to another, with at most one turning point between."""
     triple, scale = _triple(roots, start, end)
     return 2 * scale * elliptic.carlson(triple).first
 
 
 def integrals(
-    spin: Array, b: Array, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, clock: bool
+    spin: Reals, b: Reals, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, clock: bool
 ) -> RadialIntegrals:
     """Mino time, I(r_+), I(r_-), and the integral of r^2 + 2 r if asked for, from one place to another."""
     low, following = roots.low, roots.next
@@ -54,20 +51,20 @@ def integrals(
     return RadialIntegrals(time, plus, minus, growing)
 
 
-def _triple(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> tuple[elliptic.Triple, Array]:
+def _triple(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> tuple[elliptic.Triple, Reals]:
     quartic = radial.Quartic(roots.h, roots.d, (roots.low + roots.h) ** 2)
     return radial.between(quartic, (start.r, start.inner, start.outer), (end.r, end.inner, end.outer))
 
 
-def _sum(first: Array, second: Array, squares: Array) -> Array:
+def _sum(first: Reals, second: Reals, squares: Reals) -> Reals:
     """|first + second|; where the signs differ, its quotient by the gap, from squares = (first^2 - second^2) / gap."""
     turned = first * second < 0
     return jnp.where(turned, squares / jnp.where(turned, first - second, 1.0), jnp.abs(first + second))
 
 
 def _pole_sum(
-    roots: RadialRoots, start: RadialPlace, end: RadialPlace, horizon: Array, heights: tuple[Array, Array]
-) -> Array:
+    roots: RadialRoots, start: RadialPlace, end: RadialPlace, horizon: Reals, heights: tuple[Reals, Reals]
+) -> Reals:
     """The S of DLMF 19.29.8 for a pole at a horizon, of which heights are the two places' distances."""
     t1, t2 = heights
     x1, x2 = start.r - roots.low, end.r - roots.low
@@ -85,10 +82,10 @@ def _growing(
     start: RadialPlace,
     end: RadialPlace,
     triple: elliptic.Triple,
-    scale: Array,
-    p: Array,
+    scale: Reals,
+    p: Reals,
     found: elliptic.Integrals,
-) -> Array:
+) -> Reals:
     """The integral of r^2 + 2 r from one place to another."""
     h, d, low, following = roots
     near, below, width = (following - h) ** 2 - d, (low - h) ** 2 - d, following - low

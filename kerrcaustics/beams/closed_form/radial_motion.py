@@ -19,14 +19,13 @@ up to a large radius X.
 References: Carlson 1988 (Math. Comp. 51, 267); DLMF 19.29.4 to 19.29.8.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic, radial
+from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
-
-Array = Any
 
 # Distance of the camera from the middle of the outer roots, relative to their radius, that counts as close.
 _NEAR_ROOTS = 0.1
@@ -41,24 +40,24 @@ class Travel(NamedTuple):
     the formulas do.
     """
 
-    time: Array
-    psi: Array
-    captured: Array
-    clock: Array | None
-    u: Array = 0.0
-    rate: Array = -1.0
-    psi_rate: Array = 0.0
-    clearance: Array | None = None
-    holds: Array = True
+    time: Reals
+    psi: Reals
+    captured: Flags
+    clock: Reals | None
+    u: Reals = 0.0
+    rate: Reals = -1.0
+    psi_rate: Reals = 0.0
+    clearance: Reals | None = None
+    holds: Flags = True
 
 
 class RadialRoots(NamedTuple):
     """The roots h -+ sqrt(d), low and next of R."""
 
-    h: Array
-    d: Array
-    low: Array
-    next: Array
+    h: Reals
+    d: Reals
+    low: Reals
+    next: Reals
 
 
 class RadialPlace(NamedTuple):
@@ -67,19 +66,19 @@ class RadialPlace(NamedTuple):
     outer, of the first factor, has the sign of r'.
     """
 
-    r: Array
-    height: Array
-    inner: Array
-    outer: Array
+    r: Reals
+    height: Reals
+    inner: Reals
+    outer: Reals
 
 
 class RadialIntegrals(NamedTuple):
     """Integrals along a way: Mino time, I(r_+), I(r_-), and that of r^2 + 2 r, to infinity its finite part."""
 
-    time: Array
-    plus: Array
-    minus: Array
-    growing: Array | None
+    time: Reals
+    plus: Reals
+    minus: Reals
+    growing: Reals | None
 
 
 def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, *, clock: bool = False) -> Travel:
@@ -89,7 +88,7 @@ def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, *, clock
     return travel(frame.spin, way, radial.is_captured(frame, light, quartic))
 
 
-def travel(spin: Array, way: RadialIntegrals, captured: Array) -> Travel:
+def travel(spin: Reals, way: RadialIntegrals, captured: Flags) -> Travel:
     """What the integrals along a way mean for psi and the clock."""
     r_plus, r_minus = horizons(spin)
     psi = -spin / (r_plus - r_minus) * (way.plus - way.minus)
@@ -100,12 +99,12 @@ def travel(spin: Array, way: RadialIntegrals, captured: Array) -> Travel:
     return Travel(way.time, psi, captured, slow)
 
 
-def close_to_roots(frame: Frame, quartic: radial.Quartic) -> Array:
+def close_to_roots(frame: Frame, quartic: radial.Quartic) -> Flags:
     """Whether the camera is so close to the outer roots that the rate there knows their distance best."""
     return jnp.abs(frame.radius - quartic.h) < _NEAR_ROOTS * quartic.h
 
 
-def horizons(spin: Array) -> tuple[Array, Array]:
+def horizons(spin: Reals) -> tuple[Reals, Reals]:
     """The radii of the two horizons."""
     outer = radial.horizon(spin)
     return outer, spin**2 / outer
@@ -126,7 +125,7 @@ def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Radi
     return RadialRoots(h, d, low, following), RadialPlace(r, height, inner, outer)
 
 
-def _to_infinity(spin: Array, b: Array, roots: RadialRoots, place: RadialPlace, *, clock: bool) -> RadialIntegrals:
+def _to_infinity(spin: Reals, b: Reals, roots: RadialRoots, place: RadialPlace, *, clock: bool) -> RadialIntegrals:
     """The integrals from a place to infinity, through the turning point where r' < 0."""
     h, d, low, following = roots
     r, height, inner, outer = place
@@ -175,8 +174,8 @@ def _pole_at_infinity(roots: RadialRoots, place: RadialPlace) -> elliptic.Pole:
 
 
 def _growing(
-    roots: RadialRoots, place: RadialPlace, triple: elliptic.Triple, p: Array, found: elliptic.Integrals
-) -> Array:
+    roots: RadialRoots, place: RadialPlace, triple: elliptic.Triple, p: Reals, found: elliptic.Integrals
+) -> Reals:
     """The integral of r^2 + 2 r from a place to a large radius X, less X + 2 ln X."""
     h, d, low, following = roots
     r = place.r

@@ -5,8 +5,6 @@ r_-. Close to the hole, photons that move with its horizon, 2 r_+ = a b, are the
 outer roots.
 """
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 
@@ -15,9 +13,8 @@ from kerrcaustics.beams.closed_form import finite_end
 from kerrcaustics.beams.closed_form.radial_motion import Travel, close_to_roots, horizons
 from kerrcaustics.beams.ends import Aim, Arriving, End
 from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon, doppler
-
-Array = Any
 
 # Of a function of the polar phase, and for each radian of the phase relative to that.
 ROUNDING, PER_PHASE = 2e-15, 0.3
@@ -27,7 +24,7 @@ _INTEGRALS = 3e-16
 _IN_DERIVATIVE, _OF_RAPIDITY, _OF_CLEARANCE = 9, 1e-15, 5e-14
 
 
-def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Array) -> Array:
+def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Reals) -> Reals:
     """Round-off in radians for a beam of unit spread.
 
     The last term is what moving the outer roots does to the time: less where the rate at the camera tells their
@@ -40,8 +37,8 @@ def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Arr
 
 
 def at_finite_end(
-    frame: Frame, light: Photon, end: End, travel: Travel, aim: Aim, at: Arriving, phase: Array
-) -> tuple[Array, Array]:
+    frame: Frame, light: Photon, end: End, travel: Travel, aim: Aim, at: Arriving, phase: Reals
+) -> tuple[Reals, Reals]:
     """Round-off in radians, and the spread of a ray traced alone: rates at the end magnify errors of the Mino time."""
     grown = finite_end.growth(frame, *jax.lax.stop_gradient((light, travel.time)))
     spread, motion = end.opened(grown, at), end.motion(at)
@@ -56,13 +53,13 @@ def at_finite_end(
     return noise, spread + motion * end.lateness(frame.cos_theta, aim, at) * aim.conditioning
 
 
-def of_small_k(frame: Frame) -> Array:
+def of_small_k(frame: Frame) -> Reals:
     """Round-off in radians of the rays of small k."""
     outer, inner = horizons(frame.spin)
     return ROUNDING + ROUNDING * frame.spin / (outer - inner)
 
 
-def of_jacobian(frame: Frame, light: Photon, noise: Array, clearance: Array | None, *, on_equator: bool) -> Array:
+def of_jacobian(frame: Frame, light: Photon, noise: Reals, clearance: Reals | None, *, on_equator: bool) -> Reals:
     """Round-off of the Jacobian, from that of the end.
 
     Off the equator the azimuth is a difference of two phases, each of which changes with N by about the radius. Close
@@ -73,7 +70,7 @@ def of_jacobian(frame: Frame, light: Photon, noise: Array, clearance: Array | No
     return _IN_DERIVATIVE * noise + (own if clearance is None else own + _OF_CLEARANCE / clearance)
 
 
-def spread_alone(frame: Frame, sky: tuple[Array, ...], light: Photon, quartic: radial.Quartic) -> Array:
+def spread_alone(frame: Frame, sky: Components, light: Photon, quartic: radial.Quartic) -> Reals:
     """An estimate of the beam's major diameter for a ray that is traced alone, mostly one to ten times too large."""
     a, h = frame.spin, quartic.h
     momentum = jnp.sqrt(light.k + a * a)
@@ -82,13 +79,13 @@ def spread_alone(frame: Frame, sky: tuple[Array, ...], light: Photon, quartic: r
     return energy * (1 + frame.cylindrical_scale * momentum * slope * _time_slope(frame, light, quartic))
 
 
-def spread_of_small_k(frame: Frame, sky: tuple[Array, ...], light: Photon, time: Array) -> Array:
+def spread_of_small_k(frame: Frame, sky: Components, light: Photon, time: Reals) -> Reals:
     """The same for rays of small k: that of flat space, but for energy and way; at most three times too large."""
     energy = frame.slowness**0.5 / (doppler(frame, sky)[0] * light.energy_ratio)
     return 1.5 * energy * frame.cylindrical_scale * time
 
 
-def _of_turn(frame: Frame, light: Photon, radius: Array) -> Array:
+def _of_turn(frame: Frame, light: Photon, radius: Reals) -> Reals:
     """Round-off of psi for a ray whose lower end, or camera, is at some radius."""
     outer, inner = horizons(frame.spin)
     corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (radius - outer) ** 2)
@@ -97,7 +94,7 @@ def _of_turn(frame: Frame, light: Photon, radius: Array) -> Array:
     return 4e-15 * extremal * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
 
 
-def _time_slope(frame: Frame, light: Photon, quartic: radial.Quartic) -> Array:
+def _time_slope(frame: Frame, light: Photon, quartic: radial.Quartic) -> Reals:
     """How much the Mino time changes with the potential R where the ray lingers, near the outer roots."""
     # A ray that leaves outward from above the roots does not linger there.
     away = (light.rate[0] < 0) & (frame.radius > quartic.h)

@@ -26,8 +26,6 @@ where Pi is the integral of d tau / (1 - q S^2).
 References: Whittaker & Watson 20.3 to 20.6; DLMF 19.16, 19.25, 23.10.
 """
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 
@@ -35,10 +33,9 @@ from kerrcaustics.beams.closed_form.polar_motion import Polar
 from kerrcaustics.beams.closed_form.radial_motion import RadialIntegrals, Travel
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.spacetime import elliptic, radial
+from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 from kerrcaustics.spacetime.cubic import largest_root
-
-Array = Any
 
 # A little beyond LEAST_K of formula.py, so that no ray falls between the two.
 MOST_K = 2.001
@@ -49,7 +46,7 @@ _DUPLICATIONS = 5
 
 
 # A radius, its height over the outer horizon, and sqrt(R) there.
-_Outward = tuple[Array, Array, Array]
+_Outward = tuple[Reals, Reals, Reals]
 
 
 def radial_motion(frame: Frame, light: Photon, end: Spherical, *, clock: bool = False) -> Travel:
@@ -73,12 +70,12 @@ def radial_motion(frame: Frame, light: Photon, end: Spherical, *, clock: bool = 
     return Travel(way.time, -spin * turn, jnp.zeros_like(light.b, bool), slow, u=1 / end.radius + 0 * light.b)
 
 
-def _horizon_root(spin: Array) -> Array:
+def _horizon_root(spin: Reals) -> Reals:
     """sqrt(1 - a^2): the horizons lie at 1 +- that."""
     return jnp.sqrt((1 - spin) * (1 + spin))
 
 
-def _outlying_root(spin: Array, light: Photon) -> tuple[Array, Array]:
+def _outlying_root(spin: Reals, light: Photon) -> tuple[Reals, Reals]:
     """The root e of 4 e^3 - g2 e - g3 that is farthest from the other two, and the slope 3 e^2 - g2 / 4 there.
 
     It varies smoothly.
@@ -87,7 +84,7 @@ def _outlying_root(spin: Array, light: Photon) -> tuple[Array, Array]:
     third = (a0 + a2**2 / 12) / 12
     half = (a0 * a2 / 6 - a1**2 / 16 - a2**3 / 216) / 8
 
-    def newton(e: Array, third: Array, half: Array) -> Array:
+    def newton(e: Reals, third: Reals, half: Reals) -> Reals:
         slope = jax.lax.stop_gradient(3 * (e * e - third))
         value = e * (e * e - 3 * third) - 2 * half
         return e - jnp.where(slope == 0, 0, value / jnp.where(slope == 0, 1, slope))
@@ -100,7 +97,7 @@ def _outlying_root(spin: Array, light: Photon) -> tuple[Array, Array]:
 
 
 def _to_infinity(
-    spin: Array, light: Photon, cubic: tuple[Array, Array], place: _Outward, *, clock: bool
+    spin: Reals, light: Photon, cubic: tuple[Reals, Reals], place: _Outward, *, clock: bool
 ) -> RadialIntegrals:
     """The integrals from a place to infinity; arguments of Carlson's integrals are 4 (wp - e)."""
     (e, slope), (r, _, rate), kappa = cubic, place, light.kappa
@@ -117,7 +114,8 @@ def _to_infinity(
         poles.append(elliptic.Pole(weight + a2, 2 * kappa))
     found = elliptic.carlson(triple, poles, second=clock, duplications=_DUPLICATIONS)
     time = 2 * found.first
-    plus, minus = log + (found.thirds[0][0] - found.thirds[0][1]) / 3
+    both = jnp.asarray(found.thirds[0])
+    plus, minus = log + (both[0] - both[1]) / 3
     growing = None
     if clock:
         zeta = product / (2 * root) - e * time - 8 / 3 * slope * found.second
@@ -125,7 +123,7 @@ def _to_infinity(
     return RadialIntegrals(time, plus, minus, growing)
 
 
-def _horizon_poles(spin: Array, light: Photon, place: _Outward) -> tuple[elliptic.Pole, Array]:
+def _horizon_poles(spin: Reals, light: Photon, place: _Outward) -> tuple[elliptic.Pole, Reals]:
     """The poles (p_1, p_2) of (I(r_+), I(r_-)) in one array, with p times 4, and their logarithms."""
     (r, height, rate), b, kappa = place, light.b, light.kappa
     root = _horizon_root(spin)
@@ -142,7 +140,7 @@ def _horizon_poles(spin: Array, light: Photon, place: _Outward) -> tuple[ellipti
     return pole, jnp.log(first / second) / 2
 
 
-def polar_motion(frame: Frame, light: Photon, time: Array, *, clock: bool = False) -> Polar:
+def polar_motion(frame: Frame, light: Photon, time: Reals, *, clock: bool = False) -> Polar:
     """The polar motion over a short Mino time, from the camera, as in polar_motion.py."""
     b, q, k, spin2 = light.b, light.q, light.k, frame.spin**2
     _, s0, _, z0 = light.position
@@ -173,7 +171,7 @@ def polar_motion(frame: Frame, light: Photon, time: Array, *, clock: bool = Fals
     )
 
 
-def _odd_solution(linear: Array, cubic: Array, time: Array) -> Array:
+def _odd_solution(linear: Reals, cubic: Reals, time: Reals) -> Reals:
     """S with S'^2 = 1 + linear S^2 - cubic S^4: its series at a part of the time, and doublings (DLMF 22.6, 22.10)."""
     t = time / 2**_HALVINGS
     square = linear * linear

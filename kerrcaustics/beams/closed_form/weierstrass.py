@@ -6,9 +6,7 @@ The series of p about its pole is summed at a quarter of the time, and doubled t
 References: Whittaker & Watson 20.6, example 2 (Biermann's formula); DLMF 23.9.2, 23.9.5, 23.10.7.
 """
 
-from typing import Any
-
-Array = Any
+from kerrcaustics.spacetime.arrays import Reals
 
 _DOUBLINGS = 2
 # Powers of the series.
@@ -16,8 +14,8 @@ _TERMS = 20
 
 
 def inverse_radius(
-    coefficients: tuple[Array, Array, Array], start: tuple[Array, Array], time: Array
-) -> tuple[Array, Array]:
+    coefficients: tuple[Reals, Reals, Reals], start: tuple[Reals, Reals], time: Reals
+) -> tuple[Reals, Reals]:
     """u = 1/r and its rate after some Mino time.
 
     Parameters: coefficients (a2, a1, a0) of u'^2 = c + a2 u^2 + a1 u^3 + a0 u^4; start, u and its rate, which set c.
@@ -38,11 +36,11 @@ def inverse_radius(
     return u + change, rate
 
 
-def _weierstrass(g2: Array, g3: Array, time: Array) -> tuple[tuple[Array, Array], Array]:
+def _weierstrass(g2: Reals, g3: Reals, time: Reals) -> tuple[tuple[Reals, Reals], Reals]:
     """p and p', and p''."""
     z = time / 2**_DOUBLINGS
     square = z * z
-    series: list[Array] = [0.0, 0.0, g2 / 20, g3 / 28]
+    series: list[Reals] = [0.0, 0.0, g2 / 20, g3 / 28]
     for n in range(4, _TERMS + 1):
         total = sum(2 * series[m] * series[n - m] for m in range(2, (n + 1) // 2))
         middle = series[n // 2] ** 2 if n % 2 == 0 else 0.0

@@ -8,15 +8,12 @@ With t counted backward from the camera, t' = r^2 + 2 r + 2 (2 - a b u) / (1 - 2
 so that the clock is Y, beside u, and a quadrature Q of the rest, which takes the place of the path's angle.
 """
 
-from typing import Any
-
 import jax.numpy as jnp
 
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
 from kerrcaustics.beams.integrator.nystroem import Path, Positions, Rates
 from kerrcaustics.spacetime import radial
-
-Array = Any
+from kerrcaustics.spacetime.arrays import Reals
 
 
 def started(constants: Constants, ray: Path) -> Path:
@@ -30,11 +27,11 @@ def started(constants: Constants, ray: Path) -> Path:
     return Path((root,), (above / (2 * root),), jnp.zeros_like(u))
 
 
-def with_clock(rates: Rates, spin: float, constants: Constants) -> Rates:
+def with_clock(rates: Rates, spin: Reals, constants: Constants) -> Rates:
     """The rates of the paths and, last, of their clock."""
     a2, a1, a0, _, b = constants
 
-    def all_rates(positions: Positions) -> tuple[Positions, list[Array]]:
+    def all_rates(positions: Positions) -> tuple[Positions, list[Reals]]:
         accelerations, angles = rates(positions[:-1])
         (u, _, _, z), (y,) = positions[0], positions[-1]
         pull = (a2 + (2 * a1 + 3 * a0 * u) * u) / 4
@@ -45,13 +42,13 @@ def with_clock(rates: Rates, spin: float, constants: Constants) -> Rates:
     return all_rates
 
 
-def local_error(constants: Constants, clock: Path, gap: Path) -> Array:
+def local_error(constants: Constants, clock: Path, gap: Path) -> Reals:
     """What the gap between the orders means for the time."""
     in_y = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / polar_rapidity(constants)
     return 4 * in_y / jnp.abs(clock.position[0]) + jnp.abs(gap.psi)
 
 
-def reading(constants: Constants, start: Path, end: Path, clock: Path, at_infinity: bool) -> Array:
+def reading(constants: Constants, start: Path, end: Path, clock: Path, at_infinity: bool) -> Reals:
     """Coordinate time from the end to the camera; at infinity the limit of t - r - 2 ln r."""
     a2, a1, a0, _, _ = constants
     time = start.rate[0] / start.position[0] + clock.psi + 4 * jnp.log(jnp.abs(clock.position[0]))

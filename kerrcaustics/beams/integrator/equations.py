@@ -1,26 +1,25 @@
 """The equations of a ray and of its first variation in Mino time; see integrated.py for the variables."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import radial
-
-Array = Any
+from kerrcaustics.spacetime.arrays import Reals
 
 
 class Constants(NamedTuple):
     """What stays the same along a ray: U = 1 + a2 u^2 + a1 u^3 + a0 u^4, k = q + b^2, and b."""
 
-    a2: Array
-    a1: Array
-    a0: Array
-    k: Array
-    b: Array
+    a2: Reals
+    a1: Reals
+    a0: Reals
+    k: Reals
+    b: Reals
 
 
-def ray_rates(spin: float, constants: Constants, position: tuple[Array, ...]) -> tuple[tuple[Array, ...], Array]:
+def ray_rates(spin: Reals, constants: Constants, position: tuple[Reals, ...]) -> tuple[tuple[Reals, ...], Reals]:
     """Second derivatives of (u, x, y, z), and the first derivative of psi."""
     a2, a1, a0, k, b = constants
     u, x, y, z = position
@@ -30,11 +29,11 @@ def ray_rates(spin: float, constants: Constants, position: tuple[Array, ...]) ->
 
 
 def rates_with_variation(
-    spin: float,
+    spin: Reals,
     constants: Constants,
-    position: tuple[Array, ...],
-    variations: list[tuple[Constants, tuple[Array, ...]]],
-) -> tuple[list[tuple[Array, ...]], list[Array]]:
+    position: tuple[Reals, ...],
+    variations: list[tuple[Constants, tuple[Reals, ...]]],
+) -> tuple[list[tuple[Reals, ...]], list[Reals]]:
     """`ray_rates`, followed by their derivatives along each variation (of the constants, of the position).
 
     Written out because XLA compiles it in half the time of the automatic derivative; the tests compare the two.
@@ -62,12 +61,12 @@ def rates_with_variation(
     return all_accelerations, all_psi_rates
 
 
-def polar_rapidity(constants: Constants) -> Array:
+def polar_rapidity(constants: Constants) -> Reals:
     """Radians of arc along the sphere of m in a unit of Mino time, never less than sqrt(3)."""
     return jnp.sqrt(jnp.maximum(constants.k, 0) + 3)
 
 
-def rapidity(spin: float, constants: Constants, path: Path) -> Array:
+def rapidity(spin: Reals, constants: Constants, path: Path) -> Reals:
     """Rate in Mino time at which the solution changes: the polar oscillation, and the pole of psi' at the horizon.
 
     1 / (the second part) is the time the path would need, in the complex plane, to reach the horizon, where

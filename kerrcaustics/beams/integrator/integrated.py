@@ -13,7 +13,6 @@ All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """
 
 from functools import partial
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -32,16 +31,15 @@ from kerrcaustics.beams.integrator.landing import land
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon, photon
 from kerrcaustics.spacetime.sphere import tangent_basis
-
-Array = Any
 
 # Steps per radian of arc that bring the local error down to round-off.
 DENSEST = 3.6
 
 
-def survey(frame: Frame, sky: tuple[Array, Array, Array], end: End) -> Array:
+def survey(frame: Frame, sky: Components, end: End) -> Reals:
     """An estimate of the work that each ray will take, without integrating; 0 for those that do not reach their end."""
     constants, path, light = start(frame, sky)
     aim = aim_at(end, frame, light)
@@ -50,8 +48,8 @@ def survey(frame: Frame, sky: tuple[Array, Array, Array], end: End) -> Array:
 
 
 def trace(
-    frame: Frame, sky: tuple[Array, Array, Array], refinement: Array, tolerance: float, end: End, wanted: Wanted
-) -> RayEnd:
+    frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: End, wanted: Wanted
+) -> RayEnd[Reals]:
     """Rays, or beams, followed from camera-sky directions to their end (infinity is u = 0 exactly).
 
     Parameters: sky, three arrays N_x, N_y, N_z; refinement, steps are shorter by this factor per ray, and 0 leaves
@@ -74,7 +72,7 @@ def trace(
     return land(frame, journey, paths, last)
 
 
-def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Array, wanted: Wanted) -> Progress:
+def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, wanted: Wanted) -> Progress:
     """Rays at the camera."""
     none, (_, _, _, z), z_rate = jnp.zeros_like(journey.arrival), paths[0].position, paths[0].rate[3]
     return Progress(
@@ -92,7 +90,7 @@ def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Array, wanted
     )
 
 
-def start(frame: Frame, sky: tuple[Array, ...]) -> tuple[Constants, Path, Photon]:
+def start(frame: Frame, sky: Components) -> tuple[Constants, Path, Photon]:
     """What stays the same along rays, and the rays and photons at the camera."""
     light = photon(frame, sky)
     a2, a1, a0 = radial.potential_coefficients(frame.spin, light)
@@ -104,7 +102,7 @@ def aim_at(end: End, frame: Frame, light: Photon) -> Aim:
     return end.aim(frame, light, radial.factor(*radial.potential_coefficients(frame.spin, light)))
 
 
-def with_variations(frame: Frame, sky: tuple[Array, ...], ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
+def with_variations(frame: Frame, sky: Components, ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
     """The ray with its variations in two orthonormal directions of the camera sky, and those of its constants."""
     started = []
     for direction in tangent_basis(jnp.stack(sky, axis=-1), jnp):
@@ -120,8 +118,8 @@ def with_instability(constants: Constants, ray: Path) -> tuple[tuple[Path, ...],
 
 
 def all_rates(
-    spin: float, constants: Constants, variations: list[Constants], positions: list[tuple[Array, ...]]
-) -> tuple[list[tuple[Array, ...]], list[Array]]:
+    spin: Reals, constants: Constants, variations: list[Constants], positions: list[tuple[Reals, ...]]
+) -> tuple[list[tuple[Reals, ...]], list[Reals]]:
     """Rates of the ray and of its variations; without variations, of the ray and of its instability."""
     if variations:
         pairs = list(zip(variations, positions[1:], strict=True))
@@ -131,19 +129,19 @@ def all_rates(
     return [accelerations, (slope * positions[1][0],)], [psi_rate, jnp.zeros_like(psi_rate)]
 
 
-def _density(tolerance: float, index: bool) -> Array:
+def _density(tolerance: Reals, index: bool) -> Reals:
     """Steps per radian of arc for a wanted error of n'; the power is the order, the factor was measured."""
     density = 1.1 * (1e-10 / tolerance) ** (1 / 12)
     # Conjugate points lie about half a polar oscillation apart, pi radians of arc: no step may hold two.
     return jnp.maximum(density, 0.8) if index else density
 
 
-def _near_edge(constants: Constants, mino_time: Array) -> Array:
+def _near_edge(constants: Constants, mino_time: Reals) -> Reals:
     """Shorter steps for rays that circle the hole: their errors grow by about e for every radian of arc."""
     arc = mino_time * polar_rapidity(constants)
     return jnp.exp(jnp.clip(arc - 4, 0, 16) / 11)
 
 
-def first_azimuth(frame: Frame, ray: Path) -> Array:
+def first_azimuth(frame: Frame, ray: Path) -> Reals:
     """Azimuth of m at the camera: 0, and on the spin axis the direction in which the ray leaves."""
     return jnp.where(frame.sin_theta == 0, jnp.arctan2(ray.rate[2], ray.rate[1]), 0.0)

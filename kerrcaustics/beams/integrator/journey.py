@@ -1,6 +1,6 @@
 """Rays on their way: what steers each one's steps, what is known of it so far, and one step."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
@@ -9,8 +9,7 @@ from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, length
 from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, ray_rates
 from kerrcaustics.beams.integrator.nystroem import Path, Rates, nystroem_step
-
-Array = Any
+from kerrcaustics.spacetime.arrays import Flags, Reals
 
 MAX_STEPS = 3000
 # The remaining arc, in radians, below which the path is straight enough to land on its end by one Taylor step.
@@ -22,13 +21,13 @@ _MOST_CORRECTIONS = 3
 class Journey(NamedTuple):
     """What steers the steps: the end, the time of arrival there (0 for idle rays), steps per radian, the equations."""
 
-    spin: float
+    spin: Reals
     end: End
     constants: Constants
     aim: Aim
-    idle: Array
-    arrival: Array
-    density: Array
+    idle: Flags
+    arrival: Reals
+    density: Reals
     rates: Rates
 
 
@@ -40,20 +39,20 @@ class Progress(NamedTuple):
     beam's area; crossings of the equatorial plane, and the side of it; corrections, steps after the computed arrival.
     """
 
-    time: Array
-    steps: Array
+    time: Reals
+    steps: Reals
     paths: tuple[Path, ...]
-    local_error: Array
-    azimuth: Array
-    conjugate_points: Array | None
-    area_sign: Array | None
-    crossings: Array | None
-    side: Array | None
-    clock_error: Array | None
-    corrections: Array | None
+    local_error: Reals
+    azimuth: Reals
+    conjugate_points: Reals | None
+    area_sign: Reals | None
+    crossings: Reals | None
+    side: Reals | None
+    clock_error: Reals | None
+    corrections: Reals | None
 
 
-def remaining(journey: Journey, now: Progress) -> Array:
+def remaining(journey: Journey, now: Progress) -> Reals:
     """Mino time left, 0 for rays that are done."""
     end, path = journey.end, now.paths[0]
     left = jnp.where(
@@ -102,12 +101,12 @@ def _counted(journey: Journey, before: Progress, after: Progress) -> Progress:
     return after
 
 
-def beam_area(journey: Journey, paths: tuple[Path, ...]) -> Array:
+def beam_area(journey: Journey, paths: tuple[Path, ...]) -> Reals:
     """Signed area of the beam."""
     return area(ray_rates(journey.spin, journey.constants, paths[0].position)[1], paths[:3])
 
 
-def local_error(constants: Constants, gap: Path, end: End | None = None, aim: Aim | None = None) -> Array:
+def local_error(constants: Constants, gap: Path, end: End | None = None, aim: Aim | None = None) -> Reals:
     """What the gap between the orders means for n', in radians: what tells the arrival counts through its time."""
     speed = polar_rapidity(constants)
     in_u = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / speed

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
@@ -16,11 +16,9 @@ from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
 from kerrcaustics.beams.integrator.nystroem import Path, Rates
 from kerrcaustics.beams.ray_end import RayEnd, stacked, status_of
 from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.camera import Frame
 from kerrcaustics.spacetime.sphere import polar_basis
-
-Array = Any
-Vector = tuple[Array, ...]
 
 # The order 12 result is better than the order 10 one, whose local errors are summed, by a factor of 25 in the worst
 # cases and by hundreds in most; its derivatives at the same steps are not. Measured:
@@ -34,18 +32,18 @@ class _Touch(NamedTuple):
     """The paths at the end, and what the ray does there: m and n', and psi'."""
 
     paths: list[Path]
-    m: Vector
-    n: Vector
-    psi_rate: Array
+    m: Components
+    n: Components
+    psi_rate: Reals
     at: Arriving
 
 
-def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress) -> RayEnd:
+def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress) -> RayEnd[Reals]:
     """The end of each ray and beam, from the paths at the camera and shortly before the end."""
     touch = _touch_down(journey, last)
     ray, at = touch.paths[0], touch.at
     jacobian = _jacobian(journey, touch) if _is_beam(last) else None
-    growth, spread, size = _growth(journey, started, touch, jacobian)
+    growth, spread = _growth(journey, started, touch, jacobian)
     drift = last.local_error * jnp.maximum(growth, journey.end.least_growth(at))
     noise = _ROUNDING * (1 + spread) * (1 + _PER_STEP * last.steps) + _horizon_noise(frame)
     lost = journey.end.lost(journey.aim, frame.spin, ray.position[0])
@@ -60,12 +58,12 @@ def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progre
         error=error,
         noise=noise,
         closed_form=jnp.zeros_like(lost),
-        radius=None if radius is None else radius + hidden,
+        radius=radius + hidden if journey.end.finite else None,
         index=last.conjugate_points,
         crossings=None if last.crossings is None else journey.end.crossings(last.crossings),
     )
     if jacobian is not None:
-        bent = jnp.where(stuck, 1.0, errors.of_jacobian(journey.end, 0.0, drift + noise, at.turning, size)) + hidden
+        bent = jnp.where(stuck, 1.0, errors.of_jacobian(journey.end, 0.0, drift + noise, at.turning, growth)) + hidden
         found = replace(found, jacobian=stacked(jacobian, hidden), jacobian_error=bent)
     if last.clock_error is None:
         return found
@@ -81,7 +79,7 @@ def _is_beam(progress: Progress) -> bool:
     return len(progress.paths[1].position) == 4
 
 
-def _horizon_noise(frame: Frame) -> Array:
+def _horizon_noise(frame: Frame) -> Reals:
     """What rounding the horizon's radius does to psi for a camera next to it."""
     outer = radial.horizon(frame.spin)
     return 3e-16 * frame.spin / (outer - frame.spin**2 / outer) * frame.radius / (frame.radius - outer)
@@ -99,22 +97,22 @@ def _touch_down(journey: Journey, last: Progress) -> _Touch:
         if timed:
             there += _advanced(journey.rates, paths, rest)[0][-1:]
     position, rate, psi = there[0].position, there[0].rate, there[0].psi
-    m = tuple(p / length(position[1:]) for p in position[1:])
+    x, y, z = (p / length(position[1:]) for p in position[1:])
     c, s = jnp.cos(psi), jnp.sin(psi)
-    n = (c * m[0] - s * m[1], s * m[0] + c * m[1], m[2])
+    n = (c * x - s * y, s * x + c * y, z)
     speed = polar_rapidity(journey.constants)
     at = Arriving(jnp.abs(position[0]), jnp.abs(rate[0]), jnp.abs(psi_rate), speed)
-    return _Touch(there, m, n, psi_rate, at)
+    return _Touch(there, (x, y, z), n, psi_rate, at)
 
 
-def _advanced_far_out(spin: float, path: Path, time: Array) -> Path:
+def _advanced_far_out(spin: Reals, path: Path, time: Reals) -> Path:
     """A path after a very short time close to infinity, where psi' = -2 a u."""
     position = tuple(p + time * r for p, r in zip(path.position, path.rate, strict=True))
     psi = path.psi - 2 * spin * time * (path.position[0] + time / 2 * path.rate[0])
     return Path(position, path.rate, psi)
 
 
-def _advanced(rates: Rates, paths: Sequence[Path], time: Array) -> tuple[list[Path], Array]:
+def _advanced(rates: Rates, paths: Sequence[Path], time: Reals) -> tuple[list[Path], Reals]:
     """All paths after a very short time anywhere, and psi' of the ray."""
     accelerations, psi_rates = rates([path.position for path in paths])
     moved = []
@@ -144,8 +142,8 @@ def _jacobian(journey: Journey, touch: _Touch) -> Jacobian:
 
 def _growth(
     journey: Journey, started: tuple[Path, ...], touch: _Touch, jacobian: Jacobian | None
-) -> tuple[Array, Array, Array]:
-    """How errors made on the way, and round-off in N, grow to the end; and the size of the Jacobian.
+) -> tuple[Reals, Reals]:
+    """How errors made on the way, and round-off in N, grow to the end.
 
     In radians, in the plane also in ln r: per radian of arc that the beam opens, and per radian in N.
     """
@@ -153,8 +151,8 @@ def _growth(
     if jacobian is not None:
         size = end.spread(length([entry for row in jacobian for entry in row]), 1 / at.u)
         opening = length((*started[1].rate[1:], *started[2].rate[1:]))
-        return size * at.speed / opening, size + end.motion(at), size
+        return size * at.speed / opening, size + end.motion(at)
     growth = end.opened(jnp.abs(touch.paths[1].position[0]), at)
     late = end.lateness(started[0].position[3], aim, at)
     spread = growth * aim.conditioning + end.motion(at) * late * aim.conditioning
-    return growth, spread + end.motion(at), growth
+    return growth, spread + end.motion(at)

@@ -1,11 +1,10 @@
 """One step of the Runge-Kutta-Nystroem pair 12(10) for several second-order paths and a first-order angle each."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from kerrcaustics.beams.integrator import tableau
-
-Array = Any
+from kerrcaustics.spacetime.arrays import Reals
 
 
 class Path(NamedTuple):
@@ -14,17 +13,17 @@ class Path(NamedTuple):
     The position obeys a second-order equation, psi a first-order one; neither right-hand side holds the rate.
     """
 
-    position: tuple[Array, ...]
-    rate: tuple[Array, ...]
-    psi: Array
+    position: tuple[Reals, ...]
+    rate: tuple[Reals, ...]
+    psi: Reals
 
 
-Positions = list[tuple[Array, ...]]
-Rates = Callable[[Positions], tuple[Positions, list[Array]]]
+Positions = list[tuple[Reals, ...]]
+Rates = Callable[[Positions], tuple[Positions, list[Reals]]]
 
 
 def nystroem_step(
-    rates: Rates, paths: tuple[Path, ...], h: Array, watched: Sequence[int] = (0,)
+    rates: Rates, paths: tuple[Path, ...], h: Reals, watched: Sequence[int] = (0,)
 ) -> tuple[tuple[Path, ...], list[Path]]:
     """The paths one step later, and the local errors of the watched ones, each as a Path.
 
@@ -34,15 +33,15 @@ def nystroem_step(
     Errors: of order 12; the local error returned is the order 12 minus the order 10 result.
     """
     accelerations: list[Positions] = []
-    psi_rates: list[list[Array]] = []
+    psi_rates: list[list[Reals]] = []
 
-    def weighted(weights: dict[int, float], path: int, i: int) -> Array:
+    def weighted(weights: dict[int, float], path: int, i: int) -> Reals:
         return sum(weight * accelerations[stage - 1][path][i] for stage, weight in weights.items())
 
-    def weighted_psi(weights: dict[int, float], path: int) -> Array:
+    def weighted_psi(weights: dict[int, float], path: int) -> Reals:
         return sum(weight * psi_rates[stage - 1][path] for stage, weight in weights.items())
 
-    def moved(time: Array, weights: dict[int, float]) -> Positions:
+    def moved(time: Reals, weights: dict[int, float]) -> Positions:
         """Positions after a time, along the rate and the weighted accelerations."""
         return [
             tuple(

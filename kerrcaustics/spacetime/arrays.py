@@ -1,0 +1,20 @@
+"""What arrays hold, as signatures say it. The tests check types and shapes at run time; nothing does otherwise.
+
+Most functions work elementwise: an argument has one number for each ray, or one for all of them.
+"""
+
+from typing import Any, TypeVar
+
+import numpy as np
+from jaxtyping import Array, Bool, Float, Real
+
+# One number a ray, or one for all.
+Reals = float | Real[Array, "*#rays"] | Real[np.ndarray, "*#rays"]
+# True or false of each ray.
+Flags = bool | np.bool_ | Bool[Array, "*#rays"] | Bool[np.ndarray, "*#rays"]
+# A vector of each ray by its three components; vectors with these along the last axis, of either kind of array.
+Components = tuple[Reals, Reals, Reals]
+Vectors = TypeVar("Vectors", Float[Array, "*batch 3"], Float[np.ndarray, "*batch 3"])
+# The same on the host, and one number of each.
+HostVectors = Float[np.ndarray, "*batch 3"]
+HostReals = Float[Any, "*batch"]

@@ -1,0 +1,5 @@
+"""How types and shapes are checked at run time: an int serves where a float is wanted."""
+
+from beartype import BeartypeConf, beartype
+
+checked = beartype(conf=BeartypeConf(is_pep484_tower=True))
