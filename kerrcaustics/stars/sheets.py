@@ -10,7 +10,7 @@ All of it lives on the sky of a camera at rest: neither caustics nor the order o
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -118,10 +118,11 @@ class Counted:
 class Sheets:
     """The sheets of index 0 to max_index at one event, their edges, and the star counts that these tell.
 
-    pole_counts (sheets,): how many images the north pole has on each sheet.
+    frame: of the camera at rest; pole_counts (sheets,): how many images the north pole has on each sheet.
     """
 
     curves: CriticalCurves
+    frame: Frame
     polygons: tuple[CausticPolygon, ...]
     folds: tuple[CubicSpline, ...]
     sheets: tuple[Sheet, ...]
@@ -133,11 +134,6 @@ class Sheets:
     def camera(self) -> Camera:
         """The camera at rest at the event."""
         return self.curves.camera
-
-    @cached_property
-    def frame(self) -> Frame:
-        """Its frame."""
-        return self.camera.frame()
 
     def sky(self, looking: Array) -> Array:
         """Directions N (..., 3) on the sky at rest of what lies in directions (..., 3) of the FIDO."""
@@ -209,6 +205,7 @@ def _sheets_at_rest(camera: Camera, max_index: int) -> Sheets:
     cells = _cells(sheets)
     return Sheets(
         curves=curves,
+        frame=camera.frame(),
         polygons=polygons,
         folds=tuple(fold_derivatives(mapped, curve.points) for curve in curves),
         sheets=sheets,
