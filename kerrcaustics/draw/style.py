@@ -65,17 +65,17 @@ _STEPS = (1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1080, 1800, 3600, 7200
 _NAMES = ("primary", "secondary", "tertiary")
 
 
-def order_colour(order: int) -> str:
+def order_colour(order: int | np.integer) -> str:
     """Colour of an order (1, 2, 3, ...), the same in every plot; repeats after the palette's seven."""
     return PALETTE[(order - 1) % len(PALETTE)]
 
 
-def order_line(order: int) -> dict[str, Any]:
+def order_line(order: int | np.integer) -> dict[str, Any]:
     """Line settings of an order: its colour, and its dashes, which differ where colours repeat."""
     return {"color": order_colour(order), "linestyle": DASHES[(order - 1) // len(PALETTE) % len(DASHES)]}
 
 
-def order_name(order: int) -> str:
+def order_name(order: int | np.integer) -> str:
     """Name of an order: primary, secondary, tertiary, 4th order, 5th order, ..."""
     return _NAMES[order - 1] if order <= len(_NAMES) else f"{order}th order"
 
@@ -85,7 +85,7 @@ def tick_step(span: float, most: int) -> float:
     return next((step for step in _STEPS if span / step <= most), _STEPS[-1])
 
 
-def draw_cross(ax: Axes, point: Float[np.ndarray, "2"], order: int) -> None:
+def draw_cross(ax: Axes, point: Float[np.ndarray, "2"], order: int | np.integer) -> None:
     """A cross at a point (2,), for a caustic that is one."""
     ax.plot(
         *point[:, None],
@@ -103,7 +103,7 @@ def draw_letters(
     ax: Axes,
     points: Float[np.ndarray, "n 2"],
     offsets: Float[np.ndarray, "n 2"],
-    order: int,
+    order: int | np.integer,
     leader: bool = False,
     shown: Bool[np.ndarray, " n"] | None = None,
 ) -> None:
