@@ -7,6 +7,7 @@ normal N: n' = c + a s T + e s^2 N for a step s in depth. A star's images lie on
 from collections.abc import Callable
 
 import numpy as np
+from jaxtyping import Bool, Float, Int, Num
 from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
@@ -14,6 +15,8 @@ from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.winding import Winding
 
 Array = np.ndarray
+_Guesses = tuple[Num[Array, " guesses"], ...]
+_Places = tuple[Int[Array, " places"], Float[Array, " places"], Int[Array, "places 4"]]
 
 # Step in depth of the derivatives, and the longest step for which they serve.
 _STEP, _LONGEST = 1e-3, 0.5
@@ -38,8 +41,8 @@ def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) ->
     return CubicSpline(turn, np.concatenate([derivatives, derivatives[:1]]), bc_type="periodic")
 
 
-def fold_guesses(derivatives: CubicSpline, points: Points, star: Array, winding: Winding) -> tuple[Array, ...]:
-    """Which of the stars (n, 3), turn and depth on the critical curve, and the step in depth to an image of it.
+def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "stars 3"], winding: Winding) -> _Guesses:
+    """Which of the stars, turn and depth on the critical curve, and the step in depth to an image of it.
 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
     """
@@ -54,7 +57,7 @@ def fold_guesses(derivatives: CubicSpline, points: Points, star: Array, winding:
     return tuple(np.concatenate(values) for values in zip(*found, strict=True))
 
 
-def _guesses(derivatives: Array, points: Points, star: Array) -> tuple[Array, ...]:
+def _guesses(derivatives: Float[Array, "points 6"], points: Points, star: Float[Array, "stars 3"]) -> _Guesses:
     """As `fold_guesses`, with points as close to each other as the stars are to the caustic."""
     sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
     tangent = points.major * sign[:, None]
@@ -72,8 +75,8 @@ def _guesses(derivatives: Array, points: Points, star: Array) -> tuple[Array, ..
     return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
 
-def _roots(points: Points, miss: Array, near: Array) -> tuple[Array, Array, Array]:
-    """Where `miss` (n, m) changes its sign along the curve: the row, the turn, and the four points around (.., 4)."""
+def _roots(points: Points, miss: Float[Array, "stars points"], near: Bool[Array, "stars points"]) -> _Places:
+    """Where `miss` changes its sign along the curve: the row, the turn, and the four points around."""
     which, i = np.nonzero((np.sign(miss) != np.sign(np.roll(miss, -1, axis=1))) & near & np.roll(near, -1, axis=1))
     around = (i[:, None] + np.arange(-1, 3)) % len(points)
     values = miss[which[:, None], around]
@@ -83,7 +86,7 @@ def _roots(points: Points, miss: Array, near: Array) -> tuple[Array, Array, Arra
     return which, np.asarray(root.x), around
 
 
-def _touching(points: Points, miss: Array, near: Array) -> tuple[Array, Array, Array]:
+def _touching(points: Points, miss: Float[Array, "stars points"], near: Bool[Array, "stars points"]) -> _Places:
     """As `_roots`, where `miss` comes within the points' errors of 0 and turns back: a few places on both sides."""
     before, after = np.roll(miss, 1, axis=1), np.roll(miss, -1, axis=1)
     back = (np.abs(miss) <= np.minimum(np.abs(before), np.abs(after))) & (np.sign(before) == np.sign(after))
@@ -99,20 +102,22 @@ def _touching(points: Points, miss: Array, near: Array) -> tuple[Array, Array, A
     return np.repeat(which, count), places.ravel(), np.repeat(around, count, axis=0)
 
 
-def _unrolled(points: Points, around: Array) -> Array:
-    """Turns of neighbouring points (n, 4), without the jump by a whole turn."""
+def _unrolled(points: Points, around: Int[Array, "places 4"]) -> Float[Array, "places 4"]:
+    """Turns of neighbouring points, without the jump by a whole turn."""
     turn = points.turn[around]
     second = turn[:, 1:2]
     return second + (turn - second + np.pi) % (2 * np.pi) - np.pi
 
 
-def _interpolated(points: Points, around: Array, values: Array, turn: Array) -> Array:
-    """The cubic through four neighbouring points (n, 4), at turn (n,)."""
+def _interpolated(
+    points: Points, around: Int[Array, "places 4"], values: Float[Array, "places 4"], turn: Float[Array, " places"]
+) -> Float[Array, " places"]:
+    """The cubic through four neighbouring points, at turn."""
     return _cubic(turn, *_unrolled(points, around).T, *values.T)
 
 
-def _cubic(at: Array, *known: Array) -> Array:
-    """The cubic through four places, given first, and the values there, all (n,), at other places (n,)."""
+def _cubic(at: Float[Array, " places"], *known: Float[Array, " places"]) -> Float[Array, " places"]:
+    """The cubic through four places, given first, and the values there, at other places."""
     places, values = known[:4], known[4:]
     total = np.zeros_like(at)
     for k in range(4):

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
@@ -106,7 +107,9 @@ def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) 
     return FollowedStar(tuple(images), tuple(before), tuple(followed), tuple(created), tuple(annihilated))
 
 
-def _linked(last: tuple[Sheets, Camera, StarImages], this: tuple[Sheets, Camera, StarImages]) -> tuple[Array, Array]:
+def _linked(
+    last: tuple[Sheets, Camera, StarImages], this: tuple[Sheets, Camera, StarImages]
+) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
     """For each image now which image before it continues (-1: none), and whether Newton's method says so."""
     (sheets_0, camera_0, images_0), (sheets_1, camera_1, images_1) = last, this
     sky_0, sky_1 = (
@@ -142,8 +145,8 @@ def _checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:
     return list(cameras)
 
 
-def _checked_places(star: ArrayLike, count: int) -> Array:
-    """Angles (count, 2) of the star at each camera."""
+def _checked_places(star: ArrayLike, count: int) -> Float[Array, "{count} 2"]:
+    """Angles of the star at each camera."""
     try:
         angles = np.asarray(star, float)
     except (TypeError, ValueError):

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.trace import trace_beams
@@ -126,8 +127,8 @@ def checked_sheets(camera: Camera, max_index: int) -> Sheets:
     return sheets_of(camera, whole_number("max_index", max_index, 0, HIGHEST_INDEX))
 
 
-def checked_stars(stars: ArrayLike) -> Array:
-    """Unit vectors (n, 3) of stars (n, 2) = (theta', phi')."""
+def checked_stars(stars: ArrayLike) -> Float[Array, "stars 3"]:
+    """Unit vectors of stars (n, 2) = (theta', phi')."""
     try:
         angles = np.asarray(stars, float)
     except (TypeError, ValueError):

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
@@ -74,20 +75,20 @@ class _SkyLine:
                 raise ValueError("Argument `line` must have two ends that are neither the same nor opposite.")
             self._ahead, self._angle = ahead / across, math.atan2(across, float(rest[0] @ rest[1]))
 
-    def sky(self, place: Array) -> Array:
-        """Directions (n, 3) on the sky at rest."""
+    def sky(self, place: Float[Array, " places"]) -> Float[Array, "places 3"]:
+        """Directions on the sky at rest."""
         if self._turn is not None:
             turn = np.full(len(place), self._turn)
             return self._sheets.sky(sky_lines.looking(self._sheets.camera, turn, place * self._depth))
         angle = (place * self._angle)[:, None]
         return self._start * np.cos(angle) + self._ahead * np.sin(angle)
 
-    def tangent(self, place: Array) -> Array:
-        """Derivatives (n, 3) of these directions."""
+    def tangent(self, place: Float[Array, " places"]) -> Float[Array, "places 3"]:
+        """Derivatives of these directions."""
         return (self.sky(place + _DIFFERENCE) - self.sky(place - _DIFFERENCE)) / (2 * _DIFFERENCE)
 
-    def crossed(self, curve: Array, closed: bool) -> int:
-        """How often a curve (n, 3) of short steps on the sky at rest crosses the line."""
+    def crossed(self, curve: Float[Array, "points 3"], closed: bool) -> int:
+        """How often a curve of short steps on the sky at rest crosses the line."""
         if closed:
             curve = np.concatenate([curve, curve[:1]])
         start, end = self.sky(np.array([0.0, 1.0]))
@@ -102,13 +103,13 @@ class _SkyLine:
 
 @dataclass(frozen=True)
 class _Samples(Rows):
-    """Places (n,) on the line; height above the circle there, its slope, the speed of the image, round-off of n'."""
+    """Places on the line; height above the circle there, its slope, the speed of the image, round-off of n'."""
 
-    place: Array
-    height: Array
-    slope: Array
-    speed: Array
-    error: Array
+    place: Float[Array, " places"]
+    height: Float[Array, " places"]
+    slope: Float[Array, " places"]
+    speed: Float[Array, " places"]
+    error: Float[Array, " places"]
 
 
 def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCrossings:
@@ -171,14 +172,16 @@ def _along_curves(sheets: Sheets, images: CircleImages, path: _SkyLine) -> dict[
     return total
 
 
-def _beams(sheets: Sheets, sky: Array) -> Beams:
+def _beams(sheets: Sheets, sky: Float[Array, "places 3"]) -> Beams:
     beams = trace_beams(sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
     if not beams.escaped.all():
         raise ValueError("Argument `line` must not touch the shadow.")
     return beams
 
 
-def _nodes(circle: Circle, path: _SkyLine, place: Array, sky: Array, beams: Beams) -> _Samples:
+def _nodes(
+    circle: Circle, path: _SkyLine, place: Float[Array, " places"], sky: Float[Array, "places 3"], beams: Beams
+) -> _Samples:
     tangent = path.tangent(place)
     flat = np.stack([np.einsum("ni,ni->n", e, tangent) for e in tangent_basis(sky)], axis=-1)
     image = np.einsum("nij,nj->ni", beams.jacobian, flat)
@@ -187,13 +190,13 @@ def _nodes(circle: Circle, path: _SkyLine, place: Array, sky: Array, beams: Beam
     return _Samples(place, circle.height(beams.direction), slope, speed, np.asarray(beams.error))
 
 
-def _divided(sheets: Sheets, circle: Circle, path: _SkyLine) -> tuple[_Samples, Array | None, list[str]]:
+def _divided(sheets: Sheets, circle: Circle, path: _SkyLine) -> tuple[_Samples, Int[Array, " roots"] | None, list[str]]:
     """Nodes on the line, the intervals between them that hold one crossing each, and what stays open, in words.
 
     No intervals, None, where the line lies on the image of the circle.
     """
 
-    def at(place: Array) -> _Samples:
+    def at(place: Float[Array, " places"]) -> _Samples:
         sky = path.sky(place)
         return _nodes(circle, path, place, sky, _beams(sheets, sky))
 
@@ -213,7 +216,7 @@ def _divided(sheets: Sheets, circle: Circle, path: _SkyLine) -> tuple[_Samples, 
     return nodes, roots, [f"{opened} places where the line may touch a curve: move it a little"] if opened else []
 
 
-def _judged(nodes: _Samples) -> tuple[Array, Array]:
+def _judged(nodes: _Samples) -> tuple[Bool[Array, " intervals"], Int[Array, " roots"]]:
     """Which intervals are sure, and indices of those that hold a crossing."""
     width = np.diff(nodes.place)
     first, last = nodes.slope[:-1], nodes.slope[1:]
@@ -230,12 +233,14 @@ def _judged(nodes: _Samples) -> tuple[Array, Array]:
     return one_way | (far & ~changes), np.flatnonzero(changes)
 
 
-def _polished(sheets: Sheets, circle: Circle, path: _SkyLine, nodes: _Samples, roots: Array | None) -> Array:
+def _polished(
+    sheets: Sheets, circle: Circle, path: _SkyLine, nodes: _Samples, roots: Int[Array, " roots"] | None
+) -> Float[Array, " roots"]:
     """Places of the crossings, each within its interval."""
     if roots is None or len(roots) == 0:
         return np.empty(0)
 
-    def height(place: Array) -> Array:
+    def height(place: Float[Array, " places"]) -> Float[Array, " places"]:
         return circle.height(_beams(sheets, path.sky(place)).direction)
 
     low, high = nodes[roots], nodes[roots + 1]

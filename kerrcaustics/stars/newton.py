@@ -1,6 +1,7 @@
 """Newton's method on the sky map, for many stars at once, without leaving the sheet that each search is on."""
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
@@ -19,16 +20,20 @@ _ERRORS, _MOST_ERRORS = 2.0, 10.0
 
 
 def find_roots(
-    camera: Camera, star: Array, index: Array, sky: Array, most_steps: int = _MOST_STEPS
-) -> tuple[Array, Array, Array]:
-    """Directions on the sky that show the stars (n, 3), from first guesses sky (n, 3).
+    camera: Camera,
+    star: Float[Array, "searches 3"],
+    index: Int[Array, " searches"],
+    sky: Float[Array, "searches 3"],
+    most_steps: int = _MOST_STEPS,
+) -> tuple[Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
+    """Directions on the sky that show the stars, from first guesses `sky`.
 
-    A search stays where the Morse index is `index` (n,): a step that would leave, or that brings n' no closer to the
+    A search stays where the Morse index is `index`: a step that would leave, or that brings n' no closer to the
     star, is shortened. Searches for images that do not exist come to rest on a critical curve and are left out, as are
     those that take more than `most_steps`.
 
-    Returns: which searches found an image (m,), its direction (m, 3), and the error of that in radians (m,): the error
-    of n' and what is left of the way to the star, divided by the smaller diameter of the beam.
+    Returns: which searches found an image, its direction, and the error of that in radians: the error of n' and what is
+    left of the way to the star, divided by the smaller diameter of the beam.
     """
     n = len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
@@ -61,8 +66,10 @@ def find_roots(
     return which, sky[which], error[which]
 
 
-def _newton_step(star: Array, sky: Array, beams: Beams) -> tuple[Array, Array]:
-    """The step (n, 3) on the sky that a linear map would ask for, and the angle between star and direction."""
+def _newton_step(
+    star: Float[Array, "searches 3"], sky: Float[Array, "searches 3"], beams: Beams
+) -> tuple[Float[Array, "searches 3"], Float[Array, " searches"]]:
+    """The step on the sky that a linear map would ask for, and the angle between star and direction."""
     away = star - beams.direction
     distance = 2 * np.arcsin(np.minimum(np.linalg.norm(away, axis=1) / 2, 1))
     flat = flattened(beams.direction, away)

@@ -4,6 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.spacetime.rows import Rows
@@ -24,14 +25,14 @@ _SAME, _SAME_ERRORS = 1e-9, 10.0
 
 @dataclass(frozen=True)
 class Candidates(Rows):
-    """Images, one entry each: which star, Morse index, direction (n, 3) on the sky of the camera at rest, its error."""
+    """Images, one entry each: which star, Morse index, direction on the sky of the camera at rest, error, radians."""
 
-    star: Array
-    index: Array
-    sky: Array
-    error: Array
+    star: Int[Array, " images"]
+    index: Int[Array, " images"]
+    sky: Float[Array, "images 3"]
+    error: Float[Array, " images"]
 
-    def of(self, names: Array) -> "Candidates":
+    def of(self, names: Int[Array, " stars"]) -> "Candidates":
         """The same, of stars with other numbers."""
         return replace(self, star=names[self.star])
 
@@ -39,8 +40,8 @@ class Candidates(Rows):
         """These and more, each image once."""
         return _distinct(Candidates.joined(self, more))
 
-    def counts(self, shape: tuple[int, ...]) -> Array:
-        """How many images (stars, indices) there are."""
+    def counts(self, shape: tuple[int, ...]) -> Int[Array, "stars indices"]:
+        """How many images there are."""
         counts = np.zeros(shape, int)
         np.add.at(counts, (self.star, self.index), 1)
         return counts
@@ -50,27 +51,27 @@ class Candidates(Rows):
 class Found:
     """Images of stars: one entry an image, ordered by star, index, and place.
 
-    star: which one; index: the Morse index; sky (n, 3): direction on the sky of the camera at rest; error: of it,
-    radians. counts (stars, indices): how many; expected: the same from the caustics; touching (stars, orders): True for
-    a star that cannot be told from the caustic of that order.
+    star: which one; index: the Morse index; sky: direction on the sky of the camera at rest; error: of it, radians.
+    counts: how many; expected: the same from the caustics; touching: True for a star that cannot be told from the
+    caustic of that order.
     """
 
-    star: Array
-    index: Array
-    sky: Array
-    error: Array
-    counts: Array
-    expected: Array
-    touching: Array
+    star: Int[Array, " images"]
+    index: Int[Array, " images"]
+    sky: Float[Array, "images 3"]
+    error: Float[Array, " images"]
+    counts: Int[Array, "stars indices"]
+    expected: Int[Array, "stars indices"]
+    touching: Bool[Array, "stars orders"]
 
     @property
-    def certified(self) -> Array:
-        """True (stars,) where the search found as many images on each sheet as the caustics tell."""
+    def certified(self) -> Bool[Array, " stars"]:
+        """True where the search found as many images on each sheet as the caustics tell."""
         return (self.counts == self.expected).all(axis=1) & ~self.touching.any(axis=1)
 
 
-def search(sheets: Sheets, star: Array) -> Found:
-    """All images of the stars (n, 3)."""
+def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
+    """All images of the stars."""
     size = max(1, min(_CHUNK, -(-len(star) // cores())))
     chunks = [star[i : i + size] for i in range(0, len(star), size)] or [star]
     with ThreadPoolExecutor(cores()) as pool:
@@ -80,7 +81,7 @@ def search(sheets: Sheets, star: Array) -> Found:
     return Found(**{f.name: np.concatenate([getattr(part, f.name) for part in shifted]) for f in fields(Found)})
 
 
-def _searched(sheets: Sheets, star: Array) -> Found:
+def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
     """Stars whose images do not match their number are searched again, more widely; then along paths."""
     told = sheets.counted(star)
     images = _images(sheets, star, sheets.starts(star, NARROW))
@@ -98,15 +99,17 @@ def _searched(sheets: Sheets, star: Array) -> Found:
     return Found(images.star, images.index, images.sky, images.error, counts, told.expected, told.touching)
 
 
-def _beside_folds(sheets: Sheets, star: Array, told: Counted, which: Array) -> Candidates:
+def _beside_folds(
+    sheets: Sheets, star: Float[Array, "stars 3"], told: Counted, which: Int[Array, " stars"]
+) -> Candidates:
     return _images(sheets, star, sheets.fold_starts(star, tuple(winding[which] for winding in told.windings)))
 
 
-def _widely(sheets: Sheets, star: Array, _told: Counted, _which: Array) -> Candidates:
+def _widely(sheets: Sheets, star: Float[Array, "stars 3"], _told: Counted, _which: Int[Array, " stars"]) -> Candidates:
     return _images(sheets, star, sheets.starts(star, WIDE))
 
 
-def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Candidates:
+def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int) -> Candidates:
     """The images of one star on one sheet, followed from those of other stars around that have as many.
 
     Where the map is strongly sheared, no grid tells well where to start.
@@ -129,7 +132,7 @@ def _approached(sheets: Sheets, star: Array, index: int, count: int) -> Candidat
     return images
 
 
-def _images(sheets: Sheets, star: Array, starts: Starts) -> Candidates:
+def _images(sheets: Sheets, star: Float[Array, "stars 3"], starts: Starts) -> Candidates:
     owner, sheet, guess = starts
     which, sky, error = find_roots(sheets.camera, star[owner], sheet, guess)
     return _distinct(Candidates(owner[which], sheet[which], sky, error))

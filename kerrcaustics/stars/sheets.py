@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
+from jaxtyping import Bool, Float, Int, Num
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
@@ -21,6 +22,7 @@ from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
+from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, Frame, sky_from_looking
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
 from kerrcaustics.stars.fold import fold_derivatives, fold_guesses
@@ -57,18 +59,18 @@ _REFERENCES = from_angles([0.4, 0.9, 1.3, 2.1, 2.6], [1.0, 4.0, 2.5, 5.5, 0.3])
 class Sheet:
     """The part of the camera sky with one Morse index, as a grid.
 
-    turn (m,), the last one a whole turn after the first; part (n,), 0 to 1; direction (m, n, 3): the grid's image on
-    the celestial sphere. outer, inner: depth of the critical curves on a line, as functions of turn.
+    turn: the last one a whole turn after the first; part: 0 to 1; direction: the grid's image on the celestial sphere,
+    empty as long as it is not traced. outer, inner: depth of the critical curves on a line, as functions of turn.
     """
 
     index: int
     outer: Depth
     inner: Depth
-    turn: Array
-    part: Array
-    direction: Array
+    turn: Float[Array, " lines"]
+    part: Float[Array, " parts"]
+    direction: Float[Array, "lines parts 3"] | Float[Array, " 0"]
 
-    def depth(self, turn: Array, part: Array) -> Array:
+    def depth(self, turn: Float[Array, "*batch"], part: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
         """Depth on the lines of sky_lines.py."""
         low = self.outer(turn)
         return low + part * (self.inner(turn) - low)
@@ -78,20 +80,20 @@ class Sheet:
 class _Cells:
     """The cells of all grids, flat.
 
-    sheet; turn and part (n, 2) of two opposite corners; corners (n, 4, 3): images of all four; linear (n, 2, 4): from a
-    direction, with a 1 behind it, to the place in the cell, the middle at 0, by a linear map.
+    sheet; turn and part of two opposite corners; corners: images of all four; linear: from a direction, with a 1 behind
+    it, to the place in the cell, the middle at 0, by a linear map.
     """
 
-    sheet: Array
-    turn: Array
-    part: Array
-    corners: Array
-    linear: Array
+    sheet: Int[Array, " cells"]
+    turn: Float[Array, "cells 2"]
+    part: Float[Array, "cells 2"]
+    corners: Float[Array, "cells 4 3"]
+    linear: Float[Array, "cells 2 4"]
 
 
 # Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius.
-_Circles = tuple[cKDTree, Array, float]
-Starts = tuple[Array, ...]
+_Circles = tuple[cKDTree, Int[Array, " _circles"], float]
+Starts = tuple[Num[Array, "guesses ..."], ...]
 """Where images may lie, one entry a guess: which star, which sheet, and the direction N (n, 3) on the sky at rest."""
 
 
@@ -99,18 +101,18 @@ Starts = tuple[Array, ...]
 class Counted:
     """What the caustics tell of stars, one entry a star.
 
-    expected (stars, sheets): how many images there are on each sheet; touching (stars, orders): True where a star
-    cannot be told from a caustic; distance (stars,): from the nearest known place of one; windings: by caustic.
+    expected: how many images there are on each sheet; touching: True where a star cannot be told from a caustic;
+    distance: from the nearest known place of one; windings: by caustic.
     """
 
-    expected: Array
-    touching: Array
-    distance: Array
+    expected: Int[Array, "stars sheets"]
+    touching: Bool[Array, "stars orders"]
+    distance: Float[Array, " stars"]
     windings: tuple[Winding, ...]
 
     @property
-    def on_caustic(self) -> Array:
-        """True (stars,) where a star cannot be told from some caustic."""
+    def on_caustic(self) -> Bool[Array, " stars"]:
+        """True where a star cannot be told from some caustic."""
         return np.asarray(self.touching.any(axis=1))
 
 
@@ -118,7 +120,7 @@ class Counted:
 class Sheets:
     """The sheets of index 0 to max_index at one event, their edges, and the star counts that these tell.
 
-    frame: of the camera at rest; pole_counts (sheets,): how many images the north pole has on each sheet.
+    frame: of the camera at rest; pole_counts: how many images the north pole has on each sheet.
     """
 
     curves: CriticalCurves
@@ -128,19 +130,19 @@ class Sheets:
     sheets: tuple[Sheet, ...]
     cells: _Cells
     circles: tuple[_Circles, ...]
-    pole_counts: Array
+    pole_counts: Int[Array, " sheets"]
 
     @property
     def camera(self) -> Camera:
         """The camera at rest at the event."""
         return self.curves.camera
 
-    def sky(self, looking: Array) -> Array:
-        """Directions N (..., 3) on the sky at rest of what lies in directions (..., 3) of the FIDO."""
+    def sky(self, looking: HostVectors) -> HostVectors:
+        """Directions N on the sky at rest of what lies in directions of the FIDO."""
         return sky_from_looking(self.frame, looking)
 
-    def counted(self, star: Array) -> Counted:
-        """What the caustics alone tell of stars (n, 3)."""
+    def counted(self, star: Float[Array, "stars 3"]) -> Counted:
+        """What the caustics alone tell of stars."""
         windings = tuple(polygon.winding(star) for polygon in self.polygons)
         return Counted(
             self.pole_counts + _changes(windings),
@@ -149,8 +151,8 @@ class Sheets:
             windings,
         )
 
-    def starts(self, star: Array, margin: float) -> Starts:
-        """Guesses for all images of the stars (n, 3); margin, NARROW or WIDE, how far outside a cell they may lie."""
+    def starts(self, star: Float[Array, "stars 3"], margin: float) -> Starts:
+        """Guesses for all images of the stars; margin, NARROW or WIDE, how far outside a cell they may lie."""
         cells = self.cells
         which, cell = self._around(star, margin)
         u, v = _bilinear_root(cells.corners[cell], star[which])
@@ -164,8 +166,8 @@ class Sheets:
             depth[here] = sheet.depth(turn[here], part[here])
         return which, cells.sheet[cell], self.sky(sky_lines.looking(self.camera, turn, depth))
 
-    def fold_starts(self, star: Array, windings: tuple[Winding, ...]) -> Starts:
-        """Guesses for images of stars (n, 3) next to critical curves, on both sides of each."""
+    def fold_starts(self, star: Float[Array, "stars 3"], windings: tuple[Winding, ...]) -> Starts:
+        """Guesses for images of stars next to critical curves, on both sides of each."""
         parts = []
         for order, (polygon, fold, winding) in enumerate(zip(self.polygons, self.folds, windings, strict=True), 1):
             which, turn, depth, step = fold_guesses(fold, polygon.curve.points, star, winding)
@@ -175,7 +177,9 @@ class Sheets:
             parts.append((which[known], index[known], self.sky(looking)))
         return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
-    def _around(self, star: Array, margin: float) -> tuple[Array, Array]:
+    def _around(
+        self, star: Float[Array, "stars 3"], margin: float
+    ) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
         stars, found = cKDTree(star), []
         for tree, cells, radius in self.circles:
@@ -220,19 +224,19 @@ def sheets_of(camera: Camera, max_index: int) -> Sheets:
     return _sheets_at_rest(camera.at_rest(), max_index)
 
 
-def _mapped(camera: Camera, frame: Frame, turn: Array, depth: Array) -> Array:
-    """Directions n' (..., 3) of light from places on the lines of sky_lines.py."""
+def _mapped(camera: Camera, frame: Frame, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"]) -> HostVectors:
+    """Directions n' of light from places on the lines of sky_lines.py."""
     sky = sky_from_looking(frame, sky_lines.looking(camera, turn, depth))
     return trace_rays(camera, sky, "auto", TOLERANCE).direction
 
 
-def _changes(windings: Sequence[Winding]) -> Array:
-    """Counts (n, sheets) less those at the north pole."""
+def _changes(windings: Sequence[Winding]) -> Int[Array, "stars sheets"]:
+    """Counts less those at the north pole."""
     inside = np.stack([np.zeros_like(windings[0].count), *(winding.count for winding in windings)], axis=-1)
     return np.diff(inside, axis=-1) * (-1) ** np.arange(len(windings))
 
 
-def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon]) -> Array:
+def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon]) -> Int[Array, " sheets"]:
     """How many images the north pole has on each sheet: what most of a few directions tell.
 
     There the degree of the map that the grid stands for gives the count, and the caustics give the difference.
@@ -253,7 +257,7 @@ def _sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: Points
     return Sheet(index, *depths, turn, part, _grid(mapped, blank, turn, part))
 
 
-def _grid(mapped: Mapped, sheet: Sheet, turn: Array, part: Array) -> Array:
+def _grid(mapped: Mapped, sheet: Sheet, turn: Array, part: Array) -> Float[Array, "lines parts 3"]:
     turn, part = np.meshgrid(turn, part, indexing="ij")
     return mapped(turn, sheet.depth(turn, part))
 
@@ -266,7 +270,7 @@ def _depth_of(points: Points) -> CubicSpline:
     return CubicSpline(turn, depth, bc_type="periodic")
 
 
-def _thinned(points: Points) -> Array:
+def _thinned(points: Points) -> Float[Array, " lines"]:
     """Parameters of points of a curve, no further apart than _STEP, in turn and on either sphere, if samples allow it.
 
     Far from the hole the whole curve is small on the sky.
@@ -275,7 +279,7 @@ def _thinned(points: Points) -> Array:
     return points.turn[_spaced(np.maximum.reduce([*lengths, np.diff(points.turn)]))]
 
 
-def _spaced(steps: Array) -> Array:
+def _spaced(steps: Float[Array, " steps"]) -> Int[Array, " nodes"]:
     """Indices of the first node, the last, and between them as few as keep sums of steps below _STEP."""
     run = np.concatenate([[0], np.cumsum(steps)])
     chosen = np.unique(np.floor(run / _STEP), return_index=True)[1]
@@ -312,12 +316,12 @@ def _cells_of(sheet: Array, turn: Array, part: Array, corners: Array) -> _Cells:
     return _Cells(sheet, turn, part, corners, np.concatenate([inverse, -offset[..., None]], axis=2))
 
 
-def _centres(corners: Array) -> Array:
+def _centres(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 3"]:
     middle = corners.sum(axis=1)
     return middle / np.linalg.norm(middle, axis=1, keepdims=True)
 
 
-def _circles(corners: Array) -> list[_Circles]:
+def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
     """Circles that cover the cells' images, mostly long and thin, along their longer axes; ordered by size."""
     centre = _centres(corners)
     away = corners - centre[:, None]
@@ -337,8 +341,8 @@ def _circles(corners: Array) -> list[_Circles]:
     return [(cKDTree(middle[these]), owner[these], radius[these].max()) for these in alike]
 
 
-def _linear_inverse(corners: Array) -> Array:
-    """Pseudo-inverses (n, 2, 3) of the mean steps along turn and part."""
+def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:
+    """Pseudo-inverses of the mean steps along turn and part."""
     along = (corners[:, 1] + corners[:, 3] - corners[:, 0] - corners[:, 2]) / 2
     across = (corners[:, 2] + corners[:, 3] - corners[:, 0] - corners[:, 1]) / 2
     normal = np.cross(along, across)
@@ -347,15 +351,19 @@ def _linear_inverse(corners: Array) -> Array:
     return np.stack([np.cross(across, normal), np.cross(normal, along)], axis=1) / square[..., None]
 
 
-def _linearly_inside(cells: _Cells, cell: Array, star: Array, margin: float) -> Array:
-    """True where a star (n, 3), not far from a cell (n,), may lie in it, by a linear map."""
+def _linearly_inside(
+    cells: _Cells, cell: Int[Array, " pairs"], star: Float[Array, "pairs 3"], margin: float
+) -> Bool[Array, " pairs"]:
+    """True where a star, not far from a cell, may lie in it, by a linear map."""
     linear = cells.linear[cell]
     place = np.einsum("nij,nj->ni", linear[..., :3], star) + linear[..., 3]
     return np.abs(place).max(axis=1) <= 0.5 + _LINEAR + margin
 
 
-def _bilinear_root(corners: Array, star: Array) -> tuple[Array, Array]:
-    """Place (u, v) of stars (n, 3) in cells with images (n, 4, 3), if the map were bilinear in the tangent plane."""
+def _bilinear_root(
+    corners: Float[Array, "pairs 4 3"], star: Float[Array, "pairs 3"]
+) -> tuple[Float[Array, " pairs"], Float[Array, " pairs"]]:
+    """Place (u, v) of stars in cells with these images of corners, if the map were bilinear in the tangent plane."""
     axes = np.stack(tangent_basis(star), axis=-1)
     flat = (corners @ axes) / np.maximum(np.einsum("nci,ni->nc", corners, star), 0.2)[..., None]
     p, pu, pv = flat[:, 0], flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]

@@ -4,11 +4,13 @@ import math
 from dataclasses import field
 
 import numpy as np
+from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.camera import Camera, as_seen, looking_from_sky, orbital_velocity
 from kerrcaustics.stars.events import (
     PairEvent,
@@ -111,7 +113,7 @@ class StarTracks:
         doubt = "" if self.certified else ", not certified"
         return f"<StarTracks of theta' = {self.theta:g}: {len(self.tracks)} tracks, {len(self.events)} events{doubt}>"
 
-    def azimuth_at(self, time: ArrayLike) -> Array:
+    def azimuth_at(self, time: ArrayLike) -> HostReals:
         """phi' of the star relative to the camera, radians, if it is 0 at time 0."""
         return -self.angular_velocity * np.asarray(time, float)
 
@@ -148,7 +150,7 @@ class StarTracks:
         images = tuple(image for part in parts for image in part)
         return images if moments.ndim else images[0]
 
-    def _images(self, phi: Array) -> list[StarImages]:
+    def _images(self, phi: Float[Array, " moments"]) -> list[StarImages]:
         """The images at several azimuths."""
         branches, theta = self._branches, self.theta
         sheets, found = branches.sheets, branches.meetings
@@ -174,7 +176,9 @@ class StarTracks:
                 whole[i] = one
         return whole
 
-    def _interpolated(self, phi: Array) -> tuple[Array, Array, Array, Array]:
+    def _interpolated(
+        self, phi: Float[Array, " moments"]
+    ) -> tuple[Int[Array, " images"], Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
         """Images on the links that span the azimuths: which azimuth, index, direction on the sky at rest, its error."""
         branches = self._branches
         links = branches.links

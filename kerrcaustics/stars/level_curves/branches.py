@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.sky_chart import Chart, apart
@@ -24,6 +25,10 @@ from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import TOLERANCE, Sheets
 
 Array = np.ndarray
+# Of images, one entry each.
+_Numbers = Int[Array, " images"]
+_Reals = Float[Array, " images"]
+_Directions = Float[Array, "images 3"]
 
 # Steps along a branch, in the parameter of a gap (0 to pi): the first, the longest, the shortest; by how much one grows
 # after a good one; and rounds of them, all branches at once.
@@ -46,13 +51,13 @@ _STILL = 1e-12
 class Cubics(Rows):
     """Cubic curves that follow links: the place at the left end, the step to the right end, the rates at both."""
 
-    start: Array
-    step: Array
-    rate_0: Array
-    rate_1: Array
+    start: Float[Array, "links 3"]
+    step: Float[Array, "links 3"]
+    rate_0: Float[Array, "links 3"]
+    rate_1: Float[Array, "links 3"]
 
-    def at(self, part: Array) -> Array:
-        """Places (n, 3) at parts (n,) of the links."""
+    def at(self, part: Float[Array, " links"]) -> Float[Array, "links 3"]:
+        """Places at parts of the links."""
         t = part[:, None]
         bend = t * (1 - t)
         return self.start + t * t * (3 - 2 * t) * self.step + bend * ((1 - t) * self.rate_0 - t * self.rate_1)
@@ -102,13 +107,13 @@ class Branches:
         sky = self.sheets.sky(found.points.looking)
         return Nodes(found.longitude, found.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
 
-    def _images(self, longitude: Array, index: Array, sky: Array, error: Array) -> Nodes:
+    def _images(self, longitude: _Reals, index: _Numbers, sky: _Directions, error: _Reals) -> Nodes:
         beams = trace_beams(self.sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
         east = math.sin(self.circle.angle) * self.circle.upward_and_east(beams.direction)[1]
         drift = beams.pulled_back(sky, flattened(beams.direction, east))
         return Nodes(longitude, index, sky, drift, error, np.full(len(sky), -1))
 
-    def _searched(self) -> tuple[Array, Array]:
+    def _searched(self) -> tuple[_Numbers, _Numbers]:
         """Search for the images in the middle of each gap. Their nodes, and the gap of each."""
         found = self.meetings
         longitude = (found.gap_low + found.gap_high) / 2
@@ -120,7 +125,7 @@ class Branches:
             )
         return self._added(longitude[images.star], images.index, images.sky, images.error), images.star
 
-    def _added(self, longitude: Array, index: Array, sky: Array, error: Array) -> Array:
+    def _added(self, longitude: _Reals, index: _Numbers, sky: _Directions, error: _Reals) -> _Numbers:
         """New nodes: their numbers."""
         first = len(self.nodes.event)
         self.nodes = self.nodes.joined(self._images(longitude, index, sky, error))
@@ -163,8 +168,8 @@ class Branches:
             self.remarks.append(f"which images go on where is in doubt at {len(doubtful)} events")
         return self.links.joined(links_of([row for i in rows for row in rows[i]]))
 
-    def _followed(self, tips: Array, p: Array, low: Array, width: Array, ends: Array) -> tuple[Array, Array]:
-        """Follow branches from their tips (n,) at parameters p to the given ends; the new tips, and where they are."""
+    def _followed(self, tips: _Numbers, p: _Reals, low: _Reals, width: _Reals, ends: _Reals) -> tuple[_Numbers, _Reals]:
+        """Follow branches from their tips at parameters p to the given ends; the new tips, and where they are."""
         tips, p = tips.copy(), p.copy()
         step = np.full(len(tips), _FIRST_STEP)
         for _ in range(_MOST_STEPS):
@@ -184,7 +189,7 @@ class Branches:
             tips[good], p[good] = new, target[which]
         return tips, p
 
-    def _onward(self, trial: Links) -> tuple[Array, Array]:
+    def _onward(self, trial: Links) -> tuple[_Numbers, _Numbers]:
         """Images a step further on: which of the trials hold, and their nodes."""
         nodes, index = self.nodes, trial.index
         place = self.chart.place(index, nodes.sky[trial.left])
@@ -202,7 +207,7 @@ class Branches:
         new = self._added(*(v[good] for v in (longitude[which], index[which], sky, error)))
         return which[good], new
 
-    def _record(self, steps: Links, new: Array) -> None:
+    def _record(self, steps: Links, new: Int[Array, " steps"]) -> None:
         """Keep steps to new nodes as links, left end first."""
         back = steps.p_1 < steps.p_0
         left, right = np.where(back, new, steps.left), np.where(back, steps.left, new)
@@ -223,15 +228,15 @@ class Branches:
         if doubtful.any():
             self.remarks.append(f"{doubtful.sum()} steps along tracks are in doubt")
 
-    def _costs(self) -> Array:
+    def _costs(self) -> Float[Array, " links"]:
         """How badly each link fits the rates at its ends."""
         curves = self.cubics(self.links)
         cost = plain_cost(curves.step, curves.rate_0, curves.rate_1)
         # The shortest ones are round-off.
         return np.where(np.linalg.norm(curves.step, axis=1) < _SHORT, 0, cost)
 
-    def _divided(self, parts: Array, steps: int) -> tuple[Array, Links]:
-        """Divide links into parts (n,): which were, and their pieces. A link of which some part is not found stays.
+    def _divided(self, parts: Int[Array, " links"], steps: int) -> tuple[Bool[Array, " links"], Links]:
+        """Divide links into parts: which were, and their pieces. A link of which some part is not found stays.
 
         The images in between start from the cubic curve, and take so many Newton steps at most.
         """
@@ -260,8 +265,8 @@ class Branches:
         )
         return divided, pieces
 
-    def _parts(self, moving: Frame) -> Array:
-        """Into how many parts (n,) each link should be divided."""
+    def _parts(self, moving: Frame) -> Int[Array, " links"]:
+        """Into how many parts each link should be divided."""
         links, nodes = self.links, self.nodes
         sky = as_seen(nodes.sky, self.sheets.frame, moving)
         turn = np.abs(links.longitude(links.p_1) - links.longitude(links.p_0))

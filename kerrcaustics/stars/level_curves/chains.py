@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.stars.level_curves.branches import Branches
@@ -19,8 +20,8 @@ class Chain:
     closed: it leads back to its first node, which is not repeated; sweep: by how much the longitude grows in all.
     """
 
-    nodes: Array
-    longitude: Array
+    nodes: Int[Array, " points"]
+    longitude: Float[Array, " points"]
     closed: bool
     sweep: float
 
@@ -51,7 +52,9 @@ def chains(branches: Branches, *, over_events: bool) -> list[Chain]:
     return joined
 
 
-def _chain(longitude: Array, chain: Array, steps: Array, *, closed: bool) -> Chain:
+def _chain(
+    longitude: Float[Array, " nodes"], chain: Int[Array, " points"], steps: Float[Array, " points-1"], *, closed: bool
+) -> Chain:
     """A chain from its nodes, the first one repeated where it is closed, and the steps in longitude between them."""
     if steps.sum() < 0:
         chain, steps = chain[::-1], -steps[::-1]
@@ -63,7 +66,7 @@ def _chain(longitude: Array, chain: Array, steps: Array, *, closed: bool) -> Cha
     return Chain(kept, along, closed, float(run[-1]))
 
 
-def _partners(branches: Branches, over_events: bool) -> Array:
+def _partners(branches: Branches, over_events: bool) -> Int[Array, " ends"]:
     """Ends of links (2 i: left end of link i, 2 i + 1: right end) that meet in a node, each with the one it goes on to.
 
     -1 where the curve ends. At a cusp four links meet: the two of one index on one side of it make one curve, the other
@@ -88,8 +91,8 @@ def _partners(branches: Branches, over_events: bool) -> Array:
     return partner
 
 
-def errors_on_sky(branches: Branches, beams: Beams, event_errors: Array) -> Array:
-    """Errors (n,) of the nodes on the sky, radians; event_errors: those of the meetings in longitude."""
+def errors_on_sky(branches: Branches, beams: Beams, event_errors: Float[Array, " meetings"]) -> Float[Array, " nodes"]:
+    """Errors of the nodes on the sky, radians; event_errors: those of the meetings in longitude."""
     nodes = branches.nodes
     at_event = nodes.event >= 0
     depth = branches.chart.place(np.ones(len(nodes.event), int), nodes.sky)[:, 1]

@@ -50,7 +50,9 @@ class Circle:
         """Angle from the circle to directions, positive toward the axis, radians."""
         return self.angle - polar_angle(direction @ self.axes.T)
 
-    def upward_and_east(self, direction: Float[Array, "*batch 3"]) -> tuple[Array, Array]:
-        """Unit tangents (..., 3) at directions: along the gradients of the height and of the longitude."""
+    def upward_and_east(
+        self, direction: Float[Array, "*batch 3"]
+    ) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3"]]:
+        """Unit tangents at directions: along the gradients of the height and of the longitude."""
         e_theta, e_phi = polar_basis(direction @ self.axes.T)
         return -e_theta @ self.axes, e_phi @ self.axes

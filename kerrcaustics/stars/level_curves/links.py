@@ -6,6 +6,7 @@ Images at neighbouring longitudes are linked by their rates; those that are left
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.curves.sky_chart import Chart, apart
@@ -13,6 +14,9 @@ from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.stars.level_curves.meetings import Meetings
 
 Array = np.ndarray
+# The nodes at one end of links; what there is of each column of images.
+_Ends = Int[Array, " links"]
+_Columns = Float[Array, " columns"]
 
 # A step whose ends' rates disagree with the way between them by more than this part is not trusted. Links over a
 # boundary are asked for more, links to an event, where the rate is known at one end alone, for less.
@@ -24,16 +28,16 @@ _IMPOSSIBLE = 1e6
 class Nodes(Rows):
     """Points of the level curve, arrays of one length: images of the star, and the events.
 
-    longitude: of the star; index: Morse index; sky (n, 3): direction on the sky at rest; drift (n, 3): its change with
-    longitude; error: of sky, radians; event: number of the meeting, or -1 for an image.
+    longitude: of the star; index: Morse index; sky: direction on the sky at rest; drift: its change with longitude;
+    error: of sky, radians; event: number of the meeting, or -1 for an image.
     """
 
-    longitude: Array
-    index: Array
-    sky: Array
-    drift: Array
-    error: Array
-    event: Array
+    longitude: Float[Array, " nodes"]
+    index: Int[Array, " nodes"]
+    sky: Float[Array, "nodes 3"]
+    drift: Float[Array, "nodes 3"]
+    error: Float[Array, " nodes"]
+    event: Int[Array, " nodes"]
 
 
 @dataclass(frozen=True)
@@ -44,24 +48,24 @@ class Links(Rows):
     Width 0 stands for pieces beside an event, whose parameter is the longitude.
     """
 
-    left: Array
-    right: Array
-    index: Array
-    low: Array
-    width: Array
-    p_0: Array
-    p_1: Array
+    left: Int[Array, " links"]
+    right: Int[Array, " links"]
+    index: Int[Array, " links"]
+    low: Float[Array, " links"]
+    width: Float[Array, " links"]
+    p_0: Float[Array, " links"]
+    p_1: Float[Array, " links"]
 
-    def longitude(self, p: Array) -> Array:
+    def longitude(self, p: Float[Array, " links"]) -> Float[Array, " links"]:
         """The star's longitude at a parameter: next to an event it goes with the square, so that images are smooth."""
         return np.where(self.width == 0, p, self.low + self.width * np.sin(p / 2) ** 2)
 
-    def parameter(self, longitude: Array) -> Array:
+    def parameter(self, longitude: Float[Array, " links"]) -> Float[Array, " links"]:
         """The inverse of `longitude`."""
         part = (longitude - self.low) / np.where(self.width == 0, 1, self.width)
         return np.where(self.width == 0, longitude, 2 * np.arcsin(np.sqrt(np.clip(part, 0, 1))))
 
-    def rate(self, p: Array) -> Array:
+    def rate(self, p: Float[Array, " links"]) -> Float[Array, " links"]:
         """d longitude / d parameter."""
         return np.where(self.width == 0, 1.0, self.width * np.sin(p) / 2)
 
@@ -76,8 +80,10 @@ def links_of(rows: list[_Row]) -> Links:
     return Links(*(table[:, i].astype(int) for i in range(3)), *table[:, 3:].T)
 
 
-def plain_cost(step: Array, ahead: Array, behind: Array) -> Array:
-    """How badly steps (..., 3) fit what the rates at their two ends make of them: a part of their length."""
+def plain_cost(
+    step: Float[Array, "*batch 3"], ahead: Float[Array, "*#batch 3"], behind: Float[Array, "*#batch 3"]
+) -> Float[Array, "*batch"]:
+    """How badly steps fit what the rates at their two ends make of them: a part of their length."""
     miss = np.linalg.norm(step - (ahead + behind) / 2, axis=-1)
     sizes = [np.linalg.norm(v, axis=-1) for v in (step, ahead / 2, behind / 2)]
     return miss / np.maximum(np.maximum(*sizes[1:]), np.maximum(sizes[0], 1e-300))
@@ -90,7 +96,7 @@ class Linker:
     """
 
     def __init__(
-        self, chart: Chart, meetings: Meetings, nodes: Nodes, members: list[Array], p: Array, longitude: Array
+        self, chart: Chart, meetings: Meetings, nodes: Nodes, members: list[Array], p: _Columns, longitude: _Columns
     ) -> None:
         """The first nodes are the events; members, p, longitude: of each column the nodes, and where it lies."""
         self._meetings, self._nodes = meetings, nodes
@@ -124,14 +130,14 @@ class Linker:
             settled &= sure
         return rows, settled
 
-    def _of(self, column: int, index: int) -> Array:
+    def _of(self, column: int, index: int) -> Int[Array, " members"]:
         members = self._members[column]
         return members[self._nodes.index[members] == index]
 
     def _matched(
-        self, k: int, lefts: Array, rights: Array, one: int, other: int, frame: tuple[float, ...]
+        self, k: int, lefts: _Ends, rights: _Ends, one: int, other: int, frame: tuple[float, ...]
     ) -> tuple[list[_Row], bool]:
-        """Links on sheet k between left and right nodes, as many of each."""
+        """Links on sheet k between left and right nodes."""
         cost = np.full((len(lefts), len(rights)), _IMPOSSIBLE)
         for i, a in enumerate(lefts.tolist()):
             for j, b in enumerate(rights.tolist()):
@@ -159,8 +165,10 @@ class Linker:
         ends = (0.0, p) if from_event else (p, np.pi)
         return float(self._meetings.gap_low[gap]), float(self._width[gap]), *ends
 
-    def _plain_costs(self, k: int, lefts: Array, rights: Array, frame: tuple[float, ...]) -> Array:
-        """How badly (m, n) the rates of images fit the way between them."""
+    def _plain_costs(
+        self, k: int, lefts: Int[Array, " lefts"], rights: Int[Array, " rights"], frame: tuple[float, ...]
+    ) -> Float[Array, "lefts rights"]:
+        """How badly the rates of images fit the way between them."""
         length = frame[3] - frame[2]
         ahead, behind = self._rate[lefts][:, None] * length, self._rate[rights][None] * length
         return plain_cost(apart(np.array(k), self._place[lefts][:, None], self._place[rights][None]), ahead, behind)

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 from numpy.polynomial import chebyshev
 from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
@@ -19,6 +20,10 @@ from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.sheets import Sheets
 
 Array = np.ndarray
+# Of meetings, one entry each.
+_Orders = Int[Array, " meetings"]
+_Angles = Float[Array, " meetings"]
+_Marks = Bool[Array, " meetings"]
 
 _TURN = 2 * math.pi
 # Steps of Newton's method along a caustic, with the slope of a spline.
@@ -41,20 +46,20 @@ class Meetings:
     order; points: of the critical curves; longitude: in [0, 2 pi); error: of it; at_cusp; side: +1 where the pair lies
     at larger longitude, -1 at smaller; known: True where the counts bear this out. boundary: entries of one boundary
     are simultaneous. gap_low, gap_high: longitude of the ends of the gaps between the boundaries, gap i above boundary
-    i; and counts (gaps, indices): images there.
+    i; and counts: images there.
     """
 
-    order: Array
+    order: Int[Array, " meetings"]
     points: Points
-    longitude: Array
-    error: Array
-    at_cusp: Array
-    side: Array
-    known: Array
-    boundary: Array
-    gap_low: Array
-    gap_high: Array
-    counts: Array
+    longitude: Float[Array, " meetings"]
+    error: Float[Array, " meetings"]
+    at_cusp: Bool[Array, " meetings"]
+    side: Int[Array, " meetings"]
+    known: Bool[Array, " meetings"]
+    boundary: Int[Array, " meetings"]
+    gap_low: Float[Array, " gaps"]
+    gap_high: Float[Array, " gaps"]
+    counts: Int[Array, "gaps indices"]
     remarks: tuple[str, ...]
 
 
@@ -124,14 +129,14 @@ def _extremes(
     return added, remarks
 
 
-def _roots(curves: CriticalCurves, wide: dict[int, Points], circle: Circle) -> tuple[Array, Array]:
+def _roots(curves: CriticalCurves, wide: dict[int, Points], circle: Circle) -> tuple[_Orders, _Angles]:
     """Order and parameter of the points of the caustics that lie on the circle."""
     found = [_brackets(k, points, circle) for k, points in wide.items()]
     if sum(len(part[0]) for part in found) == 0:
         return np.empty(0, int), np.empty(0)
     orders, start, end = (np.concatenate(parts) for parts in zip(*found, strict=True))
 
-    def height(turn: Array, which: Array) -> Array:
+    def height(turn: _Angles, which: _Orders) -> _Angles:
         return circle.height(_polished(curves, wide, which, turn).direction)
 
     turn = _guessed(wide, orders, start, end, circle)
@@ -156,7 +161,7 @@ def _roots(curves: CriticalCurves, wide: dict[int, Points], circle: Circle) -> t
     return orders, turn
 
 
-def _brackets(order: int, points: Points, circle: Circle) -> tuple[Array, Array, Array]:
+def _brackets(order: int, points: Points, circle: Circle) -> tuple[_Orders, _Angles, _Angles]:
     """Order, and pairs of parameters between which the caustic passes through the circle.
 
     Both are the same where a point lies on it: of several neighbours that do, within their error, the closest.
@@ -181,8 +186,8 @@ def _heights(points: Points, circle: Circle) -> CubicSpline:
     return CubicSpline(points.turn, circle.height(points.direction))
 
 
-def _guessed(wide: dict[int, Points], order: Array, low: Array, high: Array, circle: Circle) -> Array:
-    """Parameters (n,) where splines through the points have the height 0."""
+def _guessed(wide: dict[int, Points], order: _Orders, low: _Angles, high: _Angles, circle: Circle) -> _Angles:
+    """Parameters where splines through the points have the height 0."""
     turn = (low + high) / 2
     for k in np.unique(order).tolist():
         here = (order == k) & (low < high)
@@ -192,7 +197,7 @@ def _guessed(wide: dict[int, Points], order: Array, low: Array, high: Array, cir
     return turn
 
 
-def _polished(curves: CriticalCurves, wide: dict[int, Points], order: Array, turn: Array) -> Points:
+def _polished(curves: CriticalCurves, wide: dict[int, Points], order: _Orders, turn: _Angles) -> Points:
     """Critical points of the given orders on the given lines."""
     depth = np.empty(len(turn))
     for k in np.unique(order).tolist():
@@ -201,8 +206,8 @@ def _polished(curves: CriticalCurves, wide: dict[int, Points], order: Array, tur
     return curves.search().polished(turn, order, depth)
 
 
-def _longitude_error(wide: dict[int, Points], order: Array, points: Points, circle: Circle) -> tuple[Array, Array]:
-    """Errors (n,) of the longitude at which the caustic passes through the circle, and where that is at a cusp.
+def _longitude_error(wide: dict[int, Points], order: _Orders, points: Points, circle: Circle) -> tuple[_Angles, _Marks]:
+    """Errors of the longitude at which the caustic passes through the circle, and where that is at a cusp.
 
     Where the caustic runs along the circle its longitude is uncertain, but for a cusp that points along it: there,
     with the parameter s, the longitude changes by A s^2, the height by B s^3, so that their ratio is 1.5 B s / A.
@@ -225,7 +230,7 @@ def _longitude_error(wide: dict[int, Points], order: Array, points: Points, circ
 
 
 def _arranged(
-    sheets: Sheets, circle: Circle, order: Array, points: Points, error: Array, at_cusp: Array, remarks: list[str]
+    sheets: Sheets, circle: Circle, order: _Orders, points: Points, error: _Angles, at_cusp: _Marks, remarks: list[str]
 ) -> Meetings:
     """Meetings in the order of longitude, with the gaps between them and the counts there."""
     longitude = circle.longitude(points.direction) % _TURN
@@ -251,7 +256,7 @@ def _arranged(
     return Meetings(order, points, longitude, error, at_cusp, side, known, boundary, low, high, counts, tuple(remarks))
 
 
-def _sides(order: Array, change: Array) -> tuple[Array, bool]:
+def _sides(order: Int[Array, " pairs"], change: Int[Array, " indices"]) -> tuple[Int[Array, " pairs"], bool]:
     """On which side each of several simultaneous pairs lies, from the change of the counts toward larger longitude."""
     pairs = np.zeros((len(order), len(change) + 1), int)
     pairs[np.arange(len(order)), order - 1] = 1
