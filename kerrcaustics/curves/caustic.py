@@ -10,6 +10,7 @@ import numpy as np
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.results.declared import Items, derived, quantity, result
+from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
 
@@ -164,7 +165,7 @@ def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Causti
     points = curve.points
     frame = camera.frame()
 
-    def on_sky(looking: np.ndarray) -> np.ndarray:
+    def on_sky(looking: HostVectors) -> HostVectors:
         return sky_from_fido(frame, -looking)
 
     theta, phi = points.theta, points.azimuth

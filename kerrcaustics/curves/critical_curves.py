@@ -9,12 +9,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_points import Points, Search
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import angle_between
+
+Array = np.ndarray
 
 _LINES = 64
 _CROWDING = 0.9
@@ -162,7 +165,9 @@ def _followed(search: Search, orders: int) -> list[CriticalCurve]:
     return found_curves
 
 
-def _bracket(points: Points, turn: np.ndarray, reach: float = _REACH) -> tuple[np.ndarray, np.ndarray]:
+def _bracket(
+    points: Points, turn: Float[Array, " turns"], reach: float = _REACH
+) -> tuple[Float[Array, " turns"], Float[Array, " turns"]]:
     """Depths (low, high) that should enclose the curve at the given parameters, from the points around them."""
     right = np.clip(np.searchsorted(points.turn, turn), 1, len(points) - 1)
     near = points.depth[np.clip(np.arange(-2, 2)[:, None] + right, 0, len(points) - 1)]
@@ -172,7 +177,7 @@ def _bracket(points: Points, turn: np.ndarray, reach: float = _REACH) -> tuple[n
     return np.maximum(near[1:3].min(axis=0) - margin, 0), near[1:3].max(axis=0) + margin
 
 
-def between(search: Search, curves: dict[int, Points], turns: dict[int, np.ndarray]) -> dict[int, Points]:
+def between(search: Search, curves: dict[int, Points], turns: dict[int, Float[Array, " _"]]) -> dict[int, Points]:
     """Points at new parameters between those of the curves, all orders at once; missed ones are left out.
 
     `curves` must reach beyond the new parameters. Secant steps from a spline through the known points, and a
@@ -200,7 +205,7 @@ def between(search: Search, curves: dict[int, Points], turns: dict[int, np.ndarr
 def _sample(search: Search, curves: dict[int, Points], half: bool) -> dict[int, list[str]]:
     """Halve steps that are too long, in place, all curves at once; returns what stayed coarse, in words, by order."""
     missed = {k: np.empty(0) for k in curves}
-    wanted: dict[int, np.ndarray] = {}
+    wanted: dict[int, Array] = {}
     for halving in range(_MOST_HALVINGS + 1):
         wanted = {k: np.setdiff1d(_middles(curve, half), missed[k]) for k, curve in curves.items() if len(curve) > 3}
         wanted = {k: turn for k, turn in wanted.items() if len(turn)}
@@ -225,14 +230,14 @@ def _spline(points: Points) -> CubicSpline:
     return CubicSpline(points.turn, points.depth)
 
 
-def steps(points: Points) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths of the steps from each point to the next, on the celestial sphere unrolled, and on the sky."""
+def steps(points: Points) -> tuple[Float[Array, " steps"], Float[Array, " steps"]]:
+    """Lengths (radians) of the steps from point to point, on the celestial sphere unrolled, and on the sky."""
     d_theta, d_azimuth = np.diff(points.theta), np.diff(points.azimuth)
     middle = (points.theta[1:] + points.theta[:-1]) / 2
     return np.hypot(d_theta, np.sin(middle) * d_azimuth), angle_between(points.looking[1:], points.looking[:-1])
 
 
-def _middles(points: Points, half: bool) -> np.ndarray:
+def _middles(points: Points, half: bool) -> Float[Array, " middles"]:
     """Parameters halfway along the steps that are too long."""
     if not half:
         points = points.joined(points[:1].shifted(1))

@@ -7,6 +7,7 @@ where the index grows from k - 1 to k, and there delta_minus passes through zero
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 from scipy.optimize import elementwise
 from skimage.measure import label
 
@@ -17,6 +18,8 @@ from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
+
+Array = np.ndarray
 
 # Spacing in depth of the first search along a line.
 _SEARCH_STEP = 0.5
@@ -40,29 +43,29 @@ _LABEL_STEP = 1e-3
 
 @dataclass(frozen=True)
 class Points(Rows):
-    """Points near critical curves, arrays of one length n.
+    """Points near critical curves.
 
-    turn, depth: place on the sky; looking (n, 3): FIDO components; direction (n, 3), theta, azimuth: the
-    celestial sphere, azimuth joined over b = 0 (see `joined_azimuth`); major (n, 3): unit vector along the
-    image's major axis, sign arbitrary; ratio: delta_minus / delta_plus; error: of direction, radians.
+    turn, depth: place on the sky; looking: FIDO components; direction, theta, azimuth: the celestial sphere, azimuth
+    joined over b = 0 (see `joined_azimuth`); major: unit vector along the image's major axis, sign arbitrary; ratio:
+    delta_minus / delta_plus; error: of direction, radians.
     """
 
-    turn: np.ndarray
-    depth: np.ndarray
-    looking: np.ndarray
-    direction: np.ndarray
-    theta: np.ndarray
-    azimuth: np.ndarray
-    major: np.ndarray
-    ratio: np.ndarray
-    error: np.ndarray
+    turn: Float[Array, " points"]
+    depth: Float[Array, " points"]
+    looking: Float[Array, "points 3"]
+    direction: Float[Array, "points 3"]
+    theta: Float[Array, " points"]
+    azimuth: Float[Array, " points"]
+    major: Float[Array, "points 3"]
+    ratio: Float[Array, " points"]
+    error: Float[Array, " points"]
 
     @property
-    def angle_error(self) -> np.ndarray:
+    def angle_error(self) -> Float[Array, " points"]:
         """Error of (theta, azimuth) in radians: close to the spin axis the azimuth is less certain than n'."""
         return self.error / np.maximum(np.sin(self.theta), self.error)
 
-    def on_curve(self) -> np.ndarray:
+    def on_curve(self) -> Bool[Array, " points"]:
         """True where the minor diameter has vanished; false too where the beam is captured."""
         return np.abs(self.ratio) < _RESIDUAL
 
@@ -101,7 +104,9 @@ class Search:
         self.beams_traced = 0
         self._frame = self.camera.frame()
 
-    def index_and_ratio(self, turn: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def index_and_ratio(
+        self, turn: Float[Array, " points"], depth: Float[Array, " points"]
+    ) -> tuple[Int[Array, " points"], Float[Array, " points"]]:
         """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth).
 
         Beams that leave close to the principal null directions turn through less than half a circle and meet no
@@ -116,7 +121,9 @@ class Search:
         ratio[bent] = np.where(captured, -1.0, beams.delta_minus / beams.delta_plus)
         return index, ratio
 
-    def points(self, turn: np.ndarray, depth: np.ndarray, order: np.ndarray) -> Points:
+    def points(
+        self, turn: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
+    ) -> Points:
         """Everything about beams at (turn, depth) that are taken to lie on the curve of the given order."""
         looking = sky_lines.looking(self.camera, turn, depth)
         beams = self._trace(looking, self.tolerance)
@@ -134,8 +141,10 @@ class Search:
             error=beams.error,
         )
 
-    def brackets(self, turn: np.ndarray, orders: int) -> tuple[np.ndarray, np.ndarray, dict[int, list[str]]]:
-        """Depths (orders, n) above and below the curves of order 1 .. orders on each line, and remarks by order.
+    def brackets(
+        self, turn: Float[Array, " lines"], orders: int
+    ) -> tuple[Float[Array, "orders lines"], Float[Array, "orders lines"], dict[int, list[str]]]:
+        """Depths above and below the curves of order 1 .. orders on each line, and remarks by order.
 
         The search goes down the lines by itself until every curve has been passed. NaN where it was not.
         """
@@ -159,15 +168,21 @@ class Search:
         return low, high, _islands(index, orders)
 
     def refined(
-        self, turn: np.ndarray, order: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> tuple[Points, np.ndarray]:
+        self,
+        turn: Float[Array, " lines"],
+        order: Int[Array, " lines"],
+        low: Float[Array, " lines"],
+        high: Float[Array, " lines"],
+    ) -> tuple[Points, Bool[Array, " lines"]]:
         """Points on the curves of the given orders, one on each line, between depths low and high.
 
         A bracketing root-finder on coarse beams first, then secant steps on beams at the full tolerance.
-        Returns the points whose bracket held a root, and which of the requested ones they are (bool).
+        Returns the points whose bracket held a root, and which of the requested ones they are.
         """
 
-        def side(depth: np.ndarray, turn: np.ndarray, order: np.ndarray) -> np.ndarray:
+        def side(
+            depth: Float[Array, " points"], turn: Float[Array, " points"], order: Int[Array, " points"]
+        ) -> Float[Array, " points"]:
             index, ratio = self.index_and_ratio(turn, depth)
             near = (index == order) | (index == order - 1)
             size = np.where(near, np.abs(ratio), 1.0)
@@ -180,7 +195,9 @@ class Search:
         found[found] = sharp
         return points[sharp], found
 
-    def polished(self, turn: np.ndarray, order: np.ndarray, depth: np.ndarray) -> Points:
+    def polished(
+        self, turn: Float[Array, " points"], order: Int[Array, " points"], depth: Float[Array, " points"]
+    ) -> Points:
         """Points on the curves from depths that are close already: secant steps down to round-off."""
         depth = depth.copy()
         ratio = self._ratio(turn, depth)
@@ -207,15 +224,15 @@ class Search:
         inner = self.index_and_ratio(points.turn, points.depth + _LABEL_STEP)[0]
         return bool((outer == order - 1).all() and (inner == order).all())
 
-    def _photon(self, looking: np.ndarray) -> Photon:
+    def _photon(self, looking: Float[Array, "points 3"]) -> Photon:
         sky = sky_from_fido(self._frame, -looking)
         return photon(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2]))
 
-    def _ratio(self, turn: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    def _ratio(self, turn: Float[Array, " points"], depth: Float[Array, " points"]) -> Float[Array, " points"]:
         beams = self._trace(sky_lines.looking(self.camera, turn, depth), self.tolerance)
         return beams.delta_minus / beams.delta_plus
 
-    def _trace(self, looking: np.ndarray, tolerance: float) -> Beams:
+    def _trace(self, looking: Float[Array, "points 3"], tolerance: float) -> Beams:
         sky = sky_from_fido(self._frame, -looking)
         self.beams_traced += sky.size // 3
         beams = trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
@@ -223,8 +240,8 @@ class Search:
         return beams
 
 
-def _islands(index: np.ndarray, orders: int) -> dict[int, list[str]]:
-    """What the Morse index on the grid (depths, lines) says, by order, about curves beside those that are followed.
+def _islands(index: Int[Array, "depths lines"], orders: int) -> dict[int, list[str]]:
+    """What the Morse index on the grid says, by order, about curves beside those that are followed.
 
     The region where the index is k or more, and the one where it is less, must each be in one piece, and the index must
     pass k once on every line: anything else is bounded by another critical curve of order k.
@@ -241,14 +258,16 @@ def _islands(index: np.ndarray, orders: int) -> dict[int, list[str]]:
     return remarks
 
 
-def _secant(ratio: np.ndarray, slope: np.ndarray) -> np.ndarray:
+def _secant(ratio: Float[Array, " points"], slope: Float[Array, " points"]) -> Float[Array, " points"]:
     """Step to the root of a straight line; none where beams beyond double precision leave no slope."""
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.clip(-ratio / slope, -_LONGEST_SECANT, _LONGEST_SECANT)
     return np.where(np.isfinite(step), step, 0.0)
 
 
-def joined_azimuth(azimuth: np.ndarray, b: np.ndarray, order: np.ndarray) -> np.ndarray:
+def joined_azimuth(
+    azimuth: Float[Array, " points"], b: Float[Array, " points"], order: Int[Array, " points"]
+) -> Float[Array, " points"]:
     """Azimuth of critical points, joined over b = 0, where the ray meets the spin axis.
 
     A critical ray of order k meets the axis k times as b passes through zero, and each meeting takes its

@@ -8,10 +8,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 from numpy.polynomial import chebyshev
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, between
 from kerrcaustics.curves.critical_points import Points, Search
+
+Array = np.ndarray
 
 _NODES = 17
 _EXTREMES = {
@@ -103,8 +106,8 @@ def _reversals(points: Points) -> list[int]:
     return reversals
 
 
-def _oriented(axes: np.ndarray) -> np.ndarray:
-    """Axes (n, 3) with signs chosen so that each agrees with the one before."""
+def _oriented(axes: Float[Array, "points 3"]) -> Float[Array, "points 3"]:
+    """Axes with signs chosen so that each agrees with the one before."""
     agree = np.sign(np.einsum("ij,ij->i", axes[1:], axes[:-1]))
     return axes * np.concatenate([[1.0], np.cumprod(np.where(agree == 0, 1.0, agree))])[:, None]
 
@@ -129,11 +132,11 @@ def _models(search: Search, around: dict[int, Points], pieces: list[_Piece]) -> 
     return models
 
 
-def _fit(values: np.ndarray) -> np.ndarray:
+def _fit(values: Float[Array, " nodes *axes"]) -> Float[Array, " nodes *axes"]:
     return chebyshev.chebfit(chebyshev.chebpts1(_NODES), values, _NODES - 1)
 
 
-def _roots(coefficients: np.ndarray) -> np.ndarray:
+def _roots(coefficients: Float[Array, " powers"]) -> Float[Array, " roots"]:
     """Real roots in [-1, 1], a little round-off allowed."""
     if not np.abs(coefficients[1:]).max() > 0:
         return np.empty(0)
@@ -142,7 +145,7 @@ def _roots(coefficients: np.ndarray) -> np.ndarray:
     return real[np.abs(real) <= 1 + 1e-9]
 
 
-def _tail(coefficients: np.ndarray) -> float:
+def _tail(coefficients: Float[Array, " powers"]) -> float:
     """How far the polynomial is from having converged: its last coefficients."""
     return float(np.abs(coefficients[-3:]).max())
 

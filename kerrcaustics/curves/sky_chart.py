@@ -6,6 +6,7 @@ that the sheet of index 0 is described by N instead.
 """
 
 import numpy as np
+from jaxtyping import Float, Int
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.curves.sky_lines import DEEPEST
@@ -20,7 +21,7 @@ _NEAREST = 1e-15
 
 
 class Chart:
-    """Places (n, 3) of directions N on the sky at rest: N itself for index 0, else (angle, depth, 0).
+    """Places of directions N on the sky at rest: N itself for index 0, else (angle, depth, 0).
 
     angle: position angle about the direction to the hole; depth: e-foldings of the distance to the shadow edge, along
     great circles through that direction.
@@ -40,16 +41,16 @@ class Chart:
         self._size = CubicSpline(*closed, bc_type="periodic")
         self._slope = self._size.derivative()
 
-    def place(self, index: Array, sky: Array) -> Array:
-        """Coordinates (n, 3) of directions N (n, 3) on sheets of the given index (n,)."""
+    def place(self, index: Int[Array, " images"], sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
+        """Coordinates of directions N on sheets of the given index."""
         looking = self._looking(sky)
         angle = np.arctan2(looking[:, 2], looking[:, 1])
         size = self._size(angle)
         depth = np.log((np.pi - size) / np.maximum(_from_hole(looking) - size, _NEAREST))
         return np.where((index == 0)[:, None], sky, np.stack([angle, depth, 0 * angle], axis=-1))
 
-    def sky(self, index: Array, place: Array) -> Array:
-        """Directions N (n, 3) at the given coordinates."""
+    def sky(self, index: Int[Array, " images"], place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
+        """Directions N at the given coordinates."""
         angle, size = place[:, 0], self._size(place[:, 0])
         distance = size + (np.pi - size) * np.exp(-np.clip(place[:, 1], 0, DEEPEST))
         across = np.sin(distance)
@@ -57,8 +58,10 @@ class Chart:
         unit = place / np.maximum(np.linalg.norm(place, axis=1, keepdims=True), 1e-300)
         return np.where((index == 0)[:, None], unit, sky_from_looking(self._frame, looking))
 
-    def rate(self, index: Array, sky: Array, drift: Array) -> Array:
-        """Rates (n, 3) of the coordinates of images that drift along tangents (n, 3) of the sky."""
+    def rate(
+        self, index: Int[Array, " images"], sky: Float[Array, "images 3"], drift: Float[Array, "images 3"]
+    ) -> Float[Array, "images 3"]:
+        """Rates of the coordinates of images that drift along tangents of the sky."""
         # On the sky at rest, looking directions are N in other axes.
         looking, drifting = self._looking(sky), self._looking(drift)
         r, theta, phi = looking.T
@@ -73,18 +76,20 @@ class Chart:
         deepening = -slope * turning / (np.pi - size) - (outward - slope * turning) / distance
         return np.where((index == 0)[:, None], drift, np.stack([turning, deepening, 0 * turning], axis=-1))
 
-    def _looking(self, sky: Array) -> Array:
-        """Vectors (n, 3) of the sky at rest in components along r, theta, phi."""
+    def _looking(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
+        """Vectors of the sky at rest in components along r, theta, phi."""
         return looking_from_sky(self._frame, sky)
 
 
-def _from_hole(looking: Array) -> Array:
-    """Angles (n,) from the direction to the hole."""
+def _from_hole(looking: Float[Array, "images 3"]) -> Float[Array, " images"]:
+    """Angles from the direction to the hole, radians."""
     return np.arctan2(np.hypot(looking[:, 1], looking[:, 2]), -looking[:, 0])
 
 
-def apart(index: Array, start: Array, end: Array) -> Array:
-    """Steps (..., 3) from places to places on the sheets of the given index, the short way round in angle."""
+def apart(
+    index: Int[Array, "*#steps"], start: Float[Array, "*#steps 3"], end: Float[Array, "*#steps 3"]
+) -> Float[Array, "*#steps 3"]:
+    """Steps from places to places on the sheets of the given index, the short way round in angle."""
     step = end - start
     angle = np.where(index == 0, step[..., 0], (step[..., 0] + np.pi) % (2 * np.pi) - np.pi)
     return np.concatenate([angle[..., None], step[..., 1:]], axis=-1)

@@ -10,6 +10,7 @@ All of it lives on the sky of the fiducial observer: caustics do not depend on t
 
 import numpy as np
 
+from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import edge_photons
 
@@ -17,8 +18,8 @@ from kerrcaustics.spacetime.shadow import edge_photons
 DEEPEST = 32.0
 
 
-def looking(camera: Camera, turn: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """Looking directions (..., 3) at (turn, depth), in FIDO components (r, theta, phi).
+def looking(camera: Camera, turn: HostReals, depth: HostReals) -> HostVectors:
+    """Looking directions at (turn, depth), in FIDO components (r, theta, phi).
 
     A looking direction is minus the direction of motion of the photon seen there.
 
@@ -27,8 +28,8 @@ def looking(camera: Camera, turn: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return beside_edge(camera, turn, np.exp(-np.asarray(depth, float)))
 
 
-def beside_edge(camera: Camera, turn: np.ndarray, part: np.ndarray) -> np.ndarray:
-    """Looking directions (..., 3) on the lines at a part of the reach from the edge, negative inside the shadow.
+def beside_edge(camera: Camera, turn: HostReals, part: HostReals) -> HostVectors:
+    """Looking directions on the lines at a part of the reach from the edge, negative inside the shadow.
 
     Parameters and errors as for `looking`, whose part is exp(-depth).
     """

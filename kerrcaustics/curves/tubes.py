@@ -9,6 +9,7 @@ radius name a point of the tube.
 import math
 
 import numpy as np
+from jaxtyping import Float, Int
 from scipy.interpolate import PchipInterpolator
 
 from kerrcaustics.beams.paths import SpacePoints, ray_paths
@@ -19,6 +20,8 @@ from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+
+Array = np.ndarray
 
 # Steps along the caustic between neighbouring lines, in radians; fewest and most lines round a tube.
 _STEP = math.radians(2.0)
@@ -56,7 +59,7 @@ class CausticTube:
         return f"<CausticTube of order {self.order}, {self.points.radius.shape} points>"
 
 
-def usual_radii(spin: float) -> np.ndarray:
+def usual_radii(spin: float) -> Float[Array, " rows"]:
     """Radii from infinity to just above the horizon, evenly spaced in r / (r + 6)."""
     low = kerr.horizon(spin) + _ABOVE_HORIZON
     part = np.linspace(1, low / (low + _USUAL_SCALE), _USUAL_ROWS)
@@ -64,7 +67,9 @@ def usual_radii(spin: float) -> np.ndarray:
         return _USUAL_SCALE * part / (1 - part)
 
 
-def caustic_tubes(camera: Camera, orders: int = 2, radii: np.ndarray | None = None) -> tuple[CausticTube, ...]:
+def caustic_tubes(
+    camera: Camera, orders: int = 2, radii: Float[Array, " rows"] | None = None
+) -> tuple[CausticTube, ...]:
     """The caustics of a camera's past light cone as surfaces in space, primary first.
 
     Parameters
@@ -98,7 +103,7 @@ def caustic_tubes(camera: Camera, orders: int = 2, radii: np.ndarray | None = No
     return tuple(_tube(camera, curve, radii) for curve in critical_curves(camera, int(orders)))
 
 
-def _tube(camera: Camera, whole: CriticalCurve, radii: np.ndarray) -> CausticTube:
+def _tube(camera: Camera, whole: CriticalCurve, radii: Float[Array, " rows"]) -> CausticTube:
     curve = whole.points[_lines(whole.points)]
     reach = np.exp(-curve.depth)
     parts = _parts_at(camera, curve, whole.order, 1 / radii[1:])
@@ -122,7 +127,7 @@ def _tube(camera: Camera, whole: CriticalCurve, radii: np.ndarray) -> CausticTub
     return CausticTube(whole.order, points, sky_from_fido(camera.frame(), -looking), whole.closed)
 
 
-def _lines(curve: Points) -> np.ndarray:
+def _lines(curve: Points) -> Int[Array, " lines"]:
     """Which points of a critical curve to keep: even steps along the caustic and along the curve together."""
     on_caustic, on_sky = steps(curve.joined(curve[:1].shifted(1)))
     count = int(np.clip(on_caustic.sum() / _STEP, _FEWEST, _MOST))
@@ -131,8 +136,8 @@ def _lines(curve: Points) -> np.ndarray:
     return np.unique(np.searchsorted(along, np.arange(count) / count * whole.sum()).clip(0, len(curve) - 1))
 
 
-def _parts_at(camera: Camera, curve: Points, order: int, inverse: np.ndarray) -> np.ndarray:
-    """Parts of the distance from critical curve to edge, (rows, lines), of rays with conjugate points at given 1/r."""
+def _parts_at(camera: Camera, curve: Points, order: int, inverse: Float[Array, " rows"]) -> Float[Array, "rows lines"]:
+    """Parts of the distance from critical curve to edge of rays with conjugate points at given 1/r."""
     sparse = np.unique(np.append(np.arange(0, len(curve), _SPARSE), len(curve) - 1))
     part = _searched(camera, curve)
     turn = np.broadcast_to(curve.turn[sparse], (len(part), len(sparse)))
@@ -151,7 +156,7 @@ def _parts_at(camera: Camera, curve: Points, order: int, inverse: np.ndarray) ->
     return PchipInterpolator(sparse, parts, axis=1)(np.arange(len(curve)))
 
 
-def _searched(camera: Camera, curve: Points) -> np.ndarray:
+def _searched(camera: Camera, curve: Points) -> Float[Array, " parts"]:
     """Parts of the distance from shadow edge to critical curve at which conjugate points are looked for, falling."""
     edge = sky_lines.beside_edge(camera.at_rest(), curve.turn, np.zeros(len(curve)))
     size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])
@@ -162,7 +167,7 @@ def _searched(camera: Camera, curve: Points) -> np.ndarray:
     return np.concatenate([_OUTSIDE, between, scale * _INSIDE])
 
 
-def _conjugate(camera: Camera, looking: np.ndarray, order: int) -> SpacePoints:
+def _conjugate(camera: Camera, looking: Float[Array, "rows lines 3"], order: int) -> SpacePoints:
     """The conjugate points of one order on rays, NaN where there is none."""
     still = camera.at_rest()
     points = ray_paths(still, sky_from_fido(still.frame(), -looking), _PLACES).conjugate

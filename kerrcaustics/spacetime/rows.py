@@ -4,6 +4,7 @@ from dataclasses import Field, fields
 from typing import Any, ClassVar, Self
 
 import numpy as np
+from jaxtyping import Bool, Int
 
 
 class Rows:
@@ -15,7 +16,7 @@ class Rows:
         """Number of rows."""
         return len(getattr(self, fields(self)[0].name))
 
-    def __getitem__(self, chosen: Any) -> Self:
+    def __getitem__(self, chosen: slice | Int[np.ndarray, " chosen"] | Bool[np.ndarray, " rows"]) -> Self:
         """The rows chosen by indices, by truth values, or by a slice."""
         return type(self)(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
 
