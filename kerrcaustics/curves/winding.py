@@ -105,16 +105,25 @@ class _Sides(Rows):
 
 @dataclass(frozen=True, eq=False)
 class CausticPolygon:
-    """A caustic as a closed polygon, for counting stars inside it."""
+    """A caustic as a closed polygon, for counting stars inside it, with what every count needs of its sides.
+
+    middle, reach: circles that hold all that is close to a side; azimuths: of the sides' ends, as they have them.
+    """
 
     curves: CriticalCurves
     curve: CriticalCurve
     sides: _Sides
+    middle: Float[Array, "sides 3"]
+    reach: Float[Array, " sides"]
+    azimuths: tuple[Array, Array, Array]
 
     @classmethod
     def of(cls, curves: CriticalCurves, curve: CriticalCurve) -> "CausticPolygon":
         """The polygon through the points of one of the curves."""
-        return cls(curves, curve, _closed_sides(curve.points))
+        sides = _closed_sides(curve.points)
+        one, other = sides.one.direction, sides.other.direction
+        reach = np.linalg.norm(other - one, axis=1) / 2 + sides.margin
+        return cls(curves, curve, sides, (one + other) / 2, reach, sides.azimuths())
 
     def winding(self, star: Float[Array, "stars 3"]) -> Winding:
         """How the caustic winds round stars. One that is a point has no inside."""
@@ -146,6 +155,8 @@ class CausticPolygon:
         np.add.at(count, which, -sides.crossings(star[which]))
         points, owners = [self.curve.points[:0]], [which[:0]]
         for _ in range(_MOST_HALVINGS):
+            if not len(sides):
+                break
             touching[which[sides.height <= sides.error]] = True
             split = ~touching[which]
             split[split], middle = self._middles(sides[split])
@@ -159,8 +170,6 @@ class CausticPolygon:
             near = away <= sides.margin
             np.add.at(count, which[~near], sides[~near].crossings(star[which[~near]]))
             sides, which = sides[near], which[near]
-            if not len(sides):
-                break
         # What no halving settled.
         touching[which] = True
         np.add.at(count, which, sides.crossings(star[which]))
@@ -179,22 +188,21 @@ class CausticPolygon:
 
     def _close(self, star: Float[Array, "stars 3"]) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a side and a star that is close to it."""
-        ends, margin = (self.sides.one.direction, self.sides.other.direction), self.sides.margin
-        middle, reach = (ends[0] + ends[1]) / 2, np.linalg.norm(ends[1] - ends[0], axis=1) / 2 + margin
         if len(star) <= _FEW_STARS:
-            number, which = np.nonzero(np.linalg.norm(middle[:, None] - star, axis=2) <= reach[:, None])
+            number, which = np.nonzero(np.linalg.norm(self.middle[:, None] - star, axis=2) <= self.reach[:, None])
         else:
-            found = cKDTree(star).query_ball_point(middle, reach)
+            found = cKDTree(star).query_ball_point(self.middle, self.reach)
             number = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
             which = np.concatenate([np.asarray(stars, int) for stars in found])
-        near = self.sides[number].distance(star[which]) <= margin[number]
+        sides = self.sides[number]
+        near = sides.distance(star[which]) <= sides.margin
         return number[near], which[near]
 
     def _crossings(self, star: Float[Array, "stars 3"]) -> Int[Array, " stars"]:
         """Signed crossings of the meridians from stars to the north pole, with the undivided sides."""
         phi = np.arctan2(star[:, 1], star[:, 0])
         order = np.argsort(phi)
-        west, east, sign = self.sides.azimuths()
+        west, east, sign = self.azimuths
         start, south = self.sides.one.direction, self.sides.south
         count = np.zeros(len(star), int)
         for turn in (-_TURN, 0.0, _TURN):
