@@ -17,7 +17,7 @@ from kerrcaustics.stars.sheets import sheets_of
 SEAM, MARGIN = 0.7, 1e-6
 
 
-def contours(camera, normal, index, lines=1500, places=1200):
+def contours(camera, normal, index, lines, places):
     """Contours on the sheet of one index, each as directions N (n, 3), cut at the seam of the grid."""
     sheets = sheets_of(camera, index)
     sheet = sheets.sheets[index]

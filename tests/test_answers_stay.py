@@ -47,8 +47,8 @@ def after_others_in_any_order_and_from_threads(stars, first, others):
 
 
 def test_images_of_a_few_stars_stay():
-    stars = stars_of(7, 12)
-    after_others_in_any_order_and_from_threads(stars, [images(star) for star in stars], 40)
+    stars = stars_of(7, 8)
+    after_others_in_any_order_and_from_threads(stars, [images(star) for star in stars], 16)
 
 
 @pytest.mark.slow
