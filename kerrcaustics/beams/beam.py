@@ -51,10 +51,19 @@ class Rays:
     azimuth: np.ndarray = quantity(
         "ray...",
         "rad",
-        "phi', continuous along the ray (only modulo 2 pi for a ray through the spin axis), in error by error / sin "
-        "theta'",
+        "phi', continuous along the ray",
+    )
+    azimuth_error: np.ndarray = quantity(
+        "ray...",
+        "rad",
+        "estimated error of azimuth, infinite where it is known modulo 2 pi alone: rays that pass the spin axis within "
+        "round-off",
+        json="azimuth_error_rad",
     )
     status: np.ndarray = quantity("ray...", "1", "`Status` values")
+    status_certain: np.ndarray = quantity(
+        "ray...", "1", "False where round-off may have decided whether the ray reaches its end"
+    )
     error: np.ndarray = quantity(
         "ray...",
         "rad",
@@ -118,8 +127,14 @@ class Beams(Rays):
     index: np.ndarray | None = quantity(
         "ray...", "1", "Morse index, the number of conjugate points on the ray", default=None
     )
+    index_certain: np.ndarray | None = quantity(
+        "ray...", "1", "False where the index may be one off: the end is a conjugate point, within errors", default=None
+    )
     crossings: np.ndarray | None = quantity(
         "ray...", "1", "of the equatorial plane, that of the end itself included", default=None
+    )
+    crossings_certain: np.ndarray | None = quantity(
+        "ray...", "1", "False where crossings may be one off: the end lies in the plane, within errors", default=None
     )
 
     @property

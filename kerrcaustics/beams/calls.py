@@ -47,8 +47,8 @@ def closed_form(
     return _batched(kernel, [sky], _closed_form_size(many))
 
 
-def prospects(camera: Camera, sky: np.ndarray, end: End, *, many: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Which rays do not reach their end, and which fall in when followed on."""
+def prospects(camera: Camera, sky: np.ndarray, end: End, *, many: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
     return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], _closed_form_size(many))
 
 
@@ -101,9 +101,9 @@ _survey = jax.jit(integrated.survey)
 
 
 @jax.jit
-def _prospects(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags]:
+def _prospects(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, Flags]:
     aim = integrated.aim_at(end, frame, photon(frame, sky))
-    return aim.lost, aim.captured
+    return aim.lost, aim.captured, aim.certain
 
 
 def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:

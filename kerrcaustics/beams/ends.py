@@ -31,13 +31,14 @@ class Aim(NamedTuple):
     captured: followed on, it falls in; lost: it does not reach its end; mino_time to the end, 0 if lost; rising,
     whether it arrives with growing radius (for spheres); plane_rate, |z'| in the equatorial plane (where that is the
     end); conditioning, how much it magnifies round-off in N: deep in the field the energy at infinity is a small
-    difference of large numbers.
+    difference of large numbers; certain, whether double precision knows the first two.
     """
 
     captured: Flags
     lost: Flags
     mino_time: Reals
     conditioning: Reals
+    certain: Flags
     rising: Flags = False
     plane_rate: Reals = math.inf
 
@@ -97,6 +98,11 @@ class End:
         """Crossings of the equatorial plane, from those counted on the way."""
         return counted
 
+    def crossings_are_certain(self, height: Reals, error: Reals) -> Flags:
+        """Whether the side of the equatorial plane is known on which a ray ends, at a height cos(theta')."""
+        # Exactly zero is a ray that stays in the plane.
+        return (jnp.abs(height) > error) | (height == 0)
+
     def orientation(self, light: Photon, u_rate: Reals) -> Reals:
         """The sign that det J has for rays that passed no conjugate point."""
         return jnp.where(u_rate < 0, 1.0, -1.0)
@@ -150,7 +156,7 @@ class CelestialSphere(End):
         """Rays reach it that are not captured."""
         captured = radial.is_captured(frame, light, quartic)
         time = jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic))
-        return Aim(captured, captured, time, _conditioning(frame, light))
+        return Aim(captured, captured, time, *_known(frame, light, quartic))
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """The path is straight there."""
@@ -198,7 +204,7 @@ class Sphere(End):
         below = captured | (inward & (self.radius >= quartic.h + root))
         lost = ~jnp.where(rising, above, below) | (light.energy_ratio <= 0)
         time = radial.mino_time_to(frame, light, quartic, self.radius, rising)
-        return Aim(captured, lost, jnp.where(lost, 0.0, time), _conditioning(frame, light), rising=rising)
+        return Aim(captured, lost, jnp.where(lost, 0.0, time), *_known(frame, light, quartic), rising=rising)
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """By the parabola through u, arriving with the known sign of u': close to a turning point too."""
@@ -267,7 +273,7 @@ class EquatorialPlane(End):
         reached = time < jnp.where(captured, to_horizon, radial.mino_time(frame, light, quartic))
         lost = ~reached | (light.energy_ratio <= 0)
         plane_rate = jnp.sqrt(jnp.maximum(light.q, 0))
-        return Aim(captured, lost, jnp.where(lost, 0.0, time), _conditioning(frame, light), plane_rate=plane_rate)
+        return Aim(captured, lost, jnp.where(lost, 0.0, time), *_known(frame, light, quartic), plane_rate=plane_rate)
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """The path is straight there: z'' vanishes in the plane."""
@@ -288,6 +294,10 @@ class EquatorialPlane(End):
     def crossings(self, counted: Reals) -> Reals:
         """The end is a crossing itself, on whichever side of it round-off has left z."""
         return jnp.full_like(counted, self.crossing)
+
+    def crossings_are_certain(self, height: Reals, error: Reals) -> Flags:
+        """The end is one."""
+        return jnp.ones_like(error, bool)
 
     def orientation(self, light: Photon, u_rate: Reals) -> Reals:
         """Above the plane first, a ray meets it from above for the odd crossings."""
@@ -347,6 +357,7 @@ def end_of(camera: Camera, end: object) -> End:
     return CelestialSphere() if math.isinf(end) else Sphere(float(end))
 
 
-def _conditioning(frame: Frame, light: Photon) -> Reals:
+def _known(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Reals, Flags]:
+    """The conditioning of a ray, and whether its fate is certain."""
     terms = frame.lapse + jnp.abs(light.energy_ratio - frame.lapse)
-    return terms / jnp.abs(light.energy_ratio)
+    return terms / jnp.abs(light.energy_ratio), radial.capture_is_certain(frame, light, quartic)

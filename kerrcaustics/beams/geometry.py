@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime.arrays import Flags, Reals
+from kerrcaustics.spacetime.camera import Frame
 
 
 def length(parts: Any) -> Reals:
@@ -28,6 +29,11 @@ def cross(p: Any, q: Any) -> tuple[Reals, Reals, Reals]:
 def turned(m: Any, change: Any, angle: Reals) -> tuple[Reals, Reals, Reals]:
     """A change of m together with a turn about the spin axis by a small angle."""
     return change[0] - angle * m[1], change[1] + angle * m[0], change[2]
+
+
+def first_azimuth(frame: Frame, rate: tuple[Reals, ...]) -> Reals:
+    """Azimuth of m at the camera: 0, and on the spin axis the direction in which the ray leaves, by its rate there."""
+    return jnp.where(frame.sin_theta == 0, jnp.arctan2(rate[2], rate[1]), 0.0)
 
 
 def azimuth_step(b: Reals, before: tuple[Reals, ...], after: tuple[Reals, ...]) -> Reals:

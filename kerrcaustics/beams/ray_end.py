@@ -41,7 +41,9 @@ class RayEnd(Generic[A]):
 
     direction: A
     azimuth: A
+    azimuth_error: A
     status: A
+    status_certain: A
     error: A
     noise: A | None
     closed_form: A
@@ -53,7 +55,9 @@ class RayEnd(Generic[A]):
     jacobian: A | None = None
     jacobian_error: A | None = None
     index: A | None = None
+    index_certain: A | None = None
     crossings: A | None = None
+    crossings_certain: A | None = None
 
     def rows(self, chosen: np.ndarray | slice) -> "RayEnd[A]":
         """The chosen rays."""
@@ -70,13 +74,13 @@ class RayEnd(Generic[A]):
         """So many rays with nothing written yet, of what these hold."""
         return jax.tree.map(lambda values: np.empty((count, *values.shape[1:]), values.dtype), self)
 
-    def nowhere(self, status: np.ndarray) -> "RayEnd[A]":
+    def nowhere(self, status: np.ndarray, certain: np.ndarray) -> "RayEnd[A]":
         """Rays that do not reach their end, with a status each, holding what these hold: the formulas do hold."""
         ends = self.room(len(status))
         for values in vars(ends).values():
             if values is not None and values.dtype == float:
                 values[...] = np.nan
-        return replace(ends, status=status, closed_form=np.ones(len(status), bool))
+        return replace(ends, status=status, status_certain=certain, closed_form=np.ones(len(status), bool))
 
     def shaped(self, shape: tuple[int, ...]) -> "RayEnd[A]":
         """The rays in a batch shape."""
@@ -91,6 +95,9 @@ class RayEnd(Generic[A]):
         def whole(number: np.ndarray | None) -> np.ndarray | None:
             return None if number is None else np.where(reached, number, -1).astype(np.int32)
 
+        def known(flags: np.ndarray | None) -> np.ndarray | None:
+            return None if flags is None else flags & reached
+
         return replace(
             self,
             status=status,
@@ -98,7 +105,9 @@ class RayEnd(Generic[A]):
             time_noise=None,
             closed_form=self.closed_form & reached,
             index=whole(self.index),
+            index_certain=known(self.index_certain),
             crossings=whole(self.crossings),
+            crossings_certain=known(self.crossings_certain),
         )
 
     def fields(self) -> dict[str, np.ndarray]:

@@ -17,6 +17,8 @@ from kerrcaustics.spacetime.cubic import largest_root
 _SMALLEST = 1e-300
 # Relative distance (squared) of the outer roots below which double precision does not know their sign.
 _UNDECIDED = 2e-15
+# Round-off of N, as it enters that.
+_IN_DIRECTION = 2e-15
 
 
 class Quartic(NamedTuple):
@@ -115,6 +117,16 @@ def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
     turns_below = (quartic.d > least) & (outer_root > horizon(frame.spin)) & beyond
     falls_back = (quartic.d > -least) & ~beyond
     return jnp.where(inward, ~turns_below, falls_back) | (photon.energy_ratio <= 0)
+
+
+def capture_is_certain(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
+    """False where round-off in N decides whether the ray is captured: next to the shadow edge.
+
+    Next to it d is as uncertain as the square of the impact parameter, which N magnifies by the camera's distance.
+    """
+    magnified = 4 + frame.cylindrical_scale / jnp.sqrt(jnp.maximum(photon.k, 1e-2))
+    energies = (frame.lapse + jnp.abs(photon.energy_ratio - frame.lapse)) / jnp.abs(photon.energy_ratio)
+    return jnp.abs(quartic.d) > _IN_DIRECTION * magnified * energies * quartic.h**2
 
 
 def mino_time(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:

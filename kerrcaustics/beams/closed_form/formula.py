@@ -21,12 +21,12 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams import errors
+from kerrcaustics.beams import certainty, errors
 from kerrcaustics.beams.closed_form import finite_end, round_off, small_k
 from kerrcaustics.beams.closed_form.polar_motion import Polar, Swing, polar_motion, polar_swing, time_to_plane
 from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
 from kerrcaustics.beams.ends import Aim, Arriving, CelestialSphere, End, EquatorialPlane, Jacobian, Sphere, Spherical
-from kerrcaustics.beams.geometry import dot, length
+from kerrcaustics.beams.geometry import dot, first_azimuth, length
 from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
@@ -46,16 +46,18 @@ Found = RayEnd[Reals | Flags]
 class _Known(NamedTuple):
     """What is known of a ray beside its direction n' and its radius at the end.
 
-    polar and radial motion; how it arrives; lost, it does not reach its end; certified, the formulas hold; spread, of a
-    ray traced alone; noise, and that of the Jacobian; sense, the sign that det J has where no conjugate point was
-    passed.
+    polar and radial motion; how it arrives; lost, it does not reach its end, and whether that is certain; certified,
+    the formulas hold; spread, of a ray traced alone; noise, and that of the Jacobian; sense, the sign that det J has
+    where no conjugate point was passed.
     """
 
+    light: Photon
     azimuth: Reals
     polar: Polar
     travel: Travel
     at: Arriving
     lost: Flags
+    certain: Flags
     certified: Flags
     spread: Reals
     noise: Reals
@@ -99,6 +101,7 @@ def _ray_end(
     hidden = jnp.where(known.lost, jnp.nan, 0.0)
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
     error = jnp.minimum(known.noise + rounded, math.pi) + hidden
+    gone_round = known.polar.azimuth - first_azimuth(frame, known.light.rate)
     certified, time, late = known.certified, None, (None, None)
     if known.travel.clock is not None and known.polar.clock is not None:
         time = known.travel.clock + known.polar.clock
@@ -107,7 +110,9 @@ def _ray_end(
     return RayEnd(
         direction=stacked(direction, hidden),
         azimuth=known.azimuth + hidden,
+        azimuth_error=certainty.azimuth_error(frame, known.light, direction, error, gone_round) + hidden,
         status=status_of(known.lost, known.travel.captured),
+        status_certain=known.certain,
         error=error,
         noise=known.noise,
         closed_form=certified,
@@ -116,6 +121,7 @@ def _ray_end(
         time_error=late[0],
         time_noise=late[1],
         crossings=end.crossings(known.polar.crossings) if wanted.crossings else None,
+        crossings_certain=end.crossings_are_certain(direction[2], error) if wanted.crossings else None,
     )
 
 
@@ -129,6 +135,7 @@ def _with_beam(found: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, 
         jacobian_error=jnp.minimum(error, 1.0),
         closed_form=found.closed_form & (known.lost | jnp.isfinite(spread)),
         index=_morse_index(known.polar.phase, known.sense * determinant) if wanted.index else None,
+        index_certain=certainty.index_is_certain(jacobian, error) if wanted.index else None,
     )
 
 
@@ -153,19 +160,21 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
     direction = end.direction(direction)
     at = _arriving(light, travel)
     if aim is None:
-        lost = travel.captured
+        lost, certain = travel.captured, radial.capture_is_certain(frame, light, quartic)
         noise = round_off.at_infinity(frame, light, quartic, polar.phase)
         spread = round_off.spread_alone(frame, sky, light, quartic)
     else:
-        lost = aim.lost
+        lost, certain = aim.lost, aim.certain
         noise, spread = round_off.at_finite_end(frame, light, end, travel, aim, at, polar.phase)
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     known = _Known(
+        light=light,
         azimuth=azimuth,
         polar=polar,
         travel=travel,
         at=at,
         lost=lost,
+        certain=certain,
         certified=travel.holds & (lost | holds),
         spread=spread,
         noise=noise,
@@ -200,11 +209,14 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
     direction, azimuth = _turned(travel, polar)
     noise = round_off.of_small_k(frame) + jnp.zeros_like(light.k)
     known = _Known(
+        light=light,
         azimuth=azimuth,
         polar=polar,
         travel=travel,
         at=_arriving(light, travel),
         lost=travel.captured,
+        # Short rays are far from the shadow edge.
+        certain=jnp.ones_like(travel.captured),
         certified=(light.rate[0] < 0) & (light.k < small_k.MOST_K) & jnp.isfinite(length(direction)),
         spread=round_off.spread_of_small_k(frame, sky, light, travel.time),
         noise=noise,

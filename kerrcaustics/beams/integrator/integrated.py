@@ -18,6 +18,7 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams.ends import Aim, End
+from kerrcaustics.beams.geometry import first_azimuth
 from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import (
     Constants,
@@ -67,7 +68,7 @@ def trace(
         paths = (*paths, clock.started(constants, ray))
     arrival = jnp.where(idle, 0.0, aim.mino_time)
     journey = Journey(frame.spin, end, constants, aim, idle, arrival, density, rates)
-    first = _departure(journey, paths, first_azimuth(frame, ray), wanted)
+    first = _departure(journey, paths, first_azimuth(frame, ray.rate), wanted)
     last = jax.lax.while_loop(lambda now: jnp.any(remaining(journey, now) != 0), partial(step, journey), first)
     return land(frame, journey, paths, last)
 
@@ -140,8 +141,3 @@ def _near_edge(constants: Constants, mino_time: Reals) -> Reals:
     """Shorter steps for rays that circle the hole: their errors grow by about e for every radian of arc."""
     arc = mino_time * polar_rapidity(constants)
     return jnp.exp(jnp.clip(arc - 4, 0, 16) / 11)
-
-
-def first_azimuth(frame: Frame, ray: Path) -> Reals:
-    """Azimuth of m at the camera: 0, and on the spin axis the direction in which the ray leaves."""
-    return jnp.where(frame.sin_theta == 0, jnp.arctan2(ray.rate[2], ray.rate[1]), 0.0)

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams import errors
+from kerrcaustics.beams import certainty, errors
 from kerrcaustics.beams.ends import Arriving, Jacobian
-from kerrcaustics.beams.geometry import azimuth_step, dot, length, turned
+from kerrcaustics.beams.geometry import azimuth_step, dot, first_azimuth, length, turned
 from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import polar_rapidity
 from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
@@ -49,22 +49,27 @@ def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progre
     lost = journey.end.lost(journey.aim, frame.spin, ray.position[0])
     hidden, stuck = jnp.where(lost, jnp.nan, 0.0), last.steps >= MAX_STEPS
     turning = last.azimuth + azimuth_step(journey.constants.b, last.paths[0].position, ray.position) + ray.psi
+    gone_round = turning - ray.psi - first_azimuth(frame, started[0].rate)
     error = jnp.where(stuck, math.pi, jnp.minimum(_DIRECTION_GAIN * drift + noise, math.pi)) + hidden
     radius = journey.end.radius_at(ray.position[0])
     found = RayEnd(
         direction=stacked(touch.n, hidden),
         azimuth=turning + hidden,
+        azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, error, gone_round) + hidden,
         status=status_of(lost, journey.aim.captured),
+        status_certain=journey.aim.certain,
         error=error,
         noise=noise,
         closed_form=jnp.zeros_like(lost),
         radius=radius + hidden if journey.end.finite else None,
         index=last.conjugate_points,
         crossings=None if last.crossings is None else journey.end.crossings(last.crossings),
+        crossings_certain=None if last.crossings is None else journey.end.crossings_are_certain(touch.n[2], error),
     )
     if jacobian is not None:
         bent = jnp.where(stuck, 1.0, errors.of_jacobian(journey.end, 0.0, drift + noise, at.turning, growth)) + hidden
-        found = replace(found, jacobian=stacked(jacobian, hidden), jacobian_error=bent)
+        sure = None if last.conjugate_points is None else certainty.index_is_certain(jacobian, bent)
+        found = replace(found, jacobian=stacked(jacobian, hidden), jacobian_error=bent, index_certain=sure)
     if last.clock_error is None:
         return found
     drift = jnp.where(stuck, jnp.inf, _DIRECTION_GAIN * last.clock_error)
