@@ -359,5 +359,4 @@ def end_of(camera: Camera, end: object) -> End:
 
 def _known(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Reals, Flags]:
     """The conditioning of a ray, and whether its fate is certain."""
-    terms = frame.lapse + jnp.abs(light.energy_ratio - frame.lapse)
-    return terms / jnp.abs(light.energy_ratio), radial.capture_is_certain(frame, light, quartic)
+    return radial.conditioning(frame, light), radial.capture_is_certain(frame, light, quartic)

@@ -37,12 +37,12 @@ def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Real
     assert aim.rising is not None
     roots, start = start_of(frame, light, quartic)
     u = 1 / radius + 0 * light.b
-    square = (1 - roots.h * u) ** 2 - roots.d * u * u
+    square = radial.outer_square(roots.quartic(), (start.r, start.outer), radius) * u * u
     known = aim.lost | (square > _UNDECIDED)
     y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(known & (square > 0), square, 1.0))
     # The radius itself, not 1 / u, so that its difference from the camera's is exact.
     end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - horizons(frame.spin)[0])
-    there = travel(frame.spin, radial_leg.integrals(frame.spin, light.b, roots, start, end, clock=clock), aim.captured)
+    there = travel(frame.spin, radial_leg.integrals(frame.spin, roots, start, end, clock=clock), aim.captured)
     psi_rate, _ = _rates_at(frame.spin, light.b, u)
     return there._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=known)
 
@@ -54,7 +54,7 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim
     coefficients = radial.potential_coefficients(spin, light)
     near, certified = _found(spin, *jax.lax.stop_gradient((light, coefficients, roots, start, time)))
     near_u, y = point = _on_curve(roots, near)
-    whole = radial_leg.integrals(spin, light.b, roots, start, _place(spin, roots, point), clock=clock)
+    whole = radial_leg.integrals(spin, roots, start, _place(spin, roots, point), clock=clock)
     late = time - whole.time
     slope = -y * _x(roots, near_u)
     u = near_u + jax.lax.stop_gradient(slope) * late

@@ -152,7 +152,7 @@ def _morse_index(phase: Reals, determinant: Reals) -> Reals:
 
 def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bool) -> Ray:
     light = photon(frame, sky)
-    quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
+    quartic = radial.factor(frame, light)
     swing = polar_swing(frame, light, on_equator=on_equator)
     travel, aim = _travelled(frame, light, quartic, swing, end, clock=clock)
     polar = polar_motion(frame, light, swing, travel.time, on_equator=on_equator, clock=clock)

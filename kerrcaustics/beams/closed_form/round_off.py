@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams import errors
 from kerrcaustics.beams.closed_form import finite_end
-from kerrcaustics.beams.closed_form.radial_motion import Travel, close_to_roots, horizons
+from kerrcaustics.beams.closed_form.radial_motion import Travel, horizons, rate_knows_roots
 from kerrcaustics.beams.ends import Aim, Arriving, End
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
@@ -31,7 +31,7 @@ def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Rea
     distance.
     """
     distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(jnp.abs(quartic.d))) / quartic.h
-    known = jnp.where(close_to_roots(frame, quartic), jnp.minimum(distance, 1.0), 1.0)
+    known = jnp.where(rate_knows_roots(frame, light, quartic), jnp.minimum(distance, 1.0), 1.0)
     moved = known * light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
     return ROUNDING * (1 + PER_PHASE * phase) + _of_turn(frame, light, frame.radius) + _INTEGRALS * moved
 
