@@ -123,6 +123,10 @@ class End:
         """How far a ray is displaced in the surface that is displaced by `growth` in u, in its path."""
         return growth * (1 + at.turning) / at.rate
 
+    def delayed(self, delay: Reals, at: Arriving) -> Reals:
+        """How far a ray is displaced in the surface that is late, by so many radians of arc, in radius alone."""
+        return delay * (1 + at.turning)
+
     def least_growth(self, at: Arriving) -> Reals:
         """By how much, at least, errors made on the way grow."""
         return 1.0
@@ -199,12 +203,16 @@ class Sphere(End):
         captured = radial.is_captured(frame, light, quartic)
         inward = light.rate[0] > 0
         rising = (self.radius > frame.radius) | ((self.radius == frame.radius) & inward)
-        root = jnp.sqrt(jnp.maximum(quartic.d, 0))
-        above = ~captured | (~inward & (self.radius <= quartic.h - root))
-        below = captured | (inward & (self.radius >= quartic.h + root))
+        # Where this is negative the sphere lies between the outer roots.
+        square = radial.outer_square(quartic, radial.outer_start(frame, light, quartic), self.radius)
+        side = self.radius - 1 - quartic.lift
+        above = ~captured | (~inward & (side <= 0) & (square >= 0))
+        below = captured | (inward & (side >= 0) & (square >= 0))
         lost = ~jnp.where(rising, above, below) | (light.energy_ratio <= 0)
         time = radial.mino_time_to(frame, light, quartic, self.radius, rising)
-        return Aim(captured, lost, jnp.where(lost, 0.0, time), *_known(frame, light, quartic), rising=rising)
+        conditioning, certain = _known(frame, light, quartic)
+        certain = certain & (jnp.abs(square) > radial.arrival_doubt(frame, light, quartic, self.radius))
+        return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, certain, rising=rising)
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """By the parabola through u, arriving with the known sign of u': close to a turning point too."""
@@ -270,10 +278,12 @@ class EquatorialPlane(End):
         horizon = radial.horizon(frame.spin)
         to_horizon = radial.mino_time_to(frame, light, quartic, horizon, jnp.zeros_like(captured))
         time = mino_time_to_plane(frame, light, self.crossing)
-        reached = time < jnp.where(captured, to_horizon, radial.mino_time(frame, light, quartic))
-        lost = ~reached | (light.energy_ratio <= 0)
+        most = jnp.where(captured, to_horizon, radial.mino_time(frame, light, quartic))
+        lost = ~(time < most) | (light.energy_ratio <= 0)
         plane_rate = jnp.sqrt(jnp.maximum(light.q, 0))
-        return Aim(captured, lost, jnp.where(lost, 0.0, time), *_known(frame, light, quartic), plane_rate=plane_rate)
+        conditioning, certain = _known(frame, light, quartic)
+        certain = certain & (jnp.abs(time - most) > radial.time_doubt(frame, light, quartic) * most)
+        return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, certain, plane_rate=plane_rate)
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """The path is straight there: z'' vanishes in the plane."""
@@ -319,6 +329,10 @@ class EquatorialPlane(End):
     def opened(self, growth: Reals, at: Arriving) -> Reals:
         """As much as in ln r, and what that makes of psi."""
         return growth * (1 / at.u + at.psi_rate) / at.speed
+
+    def delayed(self, delay: Reals, at: Arriving) -> Reals:
+        """As much as it lags behind in ln r."""
+        return self.opened(delay * at.rate, at)
 
     def least_growth(self, at: Arriving) -> Reals:
         """An error of the time moves the end."""

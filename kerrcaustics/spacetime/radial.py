@@ -198,12 +198,22 @@ def capture_is_certain(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
     Beside the doubt of d there is that of N, which the camera's distance magnifies.
     """
     inward, above = photon.rate[0] > 0, frame.radius - 1 - quartic.lift
-    magnified = _IN_DIRECTION * (1 + frame.cylindrical_scale / jnp.sqrt(jnp.maximum(photon.k, 1e-2)))
-    least = magnified * doubt(frame, photon, quartic)
+    least = _doubt_with_direction(frame, photon, quartic)
     # A ray that leaves outward from above the roots escapes anyhow, one that leaves inward from below falls in.
     anyhow = (inward != (above > 0)) & (above**2 > least)
-    known = jnp.abs(photon.energy_ratio) > _ROUNDING * frame.lapse + _ROUNDING
+    known = _ROUNDING * conditioning(frame, photon) < 1
     return (anyhow | (jnp.abs(quartic.d) > least)) & known
+
+
+def time_doubt(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:
+    """What rounding, of N too, leaves open of Mino times as long as those to infinity, relative to them."""
+    least = _doubt_with_direction(frame, photon, quartic)
+    return _IN_DIRECTION * _ROUNDING + least / (least + jnp.abs(quartic.d))
+
+
+def _doubt_with_direction(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:
+    magnified = 1 + frame.cylindrical_scale / jnp.sqrt(jnp.maximum(photon.k, 1e-2))
+    return _IN_DIRECTION * magnified * doubt(frame, photon, quartic)
 
 
 def mino_time(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:
@@ -248,22 +258,47 @@ def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Reals, 
     References: as for `mino_time`; past a turning point the square roots are multiplied out, so that they stay
     finite where the two radii are equal.
     """
-    r1, r2, h, e = frame.radius, radius, quartic.h, quartic.e
+    r1, r2 = frame.radius, radius
     # R = Q1 Q2: the signed root of Q1 and the root of Q2 at both ends.
-    b1, b2 = jnp.sqrt((r1 + h) ** 2 - e), jnp.sqrt((r2 + h) ** 2 - e)
-    a1 = -photon.rate[0] * r1**2 / b1
-    a2 = jnp.where(rising, 1.0, -1.0) * jnp.sqrt(jnp.maximum(outer_square(quartic, (r1, a1), r2), 0))
+    b1, b2 = _inner(quartic, r1), _inner(quartic, r2)
+    start = outer_start(frame, photon, quartic)
+    a1 = start[1]
+    a2 = jnp.where(rising, 1.0, -1.0) * jnp.sqrt(jnp.maximum(outer_square(quartic, start, r2), 0))
     triple, scale = between(quartic, (r1, b1, a1), (r2, b2, a2))
     return 2 * scale * elliptic.carlson(triple).first
 
 
+def outer_start(frame: Frame, photon: Photon, quartic: Quartic) -> tuple[Reals, Reals]:
+    """The camera's radius, and the root of (r - h)^2 - d there, with the sign of r'."""
+    return frame.radius, -photon.rate[0] * frame.radius**2 / _inner(quartic, frame.radius)
+
+
+def _inner(quartic: Quartic, r: Reals) -> Reals:
+    return jnp.sqrt((r + quartic.h) ** 2 - quartic.e)
+
+
 def outer_square(quartic: Quartic, start: tuple[Reals, Reals], radius: Reals) -> Reals:
     """(r - h)^2 - d at a radius; close to the start, a radius and the root of the same there, from that."""
+    change, above, nearby = _from_start(quartic, start, radius)
+    return jnp.where(nearby, start[1] ** 2 + change, above**2 - quartic.d)
+
+
+def arrival_doubt(frame: Frame, photon: Photon, quartic: Quartic, radius: Reals) -> Reals:
+    """What rounding, of N too, leaves open of (r - h)^2 - d at a radius: rays just reach it where that is zero."""
+    start = outer_start(frame, photon, quartic)
+    change, above, nearby = _from_start(quartic, start, radius)
+    outer, scale = start[1], photon.energy_ratio * _inner(quartic, frame.radius)
+    wobble = _ROUNDING * conditioning(frame, photon) * frame.root_sigma_delta / scale
+    here = _ROUNDING * (jnp.abs(change) + outer**2) + (2 * jnp.abs(outer) + jnp.abs(wobble)) * jnp.abs(wobble)
+    return jnp.where(nearby, here, _ROUNDING * above**2 + _doubt_with_direction(frame, photon, quartic))
+
+
+def _from_start(quartic: Quartic, start: tuple[Reals, Reals], radius: Reals) -> tuple[Reals, Reals, Flags]:
+    """The change of (r - h)^2 - d from the start to a radius; r - h there; whether the change tells it better."""
     r1, outer = start
-    s1, s2 = r1 - 1 - quartic.lift, radius - 1 - quartic.lift
-    change = (radius - r1) * (s1 + s2)
-    nearby = outer**2 + jnp.abs(change) < s2**2 + jnp.abs(quartic.d)
-    return jnp.where(nearby, outer**2 + change, s2**2 - quartic.d)
+    before, above = r1 - 1 - quartic.lift, radius - 1 - quartic.lift
+    change = (radius - r1) * (before + above)
+    return change, above, outer**2 + jnp.abs(change) < above**2 + jnp.abs(quartic.d)
 
 
 def between(

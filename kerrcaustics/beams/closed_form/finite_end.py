@@ -20,8 +20,6 @@ from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 
-# Relative distance of an end from a turning point, or of its time from the last possible one, that round-off decides.
-_UNDECIDED = 1e-12
 # Steps from Weierstrass' function to round-off, and the distance in time, relative to that from the outer roots and to
 # the Mino time of an oscillation, that they may leave to the last one.
 _REFINEMENTS = 2
@@ -37,8 +35,9 @@ def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Real
     assert aim.rising is not None
     roots, start = start_of(frame, light, quartic)
     u = 1 / radius + 0 * light.b
-    square = radial.outer_square(roots.quartic(), (start.r, start.outer), radius) * u * u
-    known = aim.lost | (square > _UNDECIDED)
+    square = radial.outer_square(roots.quartic(), (start.r, start.outer), radius)
+    known = aim.lost | (square > radial.arrival_doubt(frame, light, quartic, radius))
+    square = square * u * u
     y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(known & (square > 0), square, 1.0))
     # The radius itself, not 1 / u, so that its difference from the camera's is exact.
     end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - horizons(frame.spin)[0])

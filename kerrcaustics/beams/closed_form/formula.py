@@ -145,7 +145,7 @@ def _morse_index(phase: Reals, determinant: Reals) -> Reals:
     So the index is the number of half turns or one more, and the sign of det J tells which. (Found, not
     proved: no exception among millions of rays, see docs/accuracy.md.)
     """
-    turns = jnp.floor(phase / math.pi - _PHASE_MARGIN)
+    turns = jnp.maximum(jnp.floor(phase / math.pi - _PHASE_MARGIN), 0)
     odd = jnp.mod(turns, 2) == 1
     return turns + (odd != (determinant < 0))
 
@@ -165,7 +165,7 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
         spread = round_off.spread_alone(frame, sky, light, quartic)
     else:
         lost, certain = aim.lost, aim.certain
-        noise, spread = round_off.at_finite_end(frame, light, end, travel, aim, at, polar.phase)
+        noise, spread = round_off.at_finite_end(frame, sky, light, quartic, end, travel, aim, at, polar.phase)
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     known = _Known(
         light=light,
