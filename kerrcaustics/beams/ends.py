@@ -21,6 +21,9 @@ from kerrcaustics.spacetime.camera import Camera, Frame, Photon
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 
+# Round-off of the radius of an end, relative, as it enters the distance from a turning point.
+_OF_RADIUS = 4e-16
+
 Row = tuple[Reals, ...]
 Jacobian = tuple[Row, ...]
 
@@ -211,7 +214,9 @@ class Sphere(End):
         lost = ~jnp.where(rising, above, below) | (light.energy_ratio <= 0)
         time = radial.mino_time_to(frame, light, quartic, self.radius, rising)
         conditioning, certain = _known(frame, light, quartic)
-        certain = certain & (jnp.abs(square) > radial.arrival_doubt(frame, light, quartic, self.radius))
+        # Of the radius too, which may be that of the turning point.
+        doubt = radial.arrival_doubt(frame, light, quartic, self.radius) + _OF_RADIUS * self.radius * jnp.abs(side)
+        certain = certain & (jnp.abs(square) > doubt)
         return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, certain, rising=rising)
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:

@@ -24,6 +24,8 @@ from kerrcaustics.spacetime.camera import Frame, Photon
 # the Mino time of an oscillation, that they may leave to the last one.
 _REFINEMENTS = 2
 _LATE = 1e-6
+# Radians of arc below which the variation of a way, a difference of what varies much more, is left to the integrator.
+_SHORTEST = 1e-3
 
 
 # u and y of a place.
@@ -61,8 +63,8 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim
     psi_rate, clock_rate = _rates_at(spin, light.b, u)
     hidden = jax.lax.stop_gradient((psi_rate, clock_rate))
     slow = None if there.clock is None else there.clock + hidden[1] * late
-    clearance = jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
-    certified = certified & (jnp.abs(late) * jnp.sqrt(light.k + 3) < _LATE * clearance)
+    arc, clearance = time * jnp.sqrt(light.k + 3), jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
+    certified = certified & (jnp.abs(late) * jnp.sqrt(light.k + 3) < _LATE * clearance) & (arc > _SHORTEST)
     return Travel(
         time=time,
         psi=there.psi + hidden[0] * late,
@@ -71,7 +73,7 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim
         u=u,
         rate=slope,
         psi_rate=psi_rate,
-        clearance=clearance,
+        clearance=jnp.minimum(clearance, (arc + jnp.abs(slope)) / 8),
         holds=aim.lost | certified,
     )
 

@@ -100,7 +100,8 @@ def _ray_end(
 ) -> Found:
     hidden = jnp.where(known.lost, jnp.nan, 0.0)
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
-    error = jnp.minimum(known.noise + rounded, math.pi) + hidden
+    unlimited = known.noise + rounded
+    error = jnp.minimum(unlimited, math.pi) + hidden
     gone_round = known.polar.azimuth - first_azimuth(frame, known.light.rate)
     certified, time, late = known.certified, None, (None, None)
     if known.travel.clock is not None and known.polar.clock is not None:
@@ -110,7 +111,7 @@ def _ray_end(
     return RayEnd(
         direction=stacked(direction, hidden),
         azimuth=known.azimuth + hidden,
-        azimuth_error=certainty.azimuth_error(frame, known.light, direction, error, gone_round) + hidden,
+        azimuth_error=certainty.azimuth_error(frame, known.light, direction, unlimited, gone_round) + hidden,
         status=status_of(known.lost, known.travel.captured),
         status_certain=known.certain,
         error=error,
