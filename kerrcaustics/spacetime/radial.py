@@ -98,7 +98,9 @@ def slip(frame: Frame, photon: Photon) -> Reals:
     # r^2 + a^2 - a b at the camera.
     total = jnp.sqrt((photon.rate[0] * frame.radius**2) ** 2 + delta * photon.kappa)
     rest = delta + 2 * height
-    return jnp.where(total + rest < _SLIPPING, total - rest, 2 - frame.spin * photon.b)
+    # The product a b alone would lose what is left of it.
+    known = (2 - photon.b) + (1 - frame.spin) * photon.b
+    return jnp.where(total + rest < _SLIPPING, total - rest, known)
 
 
 def _factors_about_one(z: Reals, eta: Reals, sigma: Reals, level: Reals) -> tuple[Reals, ...]:
@@ -157,7 +159,7 @@ def _resolvent_start(cubic: _Resolvent) -> Reals:
 
 def horizon(spin: Reals) -> Reals:
     """Radius of the outer horizon, r_+, in compiled code."""
-    return 1 + jnp.sqrt((1 - spin) * (1 + spin))
+    return 1 + horizon_lift(spin)
 
 
 def horizon_lift(spin: Reals) -> Reals:
@@ -167,8 +169,8 @@ def horizon_lift(spin: Reals) -> Reals:
 
 def horizon_function(spin: Reals, u: Reals) -> Reals:
     """Delta / r^2 = 1 - 2 u + a^2 u^2, in factors that keep their digits close to a nearly extremal hole."""
-    outer = horizon(spin)
-    return (1 - outer * u) * (1 - spin**2 / outer * u)
+    lift = horizon_lift(spin) * u
+    return (1 - u - lift) * (1 - u + lift)
 
 
 def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams.closed_form import radial_leg
-from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots, Travel, horizons, start_of, travel
+from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots, Travel, start_of, travel
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.beams.ends import Aim
 from kerrcaustics.spacetime import radial
@@ -42,7 +42,7 @@ def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Real
     square = square * u * u
     y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(known & (square > 0), square, 1.0))
     # The radius itself, not 1 / u, so that its difference from the camera's is exact.
-    end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - horizons(frame.spin)[0])
+    end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - 1 - radial.horizon_lift(frame.spin))
     there = travel(frame.spin, radial_leg.integrals(frame.spin, roots, start, end, clock=clock), aim.captured)
     psi_rate, _ = _rates_at(frame.spin, light.b, u)
     return there._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=known)
@@ -136,7 +136,7 @@ def _x(roots: RadialRoots, u: Reals) -> Reals:
 def _place(spin: Reals, roots: RadialRoots, point: _Point) -> RadialPlace:
     u, y = point
     r = 1 / u
-    return RadialPlace(r, (1 - horizons(spin)[0] * u) * r, _x(roots, u) * r, y * r)
+    return RadialPlace(r, r - 1 - radial.horizon_lift(spin), _x(roots, u) * r, y * r)
 
 
 def _rates_at(spin: Reals, b: Reals, u: Reals) -> tuple[Reals, Reals]:

@@ -61,7 +61,7 @@ class _Known(NamedTuple):
     certified: Flags
     spread: Reals
     noise: Reals
-    jacobian_noise: Reals
+    jacobian_noise: tuple[Reals, Reals]
     sense: Reals
 
 
@@ -129,7 +129,8 @@ def _ray_end(
 def _with_beam(found: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, known: _Known, wanted: Wanted) -> Found:
     hidden = jnp.where(known.lost, jnp.nan, 0.0)
     determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
-    error = errors.of_jacobian(end, known.jacobian_noise, found.error, known.at.turning, spread)
+    own, far = known.jacobian_noise
+    error = errors.of_jacobian(end, own + far / jnp.maximum(spread, 1), found.error, known.at.turning, spread)
     return replace(
         found,
         jacobian=stacked(jacobian, hidden),
@@ -179,7 +180,7 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
         certified=travel.holds & (lost | holds),
         spread=spread,
         noise=noise,
-        jacobian_noise=round_off.of_jacobian(frame, light, noise, travel.clearance, on_equator=on_equator),
+        jacobian_noise=round_off.of_jacobian(frame, light, noise, travel.clearance),
         sense=end.orientation(light, travel.rate),
     )
     return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
@@ -221,7 +222,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
         certified=(light.rate[0] < 0) & (light.k < small_k.MOST_K) & jnp.isfinite(length(direction)),
         spread=round_off.spread_of_small_k(frame, sky, light, travel.time),
         noise=noise,
-        jacobian_noise=9 * noise,
+        jacobian_noise=(9 * noise, 0.0 * noise),
         sense=1.0,
     )
     return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)

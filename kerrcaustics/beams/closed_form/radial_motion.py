@@ -133,7 +133,7 @@ def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Radi
     above = r - 1 - lift
     d = jnp.where(rate_knows_roots(frame, light, quartic), (above - outer) * (above + outer), d)
     # Exact next to the horizon, where the rounding of its radius would not be.
-    height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - horizons(frame.spin)[1])
+    height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + radial.horizon_lift(frame.spin))
     roots = RadialRoots(h, d, low, following, lift, radial.slip(frame, light))
     return roots, RadialPlace(r, height, inner, outer)
 

@@ -24,6 +24,7 @@ _LONG = 6.0
 _INTEGRALS = 3e-16
 # The Jacobian loses more digits than the end: derivatives of psi, of k, of the outer roots close to the camera.
 _IN_DERIVATIVE, _OF_RAPIDITY, _OF_CLEARANCE = 9, 1e-15, 5e-14
+_FAR = 4
 
 
 def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Reals) -> Reals:
@@ -67,15 +68,15 @@ def of_small_k(frame: Frame) -> Reals:
     return ROUNDING + ROUNDING * frame.spin / (outer - inner)
 
 
-def of_jacobian(frame: Frame, light: Photon, noise: Reals, clearance: Reals | None, *, on_equator: bool) -> Reals:
-    """Round-off of the Jacobian, from that of the end.
+def of_jacobian(frame: Frame, light: Photon, noise: Reals, clearance: Reals | None) -> tuple[Reals, Reals]:
+    """Round-off of the Jacobian, from that of the end: relative to its size where that is small, and absolute.
 
-    Off the equator the azimuth is a difference of two phases, each of which changes with N by about the radius. Close
-    to the outer roots the variations of psi and of the Mino time cancel.
+    Close to the outer roots the variations of psi and of the Mino time cancel. Far from the hole all variations do, as
+    much as the direction at the end depends on b less than b on N.
     """
-    start = 0.0 if on_equator else 3e-15 * frame.cylindrical_scale
-    own = _OF_RAPIDITY * jnp.sqrt(jnp.maximum(light.k, 0)) + start
-    return _IN_DERIVATIVE * noise + (own if clearance is None else own + _OF_CLEARANCE / clearance)
+    own = _IN_DERIVATIVE * noise + _OF_RAPIDITY * jnp.sqrt(jnp.minimum(jnp.maximum(light.k, 0), 100.0))
+    far = _FAR * noise * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
+    return own if clearance is None else own + _OF_CLEARANCE / clearance, far
 
 
 def spread_alone(frame: Frame, sky: Components, light: Photon, quartic: radial.Quartic) -> Reals:
