@@ -185,7 +185,7 @@ def test_radial_integrals_against_quadrature(way):
     h, d = float(quartic.h), float(quartic.d)
     excess = spin**2 * q / (h * h - d)
     width = math.sqrt(h * h + excess)
-    roots = RadialRoots(h, d, -h - width, excess / (h + width), quartic.lift, 2 - spin * b)
+    roots = RadialRoots(h, d, -h - width, excess / (h + width), quartic.lift, 2 * kerr.horizon(spin) - spin * b)
     ends = place(roots, spin, first, sense), place(roots, spin, last, final)
     found = radial_leg.integrals(spin, roots, *ends, clock=True)
     outer = kerr.horizon(spin)

@@ -101,10 +101,12 @@ class End:
         """Crossings of the equatorial plane, from those counted on the way."""
         return counted
 
-    def crossings_are_certain(self, height: Reals, error: Reals) -> Flags:
-        """Whether the side of the equatorial plane is known on which a ray ends, at a height cos(theta')."""
-        # Exactly zero is a ray that stays in the plane.
-        return (jnp.abs(height) > error) | (height == 0)
+    def crossings_are_certain(self, height: Reals, error: Reals, in_plane: Flags = True) -> Flags:
+        """Whether the side of the equatorial plane is known on which a ray ends, at a height cos(theta').
+
+        A height of 0 is that of a ray that stays in the plane, if that is more than round-off.
+        """
+        return (jnp.abs(height) > error) | ((height == 0) & in_plane)
 
     def orientation(self, light: Photon, u_rate: Reals) -> Reals:
         """The sign that det J has for rays that passed no conjugate point."""
@@ -310,7 +312,7 @@ class EquatorialPlane(End):
         """The end is a crossing itself, on whichever side of it round-off has left z."""
         return jnp.full_like(counted, self.crossing)
 
-    def crossings_are_certain(self, height: Reals, error: Reals) -> Flags:
+    def crossings_are_certain(self, height: Reals, error: Reals, in_plane: Flags = True) -> Flags:
         """The end is one."""
         return jnp.ones_like(error, bool)
 

@@ -21,8 +21,8 @@ _ROUNDING = 1e-15
 _IN_DIRECTION = 4.0
 # Between these values of k and kappa the potential is taken about r = 1.
 _LEAST_K, _MOST_KAPPA = 2.0, 30.0
-# Terms of 2 - a b below which it is a sum of them.
-_SLIPPING = 0.5
+# Terms of 2 r_+ - a b below which it is their difference.
+_COROTATING = 0.5
 
 
 class Quartic(NamedTuple):
@@ -89,18 +89,24 @@ def conditioning(frame: Frame, photon: Photon) -> Reals:
     return terms / jnp.abs(photon.energy_ratio)
 
 
-def slip(frame: Frame, photon: Photon) -> Reals:
-    """2 - a b, which vanishes for photons that move with the horizon of an extremal hole.
+def corotation(frame: Frame, photon: Photon) -> Reals:
+    """2 r_+ - a b, which vanishes for photons that move with the horizon; close to it from the rates at the camera.
 
-    Close to it from the rates at the camera, which know it better than b.
+    These know it better than b.
     """
-    height, delta = frame.radius - 1, (frame.root_sigma_delta / frame.root_sigma) ** 2
-    # r^2 + a^2 - a b at the camera.
+    lift = horizon_lift(frame.spin)
+    height, delta = frame.radius - 1 - lift, (frame.root_sigma_delta / frame.root_sigma) ** 2
+    # r^2 + a^2 - a b at the camera, and what the horizon has less.
     total = jnp.sqrt((photon.rate[0] * frame.radius**2) ** 2 + delta * photon.kappa)
-    rest = delta + 2 * height
+    rest = delta * (frame.radius + 1 + lift) / (height + 2 * lift)
     # The product a b alone would lose what is left of it.
-    known = (2 - photon.b) + (1 - frame.spin) * photon.b
-    return jnp.where(total + rest < _SLIPPING, total - rest, known)
+    known = 2 * lift + ((2 - photon.b) + (1 - frame.spin) * photon.b)
+    return jnp.where(total + rest < _COROTATING, total - rest, known)
+
+
+def slip(frame: Frame, photon: Photon) -> Reals:
+    """2 - a b: the same for a horizon at r = 1."""
+    return corotation(frame, photon) - 2 * horizon_lift(frame.spin)
 
 
 def _factors_about_one(z: Reals, eta: Reals, sigma: Reals, level: Reals) -> tuple[Reals, ...]:

@@ -46,12 +46,13 @@ Found = RayEnd[Reals | Flags]
 class _Known(NamedTuple):
     """What is known of a ray beside its direction n' and its radius at the end.
 
-    polar and radial motion; how it arrives; lost, it does not reach its end, and whether that is certain; certified,
-    the formulas hold; spread, of a ray traced alone; noise, and that of the Jacobian; sense, the sign that det J has
-    where no conjugate point was passed.
+    whether it stays in the equatorial plane; polar and radial motion; how it arrives; lost, it does not reach its end,
+    and whether that is certain; certified, the formulas hold; spread, of a ray traced alone; noise, and that of the
+    Jacobian, of its size and absolute; sense, the sign that det J has where no conjugate point was passed.
     """
 
     light: Photon
+    in_plane: Flags
     azimuth: Reals
     polar: Polar
     travel: Travel
@@ -122,7 +123,7 @@ def _ray_end(
         time_error=late[0],
         time_noise=late[1],
         crossings=end.crossings(known.polar.crossings) if wanted.crossings else None,
-        crossings_certain=end.crossings_are_certain(direction[2], error) if wanted.crossings else None,
+        crossings_certain=end.crossings_are_certain(direction[2], error, known.in_plane) if wanted.crossings else None,
     )
 
 
@@ -171,6 +172,7 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     known = _Known(
         light=light,
+        in_plane=certainty.stays_in_plane(frame, sky),
         azimuth=azimuth,
         polar=polar,
         travel=travel,
@@ -180,7 +182,7 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
         certified=travel.holds & (lost | holds),
         spread=spread,
         noise=noise,
-        jacobian_noise=round_off.of_jacobian(frame, light, noise, travel.clearance),
+        jacobian_noise=round_off.of_jacobian(frame, sky, light, noise, travel.clearance),
         sense=end.orientation(light, travel.rate),
     )
     return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
@@ -212,6 +214,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
     noise = round_off.of_small_k(frame) + jnp.zeros_like(light.k)
     known = _Known(
         light=light,
+        in_plane=certainty.stays_in_plane(frame, sky),
         azimuth=azimuth,
         polar=polar,
         travel=travel,

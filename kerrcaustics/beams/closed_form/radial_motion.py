@@ -52,14 +52,14 @@ class Travel(NamedTuple):
 
 
 class RadialRoots(NamedTuple):
-    """The roots h -+ sqrt(d), low and next of R; lift = h - 1, and slip = 2 - a b."""
+    """The roots h -+ sqrt(d), low and next of R; lift = h - 1, and corotation = 2 r_+ - a b."""
 
     h: Reals
     d: Reals
     low: Reals
     next: Reals
     lift: Reals
-    slip: Reals
+    corotation: Reals
 
     def quartic(self) -> radial.Quartic:
         """The factors of R."""
@@ -67,8 +67,7 @@ class RadialRoots(NamedTuple):
 
     def rest(self, spin: Reals) -> tuple[Reals, Reals]:
         """2 r_h - a b of both horizons."""
-        rise = 2 * radial.horizon_lift(spin)
-        return self.slip + rise, self.slip - rise
+        return self.corotation, self.corotation - 4 * radial.horizon_lift(spin)
 
 
 class RadialPlace(NamedTuple):
@@ -134,7 +133,7 @@ def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Radi
     d = jnp.where(rate_knows_roots(frame, light, quartic), (above - outer) * (above + outer), d)
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + radial.horizon_lift(frame.spin))
-    roots = RadialRoots(h, d, low, following, lift, radial.slip(frame, light))
+    roots = RadialRoots(h, d, low, following, lift, radial.corotation(frame, light))
     return roots, RadialPlace(r, height, inner, outer)
 
 

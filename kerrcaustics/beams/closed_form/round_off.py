@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams import errors
 from kerrcaustics.beams.closed_form import finite_end
-from kerrcaustics.beams.closed_form.radial_motion import Travel, horizons, rate_knows_roots
+from kerrcaustics.beams.closed_form.radial_motion import Travel, rate_knows_roots
 from kerrcaustics.beams.ends import Aim, Arriving, End
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
@@ -31,7 +31,7 @@ def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Rea
     """Round-off in radians for a beam of unit spread."""
     gap = _gap_to_infinity(frame, light, quartic)
     moved = _moved(frame, light, quartic, gap)
-    return ROUNDING * (1 + PER_PHASE * phase) + _of_turn(frame, light, frame.radius) + _INTEGRALS * moved
+    return ROUNDING * (1 + PER_PHASE * phase) + _of_turn(frame, light, frame.radius)[0] + _INTEGRALS * moved
 
 
 def at_finite_end(
@@ -48,12 +48,12 @@ def at_finite_end(
     """Round-off in radians, and the spread of a ray traced alone: rates at the end magnify errors of the Mino time."""
     gap, motion = _gap_to_end(frame, light, quartic, travel), end.motion(at)
     grown = finite_end.growth(frame, *jax.lax.stop_gradient((light, travel.time)))
+    turn, rest = _of_turn(frame, light, jnp.minimum(1 / at.u, frame.radius))
     # What grows on a long way is what moves the outer roots.
     opened = end.opened(jnp.where(at.speed * travel.time < _LONG, grown, 1.0), at)
     noise = (
         ROUNDING * (1 + PER_PHASE * phase) * motion
-        + _of_turn(frame, light, jnp.minimum(1 / at.u, frame.radius))
-        * (1 + 0.1 * errors.depth(frame.spin, at.u) * at.u)
+        + turn * (1 + rest + 0.1 * errors.depth(frame.spin, at.u) * at.u)
         + _INTEGRALS * (opened + end.delayed(_moved(frame, light, quartic, gap), at))
     )
     # Rounding N changes b, and the root of k, by the distance from the axis times that.
@@ -64,18 +64,19 @@ def at_finite_end(
 
 def of_small_k(frame: Frame) -> Reals:
     """Round-off in radians of the rays of small k."""
-    outer, inner = horizons(frame.spin)
-    return ROUNDING + ROUNDING * frame.spin / (outer - inner)
+    return ROUNDING + ROUNDING * frame.spin / (2 * radial.horizon_lift(frame.spin))
 
 
-def of_jacobian(frame: Frame, light: Photon, noise: Reals, clearance: Reals | None) -> tuple[Reals, Reals]:
+def of_jacobian(
+    frame: Frame, sky: Components, light: Photon, noise: Reals, clearance: Reals | None
+) -> tuple[Reals, Reals]:
     """Round-off of the Jacobian, from that of the end: relative to its size where that is small, and absolute.
 
     Close to the outer roots the variations of psi and of the Mino time cancel. Far from the hole all variations do, as
     much as the direction at the end depends on b less than b on N.
     """
     own = _IN_DERIVATIVE * noise + _OF_RAPIDITY * jnp.sqrt(jnp.minimum(jnp.maximum(light.k, 0), 100.0))
-    far = _FAR * noise * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
+    far = _FAR * noise * _energy(frame, sky, light) * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
     return own if clearance is None else own + _OF_CLEARANCE / clearance, far
 
 
@@ -90,13 +91,11 @@ def spread_of_small_k(frame: Frame, sky: Components, light: Photon, time: Reals)
     return 1.5 * _energy(frame, sky, light) * frame.cylindrical_scale * time
 
 
-def _of_turn(frame: Frame, light: Photon, radius: Reals) -> Reals:
-    """Round-off of psi for a ray whose lower end, or camera, is at some radius."""
-    outer, inner = horizons(frame.spin)
-    corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (radius - outer) ** 2)
-    # Next to a = 1 the outer roots come close to the horizons too.
-    extremal = 1 + 2e-5 / (outer - inner)
-    return 4e-15 * extremal * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
+def _of_turn(frame: Frame, light: Photon, radius: Reals) -> tuple[Reals, Reals]:
+    """Round-off of psi for a ray whose lower end, or camera, is at some radius; what photons at rest there add to 1."""
+    lift = radial.horizon_lift(frame.spin)
+    corotation = jnp.abs(radial.corotation(frame, light)) * (1 + 40 * (radius - 1 - lift) ** 2)
+    return 2e-15 * frame.spin / lift * (1 + 0.3 / corotation), 0.03 / corotation
 
 
 def _energy(frame: Frame, sky: Components, light: Photon) -> Reals:
