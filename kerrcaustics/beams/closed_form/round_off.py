@@ -24,7 +24,7 @@ _LONG = 6.0
 _INTEGRALS = 3e-16
 # The Jacobian loses more digits than the end: derivatives of psi, of k, of the outer roots close to the camera.
 _IN_DERIVATIVE, _OF_RAPIDITY, _OF_CLEARANCE = 9, 1e-15, 5e-14
-_FAR = 4
+_OF_DIRECTION, _FAR = 1e-15, 6
 
 
 def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Reals) -> Reals:
@@ -73,10 +73,11 @@ def of_jacobian(
     """Round-off of the Jacobian, from that of the end: relative to its size where that is small, and absolute.
 
     Close to the outer roots the variations of psi and of the Mino time cancel. Far from the hole all variations do, as
-    much as the direction at the end depends on b less than b on N.
+    much as the direction at the end depends on b less than b on N; and rounding of N changes b, relative to it, more.
     """
     own = _IN_DERIVATIVE * noise + _OF_RAPIDITY * jnp.sqrt(jnp.minimum(jnp.maximum(light.k, 0), 100.0))
-    far = _FAR * noise * _energy(frame, sky, light) * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
+    lever = _energy(frame, sky, light) * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
+    own, far = own + _OF_DIRECTION * lever, _FAR * noise * lever
     return own if clearance is None else own + _OF_CLEARANCE / clearance, far
 
 
