@@ -93,7 +93,7 @@ def near_outward_null(camera: kc.Camera, angle: np.ndarray, turn: np.ndarray) ->
 def _passes_axis(camera: kc.Camera, sky: np.ndarray) -> np.ndarray:
     """True (n,) where rays of about b = 0 come closest to the spin axis on their way to infinity."""
     frame, light = camera.frame(), photon(camera.frame(), tuple(sky.T))
-    quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
+    quartic = radial.factor(frame, light)
     time = np.asarray(radial.mino_time(frame, light, quartic))
     momentum = np.maximum(light.k, 0) + camera.spin**2
     m = camera.spin**2 / momentum

@@ -16,7 +16,7 @@ from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.spacetime import kerr, radial
-from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.spacetime.camera import Photon, photon
 
 
 @pytest.mark.slow
@@ -179,13 +179,15 @@ def test_radial_integrals_against_quadrature(way):
     b, q, first, sense, last, final = way
     spin = 0.9
     a2, a1, a0 = spin**2 - q - b * b, 2 * (q + (b - spin) ** 2), -(spin**2) * q
-    quartic = radial.factor(*(jnp.float64(c) for c in (a2, a1, a0)))
+    none = (jnp.float64(0.0),) * 4
+    light = Photon(*(jnp.float64(c) for c in (b, q + b * b, a1 / 2, q)), position=none, rate=none, energy_ratio=1.0)
+    quartic = radial.factor(kc.Camera(spin, first, math.pi / 2, "fiducial").frame(), light)
     h, d = float(quartic.h), float(quartic.d)
     excess = spin**2 * q / (h * h - d)
     width = math.sqrt(h * h + excess)
-    roots = RadialRoots(h, d, -h - width, excess / (h + width))
+    roots = RadialRoots(h, d, -h - width, excess / (h + width), quartic.lift, 2 * kerr.horizon(spin) - spin * b)
     ends = place(roots, spin, first, sense), place(roots, spin, last, final)
-    found = radial_leg.integrals(spin, b, roots, *ends, clock=True)
+    found = radial_leg.integrals(spin, roots, *ends, clock=True)
     outer = kerr.horizon(spin)
 
     def integrand(power: int, u):

@@ -22,15 +22,28 @@ _PASSED = 1.0
 def azimuth_error(frame: Frame, constants: Photon | Constants, n: Components, error: Reals, turn: Reals) -> Reals:
     """Error of the azimuth in radians: infinite for a ray whose side of the spin axis round-off decides.
 
+    Infinite too where nothing is known of the direction.
+
     Parameters: n, the direction of the end, and its error; turn, by how much m has gone round the axis.
     """
     sine = length(n[:2])
     scale = frame.cylindrical_scale * (1 + jnp.sqrt(jnp.maximum(constants.k, 0)) / frame.radius)
+    # Errors beyond that are not in proportion to those of N any more.
+    lost = error >= math.pi
     either = (jnp.abs(constants.b) <= _OF_B * scale) & (jnp.abs(turn) > _PASSED)
-    return jnp.where(either | (sine == 0), math.inf, error / jnp.where(sine == 0, 1.0, sine))
+    return jnp.where(either | lost | (sine == 0), math.inf, error / jnp.where(sine == 0, 1.0, sine))
 
 
 def index_is_certain(jacobian: Jacobian, error: Reals) -> Flags:
     """Whether the sign of det J at the end is known, the Jacobian having a relative error."""
     (a, b), (c, d) = jacobian
     return jnp.abs(a * d - b * c) > error * (a * a + b * b + c * c + d * d)
+
+
+def stays_in_plane(frame: Frame, sky: Components) -> Flags:
+    """Whether a ray lies in the equatorial plane by its numbers, not by their rounding.
+
+    Parameters: sky, the components of N.
+    """
+    along = [jnp.abs(part) * abs(axis[1]) for part, axis in zip((sky[0], 1.0, sky[2]), frame.basis, strict=True)]
+    return (frame.cos_theta == 0) & (along[0] + along[1] + along[2] == 0)

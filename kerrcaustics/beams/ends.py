@@ -21,6 +21,9 @@ from kerrcaustics.spacetime.camera import Camera, Frame, Photon
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 
+# Round-off of the radius of an end, relative, as it enters the distance from a turning point.
+_OF_RADIUS = 4e-16
+
 Row = tuple[Reals, ...]
 Jacobian = tuple[Row, ...]
 
@@ -98,10 +101,12 @@ class End:
         """Crossings of the equatorial plane, from those counted on the way."""
         return counted
 
-    def crossings_are_certain(self, height: Reals, error: Reals) -> Flags:
-        """Whether the side of the equatorial plane is known on which a ray ends, at a height cos(theta')."""
-        # Exactly zero is a ray that stays in the plane.
-        return (jnp.abs(height) > error) | (height == 0)
+    def crossings_are_certain(self, height: Reals, error: Reals, in_plane: Flags = True) -> Flags:
+        """Whether the side of the equatorial plane is known on which a ray ends, at a height cos(theta').
+
+        A height of 0 is that of a ray that stays in the plane, if that is more than round-off.
+        """
+        return (jnp.abs(height) > error) | ((height == 0) & in_plane)
 
     def orientation(self, light: Photon, u_rate: Reals) -> Reals:
         """The sign that det J has for rays that passed no conjugate point."""
@@ -122,6 +127,10 @@ class End:
     def opened(self, growth: Reals, at: Arriving) -> Reals:
         """How far a ray is displaced in the surface that is displaced by `growth` in u, in its path."""
         return growth * (1 + at.turning) / at.rate
+
+    def delayed(self, delay: Reals, at: Arriving) -> Reals:
+        """How far a ray is displaced in the surface that is late, by so many radians of arc, in radius alone."""
+        return delay * (1 + at.turning)
 
     def least_growth(self, at: Arriving) -> Reals:
         """By how much, at least, errors made on the way grow."""
@@ -199,12 +208,18 @@ class Sphere(End):
         captured = radial.is_captured(frame, light, quartic)
         inward = light.rate[0] > 0
         rising = (self.radius > frame.radius) | ((self.radius == frame.radius) & inward)
-        root = jnp.sqrt(jnp.maximum(quartic.d, 0))
-        above = ~captured | (~inward & (self.radius <= quartic.h - root))
-        below = captured | (inward & (self.radius >= quartic.h + root))
+        # Where this is negative the sphere lies between the outer roots.
+        square = radial.outer_square(quartic, radial.outer_start(frame, light, quartic), self.radius)
+        side = self.radius - 1 - quartic.lift
+        above = ~captured | (~inward & (side <= 0) & (square >= 0))
+        below = captured | (inward & (side >= 0) & (square >= 0))
         lost = ~jnp.where(rising, above, below) | (light.energy_ratio <= 0)
         time = radial.mino_time_to(frame, light, quartic, self.radius, rising)
-        return Aim(captured, lost, jnp.where(lost, 0.0, time), *_known(frame, light, quartic), rising=rising)
+        conditioning, certain = _known(frame, light, quartic)
+        # Of the radius too, which may be that of the turning point.
+        doubt = radial.arrival_doubt(frame, light, quartic, self.radius) + _OF_RADIUS * self.radius * jnp.abs(side)
+        certain = certain & (jnp.abs(square) > doubt)
+        return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, certain, rising=rising)
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """By the parabola through u, arriving with the known sign of u': close to a turning point too."""
@@ -270,10 +285,12 @@ class EquatorialPlane(End):
         horizon = radial.horizon(frame.spin)
         to_horizon = radial.mino_time_to(frame, light, quartic, horizon, jnp.zeros_like(captured))
         time = mino_time_to_plane(frame, light, self.crossing)
-        reached = time < jnp.where(captured, to_horizon, radial.mino_time(frame, light, quartic))
-        lost = ~reached | (light.energy_ratio <= 0)
+        most = jnp.where(captured, to_horizon, radial.mino_time(frame, light, quartic))
+        lost = ~(time < most) | (light.energy_ratio <= 0)
         plane_rate = jnp.sqrt(jnp.maximum(light.q, 0))
-        return Aim(captured, lost, jnp.where(lost, 0.0, time), *_known(frame, light, quartic), plane_rate=plane_rate)
+        conditioning, certain = _known(frame, light, quartic)
+        certain = certain & (jnp.abs(time - most) > radial.time_doubt(frame, light, quartic) * most)
+        return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, certain, plane_rate=plane_rate)
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """The path is straight there: z'' vanishes in the plane."""
@@ -295,7 +312,7 @@ class EquatorialPlane(End):
         """The end is a crossing itself, on whichever side of it round-off has left z."""
         return jnp.full_like(counted, self.crossing)
 
-    def crossings_are_certain(self, height: Reals, error: Reals) -> Flags:
+    def crossings_are_certain(self, height: Reals, error: Reals, in_plane: Flags = True) -> Flags:
         """The end is one."""
         return jnp.ones_like(error, bool)
 
@@ -319,6 +336,10 @@ class EquatorialPlane(End):
     def opened(self, growth: Reals, at: Arriving) -> Reals:
         """As much as in ln r, and what that makes of psi."""
         return growth * (1 / at.u + at.psi_rate) / at.speed
+
+    def delayed(self, delay: Reals, at: Arriving) -> Reals:
+        """As much as it lags behind in ln r."""
+        return self.opened(delay * at.rate, at)
 
     def least_growth(self, at: Arriving) -> Reals:
         """An error of the time moves the end."""
@@ -359,5 +380,4 @@ def end_of(camera: Camera, end: object) -> End:
 
 def _known(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Reals, Flags]:
     """The conditioning of a ray, and whether its fate is certain."""
-    terms = frame.lapse + jnp.abs(light.energy_ratio - frame.lapse)
-    return terms / jnp.abs(light.energy_ratio), radial.capture_is_certain(frame, light, quartic)
+    return radial.conditioning(frame, light), radial.capture_is_certain(frame, light, quartic)

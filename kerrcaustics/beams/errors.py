@@ -19,7 +19,7 @@ from kerrcaustics.spacetime.camera import Frame
 # The integrator is asked where this part of an error, or more, is round-off that it does not share: it gains a digit.
 _MOSTLY = 0.9
 # Round-off of a radius, relative, as it enters the time; and the part of it at the camera, whose place is exact.
-_TIME_ROUNDING, _AT_CAMERA = 1e-15, 0.3
+_TIME_ROUNDING, _AT_CAMERA = 2e-15, 0.3
 
 
 def depth(spin: Reals, u: Reals) -> Reals:

@@ -280,7 +280,7 @@ def _begun(frame: Frame, sky: Components, end: Spherical) -> tuple[_Beam, _State
     """Rays at the camera."""
     constants, ray, light = start(frame, sky)
     paths, variations = with_variations(frame, sky, ray)
-    quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
+    quartic = radial.factor(frame, light)
     aim = end.aim(frame, light, quartic)
     horizon = radial.horizon(frame.spin)
     stop = horizon + _ABOVE_HORIZON * jnp.minimum(1.0, frame.radius - horizon)

@@ -72,7 +72,7 @@ def polar_phase(camera: kc.Camera, sky: Array) -> Array:
 @partial(jax.jit, static_argnames="on_equator")
 def _phase(frame: Frame, sky: tuple, *, on_equator: bool) -> jax.Array:
     light = photon(frame, sky)
-    quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
+    quartic = radial.factor(frame, light)
     return polar_swing(frame, light, on_equator=on_equator).rate * radial_motion(frame, light, quartic).time
 
 

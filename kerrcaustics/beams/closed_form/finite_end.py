@@ -13,19 +13,19 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams.closed_form import radial_leg
-from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots, Travel, horizons, start_of, travel
+from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots, Travel, start_of, travel
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.beams.ends import Aim
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 
-# Relative distance of an end from a turning point, or of its time from the last possible one, that round-off decides.
-_UNDECIDED = 1e-12
 # Steps from Weierstrass' function to round-off, and the distance in time, relative to that from the outer roots and to
 # the Mino time of an oscillation, that they may leave to the last one.
 _REFINEMENTS = 2
 _LATE = 1e-6
+# Radians of arc below which the variation of a way, a difference of what varies much more, is left to the integrator.
+_SHORTEST = 1e-3
 
 
 # u and y of a place.
@@ -37,12 +37,13 @@ def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Real
     assert aim.rising is not None
     roots, start = start_of(frame, light, quartic)
     u = 1 / radius + 0 * light.b
-    square = (1 - roots.h * u) ** 2 - roots.d * u * u
-    known = aim.lost | (square > _UNDECIDED)
+    square = radial.outer_square(roots.quartic(), (start.r, start.outer), radius)
+    known = aim.lost | (square > radial.arrival_doubt(frame, light, quartic, radius))
+    square = square * u * u
     y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(known & (square > 0), square, 1.0))
     # The radius itself, not 1 / u, so that its difference from the camera's is exact.
-    end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - horizons(frame.spin)[0])
-    there = travel(frame.spin, radial_leg.integrals(frame.spin, light.b, roots, start, end, clock=clock), aim.captured)
+    end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - 1 - radial.horizon_lift(frame.spin))
+    there = travel(frame.spin, radial_leg.integrals(frame.spin, roots, start, end, clock=clock), aim.captured)
     psi_rate, _ = _rates_at(frame.spin, light.b, u)
     return there._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=known)
 
@@ -54,7 +55,7 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim
     coefficients = radial.potential_coefficients(spin, light)
     near, certified = _found(spin, *jax.lax.stop_gradient((light, coefficients, roots, start, time)))
     near_u, y = point = _on_curve(roots, near)
-    whole = radial_leg.integrals(spin, light.b, roots, start, _place(spin, roots, point), clock=clock)
+    whole = radial_leg.integrals(spin, roots, start, _place(spin, roots, point), clock=clock)
     late = time - whole.time
     slope = -y * _x(roots, near_u)
     u = near_u + jax.lax.stop_gradient(slope) * late
@@ -62,8 +63,8 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim
     psi_rate, clock_rate = _rates_at(spin, light.b, u)
     hidden = jax.lax.stop_gradient((psi_rate, clock_rate))
     slow = None if there.clock is None else there.clock + hidden[1] * late
-    clearance = jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
-    certified = certified & (jnp.abs(late) * jnp.sqrt(light.k + 3) < _LATE * clearance)
+    arc, clearance = time * jnp.sqrt(light.k + 3), jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
+    certified = certified & (jnp.abs(late) * jnp.sqrt(light.k + 3) < _LATE * clearance) & (arc > _SHORTEST)
     return Travel(
         time=time,
         psi=there.psi + hidden[0] * late,
@@ -72,7 +73,7 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim
         u=u,
         rate=slope,
         psi_rate=psi_rate,
-        clearance=clearance,
+        clearance=jnp.minimum(clearance, (arc + jnp.abs(slope)) / 8),
         holds=aim.lost | certified,
     )
 
@@ -135,7 +136,7 @@ def _x(roots: RadialRoots, u: Reals) -> Reals:
 def _place(spin: Reals, roots: RadialRoots, point: _Point) -> RadialPlace:
     u, y = point
     r = 1 / u
-    return RadialPlace(r, (1 - horizons(spin)[0] * u) * r, _x(roots, u) * r, y * r)
+    return RadialPlace(r, r - 1 - radial.horizon_lift(spin), _x(roots, u) * r, y * r)
 
 
 def _rates_at(spin: Reals, b: Reals, u: Reals) -> tuple[Reals, Reals]:

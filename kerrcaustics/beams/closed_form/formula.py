@@ -46,12 +46,13 @@ Found = RayEnd[Reals | Flags]
 class _Known(NamedTuple):
     """What is known of a ray beside its direction n' and its radius at the end.
 
-    polar and radial motion; how it arrives; lost, it does not reach its end, and whether that is certain; certified,
-    the formulas hold; spread, of a ray traced alone; noise, and that of the Jacobian; sense, the sign that det J has
-    where no conjugate point was passed.
+    whether it stays in the equatorial plane; polar and radial motion; how it arrives; lost, it does not reach its end,
+    and whether that is certain; certified, the formulas hold; spread, of a ray traced alone; noise, and that of the
+    Jacobian, of its size and absolute; sense, the sign that det J has where no conjugate point was passed.
     """
 
     light: Photon
+    in_plane: Flags
     azimuth: Reals
     polar: Polar
     travel: Travel
@@ -61,7 +62,7 @@ class _Known(NamedTuple):
     certified: Flags
     spread: Reals
     noise: Reals
-    jacobian_noise: Reals
+    jacobian_noise: tuple[Reals, Reals]
     sense: Reals
 
 
@@ -100,7 +101,8 @@ def _ray_end(
 ) -> Found:
     hidden = jnp.where(known.lost, jnp.nan, 0.0)
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
-    error = jnp.minimum(known.noise + rounded, math.pi) + hidden
+    unlimited = known.noise + rounded
+    error = jnp.minimum(unlimited, math.pi) + hidden
     gone_round = known.polar.azimuth - first_azimuth(frame, known.light.rate)
     certified, time, late = known.certified, None, (None, None)
     if known.travel.clock is not None and known.polar.clock is not None:
@@ -110,7 +112,7 @@ def _ray_end(
     return RayEnd(
         direction=stacked(direction, hidden),
         azimuth=known.azimuth + hidden,
-        azimuth_error=certainty.azimuth_error(frame, known.light, direction, error, gone_round) + hidden,
+        azimuth_error=certainty.azimuth_error(frame, known.light, direction, unlimited, gone_round) + hidden,
         status=status_of(known.lost, known.travel.captured),
         status_certain=known.certain,
         error=error,
@@ -121,14 +123,15 @@ def _ray_end(
         time_error=late[0],
         time_noise=late[1],
         crossings=end.crossings(known.polar.crossings) if wanted.crossings else None,
-        crossings_certain=end.crossings_are_certain(direction[2], error) if wanted.crossings else None,
+        crossings_certain=end.crossings_are_certain(direction[2], error, known.in_plane) if wanted.crossings else None,
     )
 
 
 def _with_beam(found: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, known: _Known, wanted: Wanted) -> Found:
     hidden = jnp.where(known.lost, jnp.nan, 0.0)
     determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
-    error = errors.of_jacobian(end, known.jacobian_noise, found.error, known.at.turning, spread)
+    own, far = known.jacobian_noise
+    error = errors.of_jacobian(end, own + far / jnp.maximum(spread, 1), found.error, known.at.turning, spread)
     return replace(
         found,
         jacobian=stacked(jacobian, hidden),
@@ -145,14 +148,14 @@ def _morse_index(phase: Reals, determinant: Reals) -> Reals:
     So the index is the number of half turns or one more, and the sign of det J tells which. (Found, not
     proved: no exception among millions of rays, see docs/accuracy.md.)
     """
-    turns = jnp.floor(phase / math.pi - _PHASE_MARGIN)
+    turns = jnp.maximum(jnp.floor(phase / math.pi - _PHASE_MARGIN), 0)
     odd = jnp.mod(turns, 2) == 1
     return turns + (odd != (determinant < 0))
 
 
 def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bool) -> Ray:
     light = photon(frame, sky)
-    quartic = radial.factor(*radial.potential_coefficients(frame.spin, light))
+    quartic = radial.factor(frame, light)
     swing = polar_swing(frame, light, on_equator=on_equator)
     travel, aim = _travelled(frame, light, quartic, swing, end, clock=clock)
     polar = polar_motion(frame, light, swing, travel.time, on_equator=on_equator, clock=clock)
@@ -165,10 +168,11 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
         spread = round_off.spread_alone(frame, sky, light, quartic)
     else:
         lost, certain = aim.lost, aim.certain
-        noise, spread = round_off.at_finite_end(frame, light, end, travel, aim, at, polar.phase)
+        noise, spread = round_off.at_finite_end(frame, sky, light, quartic, end, travel, aim, at, polar.phase)
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     known = _Known(
         light=light,
+        in_plane=certainty.stays_in_plane(frame, sky),
         azimuth=azimuth,
         polar=polar,
         travel=travel,
@@ -178,7 +182,7 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
         certified=travel.holds & (lost | holds),
         spread=spread,
         noise=noise,
-        jacobian_noise=round_off.of_jacobian(frame, light, noise, travel.clearance, on_equator=on_equator),
+        jacobian_noise=round_off.of_jacobian(frame, sky, light, noise, travel.clearance),
         sense=end.orientation(light, travel.rate),
     )
     return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
@@ -210,6 +214,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
     noise = round_off.of_small_k(frame) + jnp.zeros_like(light.k)
     known = _Known(
         light=light,
+        in_plane=certainty.stays_in_plane(frame, sky),
         azimuth=azimuth,
         polar=polar,
         travel=travel,
@@ -220,7 +225,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
         certified=(light.rate[0] < 0) & (light.k < small_k.MOST_K) & jnp.isfinite(length(direction)),
         spread=round_off.spread_of_small_k(frame, sky, light, travel.time),
         noise=noise,
-        jacobian_noise=9 * noise,
+        jacobian_noise=(9 * noise, 0.0 * noise),
         sense=1.0,
     )
     return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)

@@ -20,21 +20,20 @@ def mino_time(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> Reals
     return 2 * scale * elliptic.carlson(triple).first
 
 
-def integrals(
-    spin: Reals, b: Reals, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, clock: bool
-) -> RadialIntegrals:
+def integrals(spin: Reals, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, clock: bool) -> RadialIntegrals:
     """Mino time, I(r_+), I(r_-), and the integral of r^2 + 2 r if asked for, from one place to another."""
     low, following = roots.low, roots.next
     triple, scale = _triple(roots, start, end)
     below = (low - roots.h) ** 2 - roots.d
     poles, rates, logs = [], [], []
     r_plus, r_minus = horizons(spin)
-    for horizon, lift in ((r_plus, 0.0), (r_minus, r_plus - r_minus)):
-        heights = (start.height + lift, end.height + lift)
+    rise = radial.horizon_lift(spin)
+    for horizon, pole, rest in zip((r_plus, r_minus), (rise, -rise), roots.rest(spin), strict=True):
+        heights = (start.height + (rise - pole), end.height + (rise - pole))
         from_low = horizon - low
-        rate = (2 * horizon - spin * b) / from_low
+        rate = rest / from_low
         p = triple.root**2 - below * (horizon - following) / from_low * scale**2
-        s = _pole_sum(roots, start, end, horizon, heights)
+        s = _pole_sum(roots, start, end, pole, heights)
         product = heights[0] * heights[1] / ((start.r - low) * (end.r - low)) * p
         logs.append(elliptic.log_ratio(s, scale * rate, product))
         poles.append(elliptic.Pole(p, (following - low) * below * rate / from_low * scale**3))
@@ -52,8 +51,7 @@ def integrals(
 
 
 def _triple(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> tuple[elliptic.Triple, Reals]:
-    quartic = radial.Quartic(roots.h, roots.d, (roots.low + roots.h) ** 2)
-    return radial.between(quartic, (start.r, start.inner, start.outer), (end.r, end.inner, end.outer))
+    return radial.between(roots.quartic(), (start.r, start.inner, start.outer), (end.r, end.inner, end.outer))
 
 
 def _sum(first: Reals, second: Reals, squares: Reals) -> Reals:
@@ -63,15 +61,15 @@ def _sum(first: Reals, second: Reals, squares: Reals) -> Reals:
 
 
 def _pole_sum(
-    roots: RadialRoots, start: RadialPlace, end: RadialPlace, horizon: Reals, heights: tuple[Reals, Reals]
+    roots: RadialRoots, start: RadialPlace, end: RadialPlace, pole: Reals, heights: tuple[Reals, Reals]
 ) -> Reals:
-    """The S of DLMF 19.29.8 for a pole at a horizon, of which heights are the two places' distances."""
+    """The S of DLMF 19.29.8 for a pole at a horizon, 1 + pole, of which heights are the two places' distances."""
     t1, t2 = heights
     x1, x2 = start.r - roots.low, end.r - roots.low
     # The squares are a sum without cancellation, also between two radii close to one turning point.
-    s1, s2 = start.r - roots.h, end.r - roots.h
+    s1, s2 = start.r - 1 - roots.lift, end.r - 1 - roots.lift
     mixed = (start.r - roots.next) * x2 + (end.r - roots.next) * x1
-    squares = mixed * ((roots.h - horizon) * (s1 * t2 + s2 * t1) + roots.d * (t1 + t2))
+    squares = mixed * ((roots.lift - pole) * (s1 * t2 + s2 * t1) + roots.d * (t1 + t2))
     squares = squares + (roots.next - roots.low) * ((start.outer * t2) ** 2 + (end.outer * t1) ** 2)
     first, second = start.outer * start.inner / x1 * t2, end.outer * end.inner / x2 * t1
     return _sum(first, second, -squares / (2 * x1 * x2))
@@ -87,7 +85,7 @@ def _growing(
     found: elliptic.Integrals,
 ) -> Reals:
     """The integral of r^2 + 2 r from one place to another."""
-    h, d, low, following = roots
+    h, d, low, following, *_ = roots
     near, below, width = (following - h) ** 2 - d, (low - h) ** 2 - d, following - low
     t1, t2 = start.r - following, end.r - following
     time = 2 * scale * found.first

@@ -27,8 +27,8 @@ from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 
-# Distance of the camera from the middle of the outer roots, relative to their radius, that counts as close.
-_NEAR_ROOTS = 0.1
+# Rounding of the distance of the camera from the middle of the outer roots, and of the rate there, squared.
+_AT_CAMERA = 1e-15
 
 
 class Travel(NamedTuple):
@@ -52,12 +52,22 @@ class Travel(NamedTuple):
 
 
 class RadialRoots(NamedTuple):
-    """The roots h -+ sqrt(d), low and next of R."""
+    """The roots h -+ sqrt(d), low and next of R; lift = h - 1, and corotation = 2 r_+ - a b."""
 
     h: Reals
     d: Reals
     low: Reals
     next: Reals
+    lift: Reals
+    corotation: Reals
+
+    def quartic(self) -> radial.Quartic:
+        """The factors of R."""
+        return radial.Quartic(self.h, self.d, (self.low + self.h) ** 2, self.lift)
+
+    def rest(self, spin: Reals) -> tuple[Reals, Reals]:
+        """2 r_h - a b of both horizons."""
+        return self.corotation, self.corotation - 4 * radial.horizon_lift(spin)
 
 
 class RadialPlace(NamedTuple):
@@ -84,24 +94,25 @@ class RadialIntegrals(NamedTuple):
 def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, *, clock: bool = False) -> Travel:
     """The radial motion of rays from the camera to infinity; with the clock if asked for."""
     roots, start = start_of(frame, light, quartic)
-    way = _to_infinity(frame.spin, light.b, roots, start, clock=clock)
+    way = _to_infinity(frame.spin, roots, start, clock=clock)
     return travel(frame.spin, way, radial.is_captured(frame, light, quartic))
 
 
 def travel(spin: Reals, way: RadialIntegrals, captured: Flags) -> Travel:
     """What the integrals along a way mean for psi and the clock."""
     r_plus, r_minus = horizons(spin)
-    psi = -spin / (r_plus - r_minus) * (way.plus - way.minus)
+    psi = -spin / (2 * radial.horizon_lift(spin)) * (way.plus - way.minus)
     slow = None
     if way.growing is not None:
         # The integral of 2 (2 - a b u) / (1 - 2 u + a^2 u^2).
-        slow = way.growing + 4 * way.time + 2 / (r_plus - r_minus) * (r_plus * way.plus - r_minus * way.minus)
+        slow = way.growing + 4 * way.time + (r_plus * way.plus - r_minus * way.minus) / radial.horizon_lift(spin)
     return Travel(way.time, psi, captured, slow)
 
 
-def close_to_roots(frame: Frame, quartic: radial.Quartic) -> Flags:
-    """Whether the camera is so close to the outer roots that the rate there knows their distance best."""
-    return jnp.abs(frame.radius - quartic.h) < _NEAR_ROOTS * quartic.h
+def rate_knows_roots(frame: Frame, light: Photon, quartic: radial.Quartic) -> Flags:
+    """Whether the camera is so close to the outer roots that the rate there knows d better than the coefficients do."""
+    above = frame.radius - 1 - quartic.lift
+    return _AT_CAMERA * above**2 < radial.doubt(frame, light, quartic)
 
 
 def horizons(spin: Reals) -> tuple[Reals, Reals]:
@@ -112,35 +123,39 @@ def horizons(spin: Reals) -> tuple[Reals, Reals]:
 
 def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[RadialRoots, RadialPlace]:
     """The roots of R, and the place of the camera."""
-    r, h, d = frame.radius, quartic.h, quartic.d
+    r, h, d, lift = frame.radius, quartic.h, quartic.d, quartic.lift
     excess = frame.spin**2 * light.q / (h * h - d)
     width = jnp.sqrt(h * h + excess)
     low, following = -h - width, excess / (h + width)
     inner = jnp.sqrt((r - low) * (r - following))
     outer = -light.rate[0] * r**2 / inner
-    # Close to the turning point the rate at the camera knows d better than the coefficients of R do.
-    d = jnp.where(close_to_roots(frame, quartic), (r - h - outer) * (r - h + outer), d)
+    above = r - 1 - lift
+    d = jnp.where(rate_knows_roots(frame, light, quartic), (above - outer) * (above + outer), d)
     # Exact next to the horizon, where the rounding of its radius would not be.
-    height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - horizons(frame.spin)[1])
-    return RadialRoots(h, d, low, following), RadialPlace(r, height, inner, outer)
+    height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + radial.horizon_lift(frame.spin))
+    roots = RadialRoots(h, d, low, following, lift, radial.corotation(frame, light))
+    return roots, RadialPlace(r, height, inner, outer)
 
 
-def _to_infinity(spin: Reals, b: Reals, roots: RadialRoots, place: RadialPlace, *, clock: bool) -> RadialIntegrals:
+def _to_infinity(spin: Reals, roots: RadialRoots, place: RadialPlace, *, clock: bool) -> RadialIntegrals:
     """The integrals from a place to infinity, through the turning point where r' < 0."""
-    h, d, low, following = roots
+    h, d, low, following, lift, _ = roots
     r, height, inner, outer = place
-    triple = radial.to_infinity(radial.Quartic(h, d, (low + h) ** 2), r, inner, outer)
-    below = (low - h) ** 2 - d
+    triple = radial.to_infinity(roots.quartic(), r, inner, outer)
+    # The product of the outer roots, less 1.
+    below, product = (low - h) ** 2 - d, lift**2 - d
     poles, rates, logs = [], [], []
     r_plus, r_minus = horizons(spin)
-    for horizon, above_horizon in ((r_plus, height), (r_minus, height + (r_plus - r_minus))):
+    rise = radial.horizon_lift(spin)
+    sides = zip((r_plus, r_minus), (height, height + 2 * rise), (rise, -rise), roots.rest(spin), strict=True)
+    for horizon, above_horizon, pole, rest in sides:
         from_low = horizon - low
-        rate = (2 * horizon - spin * b) / from_low
+        rate = rest / from_low
         p = triple.root**2 - below * (horizon - following) / from_low
         above = above_horizon * (r - low)
         # above + outer inner, from their difference of squares where they cancel.
-        squares = (-2 * (horizon + low) * r + horizon**2 + 2 * horizon * low - (h * h - d) - 2 * h * following) * r
-        squares = squares - horizon**2 * low + following * (h * h - d)
+        squares = (pole**2 + 2 * pole * (low - 1) - product - 2 * (following - 1) * lift) * (r - 1)
+        squares = squares - 2 * (horizon + low) * (r - 1) ** 2 - pole**2 * (low - 1) + (following - 1) * product
         cancels = outer * inner < -0.5 * above
         gap = jnp.where(cancels, above - outer * inner, 1.0)
         s = jnp.where(cancels, squares / gap, (above + outer * inner) / (r - low))
@@ -159,7 +174,7 @@ def _to_infinity(spin: Reals, b: Reals, roots: RadialRoots, place: RadialPlace, 
 
 def _pole_at_infinity(roots: RadialRoots, place: RadialPlace) -> elliptic.Pole:
     """The pole of r itself: p = (A + B)^2 - near = 2 (r^2 - next^2 + A B)."""
-    h, d, low, following = roots
+    h, d, low, following, *_ = roots
     r, _, inner, outer = place
     squares = r * r - following**2
     slope = 3 * h * h + d + 2 * h * following - following**2
@@ -177,7 +192,7 @@ def _growing(
     roots: RadialRoots, place: RadialPlace, triple: elliptic.Triple, p: Reals, found: elliptic.Integrals
 ) -> Reals:
     """The integral of r^2 + 2 r from a place to a large radius X, less X + 2 ln X."""
-    h, d, low, following = roots
+    h, d, low, following, *_ = roots
     r = place.r
     near, below = (following - h) ** 2 - d, (low - h) ** 2 - d
     time = 2 * found.first

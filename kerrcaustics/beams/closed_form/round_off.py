@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams import errors
 from kerrcaustics.beams.closed_form import finite_end
-from kerrcaustics.beams.closed_form.radial_motion import Travel, close_to_roots, horizons
+from kerrcaustics.beams.closed_form.radial_motion import Travel, rate_knows_roots
 from kerrcaustics.beams.ends import Aim, Arriving, End
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
@@ -18,85 +18,122 @@ from kerrcaustics.spacetime.camera import Frame, Photon, doppler
 
 # Of a function of the polar phase, and for each radian of the phase relative to that.
 ROUNDING, PER_PHASE = 2e-15, 0.3
+# Radians of arc of a way on which the variation of Weierstrass' function loses its digits.
+_LONG = 6.0
 # Of what is read off the radial integrals.
 _INTEGRALS = 3e-16
 # The Jacobian loses more digits than the end: derivatives of psi, of k, of the outer roots close to the camera.
 _IN_DERIVATIVE, _OF_RAPIDITY, _OF_CLEARANCE = 9, 1e-15, 5e-14
+_OF_DIRECTION, _FAR = 1e-15, 6
 
 
 def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Reals) -> Reals:
-    """Round-off in radians for a beam of unit spread.
-
-    The last term is what moving the outer roots does to the time: less where the rate at the camera tells their
-    distance.
-    """
-    distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(jnp.abs(quartic.d))) / quartic.h
-    known = jnp.where(close_to_roots(frame, quartic), jnp.minimum(distance, 1.0), 1.0)
-    moved = known * light.k**1.5 * quartic.h**2 * _time_slope(frame, light, quartic)
-    return ROUNDING * (1 + PER_PHASE * phase) + _of_turn(frame, light, frame.radius) + _INTEGRALS * moved
+    """Round-off in radians for a beam of unit spread."""
+    gap = _gap_to_infinity(frame, light, quartic)
+    moved = _moved(frame, light, quartic, gap)
+    return ROUNDING * (1 + PER_PHASE * phase) + _of_turn(frame, light, frame.radius)[0] + _INTEGRALS * moved
 
 
 def at_finite_end(
-    frame: Frame, light: Photon, end: End, travel: Travel, aim: Aim, at: Arriving, phase: Reals
+    frame: Frame,
+    sky: Components,
+    light: Photon,
+    quartic: radial.Quartic,
+    end: End,
+    travel: Travel,
+    aim: Aim,
+    at: Arriving,
+    phase: Reals,
 ) -> tuple[Reals, Reals]:
     """Round-off in radians, and the spread of a ray traced alone: rates at the end magnify errors of the Mino time."""
+    gap, motion = _gap_to_end(frame, light, quartic, travel), end.motion(at)
     grown = finite_end.growth(frame, *jax.lax.stop_gradient((light, travel.time)))
-    spread, motion = end.opened(grown, at), end.motion(at)
+    turn, rest = _of_turn(frame, light, jnp.minimum(1 / at.u, frame.radius))
+    # What grows on a long way is what moves the outer roots.
+    opened = end.opened(jnp.where(at.speed * travel.time < _LONG, grown, 1.0), at)
     noise = (
         ROUNDING * (1 + PER_PHASE * phase) * motion
-        + _of_turn(frame, light, jnp.minimum(1 / at.u, frame.radius))
-        * (1 + 0.1 * errors.depth(frame.spin, at.u) * at.u)
-        + _INTEGRALS * spread
+        + turn * (1 + rest + 0.1 * errors.depth(frame.spin, at.u) * at.u)
+        + _INTEGRALS * (opened + end.delayed(_moved(frame, light, quartic, gap), at))
     )
     # Rounding N changes b, and the root of k, by the distance from the axis times that.
-    spread = (spread + motion) * aim.conditioning * (1 + frame.cylindrical_scale * travel.time)
-    return noise, spread + motion * end.lateness(frame.cos_theta, aim, at) * aim.conditioning
+    spread = (opened + motion) * (1 + frame.cylindrical_scale * travel.time)
+    spread = (spread + motion * end.lateness(frame.cos_theta, aim, at)) * aim.conditioning
+    return noise, spread + end.delayed(_lingering(frame, sky, light, quartic, gap), at)
 
 
 def of_small_k(frame: Frame) -> Reals:
     """Round-off in radians of the rays of small k."""
-    outer, inner = horizons(frame.spin)
-    return ROUNDING + ROUNDING * frame.spin / (outer - inner)
+    return ROUNDING + ROUNDING * frame.spin / (2 * radial.horizon_lift(frame.spin))
 
 
-def of_jacobian(frame: Frame, light: Photon, noise: Reals, clearance: Reals | None, *, on_equator: bool) -> Reals:
-    """Round-off of the Jacobian, from that of the end.
+def of_jacobian(
+    frame: Frame, sky: Components, light: Photon, noise: Reals, clearance: Reals | None
+) -> tuple[Reals, Reals]:
+    """Round-off of the Jacobian, from that of the end: relative to its size where that is small, and absolute.
 
-    Off the equator the azimuth is a difference of two phases, each of which changes with N by about the radius. Close
-    to the outer roots the variations of psi and of the Mino time cancel.
+    Close to the outer roots the variations of psi and of the Mino time cancel. Far from the hole all variations do, as
+    much as the direction at the end depends on b less than b on N; and rounding of N changes b, relative to it, more.
     """
-    start = 0.0 if on_equator else 3e-15 * frame.cylindrical_scale
-    own = _OF_RAPIDITY * jnp.sqrt(jnp.maximum(light.k, 0)) + start
-    return _IN_DERIVATIVE * noise + (own if clearance is None else own + _OF_CLEARANCE / clearance)
+    own = _IN_DERIVATIVE * noise + _OF_RAPIDITY * jnp.sqrt(jnp.minimum(jnp.maximum(light.k, 0), 100.0))
+    lever = _energy(frame, sky, light) * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
+    own, far = own + _OF_DIRECTION * lever, _FAR * noise * lever
+    return own if clearance is None else own + _OF_CLEARANCE / clearance, far
 
 
 def spread_alone(frame: Frame, sky: Components, light: Photon, quartic: radial.Quartic) -> Reals:
     """An estimate of the beam's major diameter for a ray that is traced alone, mostly one to ten times too large."""
-    a, h = frame.spin, quartic.h
-    momentum = jnp.sqrt(light.k + a * a)
-    slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * light.b)
-    energy = frame.slowness**0.5 / (doppler(frame, sky)[0] * jnp.abs(light.energy_ratio))
-    return energy * (1 + frame.cylindrical_scale * momentum * slope * _time_slope(frame, light, quartic))
+    gap = _gap_to_infinity(frame, light, quartic)
+    return _energy(frame, sky, light) + _lingering(frame, sky, light, quartic, gap)
 
 
 def spread_of_small_k(frame: Frame, sky: Components, light: Photon, time: Reals) -> Reals:
     """The same for rays of small k: that of flat space, but for energy and way; at most three times too large."""
-    energy = frame.slowness**0.5 / (doppler(frame, sky)[0] * light.energy_ratio)
-    return 1.5 * energy * frame.cylindrical_scale * time
+    return 1.5 * _energy(frame, sky, light) * frame.cylindrical_scale * time
 
 
-def _of_turn(frame: Frame, light: Photon, radius: Reals) -> Reals:
-    """Round-off of psi for a ray whose lower end, or camera, is at some radius."""
-    outer, inner = horizons(frame.spin)
-    corotation = jnp.abs(2 * outer - frame.spin * light.b) * (1 + 40 * (radius - outer) ** 2)
-    # Next to a = 1 the outer roots come close to the horizons too.
-    extremal = 1 + 2e-5 / (outer - inner)
-    return 4e-15 * extremal * frame.spin / (outer - inner) * (1 + 0.3 / corotation + 0.01 / corotation**2)
+def _of_turn(frame: Frame, light: Photon, radius: Reals) -> tuple[Reals, Reals]:
+    """Round-off of psi for a ray whose lower end, or camera, is at some radius; what photons at rest there add to 1."""
+    lift = radial.horizon_lift(frame.spin)
+    corotation = jnp.abs(radial.corotation(frame, light)) * (1 + 40 * (radius - 1 - lift) ** 2)
+    return 2e-15 * frame.spin / lift * (1 + 0.3 / corotation), 0.03 / corotation
 
 
-def _time_slope(frame: Frame, light: Photon, quartic: radial.Quartic) -> Reals:
-    """How much the Mino time changes with the potential R where the ray lingers, near the outer roots."""
+def _energy(frame: Frame, sky: Components, light: Photon) -> Reals:
+    """Energy at the camera per energy at infinity, inverse."""
+    return frame.slowness**0.5 / (doppler(frame, sky)[0] * jnp.abs(light.energy_ratio))
+
+
+def _lingering(frame: Frame, sky: Components, light: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
+    """How far a change of N displaces the end by making the ray linger, in radians per radian."""
+    a, h = frame.spin, quartic.h
+    momentum = jnp.sqrt(jnp.maximum(light.k, 0) + a * a)
+    slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * light.b)
+    return _energy(frame, sky, light) * frame.cylindrical_scale * momentum * slope * _time_slope(quartic, gap)
+
+
+def _moved(frame: Frame, light: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
+    """What moving the outer roots does to the time: less where the rate at the camera tells their distance."""
+    distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(jnp.abs(quartic.d))) / quartic.h
+    known = jnp.where(rate_knows_roots(frame, light, quartic), jnp.minimum(distance, 1.0), 1.0)
+    return known * jnp.maximum(light.k, 0) ** 1.5 * quartic.h**2 * _time_slope(quartic, gap)
+
+
+def _gap_to_infinity(frame: Frame, light: Photon, quartic: radial.Quartic) -> Reals:
+    """How close a ray comes to the outer roots: (r - h)^2 + |d|."""
     # A ray that leaves outward from above the roots does not linger there.
     away = (light.rate[0] < 0) & (frame.radius > quartic.h)
-    gap = jnp.abs(quartic.d) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
+    return jnp.abs(quartic.d) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
+
+
+def _gap_to_end(frame: Frame, light: Photon, quartic: radial.Quartic, travel: Travel) -> Reals:
+    """The same on the way to a finite end."""
+    first, last = frame.radius - 1 - quartic.lift, 1 / travel.u - 1 - quartic.lift
+    there = (light.rate[0] > 0) != (travel.rate > 0)
+    nearest = jnp.where(there | (first * last < 0), 0.0, jnp.minimum(jnp.abs(first), jnp.abs(last)))
+    return jnp.abs(quartic.d) + nearest**2
+
+
+def _time_slope(quartic: radial.Quartic, gap: Reals) -> Reals:
+    """How much the Mino time changes with the potential R where the ray lingers, near the outer roots."""
     return 1 / (jnp.abs(4 * quartic.h**2 - quartic.e) ** 1.5 * gap)

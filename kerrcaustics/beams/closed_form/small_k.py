@@ -52,7 +52,7 @@ _Outward = tuple[Reals, Reals, Reals]
 def radial_motion(frame: Frame, light: Photon, end: Spherical, *, clock: bool = False) -> Travel:
     """The radial motion of rays that start outward and are not captured, as in radial_motion.py."""
     spin, r = frame.spin, frame.radius
-    root = _horizon_root(spin)
+    root = radial.horizon_lift(spin)
     cubic = _outlying_root(spin, light)
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + root)
@@ -68,11 +68,6 @@ def radial_motion(frame: Frame, light: Photon, end: Spherical, *, clock: bool = 
     if way.growing is not None:
         slow = way.growing + 4 * way.time + 2 * turn + (way.plus + way.minus)
     return Travel(way.time, -spin * turn, jnp.zeros_like(light.b, bool), slow, u=1 / end.radius + 0 * light.b)
-
-
-def _horizon_root(spin: Reals) -> Reals:
-    """sqrt(1 - a^2): the horizons lie at 1 +- that."""
-    return jnp.sqrt((1 - spin) * (1 + spin))
 
 
 def _outlying_root(spin: Reals, light: Photon) -> tuple[Reals, Reals]:
@@ -126,7 +121,7 @@ def _to_infinity(
 def _horizon_poles(spin: Reals, light: Photon, place: _Outward) -> tuple[elliptic.Pole, Reals]:
     """The poles (p_1, p_2) of (I(r_+), I(r_-)) in one array, with p times 4, and their logarithms."""
     (r, height, rate), b, kappa = place, light.b, light.kappa
-    root = _horizon_root(spin)
+    root = radial.horizon_lift(spin)
     both = [1 + root, spin**2 / (1 + root)], [2 * root, -2 * root], [height, height + 2 * root]
     horizon, gap, above = (jnp.stack(parts).reshape(2, *(1,) * b.ndim) for parts in both)
     rest, total = 2 * horizon - spin * b, r + horizon

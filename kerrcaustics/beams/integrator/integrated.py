@@ -100,7 +100,7 @@ def start(frame: Frame, sky: Components) -> tuple[Constants, Path, Photon]:
 
 def aim_at(end: End, frame: Frame, light: Photon) -> Aim:
     """Where rays are going."""
-    return end.aim(frame, light, radial.factor(*radial.potential_coefficients(frame.spin, light)))
+    return end.aim(frame, light, radial.factor(frame, light))
 
 
 def with_variations(frame: Frame, sky: Components, ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
