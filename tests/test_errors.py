@@ -75,7 +75,7 @@ def paths_in_equal_steps(camera: Camera, n: np.ndarray, counts: np.ndarray) -> n
     constants, path, light = integrated.start(camera.frame(), sky)
     aim = integrated.aim_at(CelestialSphere(), camera.frame(), light)
     h = 0.75 * aim.mino_time / counts
-    paths, variations = integrated.with_instability(constants, path)
+    paths, variations = integrated.with_variations(camera.frame(), sky, path)
     step = jax.jit(partial(nystroem_step, partial(integrated.all_rates, camera.spin, constants, variations)))
     for i in range(max(counts)):
         paths, _ = step(paths, jnp.where(i < counts, h, 0.0))

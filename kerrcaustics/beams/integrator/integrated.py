@@ -20,13 +20,7 @@ import jax.numpy as jnp
 from kerrcaustics.beams.ends import Aim, End
 from kerrcaustics.beams.geometry import first_azimuth
 from kerrcaustics.beams.integrator import clock
-from kerrcaustics.beams.integrator.equations import (
-    Constants,
-    polar_rapidity,
-    rapidity,
-    rates_with_variation,
-    ray_rates,
-)
+from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, rates_with_variation
 from kerrcaustics.beams.integrator.journey import Journey, Progress, beam_area, remaining, step
 from kerrcaustics.beams.integrator.landing import land
 from kerrcaustics.beams.integrator.nystroem import Path
@@ -58,7 +52,7 @@ def trace(
     """
     constants, ray, light = start(frame, sky)
     aim = aim_at(end, frame, light)
-    paths, variations = with_variations(frame, sky, ray) if wanted.beams else with_instability(constants, ray)
+    paths, variations = with_variations(frame, sky, ray)
     density = _density(tolerance, wanted.index) * _near_edge(constants, aim.mino_time)
     density = refinement * jnp.minimum(density, DENSEST)
     idle = aim.lost | (refinement <= 0)
@@ -70,7 +64,7 @@ def trace(
     journey = Journey(frame.spin, end, constants, aim, idle, arrival, density, rates)
     first = _departure(journey, paths, first_azimuth(frame, ray.rate), wanted)
     last = jax.lax.while_loop(lambda now: jnp.any(remaining(journey, now) != 0), partial(step, journey), first)
-    return land(frame, journey, paths, last)
+    return land(frame, journey, paths, last, beams=wanted.beams)
 
 
 def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, wanted: Wanted) -> Progress:
@@ -112,22 +106,11 @@ def with_variations(frame: Frame, sky: Components, ray: Path) -> tuple[tuple[Pat
     return (ray, *(path for _, path in started)), [variation for variation, _ in started]
 
 
-def with_instability(constants: Constants, ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
-    """The ray with a variation of u alone, of unit slope in arc: how errors made on the way grow to the end."""
-    zero = jnp.zeros_like(constants.b)
-    return (ray, Path((zero,), (polar_rapidity(constants),), zero)), []
-
-
 def all_rates(
     spin: Reals, constants: Constants, variations: list[Constants], positions: list[tuple[Reals, ...]]
 ) -> tuple[list[tuple[Reals, ...]], list[Reals]]:
-    """Rates of the ray and of its variations; without variations, of the ray and of its instability."""
-    if variations:
-        pairs = list(zip(variations, positions[1:], strict=True))
-        return rates_with_variation(spin, constants, positions[0], pairs)
-    (accelerations, psi_rate), u = ray_rates(spin, constants, positions[0]), positions[0][0]
-    slope = constants.a2 + (3 * constants.a1 + 6 * constants.a0 * u) * u
-    return [accelerations, (slope * positions[1][0],)], [psi_rate, jnp.zeros_like(psi_rate)]
+    """Rates of the ray and of its variations."""
+    return rates_with_variation(spin, constants, positions[0], list(zip(variations, positions[1:], strict=True)))
 
 
 def _density(tolerance: Reals, index: bool) -> Reals:

@@ -38,11 +38,11 @@ class _Touch(NamedTuple):
     at: Arriving
 
 
-def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress) -> RayEnd[Reals]:
-    """The end of each ray and beam, from the paths at the camera and shortly before the end."""
+def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, *, beams: bool) -> RayEnd[Reals]:
+    """The end of each ray, or beam, from the paths at the camera and shortly before the end."""
     touch = _touch_down(journey, last)
     ray, at = touch.paths[0], touch.at
-    jacobian = _jacobian(journey, touch) if _is_beam(last) else None
+    jacobian = _jacobian(journey, touch)
     growth, spread = _growth(journey, started, touch, jacobian)
     drift = last.local_error * jnp.maximum(growth, journey.end.least_growth(at))
     noise = _ROUNDING * (1 + spread) * (1 + _PER_STEP * last.steps) + _horizon_noise(frame)
@@ -66,7 +66,7 @@ def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progre
         crossings=None if last.crossings is None else journey.end.crossings(last.crossings),
         crossings_certain=None if last.crossings is None else journey.end.crossings_are_certain(touch.n[2], error),
     )
-    if jacobian is not None:
+    if beams:
         bent = jnp.where(stuck, 1.0, errors.of_jacobian(journey.end, 0.0, drift + noise, at.turning, growth)) + hidden
         sure = None if last.conjugate_points is None else certainty.index_is_certain(jacobian, bent)
         found = replace(found, jacobian=stacked(jacobian, hidden), jacobian_error=bent, index_certain=sure)
@@ -77,11 +77,6 @@ def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progre
     # The clock is as uncertain as n' by round-off of the steps, beside what comes with the end.
     late, rounding = errors.of_time(frame, journey.end, at, error + noise, noise)
     return replace(found, time=time + hidden, time_error=late + drift, time_noise=rounding)
-
-
-def _is_beam(progress: Progress) -> bool:
-    """Whether the paths are a ray and its two variations."""
-    return len(progress.paths[1].position) == 4
 
 
 def _horizon_noise(frame: Frame) -> Reals:
@@ -145,19 +140,12 @@ def _jacobian(journey: Journey, touch: _Touch) -> Jacobian:
     return journey.end.jacobian(angles, 1 / ray.position[0], tuple(in_radius))
 
 
-def _growth(
-    journey: Journey, started: tuple[Path, ...], touch: _Touch, jacobian: Jacobian | None
-) -> tuple[Reals, Reals]:
+def _growth(journey: Journey, started: tuple[Path, ...], touch: _Touch, jacobian: Jacobian) -> tuple[Reals, Reals]:
     """How errors made on the way, and round-off in N, grow to the end.
 
     In radians, in the plane also in ln r: per radian of arc that the beam opens, and per radian in N.
     """
-    end, at, aim = journey.end, touch.at, journey.aim
-    if jacobian is not None:
-        size = end.spread(length([entry for row in jacobian for entry in row]), 1 / at.u)
-        opening = length((*started[1].rate[1:], *started[2].rate[1:]))
-        return size * at.speed / opening, size + end.motion(at)
-    growth = end.opened(jnp.abs(touch.paths[1].position[0]), at)
-    late = end.lateness(started[0].position[3], aim, at)
-    spread = growth * aim.conditioning + end.motion(at) * late * aim.conditioning
-    return growth, spread + end.motion(at)
+    end, at = journey.end, touch.at
+    size = end.spread(length([entry for row in jacobian for entry in row]), 1 / at.u)
+    opening = length((*started[1].rate[1:], *started[2].rate[1:]))
+    return size * at.speed / opening, size + end.motion(at)
