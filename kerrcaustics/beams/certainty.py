@@ -28,10 +28,10 @@ def azimuth_error(frame: Frame, constants: Photon | Constants, n: Components, er
     """
     sine = length(n[:2])
     scale = frame.cylindrical_scale * (1 + jnp.sqrt(jnp.maximum(constants.k, 0)) / frame.radius)
-    # Errors beyond that are not in proportion to those of N any more.
-    lost = error >= math.pi
     either = (jnp.abs(constants.b) <= _OF_B * scale) & (jnp.abs(turn) > _PASSED)
-    return jnp.where(either | lost | (sine == 0), math.inf, error / jnp.where(sine == 0, 1.0, sine))
+    # An end that may lie on the axis may lie on either side of it.
+    either = either | ~(error < sine)
+    return jnp.where(either, math.inf, error / jnp.where(either, 1.0, sine))
 
 
 def index_is_certain(jacobian: Jacobian, error: Reals) -> Flags:

@@ -132,6 +132,10 @@ class End:
         """How far a ray is displaced in the surface that is late, by so many radians of arc, in radius alone."""
         return delay * (1 + at.turning)
 
+    def unsettled(self, constants: Constants, at: Arriving) -> Reals:
+        """The Mino time that rounding of the coordinate leaves open, of the integrator's arrival."""
+        return 0.0
+
     def least_growth(self, at: Arriving) -> Reals:
         """By how much, at least, errors made on the way grow."""
         return 1.0
@@ -230,6 +234,12 @@ class Sphere(End):
         final = sense * jnp.sqrt(jnp.maximum(w * w + 2 * pull * gap, 0))
         agrees = sense * w > 0
         return jnp.where(agrees, 2 * gap / jnp.where(agrees, w + final, 1), (final - w) / jnp.where(pull == 0, 1, pull))
+
+    def unsettled(self, constants: Constants, at: Arriving) -> Reals:
+        """Rounding of u over its rate, and where the ray only grazes the sphere, by the parabola through u."""
+        pull = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * at.u) * at.u) * at.u
+        rounding = _OF_RADIUS * at.u
+        return rounding / jnp.maximum(jnp.maximum(at.rate, jnp.sqrt(rounding * jnp.abs(pull))), 1e-300)
 
     def radius_at(self, u: Reals) -> Reals:
         """Its own."""

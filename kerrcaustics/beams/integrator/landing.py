@@ -24,8 +24,25 @@ from kerrcaustics.spacetime.sphere import polar_basis
 # cases and by hundreds in most; its derivatives at the same steps are not. Measured:
 # studies/accuracy/error_estimates.py.
 _DIRECTION_GAIN = 0.02
-# Round-off of 1e-16 in N, or in a step, is seen magnified by the spread of the beam; more of it in many steps.
-_ROUNDING, _PER_STEP = 1e-15, 0.1
+# Steps per radian of arc, or more, for which that was measured: in longer ones the two orders are less far apart.
+_DENSE = 0.8
+# Round-off of 1e-16 in N, or in a step, is seen magnified by the spread of the beam; more of it in many steps. That of
+# the angles by which the path turns round the axis is relative.
+_ROUNDING, _PER_STEP, _OF_TURN = 1e-15, 0.1, 4e-16
+# Round-off of N as it enters the Jacobian through the angular momentum.
+_IN_JACOBIAN = 4e-15
+
+
+class _Doubt(NamedTuple):
+    """Errors at the end: drift, of the steps, and noise, of round-off; grown, by how much the first of them grew.
+
+    direction, the error of n', and bent, that of the Jacobian, both for all they are worth.
+    """
+
+    drift: Reals
+    noise: Reals
+    direction: Reals
+    bent: Reals
 
 
 class _Touch(NamedTuple):
@@ -41,42 +58,33 @@ class _Touch(NamedTuple):
 def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, *, beams: bool) -> RayEnd[Reals]:
     """The end of each ray, or beam, from the paths at the camera and shortly before the end."""
     touch = _touch_down(journey, last)
-    ray, at = touch.paths[0], touch.at
+    ray, end = touch.paths[0], journey.end
     jacobian = _jacobian(journey, touch)
-    growth, spread = _growth(journey, started, touch, jacobian)
-    drift = last.local_error * jnp.maximum(growth, journey.end.least_growth(at))
-    noise = _ROUNDING * (1 + spread) * (1 + _PER_STEP * last.steps) + _horizon_noise(frame)
-    lost = journey.end.lost(journey.aim, frame.spin, ray.position[0])
-    hidden, stuck = jnp.where(lost, jnp.nan, 0.0), last.steps >= MAX_STEPS
-    turning = last.azimuth + azimuth_step(journey.constants.b, last.paths[0].position, ray.position) + ray.psi
-    gone_round = turning - ray.psi - first_azimuth(frame, started[0].rate)
-    error = jnp.where(stuck, math.pi, jnp.minimum(_DIRECTION_GAIN * drift + noise, math.pi)) + hidden
-    radius = journey.end.radius_at(ray.position[0])
+    turn = last.azimuth + azimuth_step(journey.constants.b, last.paths[0].position, ray.position)
+    doubt = _doubt(frame, journey, started, last, touch, jacobian, turn)
+    lost = end.lost(journey.aim, frame.spin, ray.position[0])
+    hidden = jnp.where(lost, jnp.nan, 0.0)
+    error = jnp.minimum(doubt.direction, math.pi)
+    gone_round = turn - first_azimuth(frame, started[0].rate)
     found = RayEnd(
-        direction=stacked(touch.n, hidden),
-        azimuth=turning + hidden,
-        azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, error, gone_round) + hidden,
+        direction=stacked(_or(touch.n, (1.0, 0.0, 0.0)), hidden),
+        azimuth=_or((turn + ray.psi,), (0.0,))[0] + hidden,
+        azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, doubt.direction, gone_round) + hidden,
         status=status_of(lost, journey.aim.captured),
         status_certain=journey.aim.certain,
-        error=error,
-        noise=noise,
+        error=error + hidden,
+        noise=doubt.noise,
         closed_form=jnp.zeros_like(lost),
-        radius=radius + hidden if journey.end.finite else None,
+        radius=end.radius_at(ray.position[0]) + hidden if end.finite else None,
         index=last.conjugate_points,
-        crossings=None if last.crossings is None else journey.end.crossings(last.crossings),
-        crossings_certain=None if last.crossings is None else journey.end.crossings_are_certain(touch.n[2], error),
+        crossings=None if last.crossings is None else end.crossings(last.crossings),
+        crossings_certain=None if last.crossings is None else end.crossings_are_certain(touch.n[2], error),
     )
     if beams:
-        bent = jnp.where(stuck, 1.0, errors.of_jacobian(journey.end, 0.0, drift + noise, at.turning, growth)) + hidden
-        sure = None if last.conjugate_points is None else certainty.index_is_certain(jacobian, bent)
-        found = replace(found, jacobian=stacked(jacobian, hidden), jacobian_error=bent, index_certain=sure)
-    if last.clock_error is None:
-        return found
-    drift = jnp.where(stuck, jnp.inf, _DIRECTION_GAIN * last.clock_error)
-    time = clock.reading(journey.constants, started[0], touch.paths[0], touch.paths[-1], not journey.end.finite)
-    # The clock is as uncertain as n' by round-off of the steps, beside what comes with the end.
-    late, rounding = errors.of_time(frame, journey.end, at, error + noise, noise)
-    return replace(found, time=time + hidden, time_error=late + drift, time_noise=rounding)
+        rows = tuple(_or(row, (0.0, 0.0)) for row in jacobian)
+        sure = None if last.conjugate_points is None else certainty.index_is_certain(rows, doubt.bent)
+        found = replace(found, jacobian=stacked(rows, hidden), jacobian_error=doubt.bent + hidden, index_certain=sure)
+    return found if last.clock_error is None else _with_time(frame, journey, started, last, touch, doubt, found, hidden)
 
 
 def _horizon_noise(frame: Frame) -> Reals:
@@ -140,12 +148,63 @@ def _jacobian(journey: Journey, touch: _Touch) -> Jacobian:
     return journey.end.jacobian(angles, 1 / ray.position[0], tuple(in_radius))
 
 
-def _growth(journey: Journey, started: tuple[Path, ...], touch: _Touch, jacobian: Jacobian) -> tuple[Reals, Reals]:
-    """How errors made on the way, and round-off in N, grow to the end.
+def _doubt(
+    frame: Frame,
+    journey: Journey,
+    started: tuple[Path, ...],
+    last: Progress,
+    touch: _Touch,
+    jacobian: Jacobian,
+    turn: Reals,
+) -> _Doubt:
+    """How errors made on the way, and round-off in N, grow to the end: in radians, in the plane also in ln r.
 
-    In radians, in the plane also in ln r: per radian of arc that the beam opens, and per radian in N.
+    The beam tells it, which opens by so many radians of arc, or more, for each in N.
     """
-    end, at = journey.end, touch.at
+    end, at, ray = journey.end, touch.at, touch.paths[0]
     size = end.spread(length([entry for row in jacobian for entry in row]), 1 / at.u)
-    opening = length((*started[1].rate[1:], *started[2].rate[1:]))
-    return size * at.speed / opening, size + end.motion(at)
+    opening = length((*started[1].rate[1:], *started[2].rate[1:])) / at.speed
+    growth, often = size / opening, 1 + _PER_STEP * last.steps
+    drift = last.local_error * jnp.maximum(growth, end.least_growth(at))
+    late = end.delayed(end.unsettled(journey.constants, at) * at.speed, at)
+    rounded = _OF_TURN * (jnp.abs(turn) + jnp.abs(ray.psi)) + _horizon_noise(frame)
+    noise = _ROUNDING * (1 + size + end.motion(at)) * often + rounded + late
+    bent = jnp.minimum(errors.of_jacobian(end, _IN_JACOBIAN * opening * often, drift + noise, at.turning, growth), 1.0)
+    direction = _DIRECTION_GAIN * jnp.maximum(_DENSE / journey.density, 1) ** 2 * drift + noise
+    # Where double precision could not follow the ray nothing is known of its end.
+    known = (last.steps < MAX_STEPS) & jnp.isfinite(direction + turn + ray.psi)
+    return _Doubt(
+        drift,
+        *(jnp.where(known, value, limit) for value, limit in ((noise, math.pi), (direction, jnp.inf), (bent, 1.0))),
+    )
+
+
+def _or(values: tuple[Reals, ...], others: tuple[float, ...]) -> tuple[Reals, ...]:
+    """The values, and others where one of them is no number."""
+    known = jnp.isfinite(sum(values))
+    return tuple(jnp.where(known, value, other) for value, other in zip(values, others, strict=True))
+
+
+def _with_time(
+    frame: Frame,
+    journey: Journey,
+    started: tuple[Path, ...],
+    last: Progress,
+    touch: _Touch,
+    doubt: _Doubt,
+    found: RayEnd[Reals],
+    hidden: Reals,
+) -> RayEnd[Reals]:
+    """The end with its time, and the error of that."""
+    assert last.clock_error is not None
+    time = clock.reading(journey.constants, started[0], touch.paths[0], touch.paths[-1], not journey.end.finite)
+    # The clock is as uncertain as n' by round-off of the steps, beside what comes with the end.
+    late, rounding = errors.of_time(frame, journey.end, touch.at, doubt.direction + doubt.noise, doubt.noise)
+    late = late + _DIRECTION_GAIN * last.clock_error
+    known = jnp.isfinite(time + late)
+    return replace(
+        found,
+        time=jnp.where(known, time, 0.0) + hidden,
+        time_error=jnp.where(known, late, jnp.inf) + hidden,
+        time_noise=rounding,
+    )
