@@ -7,7 +7,7 @@ import math
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.ends import Jacobian
+from kerrcaustics.beams.ends import End, Jacobian
 from kerrcaustics.beams.geometry import length
 from kerrcaustics.beams.integrator.equations import Constants
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
@@ -21,8 +21,6 @@ _PASSED = 1.0
 
 def azimuth_error(frame: Frame, constants: Photon | Constants, n: Components, error: Reals, turn: Reals) -> Reals:
     """Error of the azimuth in radians: infinite for a ray whose side of the spin axis round-off decides.
-
-    Infinite too where nothing is known of the direction.
 
     Parameters: n, the direction of the end, and its error; turn, by how much m has gone round the axis.
     """
@@ -40,10 +38,17 @@ def index_is_certain(jacobian: Jacobian, error: Reals) -> Flags:
     return jnp.abs(a * d - b * c) > error * (a * a + b * b + c * c + d * d)
 
 
-def stays_in_plane(frame: Frame, sky: Components) -> Flags:
-    """Whether a ray lies in the equatorial plane by its numbers, not by their rounding.
+def crossings(
+    frame: Frame, end: End, counted: Reals, place: tuple[Reals, Reals], leaving: Reals, rate: Components
+) -> tuple[Reals, Flags]:
+    """The crossings of rays, and whether their number is certain; an end in the plane within its error is none.
 
-    Parameters: sky, the components of N.
+    Parameters: counted on the way; place, the height cos(theta') of the end, and its error; leaving, positive where a
+    ray moves away from the plane there; rate of (u, x, y, z) at the camera. Rays that stay in the plane have none: that
+    the height vanishes is no round-off where the camera, too, stays there.
     """
-    along = [jnp.abs(part) * abs(axis[1]) for part, axis in zip((sky[0], 1.0, sky[2]), frame.basis, strict=True)]
-    return (frame.cos_theta == 0) & (along[0] + along[1] + along[2] == 0)
+    height, error = place
+    stays = (frame.cos_theta == 0) & (frame.basis[1][1] == 0) & (rate[3] == 0)
+    either = jnp.abs(height) <= error
+    passed = end.crossings(jnp.maximum(counted - (either & (leaving > 0)), 0))
+    return passed, ~end.is_across(either) | stays

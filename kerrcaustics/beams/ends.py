@@ -101,12 +101,9 @@ class End:
         """Crossings of the equatorial plane, from those counted on the way."""
         return counted
 
-    def crossings_are_certain(self, height: Reals, error: Reals, in_plane: Flags = True) -> Flags:
-        """Whether the side of the equatorial plane is known on which a ray ends, at a height cos(theta').
-
-        A height of 0 is that of a ray that stays in the plane, if that is more than round-off.
-        """
-        return (jnp.abs(height) > error) | ((height == 0) & in_plane)
+    def is_across(self, either: Flags) -> Flags:
+        """Whether a ray may end on the other side of the equatorial plane, where errors allow either."""
+        return either
 
     def orientation(self, light: Photon, u_rate: Reals) -> Reals:
         """The sign that det J has for rays that passed no conjugate point."""
@@ -322,9 +319,9 @@ class EquatorialPlane(End):
         """The end is a crossing itself, on whichever side of it round-off has left z."""
         return jnp.full_like(counted, self.crossing)
 
-    def crossings_are_certain(self, height: Reals, error: Reals, in_plane: Flags = True) -> Flags:
-        """The end is one."""
-        return jnp.ones_like(error, bool)
+    def is_across(self, either: Flags) -> Flags:
+        """The end is a crossing itself."""
+        return jnp.zeros_like(either)
 
     def orientation(self, light: Photon, u_rate: Reals) -> Reals:
         """Above the plane first, a ray meets it from above for the odd crossings."""

@@ -46,13 +46,12 @@ Found = RayEnd[Reals | Flags]
 class _Known(NamedTuple):
     """What is known of a ray beside its direction n' and its radius at the end.
 
-    whether it stays in the equatorial plane; polar and radial motion; how it arrives; lost, it does not reach its end,
+    polar and radial motion; how it arrives; lost, it does not reach its end,
     and whether that is certain; certified, the formulas hold; spread, of a ray traced alone; noise, and that of the
     Jacobian, of its size and absolute; sense, the sign that det J has where no conjugate point was passed.
     """
 
     light: Photon
-    in_plane: Flags
     azimuth: Reals
     polar: Polar
     travel: Travel
@@ -109,6 +108,12 @@ def _ray_end(
         time = known.travel.clock + known.polar.clock
         certified = certified & (known.lost | jnp.isfinite(time))
         time, late = time + hidden, errors.of_time(frame, end, known.at, error, known.noise)
+    crossings, crossings_certain = None, None
+    if wanted.crossings:
+        polar, place = known.polar, (direction[2], error)
+        crossings, crossings_certain = certainty.crossings(
+            frame, end, polar.crossings, place, polar.leaving, known.light.rate
+        )
     return RayEnd(
         direction=stacked(direction, hidden),
         azimuth=known.azimuth + hidden,
@@ -122,8 +127,8 @@ def _ray_end(
         time=time,
         time_error=late[0],
         time_noise=late[1],
-        crossings=end.crossings(known.polar.crossings) if wanted.crossings else None,
-        crossings_certain=end.crossings_are_certain(direction[2], error, known.in_plane) if wanted.crossings else None,
+        crossings=crossings,
+        crossings_certain=crossings_certain,
     )
 
 
@@ -172,7 +177,6 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     known = _Known(
         light=light,
-        in_plane=certainty.stays_in_plane(frame, sky),
         azimuth=azimuth,
         polar=polar,
         travel=travel,
@@ -214,7 +218,6 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
     noise = round_off.of_small_k(frame) + jnp.zeros_like(light.k)
     known = _Known(
         light=light,
-        in_plane=certainty.stays_in_plane(frame, sky),
         azimuth=azimuth,
         polar=polar,
         travel=travel,

@@ -29,7 +29,7 @@ class Polar(NamedTuple):
     """m = (x, y, z) at the end, still to be turned about the axis by `turn`.
 
     azimuth: how far m and the turn have gone round the axis, unwrapped; phase: the z gone through; crossings of the
-    equatorial plane; clock, the integral of a^2 m_z^2, None if not asked for.
+    equatorial plane; leaving, positive where the ray moves away from it; clock, the integral of a^2 m_z^2, None if not asked for.
     """
 
     x: Reals
@@ -39,6 +39,7 @@ class Polar(NamedTuple):
     azimuth: Reals
     phase: Reals
     crossings: Reals
+    leaving: Reals
     clock: Reals | None
 
 
@@ -60,12 +61,13 @@ class Swing(NamedTuple):
 
 
 class _Thetas(NamedTuple):
-    """The oscillation at one phase: F = f_real + i f_imag, theta_3, sd, and the derivatives of the first two by z."""
+    """The oscillation at one phase: F = f_real + i f_imag, theta_3, sd, sin(2 z), and the derivatives of F, theta_3."""
 
     f_real: Reals
     f_imag: Reals
     theta3: Reals
     sd: Reals
+    double_sine: Reals
     f_real_slope: Reals
     f_imag_slope: Reals
     theta3_slope: Reals
@@ -106,7 +108,9 @@ def polar_motion(
     # A ray that stays in the plane does not cross it.
     crossings = jnp.where(light.q == 0, 0.0, crossings)
     slow = _slow(swing, _at(swing, first), end, phase) if clock else None
-    return Polar(x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings, slow)
+    return Polar(
+        x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings, end.double_sine, slow
+    )
 
 
 def _sense(light: Photon) -> Reals:
@@ -185,6 +189,7 @@ def _at(swing: Swing, z: Reals) -> _Thetas:
         f_real=1 + (p1 + m1) * c2 + (p2 + m2) * c4 + (p3 + m3) * c6,
         f_imag=(p1 - m1) * s2 + (p2 - m2) * s4 + (p3 - m3) * s6,
         theta3=theta3,
+        double_sine=s2,
         sd=elliptic.sd(nome, theta3, s1, s1 * c2 + c1 * s2, s1 * c4 + c1 * s4),
         f_real_slope=-2 * ((p1 + m1) * s2 + 2 * (p2 + m2) * s4 + 3 * (p3 + m3) * s6),
         f_imag_slope=2 * ((p1 - m1) * c2 + 2 * (p2 - m2) * c4 + 3 * (p3 - m3) * c6),

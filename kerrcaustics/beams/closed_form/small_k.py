@@ -162,6 +162,7 @@ def polar_motion(frame: Frame, light: Photon, time: Reals, *, clock: bool = Fals
         azimuth=turn + jnp.arctan2(across, along),
         phase=jnp.sqrt(jnp.maximum(k, 0)) * time,
         crossings=jnp.where(z0 * z < 0, 1.0, 0.0),
+        leaving=-z0 * z,
         clock=slow,
     )
 

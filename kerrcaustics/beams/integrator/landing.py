@@ -77,9 +77,11 @@ def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progre
         closed_form=jnp.zeros_like(lost),
         radius=end.radius_at(ray.position[0]) + hidden if end.finite else None,
         index=last.conjugate_points,
-        crossings=None if last.crossings is None else end.crossings(last.crossings),
-        crossings_certain=None if last.crossings is None else end.crossings_are_certain(touch.n[2], error),
     )
+    if last.crossings is not None:
+        leaving = ray.position[3] * ray.rate[3]
+        count, sure = certainty.crossings(frame, end, last.crossings, (touch.n[2], error), leaving, started[0].rate)
+        found = replace(found, crossings=count, crossings_certain=sure)
     if beams:
         rows = tuple(_or(row, (0.0, 0.0)) for row in jacobian)
         sure = None if last.conjugate_points is None else certainty.index_is_certain(rows, doubt.bent)

@@ -1,0 +1,161 @@
+"""The integrator alone at its limits: far and fast cameras, grazed spheres, nearly extremal holes.
+
+True numbers are those of a program in quadruple precision that shares no code with this one.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+
+
+class Known(NamedTuple):
+    """A camera, a direction of its sky and its end; the true direction, azimuth, index and major diameter there."""
+
+    camera: kc.Camera
+    sky: tuple[float, float, float]
+    end: float
+    direction: tuple[float, float, float]
+    azimuth: float
+    index: int
+    diameter: float | None
+
+
+KNOWN = {
+    "far and fast, next to the axis": Known(
+        kc.Camera(
+            0.999,
+            6444.011885413617,
+            3.141587062714775,
+            (-0.5290398869046986, 0.26111326906975657, -0.15270044003959146),
+        ),
+        (0.1440140343564214, 0.9662109186047846, 0.21376720673968239),
+        math.inf,
+        (-0.04303164284598552, 0.018031864418212796, -0.9989109717985776),
+        9.027968575049929,
+        4,
+        9707001.864169922,
+    ),
+    "very far": Known(
+        kc.Camera(
+            1.1707394893816748e-07,
+            517843.5506284635,
+            1.570796326796585,
+            (0.014159933842477998, 0.22354115010337608, 0.09000788047338493),
+        ),
+        (-0.9724045609135455, 0.18537189846515734, -0.14165673006941257),
+        math.inf,
+        (0.6355217008509286, -0.6178897324562665, 0.4629518833233818),
+        11.795038706483577,
+        3,
+        774130631.937011,
+    ),
+    "camera on the axis, own radius": Known(
+        kc.Camera(
+            0.9807371998012386, 19.43021723846922, 0.0, (-0.8337754639669269, 0.08472186055683749, 0.05515116862366895)
+        ),
+        (-1.4999459422775232e-08, 0.8074135133612224, 0.5899859476645923),
+        19.43021723846922,
+        (-2.4002423382760138e-08, -5.882922194341021e-16, 0.9999999999999997),
+        -3.141592629080092,
+        0,
+        None,
+    ),
+    "own radius": Known(
+        kc.Camera(0.0007564201792408868, 3.3211843451440917, 1.5953107423486124, (0.0, 0.0, -0.11274559304695746)),
+        (-6.709698868599193e-09, -0.11274560653101462, 0.9936238866935283),
+        3.3211843451440917,
+        (0.9996995389216408, -1.91493139897816e-11, -0.024511872222636653),
+        -1.9155069342572316e-11,
+        0,
+        None,
+    ),
+    "far, on the equator": Known(
+        kc.Camera(
+            1e-09, 3695119.969847574, 1.5707963267948966, (0.5973184058084521, -0.4750793988856606, 0.27765467005012795)
+        ),
+        (-0.610781041610165, 0.19029266940314316, 0.768593012706353),
+        math.inf,
+        (-0.9998722844594008, 0.004458237975066678, 0.015347276113262963),
+        -3.1460514314757515,
+        1,
+        164.9314723389257,
+    ),
+    "very far, on the equator": Known(
+        kc.Camera(
+            0.9993548317837249,
+            45965945.751620546,
+            1.5707963267948966,
+            (0.22535276622388303, 0.05041532473929191, 0.02272285000876118),
+        ),
+        (-0.12600484406821466, -0.9541487083529024, -0.2715198365126073),
+        math.inf,
+        (-0.9999992312730192, -0.0004666367358268159, 0.0011487834989891723),
+        3.1420592906504665,
+        1,
+        16.420487609297652,
+    ),
+    "nearly extremal": Known(
+        kc.Camera(0.9999999996363345, 4.4272543931041355, 1.5707963267948934, (0.0, -0.0, -0.0)),
+        (-0.9302460494432847, -0.3402012279763066, -0.1374969526155946),
+        math.inf,
+        (0.5837944084917341, 0.8074218555861066, 0.08517062718845485),
+        -475353.4396374569,
+        14,
+        865535680110491.9,
+    ),
+}
+# Escaping rays that double precision cannot follow: next to the horizon they turn a hundred thousand radians.
+BEYOND = {
+    "a = 1 - 4e-8": (
+        kc.Camera(0.9999999603753942, 1.0002911480688756, 1.5707963267949294, (0.0, 0.0, 0.0)),
+        [0.9536214769221354, -0.15263245400170256, 0.2594405765069596],
+    ),
+    "a = 1 - 1e-11": (
+        kc.Camera(0.9999999999889937, 1.0000251512490113, 1.5707963267948966, (0.0, 0.005894166845904536, 0.0)),
+        [0.13196609137722312, -0.8565151481131444, -0.4989656819655404],
+    ),
+    "a = 1 - 5e-11": (
+        kc.Camera(0.9999999999488379, 1.0000238720852868, 1.3729208473771262, (-0.0, 0.0, 0.0)),
+        [0.947801959616335, -0.1673001503514812, -0.271444478742536],
+    ),
+}
+
+
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-14])
+@pytest.mark.parametrize("known", KNOWN.values(), ids=KNOWN)
+def test_errors_hold_at_the_limits(known, tolerance):
+    """The aim is twice the reported error; a ray alone says as much as its beam, which it is followed with."""
+    for trace in (kc.trace_rays, kc.trace_beams):
+        ends = trace(known.camera, [known.sky], "integrated", tolerance, end=known.end)
+        assert ends.escaped.all()
+        assert np.linalg.norm(ends.direction[0] - known.direction) <= 2 * ends.error[0]
+        assert np.abs(ends.azimuth[0] - known.azimuth) <= 2 * ends.azimuth_error[0]
+        assert ends.status[0] == (kc.Status.INACCURATE if ends.error[0] > tolerance else kc.Status.ESCAPED)
+    assert not ends.index_certain[0] or ends.index[0] == known.index
+    if known.diameter is not None:
+        assert abs(ends.delta_plus[0] / known.diameter - 1) <= 2 * ends.jacobian_error[0]
+
+
+@pytest.mark.parametrize(("camera", "sky"), BEYOND.values(), ids=BEYOND)
+def test_rays_beyond_double_precision_hold_numbers_and_say_so(camera, sky):
+    beams = kc.trace_beams(camera, [sky], "integrated", time=True)
+    assert beams.escaped.all()
+    for values in (beams.direction, beams.azimuth, beams.error, beams.jacobian, beams.redshift, beams.time):
+        assert np.isfinite(values).all()
+    assert beams.status[0] == kc.Status.INACCURATE
+    assert beams.error[0] > 0.1
+    assert beams.jacobian_error[0] > 0.1
+    assert not beams.index_certain[0]
+
+
+def test_crossings_of_a_ray_that_hardly_leaves_the_plane():
+    """It ends 1e-26 rad off the plane, which it crossed: rounding alone makes that zero."""
+    hidden = kc.Camera(0.9999999987817713, 1.0359150839286237, velocity=(0.0, 3.6684766105278415e-09, 0.0))
+    assert not kc.trace_beams(hidden, [[-0.0, 3.6684766105278415e-09, -1.0]], "integrated").crossings_certain[0]
+    within = kc.trace_beams(kc.Camera(0.9, 6.0), [[-0.6, 0.8, 0.0]], "integrated")
+    assert within.crossings_certain[0]
+    assert within.crossings[0] == 0
