@@ -21,8 +21,10 @@ _LARGE_BATCH = (1 << 16, 1 << 16)
 # Rays in one call of the closed form, for few rays and for many, each compiled when first met; and options for the
 # compiler. On a CPU, fused loops would compute what they share again and again: one loop for each operation, over
 # arrays that stay in the cache, takes a third of the time.
-_CLOSED_FORM_CALL = {"cpu": (512, 2048)}
+_CLOSED_FORM_CALL = {"cpu": (128, 2048)}
 _LARGE_CALL = (1 << 20, 1 << 20)
+# A large call takes as long as so many small ones, or so many small ones and a few.
+_WORTH = 5
 CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 
 
@@ -44,17 +46,17 @@ def closed_form(
         on_equator=camera.on_equator and not short,
         short=short,
     )
-    return _batched(kernel, [sky], _closed_form_size(many))
+    return _batched(kernel, [sky], _closed_form_sizes(many))
 
 
 def prospects(camera: Camera, sky: np.ndarray, end: End, *, many: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
-    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], _closed_form_size(many))
+    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], _closed_form_sizes(many))
 
 
 def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work that each ray will be for the integrator."""
-    return _batched(partial(_survey, frame_on_device(camera), end=end), [sky], _integrator_size()[0])
+    return _batched(partial(_survey, frame_on_device(camera), end=end), [sky], _integrator_size()[:1])
 
 
 def integrate(
@@ -64,11 +66,12 @@ def integrate(
     size, lanes = _integrator_size()
     frame = frame_on_device(camera)
     kernel = partial(_integrate, frame, tolerance=tolerance, end=end, wanted=wanted, lanes=lanes)
-    return _batched(kernel, [sky, refinement], size)
+    return _batched(kernel, [sky, refinement], (size,))
 
 
-def _closed_form_size(many: bool) -> int:
-    return _CLOSED_FORM_CALL.get(jax.default_backend(), _LARGE_CALL)[many]
+def _closed_form_sizes(many: bool) -> tuple[int, ...]:
+    """Of a small call, and where there are many rays, of a large one."""
+    return _CLOSED_FORM_CALL.get(jax.default_backend(), _LARGE_CALL)[: 1 + many]
 
 
 def _integrator_size() -> tuple[int, int]:
@@ -106,18 +109,27 @@ def _prospects(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, F
     return aim.lost, aim.captured, aim.certain
 
 
-def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
-    """`function` of sky directions (and more arrays), over calls of one fixed size; the last is filled up."""
+def _batched(function: Any, arrays: list[np.ndarray], sizes: tuple[int, ...]) -> Any:
+    """`function` of sky directions (and more arrays), over calls of fixed sizes; the last is filled up."""
     count = len(arrays[0])
     if count == 0:
         arrays = [np.ones((1, *a.shape[1:])) for a in arrays]
-    results = []
-    for start in range(0, max(count, 1), size):
+    results, start = [], 0
+    while start < max(count, 1):
+        size = sizes[-1] if count - start > _WORTH * sizes[0] else sizes[0]
         sky, *others = (a[start : start + size] for a in arrays)
+        start += size
         missing = size - len(sky)
         if missing:
             # Rays with no refinement take one step: filling up costs next to nothing.
             sky = np.concatenate([sky, np.repeat(sky[:1], missing, axis=0)])
             others = [np.concatenate([o, np.zeros(missing)]) for o in others]
         results.append(function(tuple(sky.T), *others))
-    return jax.tree.map(lambda *parts: np.concatenate([np.asarray(p) for p in parts])[:count], *results)
+    return jax.tree.map(lambda *parts: _on_host(parts, count), *results)
+
+
+def _on_host(parts: tuple[jax.Array, ...], count: int) -> np.ndarray:
+    """The first numbers of arrays on the device, one after the other, which can be written to."""
+    *whole, last = (np.asarray(part) for part in parts)
+    left = count - sum(map(len, whole))
+    return np.concatenate([*whole, last[:left]])

@@ -50,6 +50,8 @@ def followed(
 def _add_small_k(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd[np.ndarray]) -> None:
     """Put the rays of small k, which have formulas of their own, into what the others' formulas gave."""
     left = np.flatnonzero(~ends.closed_form & (ends.status != Status.CAPTURED))
+    if not left.size:
+        return
     left = left[photon(camera.frame(), tuple(sky[left].T)).k < small_k.MOST_K]
     if left.size:
         again = calls.closed_form(camera, sky[left], end, wanted, short=True)

@@ -21,7 +21,7 @@ from kerrcaustics.spacetime.camera import Camera, check_camera, photon, redshift
 # Rays that are checked, traced and stored together: memory beside input and result is what these need.
 _BLOCK = 1 << 15
 # So many rays are a large job.
-_MANY = 1 << 15
+_MANY = 1 << 12
 
 Result = TypeVar("Result", bound=Rays)
 
