@@ -5,6 +5,7 @@ from functools import cache, lru_cache, partial
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from kerrcaustics.beams.closed_form import formula
@@ -18,13 +19,14 @@ from kerrcaustics.spacetime.camera import Camera, Frame, photon
 # run as long as the slowest of them. A GPU wants one large batch.
 _BATCH = {"cpu": (512, 128)}
 _LARGE_BATCH = (1 << 16, 1 << 16)
-# Rays in one call of the closed form, for few rays and for many, each compiled when first met; and options for the
-# compiler. On a CPU, fused loops would compute what they share again and again: one loop for each operation, over
-# arrays that stay in the cache, takes a third of the time.
+# Rays in one call of the closed form, for few rays and for many; of many so many at a time, of rays alone and of beams.
+# Each is compiled when first met. And options for the compiler. On a CPU, fused loops would compute what they share
+# again and again: one loop for each operation, over arrays that stay in the cache, takes a third of the time.
 _CLOSED_FORM_CALL = {"cpu": (128, 2048)}
 _LARGE_CALL = (1 << 20, 1 << 20)
-# A large call takes as long as so many small ones, or so many small ones and a few.
-_WORTH = 5
+_LANES = {"cpu": (2048, 512)}
+# More rays than this part of what a large call takes at a time are many.
+_FEW = 4
 CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 
 
@@ -38,6 +40,7 @@ def closed_form(
     camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
+    size, lanes = _closed_form_size(len(sky), wanted.beams, many=many)
     kernel = partial(
         _closed_form(jax.default_backend()),
         frame_on_device(camera),
@@ -45,18 +48,20 @@ def closed_form(
         wanted=wanted,
         on_equator=camera.on_equator and not short,
         short=short,
+        lanes=lanes,
     )
-    return _batched(kernel, [sky], _closed_form_sizes(many))
+    return _batched(kernel, [sky, np.ones(len(sky))], size)
 
 
-def prospects(camera: Camera, sky: np.ndarray, end: End, *, many: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def prospects(camera: Camera, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
-    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], _closed_form_sizes(many))
+    size, _ = _closed_form_size(len(sky), beams=False, many=False)
+    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], size)
 
 
 def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work that each ray will be for the integrator."""
-    return _batched(partial(_survey, frame_on_device(camera), end=end), [sky], _integrator_size()[:1])
+    return _batched(partial(_survey, frame_on_device(camera), end=end), [sky], _integrator_size()[0])
 
 
 def integrate(
@@ -66,12 +71,15 @@ def integrate(
     size, lanes = _integrator_size()
     frame = frame_on_device(camera)
     kernel = partial(_integrate, frame, tolerance=tolerance, end=end, wanted=wanted, lanes=lanes)
-    return _batched(kernel, [sky, refinement], (size,))
+    return _batched(kernel, [sky, refinement], size)
 
 
-def _closed_form_sizes(many: bool) -> tuple[int, ...]:
-    """Of a small call, and where there are many rays, of a large one."""
-    return _CLOSED_FORM_CALL.get(jax.default_backend(), _LARGE_CALL)[: 1 + many]
+def _closed_form_size(count: int, beams: bool, *, many: bool) -> tuple[int, int]:
+    """How many rays a call takes, and how many at a time; many, whether a job has more rays than are counted here."""
+    backend = jax.default_backend()
+    small, large = _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)
+    lanes = _LANES.get(backend, _LARGE_CALL)[beams]
+    return (large, lanes) if many or _FEW * count > lanes else (small, small)
 
 
 def _integrator_size() -> tuple[int, int]:
@@ -81,7 +89,29 @@ def _integrator_size() -> tuple[int, int]:
 @cache
 def _closed_form(backend: str) -> Callable[..., RayEnd[Reals]]:
     options = CLOSED_FORM_COMPILER.get(backend)
-    return jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"), compiler_options=options)
+    return jax.jit(_in_parts, static_argnames=("wanted", "on_equator", "short", "lanes"), compiler_options=options)
+
+
+_traced = jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"))
+
+
+def _in_parts(frame: Frame, sky: Components, real: Reals, *, lanes: int, **options: Any) -> RayEnd[Reals]:
+    """One call: `lanes` rays at a time, of which parts are left out that hold no `real` ones."""
+    count = len(real)
+    if lanes >= count:
+        return formula.trace(frame, sky, **options)
+
+    def part(start: Reals) -> RayEnd[Reals]:
+        return _traced(frame, tuple(jax.lax.dynamic_slice(n, (start,), (lanes,)) for n in sky), **options)
+
+    def stored(i: Reals, ends: RayEnd[Reals]) -> RayEnd[Reals]:
+        start = i * lanes
+        return jax.tree.map(lambda e, p: jax.lax.dynamic_update_slice_in_dim(e, p, start, 0), ends, part(start))
+
+    shapes = jax.eval_shape(part, 0)
+    room = jax.tree.map(lambda s: jnp.zeros((count, *s.shape[1:]), s.dtype), shapes)
+    parts = (jnp.count_nonzero(real) + lanes - 1) // lanes
+    return jax.lax.fori_loop(0, parts, stored, room)
 
 
 @partial(jax.jit, static_argnames=("wanted", "lanes"))
@@ -109,16 +139,14 @@ def _prospects(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, F
     return aim.lost, aim.captured, aim.certain
 
 
-def _batched(function: Any, arrays: list[np.ndarray], sizes: tuple[int, ...]) -> Any:
-    """`function` of sky directions (and more arrays), over calls of fixed sizes; the last is filled up."""
+def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
+    """`function` of sky directions (and more arrays), over calls of one fixed size; the last is filled up."""
     count = len(arrays[0])
     if count == 0:
         arrays = [np.ones((1, *a.shape[1:])) for a in arrays]
-    results, start = [], 0
-    while start < max(count, 1):
-        size = sizes[-1] if count - start > _WORTH * sizes[0] else sizes[0]
+    results = []
+    for start in range(0, max(count, 1), size):
         sky, *others = (a[start : start + size] for a in arrays)
-        start += size
         missing = size - len(sky)
         if missing:
             # Rays with no refinement take one step: filling up costs next to nothing.

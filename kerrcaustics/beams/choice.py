@@ -60,7 +60,7 @@ def _add_small_k(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, ends
 
 def _arriving(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
     """The closed form of the rays that arrive, where few may."""
-    lost, captured, certain = calls.prospects(camera, sky, end, many=many)
+    lost, captured, certain = calls.prospects(camera, sky, end)
     some = calls.closed_form(camera, sky[~lost], end, wanted, many=many)
     ends = some.room(len(sky))
     ends.put(lost, some.nowhere(np.where(captured[lost], Status.CAPTURED, Status.MISSED), certain[lost]))
