@@ -29,7 +29,7 @@ _MOST_HALVINGS = 14
 _MUCH_LONGER = 3
 _MOST_POINTS = 40_000
 # Curves whose points have larger errors than this, mostly, are not followed: steps from point to point would be noise.
-_WORST_CURVE = 5e-3
+_WORST_CURVE = 1e-3
 # A caustic is called a point only if its error is below this, and its cusps are looked for only above that many errors.
 _WORST_POINT = 1e-3
 _RESOLVED = 300.0
