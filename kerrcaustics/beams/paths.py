@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.ends import Spherical, end_of
-from kerrcaustics.beams.geometry import area, azimuth_step, length, turned
+from kerrcaustics.beams.geometry import area, azimuth_step, first_azimuth, length, turned
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, rates_with_variation, ray_rates
-from kerrcaustics.beams.integrator.integrated import DENSEST, first_azimuth, start, with_variations
+from kerrcaustics.beams.integrator.integrated import DENSEST, start, with_variations
 from kerrcaustics.beams.integrator.journey import local_error
 from kerrcaustics.beams.integrator.nystroem import Path, nystroem_step
 from kerrcaustics.results.declared import quantity, result
@@ -292,7 +292,7 @@ def _begun(frame: Frame, sky: Components, end: Spherical) -> tuple[_Beam, _State
     end_u = jnp.where(aim.lost, jnp.where(aim.captured, 1 / stop, 0.0), 1 / end.radius)
     opening = length((*paths[1].rate[1:], *paths[2].rate[1:]))
     beam = _Beam(constants, variations, end_time, end_u, aim.lost, aim.captured, opening)
-    return beam, _State(paths, first_azimuth(frame, ray), 0 * light.b)
+    return beam, _State(paths, first_azimuth(frame, ray.rate), 0 * light.b)
 
 
 @jax.jit
