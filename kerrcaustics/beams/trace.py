@@ -88,8 +88,7 @@ def trace_beams(
     camera, sky, engine, tolerance, end, time, redshift
         As for `trace_rays`.
     index, crossings : bool
-        Whether to compute the Morse index, the equator crossings: what is left out costs nothing and is None in
-        the result.
+        Whether to give the Morse index, the equator crossings: what is left out is None in the result.
 
     Returns
     -------
