@@ -5,6 +5,7 @@ from functools import cache, lru_cache, partial
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from kerrcaustics.beams.closed_form import formula
@@ -18,11 +19,14 @@ from kerrcaustics.spacetime.camera import Camera, Frame, photon
 # run as long as the slowest of them. A GPU wants one large batch.
 _BATCH = {"cpu": (512, 128)}
 _LARGE_BATCH = (1 << 16, 1 << 16)
-# Rays in one call of the closed form, for few rays and for many, each compiled when first met; and options for the
-# compiler. On a CPU, fused loops would compute what they share again and again: one loop for each operation, over
-# arrays that stay in the cache, takes a third of the time.
-_CLOSED_FORM_CALL = {"cpu": (512, 2048)}
+# Rays in one call of the closed form, for few rays and for many; of many so many at a time, of rays alone and of beams.
+# Each is compiled when first met. And options for the compiler. On a CPU, fused loops would compute what they share
+# again and again: one loop for each operation, over arrays that stay in the cache, takes a third of the time.
+_CLOSED_FORM_CALL = {"cpu": (128, 2048)}
 _LARGE_CALL = (1 << 20, 1 << 20)
+_LANES = {"cpu": (2048, 512)}
+# More rays than this part of what a large call takes at a time are many.
+_FEW = 4
 CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 
 
@@ -36,6 +40,7 @@ def closed_form(
     camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
+    size, lanes = _closed_form_size(len(sky), wanted.beams, many=many)
     kernel = partial(
         _closed_form(jax.default_backend()),
         frame_on_device(camera),
@@ -43,13 +48,15 @@ def closed_form(
         wanted=wanted,
         on_equator=camera.on_equator and not short,
         short=short,
+        lanes=lanes,
     )
-    return _batched(kernel, [sky], _closed_form_size(many))
+    return _batched(kernel, [sky, np.ones(len(sky))], size)
 
 
-def prospects(camera: Camera, sky: np.ndarray, end: End, *, many: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def prospects(camera: Camera, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
-    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], _closed_form_size(many))
+    size, _ = _closed_form_size(len(sky), beams=False, many=False)
+    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], size)
 
 
 def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
@@ -67,8 +74,12 @@ def integrate(
     return _batched(kernel, [sky, refinement], size)
 
 
-def _closed_form_size(many: bool) -> int:
-    return _CLOSED_FORM_CALL.get(jax.default_backend(), _LARGE_CALL)[many]
+def _closed_form_size(count: int, beams: bool, *, many: bool) -> tuple[int, int]:
+    """How many rays a call takes, and how many at a time; many, whether a job has more rays than are counted here."""
+    backend = jax.default_backend()
+    small, large = _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)
+    lanes = _LANES.get(backend, _LARGE_CALL)[beams]
+    return (large, lanes) if many or _FEW * count > lanes else (small, small)
 
 
 def _integrator_size() -> tuple[int, int]:
@@ -78,7 +89,29 @@ def _integrator_size() -> tuple[int, int]:
 @cache
 def _closed_form(backend: str) -> Callable[..., RayEnd[Reals]]:
     options = CLOSED_FORM_COMPILER.get(backend)
-    return jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"), compiler_options=options)
+    return jax.jit(_in_parts, static_argnames=("wanted", "on_equator", "short", "lanes"), compiler_options=options)
+
+
+_traced = jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"))
+
+
+def _in_parts(frame: Frame, sky: Components, real: Reals, *, lanes: int, **options: Any) -> RayEnd[Reals]:
+    """One call: `lanes` rays at a time, of which parts are left out that hold no `real` ones."""
+    count = len(real)
+    if lanes >= count:
+        return formula.trace(frame, sky, **options)
+
+    def part(start: Reals) -> RayEnd[Reals]:
+        return _traced(frame, tuple(jax.lax.dynamic_slice(n, (start,), (lanes,)) for n in sky), **options)
+
+    def stored(i: Reals, ends: RayEnd[Reals]) -> RayEnd[Reals]:
+        start = i * lanes
+        return jax.tree.map(lambda e, p: jax.lax.dynamic_update_slice_in_dim(e, p, start, 0), ends, part(start))
+
+    shapes = jax.eval_shape(part, 0)
+    room = jax.tree.map(lambda s: jnp.zeros((count, *s.shape[1:]), s.dtype), shapes)
+    parts = (jnp.count_nonzero(real) + lanes - 1) // lanes
+    return jax.lax.fori_loop(0, parts, stored, room)
 
 
 @partial(jax.jit, static_argnames=("wanted", "lanes"))
@@ -120,4 +153,11 @@ def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
             sky = np.concatenate([sky, np.repeat(sky[:1], missing, axis=0)])
             others = [np.concatenate([o, np.zeros(missing)]) for o in others]
         results.append(function(tuple(sky.T), *others))
-    return jax.tree.map(lambda *parts: np.concatenate([np.asarray(p) for p in parts])[:count], *results)
+    return jax.tree.map(lambda *parts: _on_host(parts, count), *results)
+
+
+def _on_host(parts: tuple[jax.Array, ...], count: int) -> np.ndarray:
+    """The first numbers of arrays on the device, one after the other, which can be written to."""
+    *whole, last = (np.asarray(part) for part in parts)
+    left = count - sum(map(len, whole))
+    return np.concatenate([*whole, last[:left]])

@@ -27,6 +27,24 @@ def followed(
     many: bool,
 ) -> RayEnd[np.ndarray]:
     """Rays by the engine asked for. many, whether they are part of a large job."""
+    # One program serves all beams: index and crossings cost next to nothing.
+    asked = replace(wanted, index=True, crossings=True) if wanted.beams else wanted
+    ends = _by_engine(camera, sky, engine, tolerance, end, asked, many=many)
+    if wanted.beams and not wanted.index:
+        ends = replace(ends, index=None, index_certain=None)
+    return ends if wanted.crossings else replace(ends, crossings=None, crossings_certain=None)
+
+
+def _by_engine(
+    camera: Camera,
+    sky: np.ndarray,
+    engine: Engine,
+    tolerance: float,
+    end: End,
+    wanted: Wanted,
+    *,
+    many: bool,
+) -> RayEnd[np.ndarray]:
     if engine is Engine.INTEGRATED:
         return _integrated(camera, sky, tolerance, end, wanted)
     if end.is_beyond(camera):
@@ -39,9 +57,7 @@ def followed(
         unsure |= is_mostly_noise(ends, tolerance)
     rest = np.flatnonzero(unsure)
     if rest.size:
-        # Few rays, mostly: one program serves them all, whatever was asked for beside the beam.
-        more = replace(wanted, index=True, crossings=True) if wanted.beams else wanted
-        again, before = _integrated(camera, sky[rest], tolerance, end, more), ends.rows(rest)
+        again, before = _integrated(camera, sky[rest], tolerance, end, wanted), ends.rows(rest)
         better = ~before.closed_form | (excess(again, tolerance, 0) < excess(before, tolerance, 0))
         ends.put(rest[better], again.rows(better))
     return ends
@@ -50,6 +66,8 @@ def followed(
 def _add_small_k(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd[np.ndarray]) -> None:
     """Put the rays of small k, which have formulas of their own, into what the others' formulas gave."""
     left = np.flatnonzero(~ends.closed_form & (ends.status != Status.CAPTURED))
+    if not left.size:
+        return
     left = left[photon(camera.frame(), tuple(sky[left].T)).k < small_k.MOST_K]
     if left.size:
         again = calls.closed_form(camera, sky[left], end, wanted, short=True)
@@ -58,7 +76,7 @@ def _add_small_k(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, ends
 
 def _arriving(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
     """The closed form of the rays that arrive, where few may."""
-    lost, captured, certain = calls.prospects(camera, sky, end, many=many)
+    lost, captured, certain = calls.prospects(camera, sky, end)
     some = calls.closed_form(camera, sky[~lost], end, wanted, many=many)
     ends = some.room(len(sky))
     ends.put(lost, some.nowhere(np.where(captured[lost], Status.CAPTURED, Status.MISSED), certain[lost]))

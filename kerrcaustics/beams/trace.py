@@ -20,8 +20,6 @@ from kerrcaustics.spacetime.camera import Camera, check_camera, photon, redshift
 
 # Rays that are checked, traced and stored together: memory beside input and result is what these need.
 _BLOCK = 1 << 15
-# So many rays are a large job.
-_MANY = 1 << 15
 
 Result = TypeVar("Result", bound=Rays)
 
@@ -90,8 +88,7 @@ def trace_beams(
     camera, sky, engine, tolerance, end, time, redshift
         As for `trace_rays`.
     index, crossings : bool
-        Whether to compute the Morse index, the equator crossings: what is left out costs nothing and is None in
-        the result.
+        Whether to give the Morse index, the equator crossings: what is left out is None in the result.
 
     Returns
     -------
@@ -108,6 +105,15 @@ def trace_beams(
     """
     wanted = Wanted(beams=True, index=index, crossings=crossings, time=time)
     return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=redshift)
+
+
+def trace_in_steps(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> Beams:
+    """Beams to infinity with their index, of a job that asks for some again and again: one program serves all of it.
+
+    Parameters as for `trace_beams`, which compiles another one for few.
+    """
+    wanted = Wanted(beams=True, index=True)
+    return _traced(Beams, camera, sky, engine, tolerance, math.inf, wanted, redshift=False, many=True)
 
 
 def check_request(camera: Camera, engine: str, tolerance: float) -> Engine:
@@ -129,6 +135,7 @@ def _traced(
     wanted: Wanted,
     *,
     redshift: bool,
+    many: bool = False,
 ) -> Result:
     """The result, traced block by block on all cores."""
     chosen, surface = check_request(camera, engine, tolerance), end_of(camera, end)
@@ -137,7 +144,7 @@ def _traced(
 
     def block(start: int) -> RayEnd[np.ndarray]:
         unit = normalised(directions[start : start + _BLOCK])
-        ends = followed(camera, unit, chosen, tolerance, surface, wanted, many=count >= _MANY)
+        ends = followed(camera, unit, chosen, tolerance, surface, wanted, many=many or count > _BLOCK)
         if redshift:
             ends = replace(ends, redshift=_redshift(camera, unit, surface, ends))
         return ends.finished(tolerance)

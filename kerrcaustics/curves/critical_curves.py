@@ -25,7 +25,11 @@ _CROWDING = 0.9
 _LONGEST_STEP = np.radians(2.0)
 _LONGEST_PART = 1 / 80
 _MOST_HALVINGS = 14
+# A step longer than this by so many times is cut into quarters at once.
+_MUCH_LONGER = 3
 _MOST_POINTS = 40_000
+# Curves whose points have larger errors than this, mostly, are not followed: steps from point to point would be noise.
+_WORST_CURVE = 1e-3
 # A caustic is called a point only if its error is below this, and its cusps are looked for only above that many errors.
 _WORST_POINT = 1e-3
 _RESOLVED = 300.0
@@ -146,13 +150,15 @@ def _followed(search: Search, orders: int) -> list[CriticalCurve]:
     all_turn = np.tile(turn, orders)
     points, found = search.refined(all_turn[start], order[start], low.ravel()[start], high.ravel()[start])
     order = order[start][found]
-    curves = {k: points[order == k] for k in range(1, orders + 1) if (order == k).any()}
+    curves = {k: points[order == k] for k in np.unique(order).tolist()}
+    curves = {k: curve for k, curve in curves.items() if np.median(curve.error) < _WORST_CURVE}
     empty = {k: len(turn) - len(curve) for k, curve in curves.items()}
     sampled = _sample(search, curves, half)
     found_curves = []
+    holding = search.labels_hold(curves)
     for k, curve in curves.items():
         # A curve that does not separate the two indices is not the one it is taken for: its order counts as missing.
-        if not search.labels_hold(curve, k):
+        if not holding[k]:
             continue
         gaps = list(sampled[k])
         if empty[k]:
@@ -180,7 +186,7 @@ def _bracket(
 def between(search: Search, curves: dict[int, Points], turns: dict[int, Float[Array, " _"]]) -> dict[int, Points]:
     """Points at new parameters between those of the curves, all orders at once; missed ones are left out.
 
-    `curves` must reach beyond the new parameters. Secant steps from a spline through the known points, and a
+    `curves` must reach beyond the new parameters. Steps from a spline through the known points, and a
     bracketing search where they fail.
     """
     order = np.concatenate([np.full(len(turn), k) for k, turn in turns.items()])
@@ -203,11 +209,11 @@ def between(search: Search, curves: dict[int, Points], turns: dict[int, Float[Ar
 
 
 def _sample(search: Search, curves: dict[int, Points], half: bool) -> dict[int, list[str]]:
-    """Halve steps that are too long, in place, all curves at once; returns what stayed coarse, in words, by order."""
+    """Cut steps that are too long, in place, all curves at once; returns what stayed coarse, in words, by order."""
     missed = {k: np.empty(0) for k in curves}
     wanted: dict[int, Array] = {}
     for halving in range(_MOST_HALVINGS + 1):
-        wanted = {k: np.setdiff1d(_middles(curve, half), missed[k]) for k, curve in curves.items() if len(curve) > 3}
+        wanted = {k: np.setdiff1d(_cuts(curve, half), missed[k]) for k, curve in curves.items() if len(curve) > 3}
         wanted = {k: turn for k, turn in wanted.items() if len(turn)}
         if halving == _MOST_HALVINGS or not any(len(curves[k]) < _MOST_POINTS for k in wanted):
             break
@@ -237,16 +243,19 @@ def steps(points: Points) -> tuple[Float[Array, " steps"], Float[Array, " steps"
     return np.hypot(d_theta, np.sin(middle) * d_azimuth), angle_between(points.looking[1:], points.looking[:-1])
 
 
-def _middles(points: Points, half: bool) -> Float[Array, " middles"]:
-    """Parameters halfway along the steps that are too long."""
+def _cuts(points: Points, half: bool) -> Float[Array, " cuts"]:
+    """Parameters halfway along the steps that are too long, and at the quarters of those that are much too long."""
     if not half:
         points = points.joined(points[:1].shifted(1))
     on_caustic, on_sky = steps(points)
     size = max(np.ptp(points.theta), np.sin(points.theta).max() * min(np.ptp(points.azimuth), 2 * np.pi))
     # A caustic smaller than its error is a point, and needs no finer sampling.
     longest = max(min(_LONGEST_STEP, size * _LONGEST_PART), 3 * points.angle_error.max())
-    long = (on_caustic > longest) | (on_sky > _LONGEST_STEP)
-    return ((points.turn[1:] + points.turn[:-1]) / 2)[long]
+    excess = np.maximum(on_caustic / longest, on_sky / _LONGEST_STEP)
+    start, end = points.turn[:-1], points.turn[1:]
+    middle, long, longer = (start + end) / 2, excess > 1, excess > _MUCH_LONGER
+    quarters = (start + middle) / 2, (middle + end) / 2
+    return np.concatenate([middle[long], *(quarter[longer] for quarter in quarters)])
 
 
 def _closes(points: Points) -> bool:

@@ -13,7 +13,7 @@ from skimage.measure import label
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.closed_form.formula import LEAST_K
-from kerrcaustics.beams.trace import check_request, trace_beams
+from kerrcaustics.beams.trace import check_request, trace_in_steps
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
 from kerrcaustics.spacetime.rows import Rows
@@ -21,18 +21,22 @@ from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
 
 Array = np.ndarray
 
-# Spacing in depth of the first search along a line.
+# Spacing in depth of the first search along a line, and how far down it goes at once for each order.
 _SEARCH_STEP = 0.5
+_SEARCH_DEPTH = 3.5
 # The bracketing search needs the topology, not the digits.
 _COARSE_TOLERANCE = 1e-6
 _COARSE_DEPTH = 1e-6
-# Secant steps on the full beams: first difference in depth, longest and shortest step, most steps,
-# and when to stop.
-_SLOPE_STEP = 1e-4
-_LONGEST_SECANT = 0.2
-_SHORTEST_SECANT = 1e-8
-_MOST_SECANTS = 7
-_SECANT_PRODUCT = 1e-13
+# Places at which a bracket is looked at, all at once: a part of it is then so short that few steps are left.
+_SECTIONS = 9
+# Steps to the root of a parabola, on the full beams: differences in depth, and what is added to them for e-foldings of
+# the round-off of a direction; the longest step, most steps, and what an error may be that is left.
+_DIFFERENCE, _DEEP_DIFFERENCE = 1e-5, 1e-11
+_LONGEST_STEP = 0.2
+_MOST_STEPS = 7
+_LEFT = 1e-15
+# Depths that differ by this part of the differences are one.
+_SAME = 1e-5
 # |delta_minus| / delta_plus of a point that is taken as found.
 _RESIDUAL = 1e-10
 # Stands for the index of a captured direction: more than any order.
@@ -148,16 +152,19 @@ class Search:
 
         The search goes down the lines by itself until every curve has been passed. NaN where it was not.
         """
-        depth = np.arange(0, 4, _SEARCH_STEP)
+        depth = np.arange(0, _SEARCH_DEPTH * orders, _SEARCH_STEP)
         index = np.empty((0, len(turn)), int)
         depths = np.empty(0)
         while True:
             grid_turn, grid_depth = np.meshgrid(turn, depth)
             found = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
             index, depths = np.concatenate([index, found]), np.concatenate([depths, depth])
-            if (index[-1] >= orders).all() or depths[-1] >= sky_lines.DEEPEST:
+            passed = (index >= orders).all(axis=1)
+            if passed.any() or depths[-1] >= sky_lines.DEEPEST:
                 break
             depth = depths[-1] + np.arange(1, 5) * _SEARCH_STEP
+        if passed.any():
+            index = index[: passed.argmax() + 1]
         low, high = np.full((2, orders, len(turn)), np.nan)
         for k in range(1, orders + 1):
             passed = (index >= k) & (index < _CAPTURED)
@@ -176,53 +183,100 @@ class Search:
     ) -> tuple[Points, Bool[Array, " lines"]]:
         """Points on the curves of the given orders, one on each line, between depths low and high.
 
-        A bracketing root-finder on coarse beams first, then secant steps on beams at the full tolerance.
+        Brackets are narrowed on coarse beams first, all at once, then steps on beams at the full tolerance; a
+        bracketing root-finder where these lead nowhere.
         Returns the points whose bracket held a root, and which of the requested ones they are.
         """
+        depth, reach = self._narrowed(turn, order, low, high)
+        points = self.polished(turn, order, depth)
+        found = points.on_curve() & (np.abs(points.depth - depth) < reach)
+        points, lost = points[found], np.flatnonzero(~found)
+        if lost.size == 0:
+            return points, found
 
         def side(
             depth: Float[Array, " points"], turn: Float[Array, " points"], order: Int[Array, " points"]
         ) -> Float[Array, " points"]:
-            index, ratio = self.index_and_ratio(turn, depth)
-            near = (index == order) | (index == order - 1)
-            size = np.where(near, np.abs(ratio), 1.0)
-            return np.where(index >= order, -size, size)
+            return self._side(turn, depth, order)
 
-        root = elementwise.find_root(side, (low, high), args=(turn, order), tolerances={"xatol": _COARSE_DEPTH})
-        found = np.asarray(root.success)
-        points = self.polished(turn[found], order[found], np.asarray(root.x)[found])
-        sharp = points.on_curve()
-        found[found] = sharp
-        return points[sharp], found
+        bracket, requested = (low[lost], high[lost]), (turn[lost], order[lost])
+        root = elementwise.find_root(side, bracket, args=requested, tolerances={"xatol": _COARSE_DEPTH})
+        again = lost[np.asarray(root.success)]
+        more = self.polished(turn[again], order[again], np.asarray(root.x)[root.success])
+        sharp = more.on_curve()
+        which = np.concatenate([np.flatnonzero(found), again[sharp]])
+        found[again[sharp]] = True
+        return points.joined(more[sharp])[np.argsort(which)], found
+
+    def _narrowed(
+        self,
+        turn: Float[Array, " lines"],
+        order: Int[Array, " lines"],
+        low: Float[Array, " lines"],
+        high: Float[Array, " lines"],
+    ) -> tuple[Float[Array, " lines"], Float[Array, " lines"]]:
+        """Depths close to the curves of the given orders, and how far off they may be; 0 where there is no such."""
+        place = np.linspace(0, 1, _SECTIONS)[:, None]
+        depth = low + (high - low) * place
+        every = np.broadcast_arrays(turn, depth, order)
+        side = self._side(*(values.ravel() for values in every)).reshape(depth.shape)
+        after = (side < 0).argmax(axis=0)
+        before, lines = np.maximum(after - 1, 0), np.arange(len(turn))
+        outer, inner = side[before, lines], side[after, lines]
+        width = np.where(after > 0, (high - low) / (_SECTIONS - 1), 0)
+        # With no root in between both are on one side.
+        part = outer / np.where(outer == inner, 1, outer - inner)
+        return depth[before, lines] + width * part, width
+
+    def _side(
+        self, turn: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
+    ) -> Float[Array, " points"]:
+        """|delta_minus| / delta_plus next to the curves of the given orders, else 1; negative inside of them."""
+        index, ratio = self.index_and_ratio(turn, depth)
+        near = (index == order) | (index == order - 1)
+        size = np.where(near, np.abs(ratio), 1.0)
+        return np.where(index >= order, -size, size)
 
     def polished(
         self, turn: Float[Array, " points"], order: Int[Array, " points"], depth: Float[Array, " points"]
     ) -> Points:
-        """Points on the curves from depths that are close already: secant steps down to round-off."""
-        depth = depth.copy()
-        ratio = self._ratio(turn, depth)
-        slope = (self._ratio(turn, depth + _SLOPE_STEP) - ratio) / _SLOPE_STEP
-        step = _secant(ratio, slope)
-        active = np.arange(len(turn))
-        for _ in range(_MOST_SECANTS):
-            depth[active] += step[active]
-            new, last = self._ratio(turn[active], depth[active]), step[active]
-            # A difference over a very short step is round-off: the last slope serves.
-            long = np.abs(last) > _SHORTEST_SECANT
-            slope[active[long]] = (new - ratio[active])[long] / last[long]
-            ratio[active] = new
-            step[active] = _secant(new, slope[active])
-            # The next step misses by about the product of the last two: below this it lands on round-off.
-            active = active[long & (np.abs(step[active] * last) > _SECANT_PRODUCT)]
+        """Points on the curves from depths that are close already: steps down to round-off."""
+        depth, active = depth.copy(), np.arange(len(turn))
+        for _ in range(_MOST_STEPS):
+            step, difference = self._step(turn[active], depth[active])
+            depth[active] += step
+            # What a step leaves is about its cube, and itself times the square of the differences.
+            left = np.abs(step) * (step**2 + difference**2)
+            active = active[(left > _LEFT) & (np.abs(step) > _SAME * difference)]
             if active.size == 0:
                 break
-        return self.points(turn, depth + step, order)
+        return self.points(turn, depth, order)
 
-    def labels_hold(self, points: Points, order: int) -> bool:
-        """True when the index is order - 1 on the outer side of every point, and order on the inner side."""
-        outer = self.index_and_ratio(points.turn, points.depth - _LABEL_STEP)[0]
-        inner = self.index_and_ratio(points.turn, points.depth + _LABEL_STEP)[0]
-        return bool((outer == order - 1).all() and (inner == order).all())
+    def _step(
+        self, turn: Float[Array, " points"], depth: Float[Array, " points"]
+    ) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
+        """Steps in depth to where the ratio vanishes, by Halley's method from differences, and these: all in one call.
+
+        No step where beams beyond double precision leave no slope.
+        """
+        difference = _DIFFERENCE + _DEEP_DIFFERENCE * np.exp(depth)
+        places = np.concatenate([depth, depth - difference, depth + difference])
+        ratio, outer, inner = np.split(self._ratio(np.tile(turn, 3), places), 3)
+        slope, bend = (inner - outer) / (2 * difference), (inner + outer - 2 * ratio) / difference**2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = -ratio / slope
+            bent = np.clip(step * bend / (2 * slope), -0.5, 0.5)
+            step = np.clip(step / (1 + bent), -_LONGEST_STEP, _LONGEST_STEP)
+        return np.where(np.isfinite(step), step, 0.0), difference
+
+    def labels_hold(self, curves: dict[int, Points]) -> dict[int, bool]:
+        """By order, whether the index is order - 1 on the outer side of every point, and order on the inner side."""
+        order = np.concatenate([np.full(len(points), k) for k, points in curves.items()])
+        turn, depth = (np.concatenate([getattr(p, name) for p in curves.values()]) for name in ("turn", "depth"))
+        sides = np.concatenate([depth - _LABEL_STEP, depth + _LABEL_STEP])
+        outer, inner = np.split(self.index_and_ratio(np.tile(turn, 2), sides)[0], 2)
+        good = (outer == order - 1) & (inner == order)
+        return {k: bool(good[order == k].all()) for k in curves}
 
     def _photon(self, looking: Float[Array, "points 3"]) -> Photon:
         sky = sky_from_fido(self._frame, -looking)
@@ -235,7 +289,7 @@ class Search:
     def _trace(self, looking: Float[Array, "points 3"], tolerance: float) -> Beams:
         sky = sky_from_fido(self._frame, -looking)
         self.beams_traced += sky.size // 3
-        beams = trace_beams(self.camera, sky, self.engine, tolerance, crossings=False, redshift=False)
+        beams = trace_in_steps(self.camera, sky, self.engine, tolerance)
         self.engines_used.update(beams.engines)
         return beams
 
@@ -256,13 +310,6 @@ def _islands(index: Int[Array, "depths lines"], orders: int) -> dict[int, list[s
         if max(pieces) > 1 or (np.diff(inside.astype(int), axis=0) < 0).any():
             remarks[k].append(f"the Morse index shows more than one critical curve of order {k}")
     return remarks
-
-
-def _secant(ratio: Float[Array, " points"], slope: Float[Array, " points"]) -> Float[Array, " points"]:
-    """Step to the root of a straight line; none where beams beyond double precision leave no slope."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        step = np.clip(-ratio / slope, -_LONGEST_SECANT, _LONGEST_SECANT)
-    return np.where(np.isfinite(step), step, 0.0)
 
 
 def joined_azimuth(

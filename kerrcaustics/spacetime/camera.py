@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -177,24 +178,29 @@ class Camera:
 
     def frame(self) -> Frame:
         """The camera's numbers for compiled code."""
-        at = kerr.metric(self.spin, self.radius, self.cos_theta)
-        velocity = self.fido_velocity()
-        speed, basis = _basis(velocity)
-        return Frame(
-            spin=self.spin,
-            radius=self.radius,
-            sin_theta=self.sin_theta,
-            cos_theta=self.cos_theta,
-            lapse=at.lapse,
-            shift=at.shift,
-            cylindrical_scale=at.cylindrical_scale,
-            root_sigma=math.sqrt(at.sigma),
-            root_sigma_delta=math.sqrt(at.sigma * at.delta),
-            speed=speed,
-            # Exactly: close to the speed of light nothing of it would be left.
-            slowness=float(1 - sum(Fraction(v) ** 2 for v in velocity)),
-            basis=basis,
-        )
+        return _frame(self)
+
+
+@lru_cache(maxsize=64)
+def _frame(camera: Camera) -> Frame:
+    at = kerr.metric(camera.spin, camera.radius, camera.cos_theta)
+    velocity = camera.fido_velocity()
+    speed, basis = _basis(velocity)
+    return Frame(
+        spin=camera.spin,
+        radius=camera.radius,
+        sin_theta=camera.sin_theta,
+        cos_theta=camera.cos_theta,
+        lapse=at.lapse,
+        shift=at.shift,
+        cylindrical_scale=at.cylindrical_scale,
+        root_sigma=math.sqrt(at.sigma),
+        root_sigma_delta=math.sqrt(at.sigma * at.delta),
+        speed=speed,
+        # Exactly: close to the speed of light nothing of it would be left.
+        slowness=float(1 - sum(Fraction(v) ** 2 for v in velocity)),
+        basis=basis,
+    )
 
 
 def check_camera(camera: object) -> None:
