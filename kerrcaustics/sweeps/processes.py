@@ -147,4 +147,5 @@ def _end(pipe: Connection, process: BaseProcess, failed: bool = False) -> None:
     pipe.close()
     # Below zero it was killed; above, Python has said on standard error what is wrong.
     if failed and status > 0:
-        raise WorkersLost(f"A worker could not start (exit status {status})")
+        hint = 'does a script call this without `if __name__ == "__main__":`?'
+        raise WorkersLost(f"A worker could not start (exit status {status}; {hint})")
