@@ -1,10 +1,16 @@
 """What the tests of sweeps share."""
 
 import hashlib
+import os
+import signal
+import time
 import warnings
 from pathlib import Path
 
+import numpy as np
 import xarray
+
+from kerrcaustics.sweeps.quantities import dimensions, variables
 
 PLAIN = "spin = [0.5, 0.9]\nradius = [3.0, 4.0, 6.0]\norders = 1\nblock = 2\ncompute = ['areas']\ntitle = 'Schön'\n"
 
@@ -25,3 +31,20 @@ def opened(path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         return xarray.open_zarr(path)
+
+
+def made_up(scene, spin, radius, _inclination):
+    """Numbers that cost nothing, in place of the physics."""
+    if radius < 1:
+        raise ValueError("too close")
+    sizes = {name: len(values) for name, values in dimensions(scene).items()}
+    seed = np.random.default_rng([int(1e6 * spin), int(1e6 * radius)])
+    return {v.name: seed.integers(0, 99, [sizes[dim] for dim in v.dims]).astype(v.dtype) for v in variables(scene)}
+
+
+def slowly_made_up(scene, spin, radius, inclination):
+    """The same, in as much time as the physics takes; at radius 13 the process is killed."""
+    time.sleep(0.2)
+    if radius == 13:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return made_up(scene, spin, radius, inclination)

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 import zarr
 from command_line import run
-from sweeping import PLAIN, files, opened, written
+from sweeping import PLAIN, files, made_up, opened, written
 
 import kerrcaustics as kc
 from kerrcaustics.sweeps import engine
-from kerrcaustics.sweeps.quantities import dimensions, variables
 from kerrcaustics.sweeps.scene import Range, Scene
 from kerrcaustics.sweeps.store import Store
 
@@ -29,11 +28,7 @@ def quick(monkeypatch):
 
     def numbers(scene, spin, radius, inclination):
         calls.append((spin, radius, inclination))
-        if radius < 1:
-            raise ValueError("too close")
-        sizes = {name: len(values) for name, values in dimensions(scene).items()}
-        seed = np.random.default_rng([int(1e6 * spin), int(1e6 * radius)])
-        return {v.name: seed.integers(0, 99, [sizes[dim] for dim in v.dims]).astype(v.dtype) for v in variables(scene)}
+        return made_up(scene, spin, radius, inclination)
 
     monkeypatch.setattr(engine, "computed", numbers)
     return calls
@@ -309,6 +304,7 @@ def test_a_missing_package_is_named(package, tmp_path, capsys, monkeypatch):
     for name in [name for name in sys.modules if name.startswith("kerrcaustics.sweeps")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
-    status, out, err = run(capsys, "sweep", written(tmp_path, PLAIN), "--output", tmp_path / "s.zarr", "--workers", 1)
+    arguments = ("--output", tmp_path / "s.zarr", "--scheduler", "tcp://127.0.0.1:1")
+    status, out, err = run(capsys, "sweep", written(tmp_path, PLAIN), *arguments)
     assert (status, out) == (2, "") and err.count("\n") == 1
     assert package in err and 'pip install "kerrcaustics[sweep]"' in err

@@ -67,11 +67,7 @@ def _tell_failures(result: "SweepResult") -> NoReturn:
 
 def _swept(scene: Path, store: Path, workers: int | None, scheduler: str | None, retry: bool) -> "SweepResult":
     try:
-        with plain_errors(), progress(left=True) as report:
-            from kerrcaustics.sweeps.engine import sweep as run
-            from kerrcaustics.sweeps.scene import read_scene
-
-            return run(read_scene(scene), store, workers=workers, scheduler=scheduler, retry=retry, progress=report)
+        return _run(scene, store, workers, scheduler, retry)
     except ImportError as error:
         raise BadInput(one_line(str(error))) from None
     except OSError as error:
@@ -81,3 +77,16 @@ def _swept(scene: Path, store: Path, workers: int | None, scheduler: str | None,
         raise
     except ValueError as error:
         raise BadInput(one_line(str(error))) from None
+
+
+def _run(scene: Path, store: Path, workers: int | None, scheduler: str | None, retry: bool) -> "SweepResult":
+    from kerrcaustics.sweeps.losses import WorkersLost
+
+    try:
+        with plain_errors(), progress(left=True) as report:
+            from kerrcaustics.sweeps.engine import sweep as run
+            from kerrcaustics.sweeps.scene import read_scene
+
+            return run(read_scene(scene), store, workers=workers, scheduler=scheduler, retry=retry, progress=report)
+    except WorkersLost as lost:
+        stop(1, str(lost))

@@ -1,35 +1,24 @@
 """Running a sweep: in this process, on workers of this machine, or on a Dask cluster."""
 
-import logging
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import ExitStack, contextmanager
+from contextlib import closing
 from functools import partial
-from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.sweeps.losses import Compute, Finished, Losses
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
 from kerrcaustics.sweeps.store import Block, Store, open_store
 
 Progress = Callable[[str, float], None]
-Run = Callable[[str, list[Block]], Iterator[Block]]
+Run = Callable[[Compute, list[Block], Losses], Finished]
 
-# A block may take so many rounds of workers with it before its points are given up.
-_ROUNDS = 5
-# Blocks that the scheduler holds at a time.
-_IN_FLIGHT = 20_000
-# Workers do no profiling, and keep the memory that they are about to need again: together a fifth of their time.
-_WORKER_CONFIG = {
-    "distributed.worker.profile.enabled": False,
-    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
-}
 _DIED = "the process that computed it died each time (too little memory?)"
 
 
@@ -76,7 +65,14 @@ def sweep(
     Returns
     -------
     SweepResult
-        Among others a line for each point that failed. A point inside the horizon is one; it costs no other.
+        Among others a line for each point that failed. A point inside the horizon is one; it costs no other. So are
+        those of a block with which twelve workers died.
+
+    Raises
+    ------
+    kerrcaustics.sweeps.losses.WorkersLost
+        Workers died again and again without computing anything, a cluster had none for five minutes, or its scheduler
+        went away. The store holds what was computed till then.
     """
     if workers is not None and scheduler is not None:
         raise ValueError("Arguments `workers` and `scheduler`: only one of them can be given.")
@@ -92,8 +88,12 @@ def sweep(
         before = done = total - sum(map(len, missing))
         progress(f"{done} of {total} points", done / total)
         if missing:
-            with _runner(workers, scheduler) as run:
-                for block in run(str(store.path.absolute()), missing):
+            losses = Losses(lambda what: progress(f"{done} of {total} points, {what}", done / total))
+            compute, run = partial(compute_block, str(store.path.absolute())), _runner(workers, scheduler)
+            with closing(run(compute, missing, losses)) as finished:
+                for block, known in finished:
+                    if not known:
+                        store.write(block, [_DIED] * len(block))
                     done += len(block)
                     progress(f"{done} of {total} points", done / total)
         return SweepResult(store.path, total, before, tuple(store.failures()), time.perf_counter() - began)
@@ -123,103 +123,26 @@ def compute_block(path: str, block: Block) -> None:
     store.write(block, points)
 
 
-@contextmanager
-def _runner(workers: int | None, scheduler: str | None) -> Iterator[Run]:
-    """What runs blocks and yields each that is done."""
-    if workers is None and scheduler is None:
-        yield _in_threads
-        return
-    try:
-        from dask import config
-        from distributed import Client, LocalCluster
-    except ImportError:
-        raise ImportError(
-            'Workers need the package dask[distributed]: pip install "kerrcaustics[sweep]"', name="distributed"
-        ) from None
-    with ExitStack() as stack:
-        stack.enter_context(_quiet())
-        if scheduler is None:
-            stack.enter_context(config.set(_WORKER_CONFIG))
-            cluster = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                dashboard_address="",
-                silence_logs=logging.CRITICAL,
-                # One core each, XLA included: how long a sweep takes then depends on their number alone.
-                env={"NPROC": "1"},
-            )
-            stack.enter_context(cluster)
-            client = Client(cluster, set_as_default=False)
-        else:
-            client = _client_of(scheduler)
-        yield partial(_on_cluster, stack.enter_context(client))
+def _runner(workers: int | None, scheduler: str | None) -> Run:
+    """What runs blocks, and yields each that is done with whether it is computed."""
+    if scheduler is not None:
+        from kerrcaustics.sweeps.cluster import on_cluster
+
+        return partial(on_cluster, scheduler)
+    if workers is not None:
+        from kerrcaustics.sweeps.processes import in_processes
+
+        return partial(in_processes, workers)
+    return _in_threads
 
 
-def _client_of(scheduler: str) -> Any:
-    """A client of the Dask scheduler at an address."""
-    from distributed import Client
-
-    try:
-        return Client(scheduler, timeout="10s", set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise ValueError(
-            f"Argument `scheduler` must be the address of a Dask scheduler, but {scheduler!r} does not answer "
-            f"({' '.join(str(error).split())})."
-        ) from None
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Dask's remarks about its own workings are no news to who waits for a sweep."""
-    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client", "distributed.nanny")]
-    levels = [logger.level for logger in loggers]
-    for logger in loggers:
-        logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        for logger, level in zip(loggers, levels, strict=True):
-            logger.setLevel(level)
-
-
-def _on_cluster(client: Any, path: str, blocks: list[Block]) -> Iterator[Block]:
-    from distributed import KilledWorker, as_completed as completed
-
-    waiting = iter(blocks)
-    deaths: dict[Block, int] = {}
-    at_work: dict[Any, Block] = {}
-    done = completed(loop=client.loop)
-
-    def submit(block: Block) -> None:
-        future = client.submit(compute_block, path, block, pure=False)
-        at_work[future.key] = block
-        done.add(future)
-
-    for block in islice(waiting, _IN_FLIGHT):
-        submit(block)
-    for future in done:
-        block = at_work.pop(future.key)
-        try:
-            future.result()
-        except KilledWorker:
-            # Computed again, the same numbers come out.
-            deaths[block] = deaths.get(block, 0) + 1
-            if deaths[block] < _ROUNDS:
-                submit(block)
-                continue
-            Store(Path(path)).write(block, [_DIED] * len(block))
-        yield block
-        for following in islice(waiting, 1):
-            submit(following)
-
-
-def _in_threads(path: str, blocks: list[Block]) -> Iterator[Block]:
+def _in_threads(compute: Compute, blocks: list[Block], _losses: Losses) -> Finished:
     with ThreadPoolExecutor(cores()) as pool:
-        futures = {pool.submit(compute_block, path, block): block for block in blocks}
+        futures = {pool.submit(compute, block): block for block in blocks}
         try:
             for future in as_completed(futures):
                 future.result()
-                yield futures[future]
+                yield futures[future], True
         finally:
             for future in futures:
                 future.cancel()

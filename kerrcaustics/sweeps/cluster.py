@@ -1,0 +1,105 @@
+"""Blocks on the workers of a Dask cluster that is there already."""
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import islice
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from kerrcaustics.sweeps.losses import Compute, Finished, Losses, WorkersLost
+from kerrcaustics.sweeps.store import Block
+
+# Blocks that the scheduler holds at a time.
+_IN_FLIGHT = 20_000
+# Seconds without news after which it is asked for its workers, and that it has for an answer, at first and then.
+_LOOK, _FIRST_ANSWER, _ANSWER = 5.0, 30.0, 10.0
+
+
+def on_cluster(scheduler: str, compute: Compute, blocks: list[Block], losses: Losses) -> Finished:
+    """Compute blocks on the workers of a scheduler at this address."""
+    waiting = iter(blocks)
+    at_work: dict[Any, Block] = {}
+    done: SimpleQueue[Any] = SimpleQueue()
+    with _client_of(scheduler) as client:
+
+        def submit(block: Block) -> None:
+            future = client.submit(compute, block, pure=False)
+            at_work[future.key] = block
+            future.add_done_callback(done.put)
+
+        for block in islice(waiting, _IN_FLIGHT):
+            submit(block)
+        while at_work:
+            try:
+                future = done.get(timeout=_LOOK)
+            except Empty:
+                losses.there_are(_workers(client))
+                continue
+            block, deaths = at_work.pop(future.key), _deaths(future)
+            if not deaths:
+                losses.computed()
+            elif losses.died(block, deaths):
+                submit(block)
+                continue
+            yield block, not deaths
+            for following in islice(waiting, 1):
+                submit(following)
+
+
+@contextmanager
+def _client_of(scheduler: str) -> Iterator[Any]:
+    """A client of the Dask scheduler at an address."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ImportError(
+            'A cluster needs the package dask[distributed]: pip install "kerrcaustics[sweep]"', name="distributed"
+        ) from None
+    with _quiet():
+        try:
+            client = Client(scheduler, timeout=_FIRST_ANSWER, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise ValueError(
+                f"Argument `scheduler` must be the address of a Dask scheduler, but {scheduler!r} does not answer "
+                f"({' '.join(str(error).split())})."
+            ) from None
+        with client:
+            yield client
+
+
+def _workers(client: Any) -> int:
+    """How many workers take blocks; none that can be known of where the scheduler does not answer."""
+    try:
+        return len(client.sync(client.scheduler.ncores_running, callback_timeout=_ANSWER))
+    except OSError:
+        return 0
+
+
+def _deaths(future: Any) -> int:
+    """How many workers died with a block before the scheduler gave it up; 0: it is done."""
+    from distributed import KilledWorker
+
+    if future.status == "cancelled":
+        raise WorkersLost("The Dask scheduler went away")
+    # The result is in the store: nothing is asked of the worker, which may be dead.
+    error = None if future.status == "finished" else future.exception()
+    if isinstance(error, KilledWorker):
+        return error.allowed_failures + 1
+    if error is not None:
+        raise error
+    return 0
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Dask's remarks about its own workings are no news to who waits for a sweep."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)

@@ -1,0 +1,151 @@
+"""Blocks on processes of this machine, of one core each; one that dies is replaced at once."""
+
+import os
+import signal
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context, parent_process, resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from threading import Thread
+from typing import cast
+
+from kerrcaustics.sweeps.losses import Compute, Finished, Losses, WorkersLost
+from kerrcaustics.sweeps.store import Block
+
+Crew = dict[Connection, BaseProcess]
+
+# Seconds between looks at whether there are workers.
+_LOOK = 1.0
+# How long a sweep takes then depends on the number of workers alone.
+_ONE_CORE: dict[str, str] = dict.fromkeys(("NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+
+def in_processes(workers: int, compute: Compute, blocks: list[Block], losses: Losses) -> Finished:
+    """Compute blocks in so many processes."""
+    waiting = deque(blocks)
+    # A process that is starting is in the crew, and not at work.
+    crew: Crew = {}
+    at_work: dict[Connection, Block] = {}
+    try:
+        while waiting or at_work:
+            _fill_up(crew, min(workers, len(waiting) + len(at_work)), compute, losses)
+            losses.there_are(len(at_work), starting=len(crew) - len(at_work))
+            for pipe in cast("list[Connection]", wait(list(crew), _LOOK)):
+                block = at_work.pop(pipe, None)
+                if _answered(pipe):
+                    if waiting:
+                        at_work[pipe] = waiting.popleft()
+                        _give(pipe, at_work[pipe])
+                    else:
+                        _end(pipe, crew.pop(pipe))
+                    if block is not None:
+                        losses.computed()
+                        yield block, True
+                else:
+                    _end(pipe, crew.pop(pipe), failed=block is None)
+                    again = losses.died(block)
+                    if block is not None and again:
+                        waiting.append(block)
+                    elif block is not None:
+                        yield block, False
+    finally:
+        for pipe, process in crew.items():
+            _end(pipe, process)
+
+
+def _fill_up(crew: Crew, wanted: int, compute: Compute, losses: Losses) -> None:
+    """Start processes until there are as many as wanted."""
+    while len(crew) < wanted:
+        try:
+            pipe, process = _started(compute)
+        except OSError:
+            # No memory for another process; there may be some in a moment.
+            losses.died(None)
+            time.sleep(_LOOK)
+            return
+        crew[pipe] = process
+
+
+def _started(compute: Compute) -> tuple[Connection, BaseProcess]:
+    """A new process, and what it is given blocks through."""
+    context = get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_work, args=(theirs, compute), daemon=True)
+    with theirs, _surroundings():
+        process.start()
+    return cast("Connection", ours), process
+
+
+@contextmanager
+def _surroundings() -> Iterator[None]:
+    """What a new process inherits: one core, and no Ctrl-C, which is for this process to heed."""
+    kept = dict(os.environ)
+    # Python's own helper, which would be started with the first of them, lets Ctrl-C through when it is.
+    resource_tracker.ensure_running()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    os.environ.update(_ONE_CORE)
+    try:
+        yield
+    finally:
+        for name in _ONE_CORE:
+            del os.environ[name]
+            os.environ.update({name: kept[name]} if name in kept else {})
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _work(pipe: Connection, compute: Compute) -> None:
+    """What a process does: says that it is there, and after each block None, or what went wrong."""
+    Thread(target=_end_with_parent, daemon=True).start()
+    # When the other end is closed there is nobody to work for.
+    with suppress(EOFError, OSError):
+        pipe.send(None)
+        while True:
+            pipe.send(_complaint(compute, pipe.recv()))
+
+
+def _complaint(compute: Compute, block: Block) -> Exception | None:
+    try:
+        compute(block)
+    except Exception as error:
+        return error
+    return None
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+    os._exit(1)
+
+
+def _give(pipe: Connection, block: Block) -> None:
+    # One that has just died is noticed when it is listened to.
+    with suppress(OSError):
+        pipe.send(block)
+
+
+def _answered(pipe: Connection) -> bool:
+    """Whether a process is there to be given a block; raises what its last one raised."""
+    try:
+        error = pipe.recv()
+    except (EOFError, OSError):
+        return False
+    if error is not None:
+        raise error
+    return True
+
+
+def _end(pipe: Connection, process: BaseProcess, failed: bool = False) -> None:
+    """End a process that has nothing to do; failed: it came to an end before it could do anything."""
+    process.kill()
+    process.join()
+    status = process.exitcode or 0
+    process.close()
+    pipe.close()
+    # Below zero it was killed; above, Python has said on standard error what is wrong.
+    if failed and status > 0:
+        hint = 'does a script call this without `if __name__ == "__main__":`?'
+        raise WorkersLost(f"A worker could not start (exit status {status}; {hint})")
