@@ -21,7 +21,8 @@ CLAIMS = (*ERRORS, TOLERANCE, *LABELS)
 class Ends(NamedTuple):
     """Ends of n rays to compare with. status: that of an exact ray, -1 where it is not known; NaN if it is lost.
 
-    columns (n, 3, 2): J as changes of n', of the plane those of (r, r phi) and 0; the errors are those of an engine.
+    columns (n, 3, 2): J as changes of n', of the plane those of (r, r phi) and 0. Errors are an engine's own; the truth
+    has none.
     """
 
     status: np.ndarray
@@ -33,6 +34,10 @@ class Ends(NamedTuple):
     diameters: np.ndarray
     index: np.ndarray
     crossings: np.ndarray
+    error: np.ndarray | float = 0.0
+    azimuth_error: np.ndarray | float = 0.0
+    time_error: np.ndarray | float = 0.0
+    jacobian_error: np.ndarray | float = 0.0
 
 
 def ends_of(beams: kc.Beams, end: Any) -> Ends:
@@ -42,7 +47,8 @@ def ends_of(beams: kc.Beams, end: Any) -> Ends:
     diameters = np.stack([beams.delta_plus, beams.delta_minus], axis=-1)
     assert beams.time is not None and beams.index is not None and beams.crossings is not None
     where = (beams.direction, beams.azimuth, radius, beams.time, columns_of(beams, end), diameters)
-    return Ends(status, *where, beams.index, beams.crossings)
+    errors = (beams.error, _azimuth_errors(beams)[0], beams.time_error, beams.jacobian_error)
+    return Ends(status, *where, beams.index, beams.crossings, *errors)
 
 
 def ends_in_truth(found: list[Known | Lost | None]) -> Ends:
@@ -74,18 +80,18 @@ def columns_of(beams: kc.Beams, end: Any) -> np.ndarray:
 
 
 def ratios(result: kc.Rays, ends: Ends, end: Any, tolerance: float) -> dict[str, np.ndarray]:
-    """Every claim of a result (n,): true over reported error, NaN where nothing is claimed; labels 0, inf if wrong."""
-    known, arrives = ends.status >= 0, ends.status == kc.Status.ESCAPED
-    both = arrives & result.escaped
+    """Every claim of a result (n,): true over reported error, NaN where nothing is claimed; labels 0, inf if wrong.
+
+    Where the ends are those of an engine, its own error is allowed for: what is left is the least that is wrong.
+    """
+    known, both = ends.status >= 0, (ends.status == kc.Status.ESCAPED) & result.escaped
     with np.errstate(invalid="ignore", divide="ignore"):
-        off = np.linalg.norm(result.direction - ends.direction, axis=-1)
-        if isinstance(end, kc.EquatorialPlane):
-            assert result.radius is not None
-            off = np.maximum(off, np.abs(np.log(result.radius / ends.radius)))
-        found = {"direction": off / result.error, "azimuth": _of_azimuth(result, ends)}
+        off = _excess(_distance(result, ends), ends.error)
+        turned, turned_error = _azimuth_off(result, ends)
+        found = {"direction": off / result.error, "azimuth": turned / turned_error}
         found[TOLERANCE] = np.where(result.status == kc.Status.ESCAPED, off / tolerance, np.nan)
         if result.time is not None and result.time_error is not None:
-            found["time"] = np.abs(result.time - ends.time) / result.time_error
+            found["time"] = _excess(result.time - ends.time, ends.time_error) / result.time_error
         if isinstance(result, kc.Beams):
             found |= _of_beams(result, ends, end)
     found = {name: np.where(both & ~np.isnan(off), ratio, np.nan) for name, ratio in found.items()}
@@ -100,11 +106,43 @@ def _of_beams(beams: kc.Beams, ends: Ends, end: Any) -> dict[str, np.ndarray]:
     bent = np.linalg.norm(columns_of(beams, end) - ends.columns, axis=(1, 2)) / size
     diameters = np.stack([beams.delta_plus, beams.delta_minus], axis=-1)
     grown = np.abs(diameters - ends.diameters).max(axis=-1) / size
-    found = {"Jacobian": bent / error, "diameters": grown / error}
+    found = {
+        "Jacobian": _excess(bent, ends.jacobian_error) / error,
+        "diameters": _excess(grown, ends.jacobian_error) / error,
+    }
     for name in ("index", "crossings"):
         certain = _certain(beams, name) & (ends.status == kc.Status.ESCAPED) & beams.escaped
         found[name] = _label(certain, getattr(beams, name) != getattr(ends, name))
     return found
+
+
+def _distance(result: kc.Rays, ends: Ends) -> np.ndarray:
+    """Between places of ends, in radians; in the plane also in ln r."""
+    off = np.linalg.norm(result.direction - ends.direction, axis=-1)
+    if result.radius is None or not np.isfinite(ends.radius).any():
+        return off
+    return np.maximum(off, np.abs(np.log(result.radius / ends.radius)))
+
+
+def _excess(off: np.ndarray, allowed: np.ndarray | float) -> np.ndarray:
+    return np.maximum(np.abs(off) - allowed, 0)
+
+
+def _azimuth_off(result: kc.Rays, ends: Ends) -> tuple[np.ndarray, np.ndarray]:
+    """Difference of azimuths and what is claimed: modulo 2 pi, with the error of n', where it is known so alone."""
+    off = result.azimuth - ends.azimuth
+    error, turned = _azimuth_errors(result)
+    modulo = np.isinf(error) | np.isinf(ends.azimuth_error)
+    allowed = np.where(modulo, 2 * turned, ends.azimuth_error) * (np.asarray(ends.azimuth_error) > 0)
+    off = np.where(modulo, off - 2 * np.pi * np.round(off / (2 * np.pi)), off)
+    return _excess(off, allowed), np.where(np.isinf(error), turned, error)
+
+
+def _azimuth_errors(result: kc.Rays) -> tuple[np.ndarray, np.ndarray]:
+    """The error of the azimuth, and what the error of n' makes of it modulo 2 pi."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        turned = result.error / np.hypot(result.direction[:, 0], result.direction[:, 1])
+    return getattr(result, "azimuth_error", turned), turned
 
 
 def _label(claimed: np.ndarray, wrong: np.ndarray) -> np.ndarray:
@@ -115,15 +153,6 @@ def _certain(result: kc.Rays, name: str) -> np.ndarray:
     """Where a result is certain of a label; everywhere, if it does not say."""
     certain = getattr(result, f"{name}_certain", None)
     return np.ones(result.status.shape, bool) if certain is None else certain
-
-
-def _of_azimuth(result: kc.Rays, ends: Ends) -> np.ndarray:
-    """Where the azimuth is known modulo 2 pi only, its difference modulo 2 pi over what the error of n' makes of it."""
-    off = np.abs(result.azimuth - ends.azimuth)
-    modulo = np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi)))
-    turned = result.error / np.hypot(result.direction[:, 0], result.direction[:, 1])
-    error = getattr(result, "azimuth_error", turned)
-    return np.where(np.isinf(error), modulo / turned, off / error)
 
 
 def _is_finite(result: kc.Rays) -> np.ndarray:

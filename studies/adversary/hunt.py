@@ -15,22 +15,26 @@ from kerrcaustics.report.tables import text_table
 
 from .cases import cases
 from .tally import Tally
-from .trials import TRIALS, judge
+from .trials import TRIALS, Trial, judge
+
+Told = Callable[[int, Tally], None]
 
 
 def hunt(
-    count: int, seed: int, rays: int, sampled: float, told: Callable[[int, Tally], None] = lambda i, tally: None
+    count: int,
+    seed: int,
+    rays: int,
+    sampled: float,
+    told: Told = lambda i, tally: None,
+    trials: tuple[Trial, ...] = TRIALS,
 ) -> Tally:
-    """So many cases of so many rays, in all trials; `told` hears after each of them."""
+    """So many cases of so many rays, in all trials; `told` hears after each of them.
+
+    sampled: the share of the rays that are compared with the truth although both engines agree.
+    """
     tally = Tally()
     for i, case in enumerate(cases(count, seed, rays)):
-        rng = np.random.default_rng((seed, i, 1))
-        for k, judged in enumerate(judge(case, TRIALS, sampled, rng)):
-            tally.add(judged)
-            if k == 0:
-                tally.rays += len(case.sky)
-                tally.truths += int(judged.by_truth.sum())
-                tally.unknown += int(judged.unknown.sum())
+        tally.add_case(list(judge(case, trials, sampled, np.random.default_rng((seed, i, 1)))))
         told(i, tally)
     return tally
 
@@ -42,16 +46,13 @@ def main() -> None:
 
     def tell(i: int, tally: Tally) -> None:
         for one in tally.broken(3.0):
-            text = str(one)
-            if text not in told:
-                told.add(text)
-                print(text, flush=True)
+            if one.code not in told:
+                told.add(one.code)
+                print(one, flush=True)
         if (i + 1) % max(int(count) // 10, 1) == 0:
             print(text_table(*tally.table("trial")))
-            print(
-                f"{tally.rays} rays, {tally.truths} truths, {tally.unknown} unknown, {time.process_time() - started:.0f} s",
-                flush=True,
-            )
+            seconds = time.process_time() - started
+            print(f"{tally.rays} rays, {tally.truths} truths, {tally.unknown} unknown, {seconds:.0f} s", flush=True)
 
     tally = hunt(int(count), int(seed), int(rays), sampled, tell)
     for kind in ("end", "direction", "camera"):

@@ -89,9 +89,7 @@ def doubtful(result: kc.Rays, other: Ends, found: dict[str, np.ndarray]) -> np.n
 def truth_of(case: Case, i: int) -> Known | Lost | None:
     """The truth of one ray; None where it takes too long."""
     try:
-        return known(
-            place_of(case.camera), [float(x) for x in case.sky[i]], end_in_truth(case.end), most_seconds=PATIENCE
-        )
+        return known(place_of(case.camera), case.sky[i].tolist(), end_in_truth(case.end), most_seconds=PATIENCE)
     except TimeoutError:
         return None
 

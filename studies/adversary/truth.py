@@ -224,11 +224,10 @@ class Journey:
 
     def differences(self) -> list[list[list[int]]]:
         """Series of the two displacements of the beam, turned by the angle kept; u, x, y, z, psi."""
-        pairs = []
-        for plus, minus in (self.paths[1:3], self.paths[3:5]):
-            pairs.append(
-                [[c - d for c, d in zip(p, m, strict=True)] for p, m in zip(plus.series, minus.series, strict=True)]
-            )
+        pairs = [
+            [[c - d for c, d in zip(p, m, strict=True)] for p, m in zip(plus.series, minus.series, strict=True)]
+            for plus, minus in (self.paths[1:3], self.paths[3:5])
+        ]
         c, s = self.angle
         return [
             [[p * x + q * y for x, y in zip(one, two, strict=True)] for one, two in zip(*pairs, strict=True)]
