@@ -45,9 +45,11 @@ def ends_of(beams: kc.Beams, end: Any) -> Ends:
     status = np.where(beams.escaped, kc.Status.ESCAPED, beams.status)
     radius = np.full(len(status), np.inf) if beams.radius is None else beams.radius
     diameters = np.stack([beams.delta_plus, beams.delta_minus], axis=-1)
-    assert beams.time is not None and beams.index is not None and beams.crossings is not None
-    where = (beams.direction, beams.azimuth, radius, beams.time, columns_of(beams, end), diameters)
-    errors = (beams.error, _azimuth_errors(beams)[0], beams.time_error, beams.jacobian_error)
+    assert beams.index is not None and beams.crossings is not None
+    unknown = np.full(len(status), np.nan)
+    time, time_error = (unknown if t is None else t for t in (beams.time, beams.time_error))
+    where = (beams.direction, beams.azimuth, radius, time, columns_of(beams, end), diameters)
+    errors = (beams.error, _azimuth_errors(beams)[0], time_error, beams.jacobian_error)
     return Ends(status, *where, beams.index, beams.crossings, *errors)
 
 

@@ -7,13 +7,13 @@ Prints the table of claims after every tenth part, and every new worst case as P
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
 from kerrcaustics.report.tables import text_table
 
-from .cases import cases
+from .cases import Case, cases
 from .tally import Tally
 from .trials import TRIALS, Trial, judge
 
@@ -21,20 +21,18 @@ Told = Callable[[int, Tally], None]
 
 
 def hunt(
-    count: int,
-    seed: int,
-    rays: int,
+    found: Iterable[Case],
     sampled: float,
     told: Told = lambda i, tally: None,
     trials: tuple[Trial, ...] = TRIALS,
 ) -> Tally:
-    """So many cases of so many rays, in all trials; `told` hears after each of them.
+    """The claims of all trials of cases; `told` hears after each of the cases.
 
     sampled: the share of the rays that are compared with the truth although both engines agree.
     """
     tally = Tally()
-    for i, case in enumerate(cases(count, seed, rays)):
-        tally.add_case(list(judge(case, trials, sampled, np.random.default_rng((seed, i, 1)))))
+    for i, case in enumerate(found):
+        tally.add_case(list(judge(case, trials, sampled, np.random.default_rng(i))))
         told(i, tally)
     return tally
 
@@ -54,7 +52,7 @@ def main() -> None:
             seconds = time.process_time() - started
             print(f"{tally.rays} rays, {tally.truths} truths, {tally.unknown} unknown, {seconds:.0f} s", flush=True)
 
-    tally = hunt(int(count), int(seed), int(rays), sampled, tell)
+    tally = hunt(cases(int(count), int(seed), int(rays)), sampled, tell)
     for kind in ("end", "direction", "camera"):
         print(text_table(*tally.table(kind)))
 

@@ -21,11 +21,12 @@ _STRICTEST = min(TOLERANCES)
 
 
 class Trial(NamedTuple):
-    """One way to ask: which engine, at which tolerance, for beams or rays."""
+    """One way to ask: which engine, at which tolerance, for beams or rays, with or without the time."""
 
     engine: str
     tolerance: float
     beams: bool
+    timed: bool = True
 
     def __str__(self) -> str:
         """In words."""
@@ -52,7 +53,7 @@ class Judged(NamedTuple):
 def trace(case: Case, trial: Trial) -> kc.Rays:
     """What the package says."""
     function = kc.trace_beams if trial.beams else kc.trace_rays
-    return function(case.camera, case.sky, trial.engine, trial.tolerance, end=case.end, time=True)
+    return function(case.camera, case.sky, trial.engine, trial.tolerance, end=case.end, time=trial.timed)
 
 
 def judge(case: Case, trials: tuple[Trial, ...], sampled: float, rng: np.random.Generator) -> Iterator[Judged]:
@@ -62,7 +63,7 @@ def judge(case: Case, trials: tuple[Trial, ...], sampled: float, rng: np.random.
     `sampled` of the rays; all others are compared with the truth.
     """
     results = {trial: trace(case, trial) for trial in trials}
-    best = {trial.engine: Trial(OTHER[trial.engine], _STRICTEST, beams=True) for trial in trials}
+    best = {t.engine: Trial(OTHER[t.engine], _STRICTEST, beams=True, timed=t.timed) for t in trials}
     others = {trial: results.get(trial) or trace(case, trial) for trial in best.values()}
     ends = {trial: ends_of(result, case.end) for trial, result in others.items()}
     found = {t: ratios(result, ends[best[t.engine]], case.end, t.tolerance) for t, result in results.items()}
