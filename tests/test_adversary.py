@@ -18,7 +18,7 @@ claims, hunt, tally, trials, truth = (
 TRUTH = json.loads((Path(__file__).parents[1] / "studies" / "truth" / "truth.json").read_text(encoding="utf-8"))
 HARD = json.loads((Path(__file__).parent / "data" / "hard_cases.json").read_text(encoding="utf-8"))["cases"]
 PLACE = truth.Place(0.9, 6.0, 1.2, (0.1, -0.2, 0.3))
-SKY = [-0.8, 0.5, 0.3]
+SKY = [-0.5, 0.8, 0.3]
 # The true error is at most this many times the reported one.
 HONEST = 10.0
 
@@ -51,7 +51,7 @@ def test_truth_at_finite_ends_is_that_of_another_program(case):
     assert (found.index, found.crossings) == (true["index"], true["crossings"])
 
 
-@pytest.mark.parametrize("end", [math.inf, 3.0, 40.0, 6.0, 1, 2])
+@pytest.mark.parametrize("end", [math.inf, 5.0, 40.0, 6.0, 1])
 def test_truth_does_not_depend_on_its_digits(end):
     one, two = (truth.known(PLACE, SKY, end, digits) for digits in (50, 64))
     for name in ("direction", "azimuth", "time", "columns"):
