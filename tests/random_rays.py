@@ -1,13 +1,20 @@
-"""Random cameras, and random directions on their skies, the special and the extreme ones often."""
+"""Random cameras, and random directions on their skies, the special and the extreme ones often.
+
+Those of the study adversary go to all extremes, as strategies for hypothesis: `hard_cameras`, `hard_cases`.
+"""
 
 import math
 
 import numpy as np
+from hypothesis import strategies as st
 
 from kerrcaustics.beams.closed_form.formula import LEAST_K
+from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons
+
+hard = STUDIES.module("adversary.cases")
 
 
 def random_camera(rng: np.random.Generator) -> Camera:
@@ -53,3 +60,30 @@ def directions_of_small_k(camera: Camera, count: int, rng: np.random.Generator) 
     there &= p_theta**2 + p_phi**2 < LEAST_K + (frame.spin * frame.cos_theta) ** 2
     n_r = -np.sqrt(np.maximum(1 - n_phi**2 - n_theta**2, 0))
     return sky_from_fido(frame, np.stack([n_r, n_theta, n_phi], axis=-1)[there])
+
+
+class Drawn:
+    """Numbers for the study adversary, drawn by hypothesis."""
+
+    def __init__(self, draw):
+        self.draw = draw
+
+    def uniform(self, low: float = 0.0, high: float = 1.0) -> float:
+        return self.draw(st.floats(low, high))
+
+    def integers(self, low: int, high: int) -> int:
+        return self.draw(st.integers(low, high - 1))
+
+
+@st.composite
+def hard_cameras(draw) -> Camera:
+    """Cameras of any spin, place and velocity that there may be."""
+    return hard.hard_camera(Drawn(draw))
+
+
+@st.composite
+def hard_cases(draw, rays: int = 18, ends: bool = True):
+    """A camera, directions of every hard family on its sky, and an end; the celestial sphere if not `ends`."""
+    camera = draw(hard_cameras())
+    sky, families = hard.hard_sky(camera, rays, np.random.default_rng(draw(st.integers(0, 2**32 - 1))))
+    return hard.Case(camera, sky, families, hard.hard_end(camera, Drawn(draw)) if ends else math.inf)

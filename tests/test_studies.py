@@ -18,6 +18,13 @@ from kerrcaustics.sweeps.scene import Range
 FAR = (0.999, 6.03, 90)
 SETTINGS = {
     "accuracy": {"directions": 64, "repeats": 1, "methods": (("integrated", 1e-10), ("closed-form", 1e-10))},
+    "adversary": {
+        "cases": 2,
+        "rays": 9,
+        "sampled": 0.2,
+        # At one tolerance.
+        "trials": STUDIES.module("adversary.trials").TRIALS[1::3],
+    },
     "astroids": {
         "cameras": 2,
         "orders": 2,
@@ -69,6 +76,12 @@ def check_astroids(entry):
     assert all((row["deviation"] or 0) < 1 and (row["mirror"] or 0) < 1 for row in rows)
 
 
+def check_adversary(entry):
+    rows = entry["tables"]["trial"]
+    assert {row[0].split(",")[0] for row in rows} == {"closed-form", "integrated"}
+    assert all(int(row[2]) > 0 for row in rows)
+
+
 def check_orders(entry):
     for end in entry["ends"]:
         reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]
@@ -87,7 +100,12 @@ def check_stability(entry):
         assert row["truths"] == 1 and row["escaped"] > 0
 
 
-CHECKS = {"astroids": check_astroids, "orders": check_orders, "stability": check_stability}
+CHECKS = {
+    "adversary": check_adversary,
+    "astroids": check_astroids,
+    "orders": check_orders,
+    "stability": check_stability,
+}
 
 
 @pytest.mark.parametrize(
@@ -121,7 +139,9 @@ def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch)
 
 
 def test_unknown_study_is_one_line_and_status_2(assert_refused):
-    names = "accuracy, astroids, cost, far_camera, inclination, open_questions, orders, spin_radius, stability"
+    names = (
+        "accuracy, adversary, astroids, cost, far_camera, inclination, open_questions, orders, spin_radius, stability"
+    )
     assert_refused(["study", "alchemy"], f"must be one of {names}, but is alchemy")
 
 
