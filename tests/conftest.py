@@ -23,6 +23,15 @@ def pytest_configure(config):
         install_import_hook(CHECKED, "typed.checked")
 
 
+@pytest.fixture(scope="module")
+def compiled_code():
+    """JAX as the package's programs have it: for modules that call their parts themselves."""
+    from kerrcaustics.spacetime.settings import own_settings
+
+    with own_settings():
+        yield
+
+
 @pytest.fixture
 def scripts_at(monkeypatch):
     """Let the STUDIES, FIGURES or FILMS of the checkout lie in another folder."""

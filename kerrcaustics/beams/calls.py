@@ -13,6 +13,7 @@ from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, photon
+from kerrcaustics.spacetime.settings import own_settings
 
 # (rays in one call of the integrator, rays that run side by side in it). On a CPU those should fit in the cache, and
 # run as long as the slowest of them. A GPU wants one large batch.
@@ -32,6 +33,7 @@ def frame_on_device(camera: Camera) -> Frame:
     return jax.device_put(camera.frame())
 
 
+@own_settings()
 def closed_form(
     camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
 ) -> RayEnd[np.ndarray]:
@@ -47,16 +49,19 @@ def closed_form(
     return _batched(kernel, [sky], _closed_form_size(many))
 
 
+@own_settings()
 def prospects(camera: Camera, sky: np.ndarray, end: End, *, many: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
     return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], _closed_form_size(many))
 
 
+@own_settings()
 def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work that each ray will be for the integrator."""
     return _batched(partial(_survey, frame_on_device(camera), end=end), [sky], _integrator_size()[0])
 
 
+@own_settings()
 def integrate(
     camera: Camera, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:

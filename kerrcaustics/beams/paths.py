@@ -20,12 +20,13 @@ from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, r
 from kerrcaustics.beams.integrator.integrated import DENSEST, start, with_variations
 from kerrcaustics.beams.integrator.journey import local_error
 from kerrcaustics.beams.integrator.nystroem import Path, nystroem_step
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera
-from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.checks import real_number, whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
+from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import from_angles
 
 # Rays advanced together; one compiled size serves all.
@@ -122,6 +123,8 @@ class _Beam(NamedTuple):
     opening: Reals
 
 
+@own_settings()
+@usual_warnings
 def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math.inf) -> RayPaths:
     """The rays that the camera sees, in space: places along each, and its conjugate points.
 
@@ -169,6 +172,8 @@ def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math
     return RayPaths(spin=camera.spin, conjugate=SpacePoints(spin=camera.spin, **found), **fields)
 
 
+@own_settings()
+@usual_warnings
 def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: float = 6.0) -> SpacePoints:
     """A photon on a spherical orbit, followed forward in time from the equatorial plane, which it leaves northward.
 
@@ -196,15 +201,8 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     ----------
     JTFT A.1 for the orbits and figure 11 for the picture.
     """
-    if not (isinstance(spin, int | float) and 0 < spin < 1):
-        raise ValueError(f"Argument `spin` must lie in (0, 1), but is {spin!r}.")
-    inner, outer = kerr.photon_orbits(spin)
-    low, high = kerr.spherical_orbit_impact(spin, outer), kerr.spherical_orbit_impact(spin, inner)
-    if not low < impact < high:
-        raise ValueError(f"Argument `impact` must lie between {low:.9g} and {high:.9g}, but is {impact!r}.")
+    spin, impact, periods = _checked_orbit(spin, impact, oscillations)
     n = whole_number("n", n, 2, _MOST_POINTS)
-    if not (isinstance(oscillations, int | float) and oscillations > 0):
-        raise ValueError(f"Argument `oscillations` must be a positive number, but is {oscillations!r}.")
     radius, q = (float(part) for part in kerr.spherical_orbit_of_impact(spin, impact))
     one = np.ones(_CHUNK)
     # Without the radial potential the radius stays what it is.
@@ -215,7 +213,7 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     state = _State((ray, still[1], still[1]), 0 * one, 0 * one)
     light = Photon(impact, q + impact**2, q + (impact - spin) ** 2, q, (0, 0, 0, 0.0), (0, 0, 0, 1.0), 1.0)
     period = 2 * float(mino_time_to_plane(Camera(spin, radius).frame(), light, 1))
-    times = np.linspace(0, oscillations * period, n)
+    times = np.linspace(0, periods * period, n)
     found = []
     for first in range(0, n, _CHUNK):
         some = times[first : first + _CHUNK]
@@ -228,6 +226,22 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     time, r, theta, azimuth = np.concatenate(found, axis=1)
     # Backward and forward in time differ by the sense of the azimuth alone.
     return SpacePoints(spin=spin, mino_time=time, radius=r, theta=theta, azimuth=-azimuth)
+
+
+def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[float, float, float]:
+    """What `trapped_orbit` was asked for, as numbers; a ValueError where there is no such orbit."""
+    a, b, periods = (
+        real_number(name, value) for name, value in (("spin", spin), ("impact", impact), ("oscillations", oscillations))
+    )
+    if not 0 < a < 1:
+        raise ValueError(f"Argument `spin` must lie in (0, 1), but is {spin!r}.")
+    inner, outer = kerr.photon_orbits(a)
+    low, high = kerr.spherical_orbit_impact(a, outer), kerr.spherical_orbit_impact(a, inner)
+    if not low < b < high:
+        raise ValueError(f"Argument `impact` must lie between {low:.9g} and {high:.9g}, but is {impact!r}.")
+    if not 0 < periods < math.inf:
+        raise ValueError(f"Argument `oscillations` must be a positive number, but is {oscillations!r}.")
+    return a, b, periods
 
 
 def _followed(camera: Camera, sky: np.ndarray, n: int, end: Spherical) -> dict[str, np.ndarray]:

@@ -17,6 +17,9 @@ import numpy as np
 
 T = TypeVar("T")
 
+usual_warnings = np.errstate(all="warn", under="ignore")
+"""NumPy's own settings, as a decorator of what users call: theirs may make errors of underflow and infinities."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -73,8 +76,9 @@ def derived(dims: str, unit: str, *, json: str | None = None) -> Callable[[T], T
     def declare(get: T) -> T:
         text = (inspect.getdoc(get) or "").split("\n")[0].rstrip(".")
         text = text[:1].lower() + text[1:]
-        vars(get)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json)
-        return get
+        calm = usual_warnings(get)
+        vars(calm)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json)
+        return calm
 
     return declare
 
