@@ -1,7 +1,6 @@
 """Calls of the compiled engines: batches of fixed size, on whatever device there is."""
 
-from collections.abc import Callable
-from functools import cache, lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import jax
@@ -10,6 +9,7 @@ import numpy as np
 from kerrcaustics.beams.closed_form import formula
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.integrator import integrated
+from kerrcaustics.beams.programs import Program
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, photon
@@ -27,6 +27,24 @@ _LARGE_CALL = (1 << 20, 1 << 20)
 CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 
 
+def _integrated(
+    frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: End, *, wanted: Wanted, lanes: int
+) -> RayEnd[Reals]:
+    """One call: `lanes` rays at a time, so that slow rays hold up few others."""
+    split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
+    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, end, wanted), split)
+    return jax.tree.map(lambda values: values.reshape(-1, *values.shape[2:]), ends)
+
+
+def _aims(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, Flags]:
+    aim = integrated.aim_at(end, frame, photon(frame, sky))
+    return aim.lost, aim.captured, aim.certain
+
+
+_closed_form = Program(formula.trace, CLOSED_FORM_COMPILER)
+_integrate, _survey, _prospects = Program(_integrated), Program(integrated.survey), Program(_aims)
+
+
 @lru_cache(maxsize=64)
 def frame_on_device(camera: Camera) -> Frame:
     """The camera's frame, sent there once for all calls."""
@@ -38,27 +56,26 @@ def closed_form(
     camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
-    kernel = partial(
-        _closed_form(jax.default_backend()),
-        frame_on_device(camera),
-        end=end,
-        wanted=wanted,
-        on_equator=camera.on_equator and not short,
-        short=short,
-    )
+    frame, on_equator = frame_on_device(camera), camera.on_equator and not short
+
+    def kernel(sky: Components) -> RayEnd[Reals]:
+        return _closed_form(frame, sky, end, wanted=wanted, on_equator=on_equator, short=short)
+
     return _batched(kernel, [sky], _closed_form_size(many))
 
 
 @own_settings()
 def prospects(camera: Camera, sky: np.ndarray, end: End, *, many: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
-    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], _closed_form_size(many))
+    frame = frame_on_device(camera)
+    return _batched(lambda sky: _prospects(frame, sky, end), [sky], _closed_form_size(many))
 
 
 @own_settings()
 def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work that each ray will be for the integrator."""
-    return _batched(partial(_survey, frame_on_device(camera), end=end), [sky], _integrator_size()[0])
+    frame = frame_on_device(camera)
+    return _batched(lambda sky: _survey(frame, sky, end), [sky], _integrator_size()[0])
 
 
 @own_settings()
@@ -68,7 +85,10 @@ def integrate(
     """Rays integrated once, each with its steps shorter by its refinement; batches want rays of similar work."""
     size, lanes = _integrator_size()
     frame = frame_on_device(camera)
-    kernel = partial(_integrate, frame, tolerance=tolerance, end=end, wanted=wanted, lanes=lanes)
+
+    def kernel(sky: Components, refinement: Reals) -> RayEnd[Reals]:
+        return _integrate(frame, sky, refinement, tolerance, end, wanted=wanted, lanes=lanes)
+
     return _batched(kernel, [sky, refinement], size)
 
 
@@ -78,37 +98,6 @@ def _closed_form_size(many: bool) -> int:
 
 def _integrator_size() -> tuple[int, int]:
     return _BATCH.get(jax.default_backend(), _LARGE_BATCH)
-
-
-@cache
-def _closed_form(backend: str) -> Callable[..., RayEnd[Reals]]:
-    options = CLOSED_FORM_COMPILER.get(backend)
-    return jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"), compiler_options=options)
-
-
-@partial(jax.jit, static_argnames=("wanted", "lanes"))
-def _integrate(
-    frame: Frame,
-    sky: Components,
-    refinement: Reals,
-    tolerance: Reals,
-    end: End,
-    wanted: Wanted,
-    lanes: int,
-) -> RayEnd[Reals]:
-    """One call: `lanes` rays at a time, so that slow rays hold up few others."""
-    split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
-    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, end, wanted), split)
-    return jax.tree.map(lambda values: values.reshape(-1, *values.shape[2:]), ends)
-
-
-_survey = jax.jit(integrated.survey)
-
-
-@jax.jit
-def _prospects(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, Flags]:
-    aim = integrated.aim_at(end, frame, photon(frame, sky))
-    return aim.lost, aim.captured, aim.certain
 
 
 def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:

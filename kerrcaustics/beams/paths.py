@@ -20,6 +20,7 @@ from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, r
 from kerrcaustics.beams.integrator.integrated import DENSEST, start, with_variations
 from kerrcaustics.beams.integrator.journey import local_error
 from kerrcaustics.beams.integrator.nystroem import Path, nystroem_step
+from kerrcaustics.beams.programs import Program
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
@@ -289,7 +290,7 @@ def _set_ends(
     fields["radius"][-1, ~lost] = end.radius
 
 
-@jax.jit
+@Program
 def _begun(frame: Frame, sky: Components, end: Spherical) -> tuple[_Beam, _State]:
     """Rays at the camera."""
     constants, ray, light = start(frame, sky)
@@ -309,7 +310,7 @@ def _begun(frame: Frame, sky: Components, end: Spherical) -> tuple[_Beam, _State
     return beam, _State(paths, first_azimuth(frame, ray.rate), 0 * light.b)
 
 
-@jax.jit
+@Program
 def _advanced(spin: Reals, beam: _Beam, state: _State, duration: Reals) -> _State:
     """The rays a Mino time later, each by steps of its own that keep the local error at round-off."""
     constants = beam.constants
@@ -335,7 +336,7 @@ def _advanced(spin: Reals, beam: _Beam, state: _State, duration: Reals) -> _Stat
     return jax.lax.while_loop(going, step, (duration, 0, state))[2]
 
 
-@jax.jit
+@Program
 def _area(spin: Reals, constants: Constants, state: _State) -> Reals:
     return area(ray_rates(spin, constants, state.paths[0].position)[1], state.paths)
 
@@ -348,7 +349,7 @@ def _coordinates(state: _State, times: np.ndarray) -> list[np.ndarray]:
     return [np.asarray(part) for part in found]
 
 
-@jax.jit
+@Program
 def _errors(spin: Reals, beam: _Beam, state: _State) -> Reals:
     """What errors of the steps and round-off in N make of the direction and of 1 / r: (time, ray)."""
     m = state.paths[0].position[1:]
@@ -361,7 +362,7 @@ def _errors(spin: Reals, beam: _Beam, state: _State) -> Reals:
 
 def _conjugate_points(spin: float, beam: _Beam, track: _State, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates (ray, most, 4) of the zeros of the area, and how many each ray has."""
-    value = np.array(jax.vmap(lambda state: _area(spin, beam.constants, state))(track))
+    value = np.array(_area(spin, beam.constants, track))
     # An area of exactly zero belongs to what came before it.
     for i in range(1, len(value)):
         value[i] = np.where(value[i] == 0, value[i - 1], value[i])
