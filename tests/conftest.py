@@ -10,7 +10,18 @@ from kerrcaustics import scripts
 
 # All but what a caller meets: modules that refuse what is wrong themselves, in words, and results.
 SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
-BEAMS = ("calls", "choice", "closed_form", "emitters", "errors", "geometry", "integrator", "ray_end")
+BEAMS = (
+    "calls",
+    "choice",
+    "closed_form",
+    "emitters",
+    "errors",
+    "geometry",
+    "integrator",
+    "programs",
+    "ray_end",
+    "rehearsal",
+)
 CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
 STARS = ("fold", "level_curves", "newton", "search", "sheets")
 ROOMS = {"spacetime": SPACETIME, "beams": BEAMS, "curves": CURVES, "stars": STARS}

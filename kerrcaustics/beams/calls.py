@@ -1,5 +1,6 @@
 """Calls of the compiled engines: batches of fixed size, on whatever device there is."""
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -57,9 +58,11 @@ def closed_form(
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
     frame, on_equator = frame_on_device(camera), camera.on_equator and not short
+    # Index and crossings cost a beam next to nothing, another program seconds.
+    asked = replace(wanted, index=True, crossings=True) if wanted.beams else wanted
 
     def kernel(sky: Components) -> RayEnd[Reals]:
-        return _closed_form(frame, sky, end, wanted=wanted, on_equator=on_equator, short=short)
+        return _closed_form(frame, sky, end, wanted=asked, on_equator=on_equator, short=short).only(wanted)
 
     return _batched(kernel, [sky], _closed_form_size(many))
 

@@ -14,12 +14,11 @@ import zlib
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future
 from functools import cache, partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import jax
-import jaxlib
-import numpy as np
 from jax.experimental import serialize_executable
 
 from kerrcaustics.files import writing
@@ -89,7 +88,7 @@ def _made_of() -> str:
     """A digest of all that programs are made of, and of the processor that they are made for."""
     rooms = Path(__file__).parents[1]
     sources = [path.read_bytes() for room in _SOURCES for path in sorted((rooms / room).rglob("*.py"))]
-    versions = [jax.__version__, jaxlib.__version__, np.__version__, platform.machine(), _processor()]
+    versions = [*map(version, ("jax", "jaxlib", "numpy")), platform.machine(), _processor()]
     switches = [os.environ.get(name, "") for name in ("XLA_FLAGS", "LIBTPU_INIT_ARGS")]
     return hashlib.sha256(b"\0".join([*sources, repr((versions, switches)).encode()])).hexdigest()
 
