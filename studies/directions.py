@@ -8,6 +8,7 @@ from scipy.special import ellipkinc
 import kerrcaustics as kc
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import photon, sky_from_fido
+from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.shadow import edge_photons
 
 # Half the angle of the curve's parameter over which its tangent is taken.
@@ -90,6 +91,7 @@ def near_outward_null(camera: kc.Camera, angle: np.ndarray, turn: np.ndarray) ->
     return sky_from_fido(frame, axis * np.cos(angle)[:, None] + around * np.sin(angle)[:, None])
 
 
+@own_settings()
 def _passes_axis(camera: kc.Camera, sky: np.ndarray) -> np.ndarray:
     """True (n,) where rays of about b = 0 come closest to the spin axis on their way to infinity."""
     frame, light = camera.frame(), photon(camera.frame(), tuple(sky.T))

@@ -10,7 +10,18 @@ from kerrcaustics import scripts
 
 # All but what a caller meets: modules that refuse what is wrong themselves, in words, and results.
 SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
-BEAMS = ("calls", "choice", "closed_form", "emitters", "errors", "geometry", "integrator", "ray_end")
+BEAMS = (
+    "calls",
+    "choice",
+    "closed_form",
+    "emitters",
+    "errors",
+    "geometry",
+    "integrator",
+    "programs",
+    "ray_end",
+    "rehearsal",
+)
 CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
 STARS = ("fold", "level_curves", "newton", "search", "sheets")
 ROOMS = {"spacetime": SPACETIME, "beams": BEAMS, "curves": CURVES, "stars": STARS}
@@ -21,6 +32,15 @@ def pytest_configure(config):
     """Before the package is imported; benchmarks time it as users have it."""
     if not config.getoption("benchmark_only", default=False):
         install_import_hook(CHECKED, "typed.checked")
+
+
+@pytest.fixture(scope="module")
+def compiled_code():
+    """JAX as the package's programs have it: for modules that call their parts themselves."""
+    from kerrcaustics.spacetime.settings import own_settings
+
+    with own_settings():
+        yield
 
 
 @pytest.fixture

@@ -17,6 +17,8 @@ from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, photon, sky_from_fido
 
+pytestmark = pytest.mark.usefixtures("compiled_code")
+
 
 def assert_agree(camera: Camera, sky: np.ndarray, end: float = math.inf) -> int:
     """Errors of the closed form within ten times what it reports, index and crossings equal; how many it traced."""

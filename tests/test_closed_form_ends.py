@@ -18,6 +18,8 @@ from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.camera import Photon, photon
 
+pytestmark = pytest.mark.usefixtures("compiled_code")
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("trace", "finite"), [(kc.trace_beams, False), (kc.trace_rays, True)])

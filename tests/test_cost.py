@@ -3,7 +3,7 @@
 from functools import cache, partial
 
 import jax
-import jax.numpy as jnp
+import numpy as np
 import pytest
 
 from kerrcaustics.beams.closed_form import formula
@@ -12,8 +12,10 @@ from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.ray_end import Wanted
 from kerrcaustics.spacetime.camera import Camera
 
+pytestmark = pytest.mark.usefixtures("compiled_code")
+
 FRAME = Camera(0.999, 6.03).frame()
-SKY = tuple(jnp.full(64, part) for part in (-0.6, 0.0, 0.8))
+SKY = tuple(np.full(64, part) for part in (-0.6, 0.0, 0.8))
 # What each asks for more than the one before.
 STEPS = ("beams", "index", "crossings", "time")
 # Operations that each adds, as a part of those before; of a loop's body, once. Measured with JAX 0.10.
@@ -32,7 +34,7 @@ def operations(engine: str, wanted: tuple[str, ...]) -> float:
         lowered = jax.jit(program).lower(FRAME, SKY, CelestialSphere())
     else:
         program = partial(integrated.trace, wanted=Wanted(**flags))
-        lowered = jax.jit(program).lower(FRAME, SKY, jnp.ones(64), 1e-10, CelestialSphere())
+        lowered = jax.jit(program).lower(FRAME, SKY, np.ones(64), 1e-10, CelestialSphere())
     return lowered.cost_analysis()["flops"]
 
 

@@ -10,6 +10,8 @@ from scipy import special
 
 from kerrcaustics.spacetime import elliptic
 
+pytestmark = pytest.mark.usefixtures("compiled_code")
+
 RNG = np.random.default_rng(1882)
 
 

@@ -18,6 +18,8 @@ from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
 
+pytestmark = pytest.mark.usefixtures("compiled_code")
+
 
 def direction_error(ends: Rays, exact: Rays) -> np.ndarray:
     return np.linalg.norm(ends.direction - exact.direction, axis=-1)[exact.escaped]

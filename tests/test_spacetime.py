@@ -20,6 +20,8 @@ from kerrcaustics.spacetime.camera import (
 )
 from kerrcaustics.spacetime.checks import whole_number
 
+pytestmark = pytest.mark.usefixtures("compiled_code")
+
 RAYS = json.loads((Path(__file__).parent / "data" / "rays.json").read_text(encoding="utf-8"))
 
 

@@ -1,7 +1,7 @@
 """Calls of the compiled engines: batches of fixed size, on whatever device there is."""
 
-from collections.abc import Callable
-from functools import cache, lru_cache, partial
+from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import jax
@@ -11,9 +11,11 @@ import numpy as np
 from kerrcaustics.beams.closed_form import formula
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.integrator import integrated
+from kerrcaustics.beams.programs import Program
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, photon
+from kerrcaustics.spacetime.settings import own_settings
 
 # (rays in one call of the integrator, rays that run side by side in it). On a CPU those should fit in the cache, and
 # run as long as the slowest of them. A GPU wants one large batch.
@@ -30,47 +32,98 @@ _FEW = 4
 CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 
 
+def _integrated(
+    frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: End, *, wanted: Wanted, lanes: int
+) -> RayEnd[Reals | Flags]:
+    """One call: `lanes` rays at a time, so that slow rays hold up few others."""
+    split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
+    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, end, wanted), split)
+    return jax.tree.map(lambda values: values.reshape(-1, *values.shape[2:]), ends)
+
+
+_traced = jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"))
+
+
+def _in_parts(
+    frame: Frame, sky: Components, real: Reals, end: End, *, lanes: int, **options: Any
+) -> RayEnd[Reals | Flags]:
+    """One call: `lanes` rays at a time, of which parts are left out that hold no `real` ones."""
+    count = jnp.shape(real)[0]
+    if lanes >= count:
+        return formula.trace(frame, sky, end, **options)
+
+    def part(start: Reals) -> RayEnd[Reals | Flags]:
+        return _traced(
+            frame, tuple(jax.lax.dynamic_slice(jnp.asarray(n), (start,), (lanes,)) for n in sky), end, **options
+        )
+
+    def stored(i: Reals, ends: RayEnd[Reals | Flags]) -> RayEnd[Reals | Flags]:
+        start = i * lanes
+        return jax.tree.map(lambda e, p: jax.lax.dynamic_update_slice_in_dim(e, p, start, 0), ends, part(start))
+
+    shapes = jax.eval_shape(part, 0)
+    room = jax.tree.map(lambda s: jnp.zeros((count, *s.shape[1:]), s.dtype), shapes)
+    parts = (jnp.count_nonzero(real) + lanes - 1) // lanes
+    return jax.lax.fori_loop(0, parts, stored, room)
+
+
+def _aims(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, Flags]:
+    aim = integrated.aim_at(end, frame, photon(frame, sky))
+    return aim.lost, aim.captured, aim.certain
+
+
+_closed_form = Program(_in_parts, CLOSED_FORM_COMPILER)
+_integrate, _survey, _prospects = Program(_integrated), Program(integrated.survey), Program(_aims)
+
+
 @lru_cache(maxsize=64)
 def frame_on_device(camera: Camera) -> Frame:
     """The camera's frame, sent there once for all calls."""
     return jax.device_put(camera.frame())
 
 
+@own_settings()
 def closed_form(
     camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
+    frame, on_equator = frame_on_device(camera), camera.on_equator and not short
+    # Index and crossings cost a beam next to nothing, another program seconds.
+    asked = replace(wanted, index=True, crossings=True) if wanted.beams else wanted
     size, lanes = _closed_form_size(len(sky), wanted.beams, many=many)
-    kernel = partial(
-        _closed_form(jax.default_backend()),
-        frame_on_device(camera),
-        end=end,
-        wanted=wanted,
-        on_equator=camera.on_equator and not short,
-        short=short,
-        lanes=lanes,
-    )
+
+    def kernel(sky: Components, real: Reals) -> RayEnd[Reals | Flags]:
+        ends = _closed_form(frame, sky, real, end, wanted=asked, on_equator=on_equator, short=short, lanes=lanes)
+        return ends.only(wanted)
+
     return _batched(kernel, [sky, np.ones(len(sky))], size)
 
 
+@own_settings()
 def prospects(camera: Camera, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
-    size, _ = _closed_form_size(len(sky), beams=False, many=False)
-    return _batched(partial(_prospects, frame_on_device(camera), end=end), [sky], size)
+    frame, (size, _) = frame_on_device(camera), _closed_form_size(len(sky), beams=False, many=False)
+    return _batched(lambda sky: _prospects(frame, sky, end), [sky], size)
 
 
+@own_settings()
 def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work that each ray will be for the integrator."""
-    return _batched(partial(_survey, frame_on_device(camera), end=end), [sky], _integrator_size()[0])
+    frame = frame_on_device(camera)
+    return _batched(lambda sky: _survey(frame, sky, end), [sky], _integrator_size()[0])
 
 
+@own_settings()
 def integrate(
     camera: Camera, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; batches want rays of similar work."""
     size, lanes = _integrator_size()
     frame = frame_on_device(camera)
-    kernel = partial(_integrate, frame, tolerance=tolerance, end=end, wanted=wanted, lanes=lanes)
+
+    def kernel(sky: Components, refinement: Reals) -> RayEnd[Reals | Flags]:
+        return _integrate(frame, sky, refinement, tolerance, end, wanted=wanted, lanes=lanes)
+
     return _batched(kernel, [sky, refinement], size)
 
 
@@ -84,59 +137,6 @@ def _closed_form_size(count: int, beams: bool, *, many: bool) -> tuple[int, int]
 
 def _integrator_size() -> tuple[int, int]:
     return _BATCH.get(jax.default_backend(), _LARGE_BATCH)
-
-
-@cache
-def _closed_form(backend: str) -> Callable[..., RayEnd[Reals]]:
-    options = CLOSED_FORM_COMPILER.get(backend)
-    return jax.jit(_in_parts, static_argnames=("wanted", "on_equator", "short", "lanes"), compiler_options=options)
-
-
-_traced = jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"))
-
-
-def _in_parts(frame: Frame, sky: Components, real: Reals, *, lanes: int, **options: Any) -> RayEnd[Reals]:
-    """One call: `lanes` rays at a time, of which parts are left out that hold no `real` ones."""
-    count = len(real)
-    if lanes >= count:
-        return formula.trace(frame, sky, **options)
-
-    def part(start: Reals) -> RayEnd[Reals]:
-        return _traced(frame, tuple(jax.lax.dynamic_slice(n, (start,), (lanes,)) for n in sky), **options)
-
-    def stored(i: Reals, ends: RayEnd[Reals]) -> RayEnd[Reals]:
-        start = i * lanes
-        return jax.tree.map(lambda e, p: jax.lax.dynamic_update_slice_in_dim(e, p, start, 0), ends, part(start))
-
-    shapes = jax.eval_shape(part, 0)
-    room = jax.tree.map(lambda s: jnp.zeros((count, *s.shape[1:]), s.dtype), shapes)
-    parts = (jnp.count_nonzero(real) + lanes - 1) // lanes
-    return jax.lax.fori_loop(0, parts, stored, room)
-
-
-@partial(jax.jit, static_argnames=("wanted", "lanes"))
-def _integrate(
-    frame: Frame,
-    sky: Components,
-    refinement: Reals,
-    tolerance: Reals,
-    end: End,
-    wanted: Wanted,
-    lanes: int,
-) -> RayEnd[Reals]:
-    """One call: `lanes` rays at a time, so that slow rays hold up few others."""
-    split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
-    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, end, wanted), split)
-    return jax.tree.map(lambda values: values.reshape(-1, *values.shape[2:]), ends)
-
-
-_survey = jax.jit(integrated.survey)
-
-
-@jax.jit
-def _prospects(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, Flags]:
-    aim = integrated.aim_at(end, frame, photon(frame, sky))
-    return aim.lost, aim.captured, aim.certain
 
 
 def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:

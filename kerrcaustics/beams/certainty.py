@@ -39,7 +39,7 @@ def index_is_certain(jacobian: Jacobian, error: Reals) -> Flags:
 
 
 def crossings(
-    frame: Frame, end: End, counted: Reals, place: tuple[Reals, Reals], leaving: Reals, rate: Components
+    frame: Frame, end: End, counted: Reals, place: tuple[Reals, Reals], leaving: Reals, rate: tuple[Reals, ...]
 ) -> tuple[Reals, Flags]:
     """The crossings of rays, and whether their number is certain; an end in the plane within its error is none.
 
@@ -51,4 +51,4 @@ def crossings(
     stays = (frame.cos_theta == 0) & (frame.basis[1][1] == 0) & (rate[3] == 0)
     either = jnp.abs(height) <= error
     passed = end.crossings(jnp.maximum(counted - (either & (leaving > 0)), 0))
-    return passed, ~end.is_across(either) | stays
+    return passed, jnp.logical_not(end.is_across(either)) | stays

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.spacetime.checks import refuse_traced
+
 # Square of a length that is 1 but for rounding: dividing by it could move a ray close to the shadow edge.
 _UNIT = 1e-15
 
@@ -11,7 +13,8 @@ def as_vectors(sky: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
     """The directions (n, 3), not yet of unit length, and the batch shape they had."""
     try:
         directions = np.asarray(sky, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError) as error:
+        refuse_traced("sky", error)
         raise ValueError("Argument `sky` must be an array of numbers of shape (..., 3).") from None
     if directions.ndim == 0 or directions.shape[-1] != 3:
         raise ValueError(f"Argument `sky` must have shape (..., 3), but has {directions.shape}.")

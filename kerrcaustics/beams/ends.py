@@ -10,7 +10,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from kerrcaustics.beams.emitters import EMITTERS, Emitter, static
 from kerrcaustics.beams.integrator.equations import Constants
@@ -18,7 +17,7 @@ from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon
-from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.checks import real_number, whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 
 # Round-off of the radius of an end, relative, as it enters the distance from a turning point.
@@ -375,14 +374,13 @@ def end_of(camera: Camera, end: object) -> End:
         return end
     if isinstance(end, Sphere):
         return end_of(camera, end.radius)
-    if isinstance(end, bool) or not isinstance(end, int | float | np.integer | np.floating) or math.isnan(end):
+    radius = real_number("end", end)
+    if math.isnan(radius):
         raise ValueError(f"Argument `end` must be a radius, math.inf or an EquatorialPlane, but is {end!r}.")
     horizon = kerr.horizon(camera.spin)
-    if not end > horizon:
-        raise ValueError(
-            f"Argument `end` must be larger than the horizon radius {horizon:.12g}, but is {float(end):.12g}."
-        )
-    return CelestialSphere() if math.isinf(end) else Sphere(float(end))
+    if not radius > horizon:
+        raise ValueError(f"Argument `end` must be larger than the horizon radius {horizon:.12g}, but is {radius:.12g}.")
+    return CelestialSphere() if math.isinf(radius) else Sphere(radius)
 
 
 def _known(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Reals, Flags]:

@@ -20,12 +20,14 @@ from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, r
 from kerrcaustics.beams.integrator.integrated import DENSEST, start, with_variations
 from kerrcaustics.beams.integrator.journey import local_error
 from kerrcaustics.beams.integrator.nystroem import Path, nystroem_step
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.beams.programs import Program
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera
-from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.checks import real_number, whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
+from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import from_angles
 
 # Rays advanced together; one compiled size serves all.
@@ -122,6 +124,8 @@ class _Beam(NamedTuple):
     opening: Reals
 
 
+@own_settings()
+@usual_warnings
 def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math.inf) -> RayPaths:
     """The rays that the camera sees, in space: places along each, and its conjugate points.
 
@@ -169,6 +173,8 @@ def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math
     return RayPaths(spin=camera.spin, conjugate=SpacePoints(spin=camera.spin, **found), **fields)
 
 
+@own_settings()
+@usual_warnings
 def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: float = 6.0) -> SpacePoints:
     """A photon on a spherical orbit, followed forward in time from the equatorial plane, which it leaves northward.
 
@@ -196,15 +202,8 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     ----------
     JTFT A.1 for the orbits and figure 11 for the picture.
     """
-    if not (isinstance(spin, int | float) and 0 < spin < 1):
-        raise ValueError(f"Argument `spin` must lie in (0, 1), but is {spin!r}.")
-    inner, outer = kerr.photon_orbits(spin)
-    low, high = kerr.spherical_orbit_impact(spin, outer), kerr.spherical_orbit_impact(spin, inner)
-    if not low < impact < high:
-        raise ValueError(f"Argument `impact` must lie between {low:.9g} and {high:.9g}, but is {impact!r}.")
+    spin, impact, periods = _checked_orbit(spin, impact, oscillations)
     n = whole_number("n", n, 2, _MOST_POINTS)
-    if not (isinstance(oscillations, int | float) and oscillations > 0):
-        raise ValueError(f"Argument `oscillations` must be a positive number, but is {oscillations!r}.")
     radius, q = (float(part) for part in kerr.spherical_orbit_of_impact(spin, impact))
     one = np.ones(_CHUNK)
     # Without the radial potential the radius stays what it is.
@@ -215,7 +214,7 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     state = _State((ray, still[1], still[1]), 0 * one, 0 * one)
     light = Photon(impact, q + impact**2, q + (impact - spin) ** 2, q, (0, 0, 0, 0.0), (0, 0, 0, 1.0), 1.0)
     period = 2 * float(mino_time_to_plane(Camera(spin, radius).frame(), light, 1))
-    times = np.linspace(0, oscillations * period, n)
+    times = np.linspace(0, periods * period, n)
     found = []
     for first in range(0, n, _CHUNK):
         some = times[first : first + _CHUNK]
@@ -228,6 +227,22 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     time, r, theta, azimuth = np.concatenate(found, axis=1)
     # Backward and forward in time differ by the sense of the azimuth alone.
     return SpacePoints(spin=spin, mino_time=time, radius=r, theta=theta, azimuth=-azimuth)
+
+
+def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[float, float, float]:
+    """What `trapped_orbit` was asked for, as numbers; a ValueError where there is no such orbit."""
+    a, b, periods = (
+        real_number(name, value) for name, value in (("spin", spin), ("impact", impact), ("oscillations", oscillations))
+    )
+    if not 0 < a < 1:
+        raise ValueError(f"Argument `spin` must lie in (0, 1), but is {spin!r}.")
+    inner, outer = kerr.photon_orbits(a)
+    low, high = kerr.spherical_orbit_impact(a, outer), kerr.spherical_orbit_impact(a, inner)
+    if not low < b < high:
+        raise ValueError(f"Argument `impact` must lie between {low:.9g} and {high:.9g}, but is {impact!r}.")
+    if not 0 < periods < math.inf:
+        raise ValueError(f"Argument `oscillations` must be a positive number, but is {oscillations!r}.")
+    return a, b, periods
 
 
 def _followed(camera: Camera, sky: np.ndarray, n: int, end: Spherical) -> dict[str, np.ndarray]:
@@ -275,7 +290,7 @@ def _set_ends(
     fields["radius"][-1, ~lost] = end.radius
 
 
-@jax.jit
+@Program
 def _begun(frame: Frame, sky: Components, end: Spherical) -> tuple[_Beam, _State]:
     """Rays at the camera."""
     constants, ray, light = start(frame, sky)
@@ -295,7 +310,7 @@ def _begun(frame: Frame, sky: Components, end: Spherical) -> tuple[_Beam, _State
     return beam, _State(paths, first_azimuth(frame, ray.rate), 0 * light.b)
 
 
-@jax.jit
+@Program
 def _advanced(spin: Reals, beam: _Beam, state: _State, duration: Reals) -> _State:
     """The rays a Mino time later, each by steps of its own that keep the local error at round-off."""
     constants = beam.constants
@@ -321,7 +336,7 @@ def _advanced(spin: Reals, beam: _Beam, state: _State, duration: Reals) -> _Stat
     return jax.lax.while_loop(going, step, (duration, 0, state))[2]
 
 
-@jax.jit
+@Program
 def _area(spin: Reals, constants: Constants, state: _State) -> Reals:
     return area(ray_rates(spin, constants, state.paths[0].position)[1], state.paths)
 
@@ -334,7 +349,7 @@ def _coordinates(state: _State, times: np.ndarray) -> list[np.ndarray]:
     return [np.asarray(part) for part in found]
 
 
-@jax.jit
+@Program
 def _errors(spin: Reals, beam: _Beam, state: _State) -> Reals:
     """What errors of the steps and round-off in N make of the direction and of 1 / r: (time, ray)."""
     m = state.paths[0].position[1:]
@@ -347,7 +362,7 @@ def _errors(spin: Reals, beam: _Beam, state: _State) -> Reals:
 
 def _conjugate_points(spin: float, beam: _Beam, track: _State, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates (ray, most, 4) of the zeros of the area, and how many each ray has."""
-    value = np.array(jax.vmap(lambda state: _area(spin, beam.constants, state))(track))
+    value = np.array(_area(spin, beam.constants, track))
     # An area of exactly zero belongs to what came before it.
     for i in range(1, len(value)):
         value[i] = np.where(value[i] == 0, value[i - 1], value[i])

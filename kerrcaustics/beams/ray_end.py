@@ -59,6 +59,12 @@ class RayEnd(Generic[A]):
     crossings: A | None = None
     crossings_certain: A | None = None
 
+    def only(self, wanted: Wanted) -> "RayEnd[A]":
+        """Without the index, or the crossings, if those are not wanted."""
+        index = {} if wanted.index else {"index": None, "index_certain": None}
+        crossings = {} if wanted.crossings else {"crossings": None, "crossings_certain": None}
+        return replace(self, **index, **crossings)
+
     def rows(self, chosen: np.ndarray | slice) -> "RayEnd[A]":
         """The chosen rays."""
         return jax.tree.map(lambda values: values[chosen], self)

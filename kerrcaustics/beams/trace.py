@@ -16,7 +16,9 @@ from kerrcaustics.beams.emitters import redshift as frequency_ratio
 from kerrcaustics.beams.ends import End, EquatorialPlane, end_of
 from kerrcaustics.beams.engine import Engine, engine_named, in_words
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera, photon, redshift as sky_redshift
+from kerrcaustics.spacetime.checks import real_number
 
 # Rays that are checked, traced and stored together: memory beside input and result is what these need.
 _BLOCK = 1 << 15
@@ -24,6 +26,7 @@ _BLOCK = 1 << 15
 Result = TypeVar("Result", bound=Rays)
 
 
+@usual_warnings
 def trace_rays(
     camera: Camera,
     sky: ArrayLike,
@@ -69,6 +72,7 @@ def trace_rays(
     return _traced(Rays, camera, sky, engine, tolerance, end, Wanted(time=time), redshift=redshift)
 
 
+@usual_warnings
 def trace_beams(
     camera: Camera,
     sky: ArrayLike,
@@ -116,13 +120,13 @@ def trace_in_steps(camera: Camera, sky: ArrayLike, engine: str, tolerance: float
     return _traced(Beams, camera, sky, engine, tolerance, math.inf, wanted, redshift=False, many=True)
 
 
-def check_request(camera: Camera, engine: str, tolerance: float) -> Engine:
-    """The engine asked for; what cannot be traced is refused with one clear ValueError."""
+def check_request(camera: Camera, engine: str, tolerance: float) -> tuple[Engine, float]:
+    """The engine and the tolerance asked for; what cannot be traced is refused with one clear ValueError."""
     check_camera(camera)
-    found = engine_named(engine)
-    if not (isinstance(tolerance, int | float) and 1e-14 <= tolerance <= 1e-2):
+    found, wanted = engine_named(engine), real_number("tolerance", tolerance)
+    if not 1e-14 <= wanted <= 1e-2:
         raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {tolerance!r}.")
-    return found
+    return found, wanted
 
 
 def _traced(
@@ -138,7 +142,8 @@ def _traced(
     many: bool = False,
 ) -> Result:
     """The result, traced block by block on all cores."""
-    chosen, surface = check_request(camera, engine, tolerance), end_of(camera, end)
+    chosen, tolerance = check_request(camera, engine, tolerance)
+    surface = end_of(camera, end)
     directions, shape = as_vectors(sky)
     count = len(directions)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
-from kerrcaustics.results.declared import Items, derived, quantity, result
+from kerrcaustics.results.declared import Items, derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
@@ -104,6 +104,7 @@ class CausticSet(Items[Caustic]):
         return f"<CausticSet of {self.camera}: {', '.join(f'{c.order} {c.kind}' for c in self) or 'none'}>"
 
 
+@usual_warnings
 def caustics(
     camera: Camera,
     orders: int = 3,

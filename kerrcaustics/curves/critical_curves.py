@@ -118,8 +118,8 @@ def critical_curves(camera: Camera, orders: int, engine: str = "auto", tolerance
 
     Parameters as for `caustics`. The camera's velocity does not matter.
     """
-    check_request(camera, engine, tolerance)
-    return _found(camera.at_rest(), orders, engine, tolerance)
+    _, wanted = check_request(camera, engine, tolerance)
+    return _found(camera.at_rest(), orders, engine, wanted)
 
 
 @lru_cache(maxsize=8)

@@ -17,9 +17,10 @@ from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.caustic import check_orders
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.checks import numbers
 
 Array = np.ndarray
 
@@ -67,6 +68,7 @@ def usual_radii(spin: float) -> Float[Array, " rows"]:
         return _USUAL_SCALE * part / (1 - part)
 
 
+@usual_warnings
 def caustic_tubes(
     camera: Camera, orders: int = 2, radii: Float[Array, " rows"] | None = None
 ) -> tuple[CausticTube, ...]:
@@ -96,7 +98,7 @@ def caustic_tubes(
     """
     check_camera(camera)
     check_orders(orders)
-    radii = usual_radii(camera.spin) if radii is None else np.asarray(radii, float)
+    radii = usual_radii(camera.spin) if radii is None else numbers("radii", radii)
     falling = radii.ndim == 1 and len(radii) > 1 and np.all(radii[1:] < radii[:-1])
     if not (falling and radii[0] == math.inf and radii[-1] > kerr.horizon(camera.spin)):
         raise ValueError("Argument `radii` must fall from math.inf to a radius outside the horizon.")

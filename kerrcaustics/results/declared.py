@@ -16,6 +16,10 @@ from typing import Any, TypeVar, dataclass_transform, get_args, get_type_hints
 import numpy as np
 
 T = TypeVar("T")
+Get = TypeVar("Get", bound=Callable[..., Any])
+
+usual_warnings = np.errstate(all="warn", under="ignore")
+"""NumPy's own settings, as a decorator of what users call: theirs may make errors of underflow and infinities."""
 
 
 @dataclass(frozen=True)
@@ -67,14 +71,15 @@ def quantity(
     return field(default=default, metadata={"quantity": about})
 
 
-def derived(dims: str, unit: str, *, json: str | None = None) -> Callable[[T], T]:
+def derived(dims: str, unit: str, *, json: str | None = None) -> Callable[[Get], Get]:
     """A property of a result that its Dataset holds too, and its record where that names it. Its text is its doc."""
 
-    def declare(get: T) -> T:
+    def declare(get: Get) -> Get:
         text = (inspect.getdoc(get) or "").split("\n")[0].rstrip(".")
         text = text[:1].lower() + text[1:]
-        vars(get)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json)
-        return get
+        calm = usual_warnings(get)
+        vars(calm)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json)
+        return calm
 
     return declare
 

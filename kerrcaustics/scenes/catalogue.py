@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import KDTree
 
+from kerrcaustics.spacetime.checks import real_number
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -118,7 +119,7 @@ def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"
         Angle from there, along the galactic plane, to the centre of the Galaxy.
     """
     for name, value in (("tilt", tilt), ("node", node), ("centre", centre)):
-        if not (isinstance(value, int | float) and math.isfinite(value)):
+        if not math.isfinite(real_number(name, value)):
             raise ValueError(f"Argument `{name}` must be a finite number of radians, but is {value!r}.")
     c, s = math.cos(tilt), math.sin(tilt)
     incline = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint, averaged
-from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.checks import real_number, whole_number
 from kerrcaustics.spacetime.sphere import polar_angle
 
 Array = np.ndarray
@@ -58,7 +58,7 @@ class Checkerboard:
             raise ValueError(
                 f"Argument `columns` must be an even whole number from 2 to {_MOST}, but is {self.columns!r}."
             )
-        if not (isinstance(self.gap, int | float) and 0 <= self.gap < 1):
+        if not 0 <= real_number("gap", self.gap) < 1:
             raise ValueError(f"Argument `gap` must lie in [0, 1), but is {self.gap!r}.")
         if len(self.colours) == 0:
             raise ValueError("Argument `colours` must hold at least one colour.")

@@ -8,6 +8,9 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from numpy.typing import ArrayLike
 
+from kerrcaustics.results.declared import usual_warnings
+from kerrcaustics.spacetime.checks import real_number
+
 Array = np.ndarray
 
 CURVES = ("linear", "asinh")
@@ -30,6 +33,7 @@ _TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
+@usual_warnings
 def black_body(temperature: ArrayLike, white: float = DAYLIGHT) -> Float[Array, "*batch 3"]:
     """Linear sRGB (..., 3) of black bodies, per area and solid angle, with a white balance.
 
@@ -122,6 +126,7 @@ def encoded(light: ArrayLike) -> Float[Array, "*shape"]:
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
 
 
+@usual_warnings
 def tone_mapped(
     light: ArrayLike, exposure: float = 1.0, curve: str = "linear", softening: float = 30.0
 ) -> UInt8[Array, "*batch 3"]:
@@ -147,7 +152,7 @@ def tone_mapped(
     if curve not in CURVES:
         raise ValueError(f"Argument `curve` must be one of {', '.join(CURVES)}, but is {curve!r}.")
     for name, value in (("exposure", exposure), ("softening", softening)):
-        if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
+        if not 0 < real_number(name, value) < math.inf:
             raise ValueError(f"Argument `{name}` must be a positive number, but is {value!r}.")
     light = np.asarray(light, np.float32) * np.float32(exposure)
     if curve == "asinh":
@@ -167,7 +172,7 @@ def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Arra
 
 
 def _check_white(white: float) -> None:
-    if not (isinstance(white, int | float) and 1000 <= white <= 40000):
+    if not 1000 <= real_number("white", white) <= 40000:
         raise ValueError(f"Argument `white` must lie in [1000, 40000] kelvin, but is {white!r}.")
 
 

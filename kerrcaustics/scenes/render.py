@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores, trace_beams
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.scenes.footprint import Footprint, bend_of, pixel_matrix, singular_values
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
@@ -94,6 +94,7 @@ class TracedView:
         return Rendering(self.camera, self.view, light, self.open, self.divided, self.beams, seconds)
 
 
+@usual_warnings
 def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colour_shift: bool = False) -> Rendering:
     """A sky seen through the hole: each pixel holds the mean of the sky over the footprint of its beam.
 
@@ -125,6 +126,7 @@ def render(camera: Camera, view: View, sky: Sky, *, beaming: bool = False, colou
     return traced.show(sky, beaming=beaming, colour_shift=colour_shift)
 
 
+@usual_warnings
 def trace_view(camera: Camera, view: View, *, redshift: bool = False) -> TracedView:
     """The beams of all pixels of a view, for `TracedView.show`: for films, where the sky moves and the camera does not.
 
@@ -174,9 +176,10 @@ def _divided_pixels(
     return part, inside.reshape(len(which), -1).mean(axis=1)
 
 
+@usual_warnings
 def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"]:
     """Light (height, 2 height, 3) of a sky itself, with no hole: theta' downward, phi' from 0 to 2 pi to the right."""
-    whole_number("height", height, 2, 8192)
+    height = whole_number("height", height, 2, 8192)
     pixel = math.pi / height
     theta = (np.arange(height) + 0.5)[:, None] * pixel
     phi = (np.arange(2 * height) + 0.5) * pixel

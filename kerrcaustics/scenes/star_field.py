@@ -14,6 +14,7 @@ from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparco
 from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, shifted_light, star_temperature
 from kerrcaustics.scenes.footprint import Footprint, singular_values
 from kerrcaustics.scenes.panorama import Panorama, rotation
+from kerrcaustics.spacetime.checks import real_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
 Array = np.ndarray
@@ -77,9 +78,9 @@ class StarField:
         """Refuse what is no star field."""
         if not isinstance(self.catalogue, StarCatalogue):
             raise ValueError(f"Argument `catalogue` must be a StarCatalogue, but is {type(self.catalogue).__name__}.")
-        if not (isinstance(self.band, int | float) and math.isfinite(self.band) and self.band >= 0):
+        if not 0 <= real_number("band", self.band) < math.inf:
             raise ValueError(f"Argument `band` must be a number that is not negative, but is {self.band!r}.")
-        if not (isinstance(self.sweep, int | float) and 0 <= self.sweep <= math.pi):
+        if not 0 <= real_number("sweep", self.sweep) <= math.pi:
             raise ValueError(f"Argument `sweep` must be an angle from 0 to pi radians, but is {self.sweep!r}.")
         turn = tilted_galaxy(math.radians(25), math.radians(-60), math.radians(60))
         object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.render import Sky
+from kerrcaustics.spacetime.checks import real_number
 
 Array = np.ndarray
 
@@ -21,7 +22,7 @@ class TurnedSky:
 
     def __post_init__(self) -> None:
         """Refuse an angle that is not finite."""
-        if not (isinstance(self.angle, int | float) and math.isfinite(self.angle)):
+        if not math.isfinite(real_number("angle", self.angle)):
             raise ValueError(f"Argument `angle` must be a finite number, but is {self.angle!r}.")
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:

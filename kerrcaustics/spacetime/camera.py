@@ -9,6 +9,7 @@ import numpy as np
 
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.checks import real_number, refuse_traced
 
 Velocity = str | tuple[float, float, float]
 
@@ -337,10 +338,7 @@ def redshift(camera: Camera, sky: np.ndarray, light: Photon | None = None) -> np
 
 
 def _number(name: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
+    number = real_number(name, value)
     if not math.isfinite(number):
         raise ValueError(f"Argument `{name}` must be a finite number, but is {value!r}.")
     return number
@@ -348,8 +346,9 @@ def _number(name: str, value: Any) -> float:
 
 def _velocity_vector(value: Any) -> tuple[float, float, float]:
     try:
-        parts = tuple(float(v) for v in value)
-    except (TypeError, ValueError):
+        parts = tuple(real_number("velocity", v) for v in value)
+    except TypeError as error:
+        refuse_traced("velocity", error)
         parts = ()
     if len(parts) != 3 or not all(math.isfinite(v) for v in parts):
         raise ValueError(

@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
 
 
+@usual_warnings
 def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
     """Directions N (n, 3) on the camera sky of n points of the shadow edge, a closed curve.
 

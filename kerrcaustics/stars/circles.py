@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, as_seen
 from kerrcaustics.stars.events import PairEvents, in_time, pair_events_of
 from kerrcaustics.stars.images import checked_place, checked_sheets
@@ -96,6 +96,7 @@ class CircleImages:
         return f"<CircleImages of the great circle with normal {self.normal}: {counts}{note}>"
 
 
+@usual_warnings
 def circle_images(camera: Camera, normal: ArrayLike | str, max_index: int = 2) -> CircleImages:
     """The images of a great circle with Morse index 0 to `max_index`, as curves on the camera sky.
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.images import checked_sheets, checked_stars
 from kerrcaustics.stars.search import search
@@ -77,6 +77,7 @@ class CountMap:
         return (np.cos(self.theta - half) - np.cos(self.theta + half)) * 2 * math.pi / len(self.phi)
 
 
+@usual_warnings
 def image_counts(camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: bool = True) -> ImageCounts:
     """How many images each star has, by Morse index.
 
@@ -101,7 +102,7 @@ def image_counts(camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: 
     """
     places = checked_stars(stars)
     sheets = checked_sheets(camera, max_index)
-    angles = np.asarray(stars, float)
+    angles = numbers("stars", stars)
     if find:
         found = search(sheets, places)
         return ImageCounts(
@@ -112,6 +113,7 @@ def image_counts(camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: 
     return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure)
 
 
+@usual_warnings
 def count_map(camera: Camera, max_index: int = 2, rows: int = 180) -> CountMap:
     """Image counts over the whole celestial sphere, on a grid of equal steps in theta' and phi'.
 
@@ -123,7 +125,7 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180) -> CountMap:
     rows : int
         Cells from pole to pole; twice as many go round.
     """
-    whole_number("rows", rows, 1, _MOST_ROWS)
+    rows = whole_number("rows", rows, 1, _MOST_ROWS)
     sheets = checked_sheets(camera, max_index)
     theta = (np.arange(rows) + 0.5) * math.pi / rows
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from kerrcaustics.results.declared import Items, quantity, result
+from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, orbital_velocity, sky_from_looking
 from kerrcaustics.stars.images import checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
@@ -54,6 +54,7 @@ class PairEvents(Items[PairEvent]):
     remarks: tuple[str, ...] = quantity("", "", "what could not be told")
 
 
+@usual_warnings
 def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
     """When pairs of images of a star are created and annihilated, over one orbit of the camera.
 

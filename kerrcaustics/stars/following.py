@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.curves.sky_chart import Chart, apart
-from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
+from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.stars.images import StarImages, checked_sheets, checked_stars, images_of
 from kerrcaustics.stars.newton import find_roots
@@ -64,6 +65,7 @@ class FollowedStar:
         return f"<FollowedStar at {len(self)} cameras: {new} images created, {gone} annihilated>"
 
 
+@usual_warnings
 def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) -> FollowedStar:
     """All images of a star at each of a list of cameras, linked from one camera to the next.
 
@@ -147,10 +149,7 @@ def _checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:
 
 def _checked_places(star: ArrayLike, count: int) -> Float[Array, "{count} 2"]:
     """Angles of the star at each camera."""
-    try:
-        angles = np.asarray(star, float)
-    except (TypeError, ValueError):
-        angles = np.empty(0)
+    angles = numbers("star", star)
     if angles.shape not in ((2,), (count, 2)):
         raise ValueError(
             f"Argument `star` must be (theta', phi') in radians, or one such pair for each of the {count} cameras."

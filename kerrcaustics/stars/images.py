@@ -7,9 +7,9 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
-from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.search import Found, search
 from kerrcaustics.stars.sheets import HIGHEST_INDEX, TOLERANCE, Sheets, sheets_of
@@ -65,6 +65,7 @@ class StarImages:
         return f"<StarImages of star {self.star}: {counts}{'' if self.certified else ', not certified'}>"
 
 
+@usual_warnings
 def star_images(camera: Camera, star: tuple[float, float], max_index: int = 2) -> StarImages:
     """All images of a star with Morse index 0 to `max_index`, brightest orders first.
 
@@ -133,10 +134,7 @@ def checked_sheets(camera: Camera, max_index: int) -> Sheets:
 
 def checked_stars(stars: ArrayLike) -> Float[Array, "stars 3"]:
     """Unit vectors of stars (n, 2) = (theta', phi')."""
-    try:
-        angles = np.asarray(stars, float)
-    except (TypeError, ValueError):
-        angles = np.empty(0)
+    angles = numbers("stars", stars)
     if angles.ndim != 2 or angles.shape[-1] != 2 or not np.isfinite(angles).all():
         raise ValueError(
             "Argument `stars` must be an array of finite numbers of shape (n, 2): theta', phi' in radians."
@@ -148,12 +146,10 @@ def checked_stars(stars: ArrayLike) -> Float[Array, "stars 3"]:
 
 def checked_place(name: str, place: object) -> tuple[float, float]:
     """A direction (theta', phi') that the user gave as the argument `name`."""
-    try:
-        theta, phi = (float(angle) for angle in np.asarray(place, float))
-    except (TypeError, ValueError):
-        raise ValueError(
-            f"Argument `{name}` must be two numbers (theta', phi') in radians, but is {place!r}."
-        ) from None
+    angles = numbers(name, place)
+    if angles.shape != (2,):
+        raise ValueError(f"Argument `{name}` must be two numbers (theta', phi') in radians, but is {place!r}.")
+    theta, phi = angles.tolist()
     if not (0 <= theta <= math.pi and math.isfinite(phi)):
         raise ValueError(
             f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees) and a finite phi', "

@@ -11,8 +11,9 @@ from scipy.optimize import elementwise
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import as_seen
+from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis
 from kerrcaustics.stars.circles import CircleImages
@@ -53,10 +54,7 @@ class _SkyLine:
     def __init__(self, sheets: Sheets, images: CircleImages, line: float | ArrayLike) -> None:
         """From what the user gave."""
         self._sheets = sheets
-        try:
-            given = np.asarray(line, float)
-        except (TypeError, ValueError):
-            given = np.empty(0)
+        given = numbers("line", line)
         if not (given.shape in ((), (2, 3)) and np.isfinite(given).all()):
             raise ValueError(
                 "Argument `line` must be an angle in radians, or two directions N, an array of shape (2, 3)."
@@ -112,6 +110,7 @@ class _Samples(Rows):
     error: Float[Array, " places"]
 
 
+@usual_warnings
 def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCrossings:
     """Crossings of the images of a great circle with a line on the camera sky.
 

@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float, Int, Num
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
+from kerrcaustics.beams.rehearsal import rehearse
 from kerrcaustics.beams.trace import trace_rays
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
@@ -206,6 +207,7 @@ class Sheets:
 @lru_cache(maxsize=8)
 def _sheets_at_rest(camera: Camera, max_index: int) -> Sheets:
     """Find the critical curves, trace the grids."""
+    rehearse(camera)
     curves = critical_curves(camera, max_index + 1)
     if curves.unbroken <= max_index:
         raise ValueError(

@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.camera import Camera, as_seen, looking_from_sky, orbital_velocity
+from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.stars.events import (
     PairEvent,
     PairEvents,
@@ -117,6 +118,7 @@ class StarTracks:
         """phi' of the star relative to the camera, radians, if it is 0 at time 0."""
         return -self.angular_velocity * np.asarray(time, float)
 
+    @usual_warnings
     def images_at(
         self, time: ArrayLike | None = None, *, azimuth: ArrayLike | None = None
     ) -> StarImages | tuple[StarImages, ...]:
@@ -138,10 +140,7 @@ class StarTracks:
         if (time is None) == (azimuth is None):
             raise ValueError("Arguments `time` and `azimuth`: exactly one of them must be given.")
         name, value = ("azimuth", azimuth) if time is None else ("time", time)
-        try:
-            moments = np.asarray(value, float)
-        except (TypeError, ValueError):
-            moments = np.array(np.nan)
+        moments = numbers(name, value)
         if moments.ndim > 1 or not np.isfinite(moments).all():
             raise ValueError(f"Argument `{name}` must be a finite number or a one-dimensional array, but is {value!r}.")
         phi = (moments if time is None else self.azimuth_at(moments)).reshape(-1)
@@ -199,6 +198,7 @@ class StarTracks:
         return moment[order], index[order], sky[order], error[order]
 
 
+@usual_warnings
 def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:
     """The tracks of all images of a star over one whole orbit of the camera.
 

@@ -14,6 +14,7 @@ from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.camera import Frame, photon, sky_from_looking
+from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.stars.search import Found
 from kerrcaustics.stars.sheets import Sheet, Sheets
 
@@ -58,6 +59,7 @@ def critical_crossings(camera: kc.Camera, orders: int) -> list[CriticalCrossings
     return curves
 
 
+@own_settings()
 def polar_phase(camera: kc.Camera, sky: Array) -> Array:
     """Half oscillations in theta (n,) of the rays in directions sky (n, 3), from the camera to infinity."""
     blocks = []

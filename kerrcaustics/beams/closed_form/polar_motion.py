@@ -29,7 +29,8 @@ class Polar(NamedTuple):
     """m = (x, y, z) at the end, still to be turned about the axis by `turn`.
 
     azimuth: how far m and the turn have gone round the axis, unwrapped; phase: the z gone through; crossings of the
-    equatorial plane; leaving, positive where the ray moves away from it; clock, the integral of a^2 m_z^2, None if not asked for.
+    equatorial plane; leaving, positive where the ray moves away from it; clock, the integral of a^2 m_z^2, None if not
+    asked for.
     """
 
     x: Reals

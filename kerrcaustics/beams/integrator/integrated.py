@@ -26,7 +26,7 @@ from kerrcaustics.beams.integrator.landing import land
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Components, Reals
+from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon, photon
 from kerrcaustics.spacetime.sphere import tangent_basis
 
@@ -44,7 +44,7 @@ def survey(frame: Frame, sky: Components, end: End) -> Reals:
 
 def trace(
     frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: End, wanted: Wanted
-) -> RayEnd[Reals]:
+) -> RayEnd[Reals | Flags]:
     """Rays, or beams, followed from camera-sky directions to their end (infinity is u = 0 exactly).
 
     Parameters: sky, three arrays N_x, N_y, N_z; refinement, steps are shorter by this factor per ray, and 0 leaves

@@ -16,7 +16,7 @@ from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
 from kerrcaustics.beams.integrator.nystroem import Path, Rates
 from kerrcaustics.beams.ray_end import RayEnd, stacked, status_of
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Components, Reals
+from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Frame
 from kerrcaustics.spacetime.sphere import polar_basis
 
@@ -55,7 +55,9 @@ class _Touch(NamedTuple):
     at: Arriving
 
 
-def land(frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, *, beams: bool) -> RayEnd[Reals]:
+def land(
+    frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, *, beams: bool
+) -> RayEnd[Reals | Flags]:
     """The end of each ray, or beam, from the paths at the camera and shortly before the end."""
     touch = _touch_down(journey, last)
     ray, end = touch.paths[0], journey.end
@@ -194,9 +196,9 @@ def _with_time(
     last: Progress,
     touch: _Touch,
     doubt: _Doubt,
-    found: RayEnd[Reals],
+    found: RayEnd[Reals | Flags],
     hidden: Reals,
-) -> RayEnd[Reals]:
+) -> RayEnd[Reals | Flags]:
     """The end with its time, and the error of that."""
     assert last.clock_error is not None
     time = clock.reading(journey.constants, started[0], touch.paths[0], touch.paths[-1], not journey.end.finite)

@@ -1,0 +1,124 @@
+"""Compiled programs, kept in the user's cache folder: a second process neither traces nor compiles them.
+
+They are kept here and not by JAX, whose cache is a setting of the whole process and saves the compilation alone. A file
+serves as long as all that made it stays the same: the sources, JAX, the processor, the compiler's options.
+"""
+
+import contextlib
+import hashlib
+import os
+import pickle
+import platform
+import threading
+import zlib
+from collections.abc import Callable, Hashable
+from concurrent.futures import Future
+from functools import cache, partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import jax
+from jax.experimental import serialize_executable
+
+from kerrcaustics.files import writing
+
+# Files kept at most; those that were not used for longest go first.
+_MOST_KEPT = 256
+# What programs are made of: the rooms whose functions are compiled.
+_SOURCES = ("beams", "spacetime")
+
+Compiled = Callable[..., Any]
+
+
+class Program:
+    """A function of trees of arrays, compiled once for each shape of its arguments and each value of the static ones.
+
+    Safe to call from several threads, under the settings of `own_settings`.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, dict[str, Any]] | None = None) -> None:
+        """options: of the compiler, by the platform that they are for."""
+        self._function = function
+        self._options = options or {}
+        self._found: dict[Hashable, Future[Compiled]] = {}
+        self._lock = threading.Lock()
+
+    def __call__(self, *arguments: Any, **static: Hashable) -> Any:
+        """The function's value. Arguments are trees of numbers and arrays; static ones are part of the program."""
+        return self.compiled(*arguments, **static)(*arguments)
+
+    def compiled(self, *arguments: Any, **static: Hashable) -> Compiled:
+        """The program for arguments such as these: found in this process, in a file, or made and put into one."""
+        leaves, tree = jax.tree.flatten(arguments)
+        kinds = [(getattr(leaf, "shape", ()), getattr(leaf, "dtype", type(leaf))) for leaf in leaves]
+        key = (tree, tuple(static.items()), *kinds)
+        with self._lock:
+            mine = key not in self._found
+            found = self._found.setdefault(key, Future())
+        if mine:
+            try:
+                found.set_result(self._kept(arguments, static, [(shape, str(kind)) for shape, kind in kinds]))
+            except BaseException as error:
+                del self._found[key]
+                found.set_exception(error)
+        return found.result()
+
+    def _kept(self, arguments: tuple[Any, ...], static: dict[str, Hashable], shapes: list[Any]) -> Compiled:
+        device = jax.devices()[0]
+        options = self._options.get(device.platform)
+        name = f"{self._function.__module__}.{self._function.__qualname__}"
+        asked = (jax.tree.structure(arguments), shapes, sorted(static.items()), options)
+        about = repr((_made_of(), device.platform, device.device_kind, name, asked))
+        path = _folder() / f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
+        kept = _read(path)
+        if kept is None:
+            kept = jax.jit(partial(self._function, **static), compiler_options=options).lower(*arguments).compile()
+            _write(path, kept)
+        return kept
+
+
+def _folder() -> Path:
+    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(root) / "kerrcaustics" / "programs"
+
+
+@cache
+def _made_of() -> str:
+    """A digest of all that programs are made of, and of the processor that they are made for."""
+    rooms = Path(__file__).parents[1]
+    sources = [path.read_bytes() for room in _SOURCES for path in sorted((rooms / room).rglob("*.py"))]
+    versions = [*map(version, ("jax", "jaxlib", "numpy")), platform.machine(), _processor()]
+    switches = [os.environ.get(name, "") for name in ("XLA_FLAGS", "LIBTPU_INIT_ARGS")]
+    return hashlib.sha256(b"\0".join([*sources, repr((versions, switches)).encode()])).hexdigest()
+
+
+def _processor() -> str:
+    """What the processor can do, where the system tells."""
+    with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
+        return "".join(sorted({line for line in file if line.startswith(("model name", "flags", "Features"))}))
+    return platform.processor()
+
+
+def _read(path: Path) -> Compiled | None:
+    """The program in a file; None where there is none that can be used, for whatever reason: it is made anew then."""
+    try:
+        payload, taken, given = pickle.loads(zlib.decompress(path.read_bytes()))
+        device = jax.devices()[0]
+        found = serialize_executable.deserialize_and_load(payload, taken, given, device.client, [device])
+        os.utime(path)
+        return found
+    except Exception:
+        return None
+
+
+def _write(path: Path, program: Any) -> None:
+    """Keep a program, where it can be kept: nothing depends on it but the time of the next first call."""
+    with contextlib.suppress(Exception):
+        data = zlib.compress(pickle.dumps(serialize_executable.serialize(program)), 1)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with writing(path) as file:
+            file.write(data)
+        kept = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
+        for old in kept[:-_MOST_KEPT]:
+            old.unlink(missing_ok=True)

@@ -1,0 +1,44 @@
+"""The settings of JAX under which the package computes, whatever those of the program that calls it.
+
+They hold for the thread that computes, and only while it does: importing the package changes none, and no call does.
+"""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+import jax
+
+# Of JAX: 64 bits; programs that are compiled, and may hold NaN; NumPy's rules for types and shapes; NumPy's arrays as
+# arguments; the first device. Each with what sets it for a thread.
+_JAX = {
+    "jax_enable_x64": (jax.enable_x64, True),
+    "jax_debug_nans": (jax.debug_nans, False),
+    "jax_debug_infs": (jax.debug_infs, False),
+    "jax_disable_jit": (jax.disable_jit, False),
+    "jax_no_tracing": (jax.no_tracing, False),
+    "jax_no_execution": (jax.no_execution, False),
+    "jax_check_tracer_leaks": (jax.check_tracer_leaks, False),
+    "jax_numpy_dtype_promotion": (jax.numpy_dtype_promotion, "standard"),
+    "jax_numpy_rank_promotion": (jax.numpy_rank_promotion, "allow"),
+    "jax_default_matmul_precision": (jax.default_matmul_precision, None),
+    "jax_default_device": (jax.default_device, None),
+    "jax_transfer_guard_host_to_device": (jax.transfer_guard_host_to_device, "allow"),
+    "jax_transfer_guard_device_to_host": (jax.transfer_guard_device_to_host, "allow"),
+    "jax_transfer_guard_device_to_device": (jax.transfer_guard_device_to_device, "allow"),
+}
+# What stands for "allow" where no guard was ever set.
+_UNGUARDED = (None, "allow")
+
+
+@contextmanager
+def own_settings() -> Iterator[None]:
+    """The settings of JAX for compiled code, and to make it; also within a user's own `jax.jit`.
+
+    As a decorator too. Where the user's settings are these already, it costs next to nothing.
+    """
+    with ExitStack() as changed, jax.ensure_compile_time_eval():
+        for name, (setting, wanted) in _JAX.items():
+            found = getattr(jax.config, name)
+            if found != wanted and not (found in _UNGUARDED and wanted in _UNGUARDED):
+                changed.enter_context(setting(wanted))
+        yield
