@@ -95,16 +95,18 @@ def _closed_form(backend: str) -> Callable[..., RayEnd[Reals]]:
 _traced = jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short"))
 
 
-def _in_parts(frame: Frame, sky: Components, real: Reals, *, lanes: int, **options: Any) -> RayEnd[Reals]:
+def _in_parts(
+    frame: Frame, sky: tuple[jax.Array, ...], real: jax.Array, *, lanes: int, **options: Any
+) -> formula.Found:
     """One call: `lanes` rays at a time, of which parts are left out that hold no `real` ones."""
     count = len(real)
     if lanes >= count:
-        return formula.trace(frame, sky, **options)
+        return _traced(frame, sky, **options)
 
-    def part(start: Reals) -> RayEnd[Reals]:
+    def part(start: Reals) -> formula.Found:
         return _traced(frame, tuple(jax.lax.dynamic_slice(n, (start,), (lanes,)) for n in sky), **options)
 
-    def stored(i: Reals, ends: RayEnd[Reals]) -> RayEnd[Reals]:
+    def stored(i: Reals, ends: formula.Found) -> formula.Found:
         start = i * lanes
         return jax.tree.map(lambda e, p: jax.lax.dynamic_update_slice_in_dim(e, p, start, 0), ends, part(start))
 
