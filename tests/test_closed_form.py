@@ -248,6 +248,23 @@ def test_empty_and_single_directions():
     assert one.closed_form.shape == ()
 
 
+def test_few_beams_agree_with_many():
+    """Few are one small call; many are several parts of a large one, the last of which is filled up."""
+    camera = Camera(0.9, 6.0, 1.2)
+    sky = random_sky(camera, 700, np.random.default_rng(16))
+    sky = sky[photon(camera.frame(), tuple(sky.T)).k >= LEAST_K]
+    many = trace_beams(camera, sky, "closed-form")
+    assert len(sky) > 512
+    for start in (0, 450, len(sky) - 50):
+        chosen = slice(start, start + 100)
+        few = trace_beams(camera, sky[chosen], "closed-form")
+        assert np.array_equal(few.status, many.status[chosen])
+        assert np.array_equal(few.index, many.index[chosen])
+        assert np.array_equal(few.crossings, many.crossings[chosen])
+        for name in ("direction", "azimuth", "error", "jacobian", "redshift"):
+            np.testing.assert_allclose(getattr(few, name), getattr(many, name)[chosen], rtol=1e-12, atol=1e-14)
+
+
 @pytest.mark.slow
 def test_large_batches_agree_with_small_ones(monkeypatch):
     """What a GPU does, one large call, on whatever device there is."""
@@ -258,6 +275,7 @@ def test_large_batches_agree_with_small_ones(monkeypatch):
     sky = sky[photon(camera.frame(), tuple(sky.T)).k >= LEAST_K]
     small = trace_beams(camera, sky)
     monkeypatch.setattr(calls, "_CLOSED_FORM_CALL", {})
+    monkeypatch.setattr(calls, "_LANES", {})
     monkeypatch.setattr(calls, "_LARGE_CALL", (4096, 4096))
     large = trace_beams(camera, sky)
     assert large.engine == "closed-form"

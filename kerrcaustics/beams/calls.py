@@ -1,6 +1,5 @@
 """Calls of the compiled engines: batches of fixed size, on whatever device there is."""
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -88,13 +87,10 @@ def closed_form(
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
     frame, on_equator = frame_on_device(camera), camera.on_equator and not short
-    # Index and crossings cost a beam next to nothing, another program seconds.
-    asked = replace(wanted, index=True, crossings=True) if wanted.beams else wanted
     size, lanes = _closed_form_size(len(sky), wanted.beams, many=many)
 
     def kernel(sky: Components, real: Reals) -> RayEnd[Reals | Flags]:
-        ends = _closed_form(frame, sky, real, end, wanted=asked, on_equator=on_equator, short=short, lanes=lanes)
-        return ends.only(wanted)
+        return _closed_form(frame, sky, real, end, wanted=wanted, on_equator=on_equator, short=short, lanes=lanes)
 
     return _batched(kernel, [sky, np.ones(len(sky))], size)
 

@@ -27,39 +27,29 @@ def followed(
     many: bool,
 ) -> RayEnd[np.ndarray]:
     """Rays by the engine asked for. many, whether they are part of a large job."""
-    # One program serves all beams: index and crossings cost next to nothing.
-    asked = replace(wanted, index=True, crossings=True) if wanted.beams else wanted
-    ends = _by_engine(camera, sky, engine, tolerance, end, asked, many=many)
-    if wanted.beams and not wanted.index:
-        ends = replace(ends, index=None, index_certain=None)
-    return ends if wanted.crossings else replace(ends, crossings=None, crossings_certain=None)
-
-
-def _by_engine(
-    camera: Camera,
-    sky: np.ndarray,
-    engine: Engine,
-    tolerance: float,
-    end: End,
-    wanted: Wanted,
-    *,
-    many: bool,
-) -> RayEnd[np.ndarray]:
     if engine is Engine.INTEGRATED:
         return _integrated(camera, sky, tolerance, end, wanted)
-    if end.is_beyond(camera):
-        ends = calls.closed_form(camera, sky, end, wanted, many=many)
-        _add_small_k(camera, sky, end, wanted, ends)
-    else:
-        ends = _arriving(camera, sky, end, wanted, many=many)
+    # One program serves all beams: index and crossings cost next to nothing.
+    asked = replace(wanted, index=True, crossings=True) if wanted.beams else wanted
+    ends = _in_closed_form(camera, sky, end, asked, many=many)
     unsure = ~ends.closed_form
     if engine is Engine.AUTO:
         unsure |= is_mostly_noise(ends, tolerance)
     rest = np.flatnonzero(unsure)
     if rest.size:
-        again, before = _integrated(camera, sky[rest], tolerance, end, wanted), ends.rows(rest)
+        again, before = _integrated(camera, sky[rest], tolerance, end, asked), ends.rows(rest)
         better = ~before.closed_form | (excess(again, tolerance, 0) < excess(before, tolerance, 0))
         ends.put(rest[better], again.rows(better))
+    return ends.only(wanted)
+
+
+def _in_closed_form(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
+    """The closed form of all rays, of those too that have formulas of their own."""
+    if end.is_beyond(camera):
+        ends = calls.closed_form(camera, sky, end, wanted, many=many)
+        _add_small_k(camera, sky, end, wanted, ends)
+    else:
+        ends = _arriving(camera, sky, end, wanted, many=many)
     return ends
 
 

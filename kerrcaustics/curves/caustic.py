@@ -119,7 +119,7 @@ def caustics(
     camera : Camera
         Its velocity moves the critical curves on the sky by aberration, and leaves the caustics alone.
     orders : int
-        How many, 1 to 10. Double precision reaches order 7 or so on the retrograde side; orders beyond it are in
+        How many, 1 to 10. Double precision reaches order 7 or 8 on the retrograde side; orders beyond it are in
         `CausticSet.missing`.
     engine, tolerance
         As for `trace_beams`; tolerance is the wanted error of a beam in radians.

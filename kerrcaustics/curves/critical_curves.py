@@ -6,7 +6,7 @@ once, kept, and never change.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -49,7 +49,7 @@ class CriticalCurve:
     closed: bool
     remarks: tuple[str, ...]
 
-    @property
+    @cached_property
     def size_in_errors(self) -> float:
         """Size of the caustic in units of the error of its points."""
         direction = self.points.direction

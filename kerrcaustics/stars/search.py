@@ -76,6 +76,8 @@ def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
     """All images of the stars."""
     size = max(1, min(_CHUNK, -(-len(star) // cores())))
     chunks = [star[i : i + size] for i in range(0, len(star), size)] or [star]
+    if len(chunks) == 1:
+        return _searched(sheets, chunks[0])
     with ThreadPoolExecutor(cores()) as pool:
         parts = list(pool.map(lambda chunk: _searched(sheets, chunk), chunks))
     offsets = np.cumsum([0, *(len(chunk) for chunk in chunks[:-1])])
