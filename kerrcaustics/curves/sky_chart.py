@@ -5,6 +5,8 @@ edge, as in sky_lines.py, all layers are of about one thickness. Opposite to the
 that the sheet of index 0 is described by N instead.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.interpolate import CubicSpline
@@ -12,12 +14,18 @@ from scipy.interpolate import CubicSpline
 from kerrcaustics.curves.sky_lines import DEEPEST
 from kerrcaustics.spacetime.camera import Camera, looking_from_sky, sky_from_looking
 from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.sphere import moved
 
 Array = np.ndarray
 
 _TABLE = 4096
 # Closer to the shadow edge (radians) than this nothing is told apart.
 _NEAREST = 1e-15
+# Steps along the shadow edge: where depth is larger than this; longest in angle (radians) and in depth; and so short
+# (radians) that a great circle leaves the edge by less than round-off.
+_DEEP, _LONGEST_TURN, _LONGEST_DEPTH, _STRAIGHT = 0.3, 0.5, 1.0, 1e-8
+# Longest step elsewhere, radians.
+_LONGEST = 0.3
 
 
 class Chart:
@@ -76,9 +84,41 @@ class Chart:
         deepening = -slope * turning / (np.pi - size) - (outward - slope * turning) / distance
         return np.where((index == 0)[:, None], drift, np.stack([turning, deepening, 0 * turning], axis=-1))
 
+    def blur(
+        self, index: Int[Array, " images"], sky: Float[Array, "images 3"], error: Float[Array, " images"]
+    ) -> Float[Array, " images"]:
+        """Errors of coordinates of images whose places on the sky have errors (radians), mostly along the edge."""
+        looking = self._looking(sky)
+        across = np.hypot(looking[:, 1], looking[:, 2])
+        return error / np.where(index == 0, 1, np.maximum(across, _NEAREST))
+
+    def stepped(
+        self, sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part: Float[Array, " images"]
+    ) -> tuple[Float[Array, "images 3"], Float[Array, " images"]]:
+        """Directions reached by parts of tangent steps (radians), and the parts: less where steps are too long.
+
+        Close to the hole a step keeps its angle and depth rates, so that it bends with the layers of images; elsewhere
+        it runs along a great circle.
+        """
+        ones = np.ones(len(sky), int)
+        place, rate = self.place(ones, sky), self.rate(ones, sky, step)
+        length = np.linalg.norm(step, axis=1)
+        bent = (place[:, 1] > _DEEP) & (length > _STRAIGHT)
+        turns, depths = np.abs(rate[:, :2].T)
+        excess = np.where(bent, np.maximum(turns / _LONGEST_TURN, depths / _LONGEST_DEPTH), length / _LONGEST)
+        part = part / np.maximum(excess, 1)
+        along = self.sky(ones, place + rate * part[:, None])
+        return np.where(bent[:, None], along, moved(sky, step * part[:, None])), part
+
     def _looking(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Vectors of the sky at rest in components along r, theta, phi."""
         return looking_from_sky(self._frame, sky)
+
+
+@lru_cache(maxsize=8)
+def chart_of(camera: Camera) -> Chart:
+    """The chart of a camera at rest, kept for the next call."""
+    return Chart(camera)
 
 
 def _from_hole(looking: Float[Array, "images 3"]) -> Float[Array, " images"]:

@@ -5,15 +5,15 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.sky_chart import chart_of
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.sphere import flattened, moved
+from kerrcaustics.spacetime.sphere import flattened
 from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
 
 _MOST_STEPS = 80
-# Longest step on the sky, radians; and the part of a Newton step below which a search is given up.
-_LONGEST = 0.3
+# The part of a Newton step below which a search is given up.
 _SHORTEST_PART = 1e-4
 # A residual below so many errors of the beam is round-off; one below so many may be, where no step makes it smaller.
 _ERRORS, _MOST_ERRORS = 2.0, 10.0
@@ -35,7 +35,7 @@ def find_roots(
     Returns: which searches found an image, its direction, and the error of that in radians: the error of n' and what is
     left of the way to the star, divided by the smaller diameter of the beam.
     """
-    n = len(star)
+    chart, n = chart_of(camera), len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
     residual, error, part = np.full(n, np.inf), np.full(n, np.nan), np.ones(n)
     found = np.zeros(n, bool)
@@ -59,9 +59,7 @@ def find_roots(
         active = active[~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active])]
         if active.size == 0:
             break
-        length = np.linalg.norm(step[active], axis=1)
-        taken = part[active] * np.minimum(1, _LONGEST / np.maximum(length, _LONGEST))
-        trial = moved(sky[active], step[active] * taken[:, None])
+        trial, taken = chart.stepped(sky[active], step[active], part[active])
     which = np.flatnonzero(found)
     return which, sky[which], error[which]
 

@@ -32,7 +32,7 @@ _Directions = Float[Array, "images 3"]
 
 # Steps along a branch, in the parameter of a gap (0 to pi): the first, the longest, the shortest; by how much one grows
 # after a good one; and rounds of them, all branches at once.
-_FIRST_STEP, _LONGEST_STEP, _SHORTEST_STEP, _GROWTH = 0.2, 0.5, 1e-5, 1.5
+_FIRST_STEP, _LONGEST_STEP, _SHORTEST_STEP, _GROWTH = 0.2, 0.5, 1e-12, 1.5
 _MOST_STEPS = 200
 # How close to the ends of its gap a branch is followed at first, and how often that is halved where links are in doubt.
 _REACH, _REACH_HALVINGS = 0.15, 16
@@ -148,7 +148,7 @@ class Branches:
         doubtful = np.arange(gaps)
         rows: dict[int, list[tuple[float, ...]]] = {}
         for _ in range(_REACH_HALVINGS):
-            ends = np.concatenate([reach, full - np.roll(reach, -1)])
+            ends = np.concatenate([reach, full - reach]) if whole else _ends(width, reach)
             tips, p = self._followed(tips, p, low[column % gaps], width[column % gaps], ends[column])
             members = [tips[column == i] for i in range(2 * gaps)]
             longitude = np.tile(low, 2) + np.tile(width, 2) * np.sin(ends / 2) ** 2 if not whole else ends
@@ -203,7 +203,8 @@ class Branches:
         rate = self.chart.rate(index[which], images.sky, images.drift)
         behind = rate * (trial.rate(trial.p_1)[:, None] * way)[which]
         step = apart(index[which], place[which], self.chart.place(index[which], images.sky))
-        good = plain_cost(step, ahead[which], behind) < DOUBT
+        blur = self._blurs()[trial.left[which]] + self.chart.blur(index[which], images.sky, images.error)
+        good = plain_cost(step, ahead[which], behind, blur) < DOUBT
         new = self._added(*(v[good] for v in (longitude[which], index[which], sky, error)))
         return which[good], new
 
@@ -231,9 +232,14 @@ class Branches:
     def _costs(self) -> Float[Array, " links"]:
         """How badly each link fits the rates at its ends."""
         curves = self.cubics(self.links)
-        cost = plain_cost(curves.step, curves.rate_0, curves.rate_1)
+        blur = self._blurs()
+        cost = plain_cost(curves.step, curves.rate_0, curves.rate_1, blur[self.links.left] + blur[self.links.right])
         # The shortest ones are round-off.
         return np.where(np.linalg.norm(curves.step, axis=1) < _SHORT, 0, cost)
+
+    def _blurs(self) -> Float[Array, " nodes"]:
+        """Errors of the nodes' coordinates."""
+        return self.chart.blur(self.nodes.index, self.nodes.sky, self.nodes.error)
 
     def _divided(self, parts: Int[Array, " links"], steps: int) -> tuple[Bool[Array, " links"], Links]:
         """Divide links into parts: which were, and their pieces. A link of which some part is not found stays.
@@ -273,3 +279,13 @@ class Branches:
         step = angle_between(sky[links.left], sky[links.right])
         longest = np.maximum.reduce([step, turn * math.sin(self.circle.angle), turn * _LONGEST / _LONGEST_TURN])
         return np.maximum(np.ceil(longest / _LONGEST), 1 + (self._costs() > DOUBT)).astype(int)
+
+
+def _ends(width: Float[Array, " gaps"], reach: Float[Array, " gaps"]) -> Float[Array, " columns"]:
+    """Parameters next to the lower, then the upper ends of gaps, equally far in longitude on both sides of a boundary.
+
+    reach: of each boundary, the parameter in the narrower of its two gaps.
+    """
+    span = np.minimum(width, np.roll(width, 1)) * np.sin(reach / 2) ** 2
+    above, below = (2 * np.arcsin(np.sqrt(part)) for part in (span / width, np.roll(span, -1) / width))
+    return np.concatenate([above, np.pi - below])

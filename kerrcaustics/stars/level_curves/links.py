@@ -6,7 +6,7 @@ Images at neighbouring longitudes are linked by their rates; those that are left
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.curves.sky_chart import Chart, apart
@@ -22,6 +22,8 @@ _Columns = Float[Array, " columns"]
 # boundary are asked for more, links to an event, where the rate is known at one end alone, for less.
 DOUBT, _BOUNDARY_DOUBT, _EVENT_DOUBT = 0.2, 0.05, 0.4
 _IMPOSSIBLE = 1e6
+# Differences below so many errors are round-off.
+_BLURS = 4.0
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,16 @@ def links_of(rows: list[_Row]) -> Links:
 
 
 def plain_cost(
-    step: Float[Array, "*batch 3"], ahead: Float[Array, "*#batch 3"], behind: Float[Array, "*#batch 3"]
+    step: Float[Array, "*batch 3"],
+    ahead: Float[Array, "*#batch 3"],
+    behind: Float[Array, "*#batch 3"],
+    blur: Float[Array, "*#batch"],
 ) -> Float[Array, "*batch"]:
-    """How badly steps fit what the rates at their two ends make of them: a part of their length."""
-    miss = np.linalg.norm(step - (ahead + behind) / 2, axis=-1)
+    """How badly steps fit what the rates at their two ends make of them: a part of their length.
+
+    What the errors of the two ends explain, whose sum is blur, does not count.
+    """
+    miss = np.maximum(np.linalg.norm(step - (ahead + behind) / 2, axis=-1) - _BLURS * blur, 0)
     sizes = [np.linalg.norm(v, axis=-1) for v in (step, ahead / 2, behind / 2)]
     return miss / np.maximum(np.maximum(*sizes[1:]), np.maximum(sizes[0], 1e-300))
 
@@ -103,6 +111,7 @@ class Linker:
         self._members, self._p, self._longitude = members, p, longitude
         self._place = chart.place(nodes.index, nodes.sky)
         self._rate = chart.rate(nodes.index, nodes.sky, nodes.drift)
+        self._blur = chart.blur(nodes.index, nodes.sky, nodes.error)
         self._width = meetings.gap_high - meetings.gap_low
 
     def linked(self, boundary: int) -> tuple[list[_Row], bool]:
@@ -148,14 +157,14 @@ class Linker:
         image_left, image_right = (self._nodes.event[n] < 0 for n in (lefts, rights))
         plain = self._plain_costs(k, lefts[image_left], rights[image_right], frame)
         cost[np.ix_(image_left, image_right)] = plain
+        fits = cost < np.where(image_left[:, None] & image_right, _BOUNDARY_DOUBT, _EVENT_DOUBT)
         rows: list[_Row] = []
-        sure = True
-        for i, j in zip(*linear_sum_assignment(cost), strict=True):
+        chosen = linear_sum_assignment(cost)
+        for i, j in zip(*chosen, strict=True):
             a, b = int(lefts[i]), int(rights[j])
             beside_event = not (image_left[i] and image_right[j])
-            sure &= bool(cost[i, j] < (_EVENT_DOUBT if beside_event else _BOUNDARY_DOUBT))
             rows.append((a, b, k, *(self._event_frame(a, one, other) if beside_event else frame)))
-        return rows, sure
+        return rows, _unique(fits[np.ix_(*chosen)], lefts[chosen[0]], rights[chosen[1]])
 
     def _event_frame(self, left: int, one: int, other: int) -> tuple[float, ...]:
         """Where a link to an event lies: in the gap of its image, and reaching to the end of that."""
@@ -171,7 +180,8 @@ class Linker:
         """How badly the rates of images fit the way between them."""
         length = frame[3] - frame[2]
         ahead, behind = self._rate[lefts][:, None] * length, self._rate[rights][None] * length
-        return plain_cost(apart(np.array(k), self._place[lefts][:, None], self._place[rights][None]), ahead, behind)
+        step = apart(np.array(k), self._place[lefts][:, None], self._place[rights][None])
+        return plain_cost(step, ahead, behind, self._blur[lefts][:, None] + self._blur[rights])
 
     def _event_cost(self, k: int, image: int, event: int, column: int) -> float:
         """How badly the rate of an image fits the way to an event in sqrt(longitude), or in longitude at a cusp."""
@@ -184,6 +194,7 @@ class Linker:
         miss = np.linalg.norm(step - onward)
         if self._meetings.at_cusp[self._nodes.event[event]]:
             miss = min(miss, np.linalg.norm(step - onward / 2))
+        miss = max(miss - _BLURS * self._blur[image], 0)
         return float(miss / max(np.linalg.norm(step), np.linalg.norm(onward), 1e-300))
 
     def _arms(self, event: int, one: int, other: int) -> list[tuple[int, int, int]]:
@@ -204,3 +215,9 @@ class Linker:
             third = third if cost < _EVENT_DOUBT or order < meetings.counts.shape[1] else order
             arms += [(event, third, side), (event, third, -side)]
         return arms
+
+
+def _unique(fits: Bool[Array, "links links"], lefts: _Ends, rights: _Ends) -> bool:
+    """True where link i, from left node i to right node i, fits for every i, and no two could as well be exchanged."""
+    different = (lefts[:, None] != lefts) & (rights[:, None] != rights)
+    return bool(fits.diagonal().all() and not (fits & fits.T & different).any())
