@@ -42,8 +42,12 @@ def test_reference_stars(entry):
     assert gaps.min(axis=1).max() < 1e-9
     # The reference's own residual is part of the difference.
     assert (gaps.min(axis=1) <= 10 * found.error[match] + 1e-15).all()
-    for name, key in (("index", "index"), ("parity", "parity"), ("crossings", "equator_crossings")):
+    for name, key in (("index", "index"), ("parity", "parity")):
         assert np.array_equal(getattr(found, name)[match], [image[key] for image in expected])
+    # A star in the equatorial plane has rays whose last crossing round-off decides.
+    crossings, certain = found.crossings[match], found.crossings_certain[match]
+    assert certain.all() == (abs(entry["star"][2]) > 1e-12)
+    assert np.array_equal(crossings[certain], np.array([image["equator_crossings"] for image in expected])[certain])
     for name, key in (("azimuth", "phi_unwrapped"), ("redshift", "redshift")):
         assert np.allclose(getattr(found, name)[match], [image[key] for image in expected], rtol=0, atol=1e-9)
     determinant = np.abs([image["det"] for image in expected])
@@ -216,6 +220,40 @@ def test_cameras_anywhere(camera):
     found = kc.image_counts(camera, angles(random_stars(100, 3)), max_index=2)
     assert found.certified.all()
     assert (found.counts[:, 0] >= 1).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("spin", "radius"), [(0.003, 6.0), (0.01, 13.0), (0.03, 25.0)])
+def test_images_of_high_index_next_to_small_caustics(spin, radius):
+    camera = kc.Camera(spin, radius)
+    rng = np.random.default_rng(5)
+    for caustic in kc.caustics(camera, 6)[4:]:
+        low, high = caustic.celestial.min(axis=0), caustic.celestial.max(axis=0)
+        stars = rng.uniform(low - (high - low) / 2, high + (high - low) / 2, (12, 2))
+        found = kc.image_counts(camera, stars, 5)
+        assert (found.certified | found.on_caustic).all()
+        assert found.certified.mean() > 0.8
+        # Inside and outside.
+        assert len(np.unique(found.total)) > 1
+
+
+def test_a_grid_keeps_to_its_most_nodes_and_says_so(monkeypatch):
+    stars = angles(random_stars(100, 4))
+    fine = kc.image_counts(kc.Camera(0.9, 5.0, 1.2), stars, 2)
+    assert fine.certified.all()
+    nodes = sheets_of(kc.Camera(0.9, 5.0, 1.2), 2).sheets[2].direction.size // 3
+    monkeypatch.setattr("kerrcaustics.stars.sheets.MOST_NODES", nodes // 4)
+    # The same in a mirror.
+    camera, stars[:, 0] = kc.Camera(0.9, 5.0, math.pi - 1.2), math.pi - stars[:, 0]
+    wide = kc.image_counts(camera, stars, 2)
+    sheet = sheets_of(camera, 2).sheets[2]
+    assert sheet.is_coarse and sheet.direction.size // 3 < nodes
+    # The caustics tell the same, and what is certified is right.
+    assert np.array_equal(wide.expected, fine.expected)
+    assert np.array_equal(wide.certified, (wide.counts == fine.counts).all(axis=1))
+    monkeypatch.setattr("kerrcaustics.stars.sheets.MOST_NODES", 10)
+    with pytest.raises(ValueError, match=r"max_index.*would take .* rays"):
+        kc.star_images(camera, (1.0, 1.0), 3)
 
 
 def test_a_star_on_a_caustic_is_said_to_be():

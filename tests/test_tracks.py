@@ -21,6 +21,7 @@ CAMERAS = {
     "2.6 index 3": (0.999, 2.6, math.pi / 2, "circular", 3),
     "inclined": (0.9, 8.0, 1.0, "fiducial", 2),
     "retrograde": (0.95, 5.0, math.pi / 2, (0.0, 0.0, -0.5), 1),
+    "small caustics": (0.01, 13.0, math.pi / 2, "circular", 2),
 }
 # The star at 1.0 passes through cusps that the inclined camera's caustic of order 2 has at its own inclination.
 FAST = [("6.03", 1.2)]
@@ -36,6 +37,8 @@ SLOW = [
     ("inclined", 2.5),
     ("retrograde", 1.4),
     ("6.03", 2.1),
+    # Through the secondary and the tertiary caustic, of 1e-4 rad, and past the primary one of 2e-7 rad.
+    ("small caustics", 1.57078),
 ]
 
 
@@ -172,6 +175,13 @@ def test_star_that_passes_through_cusps():
     for event in events:
         gaps = [abs(c.celestial[1] - event.azimuth) for c in cusps[event.order - 1].cusps]
         assert min(gaps) <= 10 * (event.error + cusps[event.order - 1].error)
+
+
+@pytest.mark.slow
+def test_tracks_through_small_caustics_are_certified():
+    tracks = kc.star_tracks(camera_of("small caustics"), 1.57078, 1)
+    assert tracks.certified
+    assert [event.order for event in tracks.ends] == [2, 2]
 
 
 def test_star_at_a_pole_stands_still():

@@ -20,7 +20,7 @@ Array = np.ndarray
 @result(
     "images/1",
     record="max_index star certified per_index expected on_caustic remarks",
-    rows="sky azimuth index parity magnification crossings redshift error",
+    rows="sky azimuth index parity magnification crossings crossings_certain redshift error",
 )
 class StarImages:
     """The images of one star, ordered by Morse index."""
@@ -32,6 +32,9 @@ class StarImages:
     parity: Array = quantity("image", "1", "(-1)^index")
     magnification: Array = quantity("image", "1", "1 / |det J|")
     crossings: Array = quantity("image", "1", "crossings of the equatorial plane")
+    crossings_certain: Array = quantity(
+        "image", "1", "False where crossings may be one off: the star lies in the equatorial plane, within errors"
+    )
     redshift: Array = quantity("image", "1", "nu_camera / nu_source")
     error: Array = quantity("image", "rad", "error of sky", json="error_rad")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
@@ -109,13 +112,14 @@ def images_of(camera: Camera, sheets: Sheets, stars: list[tuple[float, float]], 
                 parity=1 - 2 * (found.index[these] % 2),
                 magnification=beams.magnification[these],
                 crossings=np.asarray(beams.crossings)[these],
+                crossings_certain=np.asarray(beams.crossings_certain)[these],
                 redshift=np.asarray(beams.redshift)[these],
                 error=found.error[these],
                 per_index=dict(enumerate(found.counts[i].tolist())),
                 expected=dict(enumerate(found.expected[i].tolist())),
                 on_caustic=orders,
                 certified=bool(found.certified[i]),
-                remarks=_remarks(found.counts[i], found.expected[i], orders),
+                remarks=_remarks(sheets, found.counts[i], found.expected[i], orders),
             )
         )
     return images
@@ -158,15 +162,19 @@ def checked_place(name: str, place: object) -> tuple[float, float]:
     return theta, phi
 
 
-def _remarks(counts: Array, expected: Array, orders: tuple[int, ...]) -> tuple[str, ...]:
+def _remarks(sheets: Sheets, counts: Array, expected: Array, orders: tuple[int, ...]) -> tuple[str, ...]:
     remarks = [
         f"the star cannot be told from the caustic of order {order}: it may have two images more, or less; move it by "
         "more than its error"
         for order in orders
     ]
     remarks += [
-        f"index {k}: the search found {counts[k]} images, the caustics tell {expected[k]}; move the star or the "
-        "camera a little and compare"
-        for k in np.flatnonzero(counts != expected)
+        f"index {k}: the search found {counts[k]} images, the caustics tell {expected[k]}; "
+        + (
+            f"its sheet is searched in steps of {math.degrees(sheets.sheets[k].step):.0f} degrees, as 10 take too long"
+            if sheets.sheets[k].is_coarse
+            else "move the star or the camera a little and compare"
+        )
+        for k in np.flatnonzero(counts != expected).tolist()
     ]
     return tuple(remarks)

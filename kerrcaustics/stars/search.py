@@ -17,6 +17,8 @@ Array = np.ndarray
 _CHUNK = 1 << 15
 # A star with an image missing is approached from this many others, so far away at most (radians), in so many steps.
 _APPROACHES, _FARTHEST, _WAYPOINTS = 60, 0.3, 8
+# Newton steps from waypoint to waypoint, and how many images may be followed from one to the next for one star.
+_FEW_STEPS, _MOST_FOLLOWED = 16, 400
 # Distance from a caustic, in radians, below which the search is always thorough.
 _DELICATE = 1e-6
 # Images of one star on one sheet that are closer than this, or than so many of their errors, are the same.
@@ -121,13 +123,16 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
     paths /= np.linalg.norm(paths, axis=-1, keepdims=True)
     counts = sheets.counted(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
     images = Candidates(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
+    followed = 0
     for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):
         found = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
         sky, error = found.sky[found.index == index], np.empty(0)
         for place in path[1:]:
-            _, sky, error = find_roots(sheets.camera, np.tile(place, (len(sky), 1)), np.full(len(sky), index), sky)
+            followed += len(sky)
+            on_sheet = np.full(len(sky), index)
+            _, sky, error = find_roots(sheets.camera, np.tile(place, (len(sky), 1)), on_sheet, sky, _FEW_STEPS)
         images = images.merged(Candidates(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
-        if len(images.star) >= count:
+        if len(images.star) >= count or followed > _MOST_FOLLOWED:
             break
     return images
 

@@ -8,6 +8,7 @@ a star's images are looked for in the cells whose images lie around it.
 All of it lives on the sky of a camera at rest: neither caustics nor the order of images depend on the velocity.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -32,10 +33,14 @@ Depth = Callable[[Array], Array]
 Mapped = Callable[[Array, Array], Array]
 
 HIGHEST_INDEX = 6
-# Longest step of the grid's image on the celestial sphere, and of the grid on the sky.
-_STEP = np.radians(10.0)
+# Longest step of the grid's image on the celestial sphere, and of the grid on the sky, where it need not be longer.
+_STEP = math.radians(10.0)
 # Nodes next to a sheet's edge that are corners of cells, counted from it.
 _NEAR_EDGE = np.array([1, 2, 4, 8])
+# Most nodes of one grid, kept to by longer steps; and the longest with which the grid still counts images.
+MOST_NODES, _COARSE = 1_000_000, math.radians(40.0)
+# Most places at which the images of one star are searched for.
+_MOST_STARTS = 1000
 # Lines on which the length of a sheet's image is measured, and points on each.
 _PROBES, _PROBE_POINTS = 24, 129
 # Circles that cover a cell's image: how much larger than its corners ask for, most of them, and how far, in parts of
@@ -60,15 +65,22 @@ class Sheet:
     """The part of the camera sky with one Morse index, as a grid.
 
     turn: the last one a whole turn after the first; part: 0 to 1; direction: the grid's image on the celestial sphere,
-    empty as long as it is not traced. outer, inner: depth of the critical curves on a line, as functions of turn.
+    empty as long as it is not traced. outer, inner: depth of the critical curves on a line, as functions of turn. step:
+    about the longest one of the image, radians.
     """
 
     index: int
+    step: float
     outer: Depth
     inner: Depth
     turn: Float[Array, " lines"]
     part: Float[Array, " parts"]
     direction: Float[Array, "lines parts 3"] | Float[Array, " 0"]
+
+    @property
+    def is_coarse(self) -> bool:
+        """True where a grid of bearable size has longer steps than the search is made for."""
+        return self.step > _STEP
 
     def depth(self, turn: Float[Array, "*batch"], part: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
         """Depth on the lines of sky_lines.py."""
@@ -157,6 +169,7 @@ class Sheets:
         which, cell = self._around(star, margin)
         u, v = _bilinear_root(cells.corners[cell], star[which])
         near = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5)) <= 0.5 + margin
+        near[near] = _among_first(which[near], _MOST_STARTS)
         which, cell, u, v = which[near], cell[near], np.clip(u[near], 0, 1), np.clip(v[near], 0, 1)
         turn = cells.turn[cell, 0] + u * (cells.turn[cell, 1] - cells.turn[cell, 0])
         part = cells.part[cell, 0] + v * (cells.part[cell, 1] - cells.part[cell, 0])
@@ -248,13 +261,20 @@ def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon])
 
 def _sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: Points) -> Sheet:
     """A sheet with a grid that is fine enough; edge: its inner one."""
-    turn = _thinned(edge)
-    blank = Sheet(index, *depths, turn, np.linspace(0, 1, _PROBE_POINTS), np.empty(0))
+    turn = _thinned(edge, _STEP)
+    blank = Sheet(index, _STEP, *depths, turn, np.linspace(0, 1, _PROBE_POINTS), np.empty(0))
     probes = _grid(mapped, blank, turn[:: max(1, len(turn) // _PROBES)], blank.part)
-    lengths = np.linalg.norm(np.diff(probes, axis=1), axis=-1).sum(axis=1)
-    part = np.linspace(0, 1, int(np.ceil(lengths.max() / _STEP)) + 2)
+    length = float(np.linalg.norm(np.diff(probes, axis=1), axis=-1).sum(axis=1).max())
+    step = _STEP * max(1.0, math.sqrt(len(turn) * length / _STEP / MOST_NODES))
+    if step > _COARSE:
+        raise ValueError(
+            f"Argument `max_index` must be less than {index} for this camera: a grid that follows the images of index "
+            f"{index} would take {len(turn) * length / _STEP:.1g} rays."
+        )
+    turn = _thinned(edge, step)
+    part = np.linspace(0, 1, math.ceil(length / step) + 2)
     turn = np.append(turn, turn[0] + 2 * np.pi)
-    return Sheet(index, *depths, turn, part, _grid(mapped, blank, turn, part))
+    return Sheet(index, step, *depths, turn, part, _grid(mapped, blank, turn, part))
 
 
 def _grid(mapped: Mapped, sheet: Sheet, turn: Array, part: Array) -> Float[Array, "lines parts 3"]:
@@ -270,30 +290,30 @@ def _depth_of(points: Points) -> CubicSpline:
     return CubicSpline(turn, depth, bc_type="periodic")
 
 
-def _thinned(points: Points) -> Float[Array, " lines"]:
-    """Parameters of points of a curve, no further apart than _STEP, in turn and on either sphere, if samples allow it.
+def _thinned(points: Points, step: float) -> Float[Array, " lines"]:
+    """Parameters of points of a curve, no further apart than a step, in turn and on either sphere, if samples allow it.
 
     Far from the hole the whole curve is small on the sky.
     """
     lengths = [np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (points.direction, points.looking)]
-    return points.turn[_spaced(np.maximum.reduce([*lengths, np.diff(points.turn)]))]
+    return points.turn[_spaced(np.maximum.reduce([*lengths, np.diff(points.turn)]), step)]
 
 
-def _spaced(steps: Float[Array, " steps"]) -> Int[Array, " nodes"]:
-    """Indices of the first node, the last, and between them as few as keep sums of steps below _STEP."""
+def _spaced(steps: Float[Array, " steps"], longest: float) -> Int[Array, " nodes"]:
+    """Indices of the first node, the last, and between them as few as keep sums of steps below the longest."""
     run = np.concatenate([[0], np.cumsum(steps)])
-    chosen = np.unique(np.floor(run / _STEP), return_index=True)[1]
+    chosen = np.unique(np.floor(run / longest), return_index=True)[1]
     return np.union1d(chosen, [len(run) - 1])
 
 
 def _cells(sheets: Sequence[Sheet]) -> _Cells:
-    """One row of cells between each pair of neighbouring lines, as long as _STEP allows."""
+    """One row of cells between each pair of neighbouring lines, as long as the sheet's step allows."""
     strips = []
     for sheet in sheets:
         lengths = np.linalg.norm(np.diff(sheet.direction, axis=1), axis=-1)
         for i in range(len(sheet.turn) - 1):
             last = len(sheet.part) - 1
-            chosen = _spaced(lengths[i : i + 2].max(axis=0))
+            chosen = _spaced(lengths[i : i + 2].max(axis=0), sheet.step)
             # Finer next to the critical curves, where the map is no longer nearly linear.
             chosen = np.union1d(chosen, np.clip([_NEAR_EDGE, last - _NEAR_EDGE], 0, last))
             left, right = sheet.direction[i, chosen], sheet.direction[i + 1, chosen]
@@ -358,6 +378,11 @@ def _linearly_inside(
     linear = cells.linear[cell]
     place = np.einsum("nij,nj->ni", linear[..., :3], star) + linear[..., 3]
     return np.abs(place).max(axis=1) <= 0.5 + _LINEAR + margin
+
+
+def _among_first(which: Int[Array, " pairs"], most: int) -> Bool[Array, " pairs"]:
+    """True for at most so many pairs of each star; which: the star of each, in order."""
+    return np.arange(len(which)) - np.searchsorted(which, which) < most
 
 
 def _bilinear_root(
