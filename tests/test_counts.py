@@ -220,8 +220,8 @@ def test_images_command(capsys, tmp_path):
     found = kc.star_images(CAMERA, (math.radians(80), math.radians(-20)), 1)
     assert entry["schema"] == "kerrcaustics/images/1" and entry["star_deg"] == [80, -20]
     assert entry["certified"] and entry["per_index"] == {str(k): n for k, n in found.per_index.items()}
-    names = {"sky", "phi_deg", "index", "parity", "magnification", "crossings", "redshift", "error_rad"}
-    assert len(entry["images"]) == len(found) and set(entry["images"][0]) == names
+    names = {"sky", "phi_deg", "index", "parity", "magnification", "crossings", "crossings_certain", "redshift"}
+    assert len(entry["images"]) == len(found) and set(entry["images"][0]) == {*names, "error_rad"}
     assert entry["images"][1]["sky"] == found.sky[1].tolist()
 
 

@@ -190,7 +190,7 @@ class StarTracks:
         azimuth = phi[moment] + np.repeat([-_TURN, 0, _TURN], [len(w[0]) for w in where])
         chosen = links[link]
         part = (chosen.parameter(azimuth) - chosen.p_0) / (chosen.p_1 - chosen.p_0)
-        start = branches.chart.sky(chosen.index, self._cubics[link].at(part))
+        start = branches.chart.sky(branches.kinds(chosen), self._cubics[link].at(part))
         place = branches.circle.place(azimuth)
         which, sky, error = find_roots(branches.sheets.camera, place, chosen.index, start, _FEW_STEPS)
         moment, index = moment[which], chosen.index[which]

@@ -15,7 +15,8 @@ Prints what was tried, and every counterexample as a line of Python.
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
@@ -76,7 +77,7 @@ def star_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tupl
     sheets = sheets_of(camera, MAX_INDEX)
     sky = chosen(sheets, count, rng)
     beams = trace_beams(sheets.camera, sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
-    good = beams.escaped & (beams.index <= MAX_INDEX)
+    good = beams.escaped & (np.asarray(beams.index) <= MAX_INDEX)
     sky, star, width = sky[good], beams.direction[good], np.abs(beams.delta_minus[good])
     found = search(sheets, star)
     # A chosen direction is itself an image, as well as its beam is known.
@@ -129,8 +130,13 @@ def circle_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tu
     return {"circles": count, "certified": int(certified)}, broken
 
 
-def try_all(caustics: int, stars: int, circles: int, seed: int = 2015) -> tuple[dict[str, dict[str, float]], list[str]]:
-    """So many extremes, stars and circles over random cameras: numbers by what was tried, and broken claims."""
+def try_all(
+    caustics: int, stars: int, circles: int, seed: int = 2015, report: Callable[[object], None] = lambda _line: None
+) -> tuple[dict[str, dict[str, float]], list[str]]:
+    """So many extremes, stars and circles over random cameras: numbers by what was tried, and broken claims.
+
+    report: called with the numbers so far after each camera, and with its broken claims.
+    """
     rng, source = np.random.default_rng((seed, 1)), cameras(seed)
     numbers: dict[str, dict[str, float]] = {"extremes": {"extremes": 0, "largest": 0.0}, "stars": {}, "circles": {}}
     broken: list[str] = []
@@ -139,6 +145,7 @@ def try_all(caustics: int, stars: int, circles: int, seed: int = 2015) -> tuple[
             numbers["extremes"]["extremes"] += 1
             numbers["extremes"]["largest"] = max(numbers["extremes"]["largest"], miss)
             broken += [f"{miss:.1f} times the errors: {name}"] if miss > HONEST else []
+        report(numbers["extremes"])
     for what, count, step, claims in (
         ("stars", stars, _STARS, star_claims),
         ("circles", circles, _CIRCLES, circle_claims),
@@ -147,10 +154,11 @@ def try_all(caustics: int, stars: int, circles: int, seed: int = 2015) -> tuple[
             told, faults = claims(next(source), min(step, count - done), rng)
             numbers[what] = {name: numbers[what].get(name, 0) + number for name, number in told.items()}
             broken += faults
+            report((what, numbers[what], faults))
     return numbers, broken
 
 
 if __name__ == "__main__":
-    counts, counterexamples = try_all(*(int(word) for word in sys.argv[1:]))
+    counts, counterexamples = try_all(*(int(word) for word in sys.argv[1:]), report=partial(print, flush=True))
     print(counts)
     print("\n".join(counterexamples) or "no claim is broken")

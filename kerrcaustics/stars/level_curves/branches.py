@@ -43,6 +43,8 @@ _FEW_STEPS, _MANY_STEPS = 8, 80
 # Longest step of a track on either sphere, and in longitude; rounds of dividing, and most parts in each.
 _LONGEST, _LONGEST_TURN = np.radians(2.0), np.radians(10.0)
 _MOST_DIVISIONS, _MOST_PARTS = 12, 12
+# Depth from which images of index 0 run along the shadow edge, too.
+_CLOSE = 0.3
 # On a circle smaller than this (radians) a star stands still.
 _STILL = 1e-12
 
@@ -90,17 +92,24 @@ class Branches:
     def cubics(self, links: Links) -> Cubics:
         """The cubic curves of links."""
         nodes, chart = self.nodes, self.chart
-        start, end = (chart.place(links.index, nodes.sky[i]) for i in (links.left, links.right))
-        step = apart(links.index, start, end)
+        kind = self.kinds(links)
+        start, end = (chart.place(kind, nodes.sky[i]) for i in (links.left, links.right))
+        step = apart(kind, start, end)
         rates = []
         for i, p in ((links.left, links.p_0), (links.right, links.p_1)):
             scale = links.rate(p) * (links.p_1 - links.p_0)
-            rates.append(chart.rate(links.index, nodes.sky[i], nodes.drift[i]) * scale[:, None])
+            rates.append(chart.rate(kind, nodes.sky[i], nodes.drift[i]) * scale[:, None])
         # At an event the longitude stands still and the drift is infinite: a parabola tells their product.
         from_event, to_event = ((nodes.event[i] >= 0)[:, None] for i in (links.left, links.right))
         rate_0 = np.where(from_event, 2 * step - rates[1], rates[0])
         rate_1 = np.where(to_event, 2 * step - rates[0], rates[1])
         return Cubics(start, step, rate_0, rate_1)
+
+    def kinds(self, links: Links) -> Int[Array, " links"]:
+        """The coordinates of cubic curves, as an index for the chart: those of index 1 where both ends are close by."""
+        ones = np.ones(len(links.index), int)
+        close = [self.chart.place(ones, self.nodes.sky[i])[:, 1] > _CLOSE for i in (links.left, links.right)]
+        return np.where(close[0] & close[1], np.maximum(links.index, 1), links.index)
 
     def _events(self) -> Nodes:
         found = self.meetings
@@ -252,7 +261,7 @@ class Branches:
         links, part = self.links[which], number / parts[which]
         p = links.p_0 + part * (links.p_1 - links.p_0)
         longitude = links.longitude(p)
-        start = self.chart.sky(links.index, self.cubics(links).at(part))
+        start = self.chart.sky(self.kinds(links), self.cubics(links).at(part))
         found, sky, error = find_roots(self.sheets.camera, self.circle.place(longitude), links.index, start, steps)
         divided = (parts > 1) & (np.bincount(which[found], minlength=len(parts)) == parts - 1)
         chosen = divided[which[found]]
