@@ -37,7 +37,9 @@ def followed(
         unsure |= is_mostly_noise(ends, tolerance)
     rest = np.flatnonzero(unsure)
     if rest.size:
-        again, before = _integrated(camera, sky[rest], tolerance, end, asked), ends.rows(rest)
+        # Few rays, mostly: one program serves them all, whatever was asked for.
+        more = replace(asked, beams=True, index=True, crossings=True)
+        again, before = _integrated(camera, sky[rest], tolerance, end, more), ends.rows(rest)
         better = ~before.closed_form | (excess(again, tolerance, 0) < excess(before, tolerance, 0))
         ends.put(rest[better], again.rows(better))
     return ends.only(wanted)

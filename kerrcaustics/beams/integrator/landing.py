@@ -34,23 +34,20 @@ _IN_JACOBIAN = 4e-15
 
 
 class _Doubt(NamedTuple):
-    """Errors at the end: drift, of the steps, and noise, of round-off; grown, by how much the first of them grew.
+    """Errors at the end: that of the direction, with no upper limit; its round-off; bent, that of the Jacobian."""
 
-    direction, the error of n', and bent, that of the Jacobian, both for all they are worth.
-    """
-
-    drift: Reals
-    noise: Reals
     direction: Reals
+    noise: Reals
     bent: Reals
 
 
 class _Touch(NamedTuple):
-    """The paths at the end, and what the ray does there: m and n', and psi'."""
+    """The paths at the end, and what the ray does there: m and n', the azimuth of m, and psi'."""
 
     paths: list[Path]
     m: Components
     n: Components
+    turn: Reals
     psi_rate: Reals
     at: Arriving
 
@@ -62,15 +59,14 @@ def land(
     touch = _touch_down(journey, last)
     ray, end = touch.paths[0], journey.end
     jacobian = _jacobian(journey, touch)
-    turn = last.azimuth + azimuth_step(journey.constants.b, last.paths[0].position, ray.position)
-    doubt = _doubt(frame, journey, started, last, touch, jacobian, turn)
+    doubt = _doubt(frame, journey, started, last, touch, jacobian)
     lost = end.lost(journey.aim, frame.spin, ray.position[0])
     hidden = jnp.where(lost, jnp.nan, 0.0)
     error = jnp.minimum(doubt.direction, math.pi)
-    gone_round = turn - first_azimuth(frame, started[0].rate)
+    gone_round = touch.turn - first_azimuth(frame, started[0].rate)
     found = RayEnd(
         direction=stacked(_or(touch.n, (1.0, 0.0, 0.0)), hidden),
-        azimuth=_or((turn + ray.psi,), (0.0,))[0] + hidden,
+        azimuth=_or((touch.turn + ray.psi,), (0.0,))[0] + hidden,
         azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, doubt.direction, gone_round) + hidden,
         status=status_of(lost, journey.aim.captured),
         status_certain=journey.aim.certain,
@@ -88,7 +84,10 @@ def land(
         rows = tuple(_or(row, (0.0, 0.0)) for row in jacobian)
         sure = None if last.conjugate_points is None else certainty.index_is_certain(rows, doubt.bent)
         found = replace(found, jacobian=stacked(rows, hidden), jacobian_error=doubt.bent + hidden, index_certain=sure)
-    return found if last.clock_error is None else _with_time(frame, journey, started, last, touch, doubt, found, hidden)
+    if last.clock_error is None:
+        return found
+    time, late, rounding = _timed(frame, journey, started[0], last, touch, doubt)
+    return replace(found, time=time + hidden, time_error=late + hidden, time_noise=rounding)
 
 
 def _horizon_noise(frame: Frame) -> Reals:
@@ -114,7 +113,8 @@ def _touch_down(journey: Journey, last: Progress) -> _Touch:
     n = (c * x - s * y, s * x + c * y, z)
     speed = polar_rapidity(journey.constants)
     at = Arriving(jnp.abs(position[0]), jnp.abs(rate[0]), jnp.abs(psi_rate), speed)
-    return _Touch(there, (x, y, z), n, psi_rate, at)
+    turn = last.azimuth + azimuth_step(journey.constants.b, paths[0].position, position)
+    return _Touch(there, (x, y, z), n, turn, psi_rate, at)
 
 
 def _advanced_far_out(spin: Reals, path: Path, time: Reals) -> Path:
@@ -159,7 +159,6 @@ def _doubt(
     last: Progress,
     touch: _Touch,
     jacobian: Jacobian,
-    turn: Reals,
 ) -> _Doubt:
     """How errors made on the way, and round-off in N, grow to the end: in radians, in the plane also in ln r.
 
@@ -171,16 +170,14 @@ def _doubt(
     growth, often = size / opening, 1 + _PER_STEP * last.steps
     drift = last.local_error * jnp.maximum(growth, end.least_growth(at))
     late = end.delayed(end.unsettled(journey.constants, at) * at.speed, at)
-    rounded = _OF_TURN * (jnp.abs(turn) + jnp.abs(ray.psi)) + _horizon_noise(frame)
+    rounded = _OF_TURN * (jnp.abs(touch.turn) + jnp.abs(ray.psi)) + _horizon_noise(frame)
     noise = _ROUNDING * (1 + size + end.motion(at)) * often + rounded + late
     bent = jnp.minimum(errors.of_jacobian(end, _IN_JACOBIAN * opening * often, drift + noise, at.turning, growth), 1.0)
     direction = _DIRECTION_GAIN * jnp.maximum(_DENSE / journey.density, 1) ** 2 * drift + noise
     # Where double precision could not follow the ray nothing is known of its end.
-    known = (last.steps < MAX_STEPS) & jnp.isfinite(direction + turn + ray.psi)
-    return _Doubt(
-        drift,
-        *(jnp.where(known, value, limit) for value, limit in ((noise, math.pi), (direction, jnp.inf), (bent, 1.0))),
-    )
+    known = (last.steps < MAX_STEPS) & jnp.isfinite(direction + touch.turn + ray.psi)
+    limited = ((direction, jnp.inf), (noise, math.pi), (bent, 1.0))
+    return _Doubt(*(jnp.where(known, value, limit) for value, limit in limited))
 
 
 def _or(values: tuple[Reals, ...], others: tuple[float, ...]) -> tuple[Reals, ...]:
@@ -189,26 +186,13 @@ def _or(values: tuple[Reals, ...], others: tuple[float, ...]) -> tuple[Reals, ..
     return tuple(jnp.where(known, value, other) for value, other in zip(values, others, strict=True))
 
 
-def _with_time(
-    frame: Frame,
-    journey: Journey,
-    started: tuple[Path, ...],
-    last: Progress,
-    touch: _Touch,
-    doubt: _Doubt,
-    found: RayEnd[Reals | Flags],
-    hidden: Reals,
-) -> RayEnd[Reals | Flags]:
-    """The end with its time, and the error of that."""
-    assert last.clock_error is not None
-    time = clock.reading(journey.constants, started[0], touch.paths[0], touch.paths[-1], not journey.end.finite)
+def _timed(
+    frame: Frame, journey: Journey, start: Path, last: Progress, touch: _Touch, doubt: _Doubt
+) -> tuple[Reals, Reals, Reals]:
+    """The time, its error, and what of that is round-off."""
+    time = clock.reading(journey.constants, start, touch.paths[0], touch.paths[-1], not journey.end.finite)
     # The clock is as uncertain as n' by round-off of the steps, beside what comes with the end.
     late, rounding = errors.of_time(frame, journey.end, touch.at, doubt.direction + doubt.noise, doubt.noise)
-    late = late + _DIRECTION_GAIN * last.clock_error
+    late = late + _DIRECTION_GAIN * (0.0 if last.clock_error is None else last.clock_error)
     known = jnp.isfinite(time + late)
-    return replace(
-        found,
-        time=jnp.where(known, time, 0.0) + hidden,
-        time_error=jnp.where(known, late, jnp.inf) + hidden,
-        time_noise=rounding,
-    )
+    return jnp.where(known, time, 0.0), jnp.where(known, late, jnp.inf), rounding
