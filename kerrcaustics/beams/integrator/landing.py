@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
@@ -64,7 +64,7 @@ def land(
     hidden = jnp.where(lost, jnp.nan, 0.0)
     error = jnp.minimum(doubt.direction, math.pi)
     gone_round = touch.turn - first_azimuth(frame, started[0].rate)
-    found = RayEnd(
+    found: RayEnd[Any] = RayEnd(
         direction=stacked(_or(touch.n, (1.0, 0.0, 0.0)), hidden),
         azimuth=_or((touch.turn + ray.psi,), (0.0,))[0] + hidden,
         azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, doubt.direction, gone_round) + hidden,
