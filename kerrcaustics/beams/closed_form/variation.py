@@ -1,0 +1,212 @@
+"""The first variation of a ray in closed form: no more than the integrals that the ray itself needs, and D below.
+
+The constants b, q, k = q + b^2, kappa = q + (b - a)^2 change with the direction, and with them, at a fixed end, Mino
+time and azimuth. By Hermite's reduction no integral of the third kind is in these changes.
+
+Radial part. With P = r^2 + a^2 - a b the potential is R = P^2 - Delta kappa; [X] is the integral of X dr / R^(3/2).
+
+    dT = [Y], Y = a P db + Delta dkappa / 2;    dpsi = a [Y - X], X = P dkappa / 2 + a kappa db.
+
+[X] is the change of T for other changes of the coefficients of R. So the slopes of T by these and by the rates at both
+ends are all that is needed. T is one R_F, with slopes that are sums of one sign. The rates are redundant; with them
+nothing is divided by what vanishes at a turning point: for X they change by (P dr' + a r' db) / Delta.
+
+Polar part. With c = k - a^2, rho = c^2 + 4 a^2 q, m_z = z, D the integral of z^2 over Mino time tau,
+
+    dz = L z' + e1 z + e3 z^3,    d(m_x + i m_y) = (L - i eta) (m_x + i m_y)' + (m_x + i m_y) [eta b + e3 z^2 + i g],
+    e3 = a^2 c B,  e1 = eta b - e3,    B = (dq / (2 q) - dk / c) / rho,
+    eta = (c b dq / (2 q) - (2 a^2 + c) db) / rho,
+    L = L0 + a^2 B (2 q tau - c D) + dk tau / (2 c),
+    g = g0 + [b dq + (c - 2 q) db] a^2 tau / rho - a^2 eta D,
+
+where L0 and g0 make both vanish at the camera. This is regular on the axis, at turning points, and, since z has the
+factor `lift` by which B and eta are multiplied here, in the equatorial plane.
+
+References: Hermite's reduction: Byrd & Friedman 1971, 230. DLMF 19.25, 22.16. All checked against forward
+differentiation and long arithmetic.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from kerrcaustics.beams.closed_form.polar_motion import Polar, PolarRates
+from kerrcaustics.beams.closed_form.radial_motion import Travel, start_of
+from kerrcaustics.beams.ends import End, EquatorialPlane, Jacobian, Row
+from kerrcaustics.spacetime import elliptic, radial
+from kerrcaustics.spacetime.arrays import Components, Reals
+from kerrcaustics.spacetime.camera import Frame, Photon, photon
+from kerrcaustics.spacetime.sphere import tangent_parts
+
+
+class Way(NamedTuple):
+    """A ray from the camera to its end: n' and the radius there."""
+
+    travel: Travel
+    polar: Polar
+    direction: Components
+    radius: Reals
+
+
+class _Change(NamedTuple):
+    """A change of the photon at the camera; p_theta and p_phi are those of an orthonormal basis, times r or so."""
+
+    p_theta: Reals
+    p_phi: Reals
+    u_rate: Reals
+    b: Reals
+    k: Reals
+    kappa: Reals
+    q: Reals
+
+
+class _TimeSlopes(NamedTuple):
+    """Derivatives of the Mino time between two radii by k, kappa, q as independent variables, and the rates of u."""
+
+    k: Reals
+    kappa: Reals
+    q: Reals
+    u_rate: Reals
+    end_rate: Reals
+
+
+class _Course(NamedTuple):
+    """The end of the polar motion: sin(theta), the rates along e_theta and e_phi, Mino time."""
+
+    sine: Reals
+    v_theta: Reals
+    v_phi: Reals
+    time: Reals
+    rates: PolarRates
+
+
+def columns(
+    frame: Frame, sky: Components, light: Photon, way: Way, end: End, *, on_equator: bool
+) -> tuple[Jacobian, Row]:
+    """The changes of the angles (theta', phi'), rows, and of the radius of the end with N along both tangents there."""
+    slopes = _time_slopes(frame, light, way, end)
+    course = _course(way)
+    found = []
+    for change in _changes(frame, sky, light):
+        swung, along, across = _swung(frame, light, course, change, on_equator=on_equator)
+        late = -swung if isinstance(end, EquatorialPlane) else None
+        late, turned, in_radius = _travelled(frame, light, way, slopes, change, late)
+        moved = swung + late
+        theta = moved * course.v_theta + along
+        phi = moved * course.v_phi + across + course.sine * turned
+        found.append((theta, phi, in_radius))
+    theta, phi, in_radius = zip(*found, strict=True)
+    return (theta, phi), in_radius
+
+
+def _changes(frame: Frame, sky: Components, light: Photon) -> list[_Change]:
+    """The changes of a photon with N along the two tangents of `tangent_basis`."""
+    a, s, c = frame.spin, frame.sin_theta, frame.cos_theta
+
+    def momenta(x: Reals, y: Reals, z: Reals) -> Components:
+        u_rate, x_rate, y_rate, z_rate = photon(frame, (x, y, z)).rate
+        return s * z_rate - c * x_rate, -y_rate, u_rate
+
+    (p_theta, p_phi, _), vary = jax.linearize(momenta, *sky)
+    found = []
+    for tangent in tangent_parts(*sky, jnp):
+        d_theta, d_phi, u_rate = vary(*tangent)
+        along = 2 * p_theta * d_theta
+        found.append(
+            _Change(
+                d_theta,
+                d_phi,
+                u_rate,
+                b=s * d_phi,
+                k=along + 2 * p_phi * d_phi,
+                kappa=along + 2 * (p_phi - a * s) * d_phi,
+                q=along + 2 * c * c * p_phi * d_phi,
+            )
+        )
+    return found
+
+
+def _time_slopes(frame: Frame, light: Photon, way: Way, end: End) -> _TimeSlopes:
+    """The slopes, by the chain rule from those of R_F."""
+
+    def arguments(k: Reals, kappa: Reals, q: Reals, u_rate: Reals, end_rate: Reals) -> tuple[elliptic.Triple, Reals]:
+        varied = light._replace(k=k, kappa=kappa, q=q, rate=(u_rate, *light.rate[1:]))
+        roots, start = start_of(frame, varied, radial.factor(*radial.potential_coefficients(frame.spin, varied)))
+        quartic = radial.Quartic(roots.h, roots.d, (roots.low + roots.h) ** 2)
+        here = (start.r, start.inner, start.outer)
+        if not end.finite:
+            return radial.to_infinity(quartic, *here), jnp.ones_like(k)
+        r = way.radius
+        inner = jnp.sqrt((r - roots.low) * (r - roots.next))
+        return radial.between(quartic, here, (r, inner, -end_rate * r**2 / inner))
+
+    end_rate = way.travel.rate + jnp.zeros_like(light.k)
+    (triple, scale), pull = jax.vjp(arguments, light.k, light.kappa, light.q, light.rate[0], end_rate)
+    first, by = elliptic.first_slopes(triple)
+    return _TimeSlopes(*pull((elliptic.Triple(*(2 * scale * slope for slope in by)), 2 * first)))
+
+
+def _travelled(
+    frame: Frame, light: Photon, way: Way, slopes: _TimeSlopes, change: _Change, late: Reals | None
+) -> tuple[Reals, Reals, Reals]:
+    """The changes of Mino time, psi and radius at the end: at a fixed radius, or with the change of the time given."""
+    a, b, r, u_rate = frame.spin, light.b, frame.radius, light.rate[0]
+    delta = (frame.root_sigma_delta / frame.root_sigma) ** 2
+    by_rates = slopes.kappa * change.kappa + slopes.u_rate * change.u_rate
+    time = slopes.k * change.k + slopes.q * change.q + by_rates
+    rate = ((a * b - 2 * r) * change.u_rate - a * u_rate * change.b) / delta
+    psi = a * (2 * a * slopes.k * change.b + slopes.kappa * change.kappa + slopes.u_rate * rate)
+    psi = psi + slopes.q * (2 * (a * a - a * b - light.kappa) * change.b + b * change.kappa)
+    if way.travel.clearance is None:
+        return time, psi, jnp.zeros_like(psi)
+    u, end_rate, psi_rate = way.travel.u, way.travel.rate, way.travel.psi_rate
+    horizon = radial.horizon_function(frame.spin, u)
+    force = u * u * (a * (1 + a * (a - b) * u * u) * change.b + horizon * change.kappa / 2)
+    psi = psi - a * a * slopes.end_rate * end_rate * u * u / horizon * change.b
+    if late is None:
+        more = -slopes.end_rate * force / end_rate
+        return time + more, psi + psi_rate * more, jnp.zeros_like(psi)
+    more = late - time
+    return late, psi + psi_rate * more, -(end_rate * more + slopes.end_rate * force) / (u * u)
+
+
+def _course(way: Way) -> _Course:
+    assert way.polar.rates is not None
+    x, y, z = way.direction
+    sine = jnp.sqrt(x * x + y * y)
+    on_axis = sine == 0
+    inverse = 1 / jnp.where(on_axis, 1.0, sine)
+    # In the limit along phi' = 0, as `polar_basis` has it on the axis.
+    cos_phi, sin_phi = jnp.where(on_axis, 1.0, x * inverse), y * inverse
+    turn = way.travel.psi + way.polar.turn
+    c, s = jnp.cos(turn), jnp.sin(turn)
+    x_rate, y_rate, z_rate = way.polar.rates.rate
+    x_rate, y_rate = c * x_rate - s * y_rate, s * x_rate + c * y_rate
+    v_theta = z * (cos_phi * x_rate + sin_phi * y_rate) - sine * z_rate
+    return _Course(sine, v_theta, cos_phi * y_rate - sin_phi * x_rate, way.travel.time, way.polar.rates)
+
+
+def _swung(
+    frame: Frame, light: Photon, course: _Course, change: _Change, *, on_equator: bool
+) -> tuple[Reals, Reals, Reals]:
+    """L of the module's formula, and what it does not multiply of the changes along e_theta and e_phi, dpsi apart."""
+    a2, b, q, p_phi = frame.spin**2, light.b, light.q, -light.rate[2]
+    c, rho, time, lift = light.k - a2, course.rates.rho, course.time, course.rates.lift
+    lifted = change.p_theta if on_equator else change.q / (2 * lift)
+    own = (lifted - lift * change.k / c) / rho
+    # eta has the factor sin(theta) of the camera.
+    eta = (c * p_phi * lifted - lift * (2 * a2 + c) * change.p_phi) / rho
+    later = own * lift * (2 * a2 * time - c * course.rates.slow) + change.k * time / (2 * c)
+    turned = (2 * lift * (b * lifted - lift * change.b) + c * change.b) * a2 * time / rho
+    if not on_equator:
+        s0, z0 = frame.sin_theta, frame.cos_theta
+        p_theta = s0 * light.rate[3] - z0 * light.rate[1]
+        start = -z0 * ((rho - 2 * a2 * q + a2 * c * z0**2) * change.p_theta - c / 2 * change.k * p_theta) / (q * rho)
+        later = later + s0 * start
+        turned = turned + start * p_phi - eta * z0 * p_theta / lift
+    eta = frame.sin_theta * eta
+    turned = turned - course.rates.slow * lift * eta
+    tipped = course.rates.height * eta
+    along = tipped * course.v_phi + course.sine * course.rates.height * a2 * c * own
+    return later, along, course.sine * turned - tipped * course.v_theta
