@@ -224,13 +224,13 @@ def test_radius_after_a_time():
     np.testing.assert_allclose(whole, halves, rtol=1e-8, atol=1e-10)
 
 
-def test_beams_to_the_plane_from_a_hair_off_it():
-    """Double precision knows seven digits of the height, and the Jacobian of a ray that meets the plane at once."""
-    camera = kc.Camera(0.8, 6.0, math.pi / 2 + 1e-9, "fiducial")
+def test_jacobians_next_to_an_extremal_horizon_lose_nothing_to_its_being_double():
+    """The turn is a difference divided by r_+ - r_-; its variation is not."""
+    camera = kc.Camera(1 - 1e-6, 1.5, 1.5, "fiducial")
     sky = random_sky(camera, 64, np.random.default_rng(8))
-    ends, exact = (kc.trace_beams(camera, sky, e, end=kc.EquatorialPlane(1)) for e in ("closed-form", "integrated"))
+    end = kc.EquatorialPlane(1)
+    ends, exact = (kc.trace_beams(camera, sky, engine, 1e-13, end=end) for engine in ("closed-form", "integrated"))
     known = ends.escaped & exact.escaped & ends.closed_form
     assert known.sum() > 20
     gap = np.linalg.norm(ends.jacobian - exact.jacobian, axis=(1, 2))[known] / exact.delta_plus[known]
-    assert np.median(gap) < 1e-6
-    assert gap.max() < 1e-4
+    assert np.median(gap) < 2e-13

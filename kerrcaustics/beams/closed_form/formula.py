@@ -57,12 +57,14 @@ Found = RayEnd[Reals | Flags]
 class _Known(NamedTuple):
     """What is known of a ray beside its direction n' and its radius at the end.
 
-    whether it stays in the equatorial plane; polar and radial motion; how it arrives; lost, it does not reach its end,
-    and whether that is certain; certified, the formulas hold; spread, of a ray traced alone; noise, and that of the
-    Jacobian, of its size and absolute; sense, the sign that det J has where no conjugate point was passed.
+    the factors of R, of rays that are not short; whether it stays in the equatorial plane; polar and radial motion; how
+    it arrives; lost, it does not reach its end, and whether that is certain; certified, the formulas hold; spread, of a
+    ray traced alone; noise, and that of the Jacobian, of its size and absolute; sense, the sign that det J has where no
+    conjugate point was passed.
     """
 
     light: Photon
+    quartic: radial.Quartic | None
     in_plane: Flags
     azimuth: Reals
     polar: Polar
@@ -101,7 +103,8 @@ def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator
         angles, in_radius = _forward(sky, direction, vary)
     else:
         (direction, radius), known = ray(*sky)
-        way = variation.Way(known.travel, known.polar, direction, radius)
+        assert known.quartic is not None
+        way = variation.Way(known.quartic, known.travel, known.polar, direction, radius)
         angles, in_radius = variation.columns(frame, sky, known.light, way, end, on_equator=on_equator)
     jacobian = end.jacobian(angles, radius, in_radius)
     spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
@@ -194,6 +197,7 @@ def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator:
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     known = _Known(
         light=light,
+        quartic=quartic,
         in_plane=certainty.stays_in_plane(frame, sky),
         azimuth=azimuth,
         polar=polar,
@@ -236,6 +240,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
     noise = round_off.of_small_k(frame) + jnp.zeros_like(light.k)
     known = _Known(
         light=light,
+        quartic=None,
         in_plane=certainty.stays_in_plane(frame, sky),
         azimuth=azimuth,
         polar=polar,

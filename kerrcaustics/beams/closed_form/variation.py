@@ -7,8 +7,8 @@ Radial part. With P = r^2 + a^2 - a b the potential is R = P^2 - Delta kappa; [X
 
     dT = [Y], Y = a P db + Delta dkappa / 2;    dpsi = a [Y - X], X = P dkappa / 2 + a kappa db.
 
-[X] is the change of T for other changes of the coefficients of R. So the slopes of T by these and by the rates at both
-ends are all that is needed. T is one R_F, with slopes that are sums of one sign. The rates are redundant; with them
+[X] is the change of T for other changes of the coefficients of R. So the slopes of T by these, and by the rates at both
+ends, are all that is needed. T is one R_F, with slopes that are sums of one sign. The rates are redundant; with them
 nothing is divided by what vanishes at a turning point: for X they change by (P dr' + a r' db) / Delta.
 
 Polar part. With c = k - a^2, rho = c^2 + 4 a^2 q, m_z = z, D the integral of z^2 over Mino time tau,
@@ -32,17 +32,21 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams.closed_form.polar_motion import Polar, PolarRates
-from kerrcaustics.beams.closed_form.radial_motion import Travel, start_of
+from kerrcaustics.beams.closed_form.radial_motion import RadialRoots, Travel, start_of
 from kerrcaustics.beams.ends import End, EquatorialPlane, Jacobian, Row
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon, photon
 from kerrcaustics.spacetime.sphere import tangent_parts
 
+# Beyond this kappa changes of R are taken about r = 0, not about h.
+_MOST_KAPPA = 30.0
+
 
 class Way(NamedTuple):
-    """A ray from the camera to its end: n' and the radius there."""
+    """A ray from the camera to its end: the factors of R, both motions; n' and the radius at the end."""
 
+    quartic: radial.Quartic
     travel: Travel
     polar: Polar
     direction: Components
@@ -62,11 +66,17 @@ class _Change(NamedTuple):
 
 
 class _TimeSlopes(NamedTuple):
-    """Derivatives of the Mino time between two radii by k, kappa, q as independent variables, and the rates of u."""
+    """Derivatives of the Mino time between two radii, and what they belong to.
 
-    k: Reals
-    kappa: Reals
-    q: Reals
+    level, tilt, bend: by the coefficients of (r - p)^0, (r - p)^1, (r - p)^2 of a change of R, with p - 1 = lift;
+    u_rate, end_rate: by the rates of u at both ends, as if they were independent of that.
+    """
+
+    p: Reals
+    lift: Reals
+    level: Reals
+    tilt: Reals
+    bend: Reals
     u_rate: Reals
     end_rate: Reals
 
@@ -128,36 +138,73 @@ def _changes(frame: Frame, sky: Components, light: Photon) -> list[_Change]:
 
 
 def _time_slopes(frame: Frame, light: Photon, way: Way, end: End) -> _TimeSlopes:
-    """The slopes, by the chain rule from those of R_F."""
+    """The slopes, by the chain rule from those of R_F, and by the factors of R from those by its roots."""
+    roots, start = start_of(frame, light, way.quartic)
 
-    def arguments(k: Reals, kappa: Reals, q: Reals, u_rate: Reals, end_rate: Reals) -> tuple[elliptic.Triple, Reals]:
-        varied = light._replace(k=k, kappa=kappa, q=q, rate=(u_rate, *light.rate[1:]))
-        roots, start = start_of(frame, varied, radial.factor(*radial.potential_coefficients(frame.spin, varied)))
-        quartic = radial.Quartic(roots.h, roots.d, (roots.low + roots.h) ** 2)
-        here = (start.r, start.inner, start.outer)
+    def arguments(roots: RadialRoots, u_rate: Reals, end_rate: Reals) -> tuple[elliptic.Triple, Reals]:
+        here = _place(roots, start.r, u_rate)
         if not end.finite:
-            return radial.to_infinity(quartic, *here), jnp.ones_like(k)
-        r = way.radius
-        inner = jnp.sqrt((r - roots.low) * (r - roots.next))
-        return radial.between(quartic, here, (r, inner, -end_rate * r**2 / inner))
+            return radial.to_infinity(roots.quartic(), *here), jnp.ones_like(u_rate)
+        return radial.between(roots.quartic(), here, _place(roots, way.radius, end_rate))
 
     end_rate = way.travel.rate + jnp.zeros_like(light.k)
-    (triple, scale), pull = jax.vjp(arguments, light.k, light.kappa, light.q, light.rate[0], end_rate)
+    (triple, scale), pull = jax.vjp(arguments, roots, light.rate[0], end_rate)
     first, by = elliptic.first_slopes(triple)
-    return _TimeSlopes(*pull((elliptic.Triple(*(2 * scale * slope for slope in by)), 2 * first)))
+    by_roots, u_rate, end_rate = pull((elliptic.Triple(*(2 * scale * slope for slope in by)), 2 * first))
+    here = light.kappa < _MOST_KAPPA
+    near, far = _by_coefficients(roots, by_roots), _by_coefficients_about_zero(frame.spin, light, roots, by_roots)
+    level, tilt, bend = (jnp.where(here, x, y) for x, y in zip(near, far, strict=True))
+    p, lift = jnp.where(here, roots.h, 0.0), jnp.where(here, roots.lift, -1.0)
+    return _TimeSlopes(p, lift, level, tilt, bend, u_rate, end_rate)
+
+
+def _place(roots: RadialRoots, r: Reals, u_rate: Reals) -> tuple[Reals, Reals, Reals]:
+    inner = jnp.sqrt((r - roots.low) * (r - roots.next))
+    return r, inner, -u_rate * r**2 / inner
+
+
+def _by_coefficients(roots: RadialRoots, by: RadialRoots) -> tuple[Reals, Reals, Reals]:
+    """Derivatives by the coefficients of R about h, from those by its factors (r - h)^2 - d and (r + h)^2 - e."""
+    h, d = roots.h, roots.d
+    by_h, by_d, by_e = _by_factors(roots, by)
+    by_h = by_h - 4 * h * by_e
+    by_d = by_d - by_e
+    total = 4 * h * h - (roots.low + h) ** 2 + d
+    inverse = 1 / (total**2 - 16 * h * h * d)
+    level = (2 * h * by_h - total * by_d) * inverse
+    return level, (4 * h * d * by_d - total / 2 * by_h) * inverse, d * level - by_e
+
+
+def _by_coefficients_about_zero(
+    spin: Reals, light: Photon, roots: RadialRoots, by: RadialRoots
+) -> tuple[Reals, Reals, Reals]:
+    """The same about r = 0, by way of the resolvent: for distant cameras.
+
+    There the inner root of each pair is close to zero, and what moves these two alone cancels.
+    """
+    h = roots.h
+    by_h, by_d, by_e = _by_factors(roots, by)
+    product = h * h - roots.d
+    excess = (roots.low + h) ** 2 - h * h
+    by_d = by_d + by_e * excess / product
+    by_h = by_h + by_d * (light.kappa / (2 * h * h) - 2 * h) + 2 * h * by_e * (1 - excess / product)
+    z, a2, a0 = 4 * h * h, spin**2 - light.k, -(spin**2) * light.q
+    by_h = by_h / ((z + a2) * (3 * z + a2) - 4 * a0)
+    level = 2 * h * by_h - by_e / product
+    return level, (by_h * light.kappa * 2 - by_d) / (4 * h), -by_d / 2 - h * (z + a2) * by_h
+
+
+def _by_factors(roots: RadialRoots, by: RadialRoots) -> tuple[Reals, Reals, Reals]:
+    """Derivatives by h, d and e, from those by the roots: low and next are -h -+ sqrt(e)."""
+    return by.h + by.lift - by.low - by.next, by.d, (by.next - by.low) / (roots.next - roots.low)
 
 
 def _travelled(
     frame: Frame, light: Photon, way: Way, slopes: _TimeSlopes, change: _Change, late: Reals | None
 ) -> tuple[Reals, Reals, Reals]:
     """The changes of Mino time, psi and radius at the end: at a fixed radius, or with the change of the time given."""
-    a, b, r, u_rate = frame.spin, light.b, frame.radius, light.rate[0]
-    delta = (frame.root_sigma_delta / frame.root_sigma) ** 2
-    by_rates = slopes.kappa * change.kappa + slopes.u_rate * change.u_rate
-    time = slopes.k * change.k + slopes.q * change.q + by_rates
-    rate = ((a * b - 2 * r) * change.u_rate - a * u_rate * change.b) / delta
-    psi = a * (2 * a * slopes.k * change.b + slopes.kappa * change.kappa + slopes.u_rate * rate)
-    psi = psi + slopes.q * (2 * (a * a - a * b - light.kappa) * change.b + b * change.kappa)
+    a, b = frame.spin, light.b
+    time, psi = _at_fixed_rates(frame, light, slopes, change)
     if way.travel.clearance is None:
         return time, psi, jnp.zeros_like(psi)
     u, end_rate, psi_rate = way.travel.u, way.travel.rate, way.travel.psi_rate
@@ -169,6 +216,24 @@ def _travelled(
         return time + more, psi + psi_rate * more, jnp.zeros_like(psi)
     more = late - time
     return late, psi + psi_rate * more, -(end_rate * more + slopes.end_rate * force) / (u * u)
+
+
+def _at_fixed_rates(frame: Frame, light: Photon, slopes: _TimeSlopes, change: _Change) -> tuple[Reals, Reals]:
+    """The changes of Mino time and psi, but for what the changes of radius and rate at the end add."""
+    a, kappa, db, dkappa = frame.spin, light.kappa, change.b, change.kappa
+    p, lift = slopes.p, slopes.lift
+    # 2 - a b, and P and Delta at p.
+    slip = radial.slip(frame, light)
+    room = (1 - a) * (1 + a)
+    total, delta = lift * (lift + 2) + slip - room, lift * lift - room
+    time = -slopes.level * (2 * a * total * db + delta * dkappa) + slopes.u_rate * change.u_rate
+    time = time - slopes.tilt * (4 * a * p * db + 2 * lift * dkappa) - slopes.bend * change.k
+    above = frame.radius - 1
+    camera_delta = (frame.root_sigma_delta / frame.root_sigma) ** 2
+    rate = -((2 * above + slip) * change.u_rate + a * light.rate[0] * db) / camera_delta
+    turn = slopes.level * ((2 * lift + slip) * dkappa - 2 * a * (total - kappa) * db) + slopes.u_rate * rate
+    turn = turn + slopes.tilt * (2 * dkappa - 4 * a * p * db) - 2 * a * slopes.bend * db
+    return time, a * turn
 
 
 def _course(way: Way) -> _Course:
