@@ -224,3 +224,15 @@ def test_radius_after_a_time():
         there(coefficients, there(coefficients, start, time / 2), time / 2),
     )
     np.testing.assert_allclose(whole, halves, rtol=1e-8, atol=1e-10)
+
+
+def test_jacobians_next_to_an_extremal_horizon_lose_nothing_to_its_being_double():
+    """The turn is a difference divided by r_+ - r_-; its variation is not."""
+    camera = kc.Camera(1 - 1e-6, 1.5, 1.5, "fiducial")
+    sky = random_sky(camera, 64, np.random.default_rng(8))
+    end = kc.EquatorialPlane(1)
+    ends, exact = (kc.trace_beams(camera, sky, engine, 1e-13, end=end) for engine in ("closed-form", "integrated"))
+    known = ends.escaped & exact.escaped & ends.closed_form
+    assert known.sum() > 20
+    gap = np.linalg.norm(ends.jacobian - exact.jacobian, axis=(1, 2))[known] / exact.delta_plus[known]
+    assert np.median(gap) < 2e-13

@@ -48,6 +48,20 @@ def test_beyond_half_a_period_of_the_first_kind():
     assert total == pytest.approx(2 * special.elliprf(0, x - z, y - z), rel=1e-14)
 
 
+@pytest.mark.parametrize("pair", ["real", "complex"])
+def test_slopes_of_the_first_kind(pair):
+    """By x, and by y, which both the sum and the product of the roots depend on: derivatives are R_D (DLMF 19.18.1)."""
+    x, y, z = 10.0 ** RNG.uniform(-3, 3, (3, 500)) + 0j
+    if pair == "complex":
+        y, z = y + 1j * z, y - 1j * z
+    first, slopes = elliptic.first_slopes(triple(x.real, y, z))
+    np.testing.assert_allclose(first, special.elliprf(x, y, z).real, rtol=4e-15)
+    by_x = -np.sqrt(x) * special.elliprd(y, z, x) / 3
+    np.testing.assert_allclose(slopes.root, by_x.real, rtol=1e-14)
+    by_y = -np.sqrt(y) * special.elliprd(x, z, y) / 3
+    np.testing.assert_allclose(slopes.root_sum + np.sqrt(z) * slopes.root_product, by_y, rtol=1e-14)
+
+
 def test_third_kind():
     x, y, z = RNG.uniform(0.02, 4, (3, 500))
     # Gamma is real where p lies below one or all of the others.

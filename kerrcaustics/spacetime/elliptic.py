@@ -10,6 +10,7 @@ References: Carlson 1995 (Numer. Algorithms 10, 13); DLMF 19.16, 19.26, 19.36, 2
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from kerrcaustics.spacetime.arrays import Reals
@@ -59,12 +60,11 @@ def carlson(
     Errors: relative 1e-15 for arguments whose ratios are below 1e8 or so; with 5 duplications, for those below 100.
     References: Carlson 1995; DLMF 19.26.18 to 19.26.21, 19.36.1, 19.36.2.
     """
-    root, root_sum, root_product = triple
-    x, total, product = root**2, root_sum**2 - 2 * root_product, root_product**2
+    levels = _duplicated(triple, duplications)
     powers = [pole.p for pole in poles]
     sums: list[Reals] = [0.0 for _ in poles]
     seconds: Reals = 0.0
-    for n in range(duplications):
+    for n, (root, root_sum, root_product) in enumerate(levels[:-1]):
         shift = root * root_sum + root_product
         for i, pole in enumerate(poles):
             p = powers[i]
@@ -77,20 +77,46 @@ def carlson(
             sums[i] = sums[i] + term
             powers[i] = (p + shift) / 4
         if second:
-            seconds = seconds + 3 / 4**n / (root * (x + shift))
-        x = (x + shift) / 4
-        product = (product + shift * total + shift**2) / 16
-        total = (total + 2 * shift) / 4
-        root, root_product = jnp.sqrt(x), jnp.sqrt(product)
-        root_sum = jnp.sqrt(total + 2 * root_product)
-    first = _first_tail(x, total, product)
+            seconds = seconds + 3 / 4**n / (root * (root**2 + shift))
+    last = levels[-1]
     scale = 4.0**-duplications
-    thirds = [
-        s + scale * pole.gamma * _third_tail(x, total, product, p)
-        for s, pole, p in zip(sums, poles, powers, strict=True)
-    ]
-    last = seconds + scale * _third_tail(x, total, product, x) if second else 0.0
-    return Integrals(first, thirds, last)
+    thirds = [s + scale * pole.gamma * _third_tail(last, p) for s, pole, p in zip(sums, poles, powers, strict=True)]
+    if second:
+        seconds = seconds + scale * _third_tail(last, last.root**2)
+    return Integrals(_first_tail(last), thirds, seconds)
+
+
+def first_slopes(triple: Triple) -> tuple[Reals, Triple]:
+    """R_F and its derivatives by the three arguments: all of one sign, from sums of one sign.
+
+    Errors: relative 1e-15.
+    """
+    levels = _duplicated(triple, _DUPLICATIONS)
+    first, pull = jax.vjp(_first_tail, levels[-1])
+    (slopes,) = pull(jnp.ones_like(first))
+    for (root, root_sum, _), (half, following, _) in zip(reversed(levels[:-1]), reversed(levels[1:]), strict=True):
+        # All that the next level's arguments change by has the divisors 8 half and 8 following.
+        inverse = 0.125 / (half * following)
+        by_sum = slopes.root_sum * half * inverse
+        by_half = slopes.root + root_sum * (slopes.root_product / 2 + 4 * by_sum)
+        by_square = by_half * following * inverse
+        slopes = Triple(
+            2 * root_sum * by_sum + (2 * root + root_sum) * by_square,
+            2 * (root_sum + root + 2 * half) * by_sum + half / 2 * slopes.root_product + root * by_square,
+            by_square,
+        )
+    return first, slopes
+
+
+def _duplicated(triple: Triple, times: int) -> list[Triple]:
+    """The arguments, and those after each of so many duplications, for the same R_F (DLMF 19.26.18)."""
+    levels = [triple]
+    for _ in range(times):
+        root, root_sum, root_product = levels[-1]
+        half = jnp.sqrt(root * root + (root * root_sum + root_product)) / 2
+        following = jnp.sqrt(root_sum * (root_sum + 2 * root + 4 * half)) / 2
+        levels.append(Triple(half, following, root_sum * half / 2))
+    return levels
 
 
 def log_ratio(s: Reals, k: Reals, product: Reals) -> Reals:
@@ -111,8 +137,14 @@ def _duplication_term(n: int, d: Reals, gamma: Reals, product: Reals) -> Reals:
     return 6 * 2**n * ratio * series
 
 
-def _first_tail(x: Reals, total: Reals, product: Reals) -> Reals:
+def _squares(triple: Triple) -> tuple[Reals, Reals, Reals]:
+    """x, y + z and y z."""
+    return triple.root**2, triple.root_sum**2 - 2 * triple.root_product, triple.root_product**2
+
+
+def _first_tail(triple: Triple) -> Reals:
     """R_F of nearly equal arguments (DLMF 19.36.1)."""
+    x, total, product = _squares(triple)
     mean = (x + total) / 3
     dx = 1 - x / mean
     pair = 1 - total / mean + product / mean**2
@@ -120,8 +152,9 @@ def _first_tail(x: Reals, total: Reals, product: Reals) -> Reals:
     return (1 - e2 / 10 + e3 / 14 + e2**2 / 24 - 3 * e2 * e3 / 44) / jnp.sqrt(mean)
 
 
-def _third_tail(x: Reals, total: Reals, product: Reals, p: Reals) -> Reals:
+def _third_tail(triple: Triple, p: Reals) -> Reals:
     """R_J of nearly equal arguments (DLMF 19.36.2)."""
+    x, total, product = _squares(triple)
     mean = (x + total + 2 * p) / 5
     inverse = 1 / mean
     dx, dp = 1 - x * inverse, 1 - p * inverse

@@ -16,13 +16,16 @@ def tangent_basis(n: Vectors, xp: Any = np) -> tuple[Vectors, Vectors]:
     Errors: orthonormal to round-off everywhere, poles included; discontinuous only across n_z = 0.
     References: Duff et al. 2017, J. Comput. Graph. Tech. 6(1).
     """
-    x, y, z = n[..., 0], n[..., 1], n[..., 2]
+    e_1, e_2 = tangent_parts(n[..., 0], n[..., 1], n[..., 2], xp)
+    return xp.stack(e_1, axis=-1), xp.stack(e_2, axis=-1)
+
+
+def tangent_parts(x: Any, y: Any, z: Any, xp: Any = np) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """The same by components."""
     sign = xp.where(z >= 0, 1.0, -1.0)
     c = -1 / (sign + z)
     d = x * y * c
-    e_1 = xp.stack([1 + sign * x * x * c, sign * d, -sign * x], axis=-1)
-    e_2 = xp.stack([d, sign + y * y * c, -y], axis=-1)
-    return e_1, e_2
+    return (1 + sign * x * x * c, sign * d, -sign * x), (d, sign + y * y * c, -y)
 
 
 def polar_basis(n: Vectors, xp: Any = np) -> tuple[Vectors, Vectors]:

@@ -5,11 +5,12 @@ about the spin axis by psi. Time and psi are Carlson integrals, to infinity (rad
 (radial_leg.py); in the equatorial plane the time comes first, and the radius from it (finite_end.py). m is a quotient
 of theta functions of the polar phase z, proportional to Mino time, with no singular point (polar_motion.py). The
 coordinate time comes from the same integrals and two more, and the logarithmic derivative of theta_3. Beams are the
-first variation of all but the time in two directions of the camera sky, by forward differentiation; the Morse index
-follows from z and the sign of det J.
+first variation of all but the time in two directions of the camera sky (variation.py); the Morse index follows from z
+and the sign of det J.
 
 This holds for k = q + b^2 >= LEAST_K. Escaping rays below that leave close to the outward principal null direction:
-they are short, and have formulas of their own for r, theta and phi (small_k.py), compiled apart.
+they are short, and have formulas of their own for r, theta and phi (small_k.py), compiled apart, and varied by forward
+differentiation.
 
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """
@@ -22,10 +23,20 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams import certainty, errors
-from kerrcaustics.beams.closed_form import finite_end, round_off, small_k
+from kerrcaustics.beams.closed_form import finite_end, round_off, small_k, variation
 from kerrcaustics.beams.closed_form.polar_motion import Polar, Swing, polar_motion, polar_swing, time_to_plane
 from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
-from kerrcaustics.beams.ends import Aim, Arriving, CelestialSphere, End, EquatorialPlane, Jacobian, Sphere, Spherical
+from kerrcaustics.beams.ends import (
+    Aim,
+    Arriving,
+    CelestialSphere,
+    End,
+    EquatorialPlane,
+    Jacobian,
+    Row,
+    Sphere,
+    Spherical,
+)
 from kerrcaustics.beams.geometry import dot, first_azimuth, length
 from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
 from kerrcaustics.spacetime import radial
@@ -46,12 +57,13 @@ Found = RayEnd[Reals | Flags]
 class _Known(NamedTuple):
     """What is known of a ray beside its direction n' and its radius at the end.
 
-    polar and radial motion; how it arrives; lost, it does not reach its end,
-    and whether that is certain; certified, the formulas hold; spread, of a ray traced alone; noise, and that of the
-    Jacobian, of its size and absolute; sense, the sign that det J has where no conjugate point was passed.
+    the factors of R, of rays that are not short; polar and radial motion; how it arrives; lost, it does not reach its
+    end, and whether that is certain; certified, the formulas hold; spread, of a ray traced alone; noise, and that of
+    the Jacobian, of its size and absolute; sense, the sign that det J has where no conjugate point was passed.
     """
 
     light: Photon
+    quartic: radial.Quartic | None
     azimuth: Reals
     polar: Polar
     travel: Travel
@@ -79,20 +91,31 @@ def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator
     def ray(x: Reals, y: Reals, z: Reals) -> Ray:
         if short and isinstance(end, Spherical):
             return _short_ray(frame, (x, y, z), end, clock=wanted.time)
-        return _ray(frame, (x, y, z), end, on_equator=on_equator, clock=wanted.time)
+        return _ray(frame, (x, y, z), end, wanted, on_equator=on_equator)
 
     if not wanted.beams:
         (direction, radius), known = ray(*sky)
         return _ray_end(frame, end, direction, radius, known, known.spread, wanted)
-    (direction, radius), vary, known = jax.linearize(ray, *sky, has_aux=True)
-    basis = jnp.stack(tangent_basis(jnp.stack(sky, axis=-1), jnp))
-    columns, in_radius = jax.vmap(lambda change: vary(*(change[..., i] for i in range(3))))(basis)
-    rows = [tuple(e[..., i] for i in range(3)) for e in polar_basis(jnp.stack(direction, axis=-1), jnp)]
-    angles = tuple(tuple(dot(row, [c[j] for c in columns]) for j in range(2)) for row in rows)
-    jacobian = end.jacobian(angles, radius, tuple(in_radius))
+    if short:
+        (direction, radius), vary, known = jax.linearize(ray, *sky, has_aux=True)
+        angles, in_radius = _forward(sky, direction, vary)
+    else:
+        (direction, radius), known = ray(*sky)
+        assert known.quartic is not None
+        way = variation.Way(known.quartic, known.travel, known.polar, direction, radius)
+        angles, in_radius = variation.columns(frame, sky, known.light, way, end, on_equator=on_equator)
+    jacobian = end.jacobian(angles, radius, in_radius)
     spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
     found = _ray_end(frame, end, direction, radius, known, spread + end.motion(known.at), wanted)
     return _with_beam(found, end, jacobian, spread, known, wanted)
+
+
+def _forward(sky: Components, direction: Components, vary: Any) -> tuple[Jacobian, Row]:
+    """The variation of the angles (theta', phi') and of the radius, by forward differentiation."""
+    basis = jnp.stack(tangent_basis(jnp.stack(sky, axis=-1), jnp))
+    columns, in_radius = jax.vmap(lambda change: vary(*(change[..., i] for i in range(3))))(basis)
+    rows = [tuple(e[..., i] for i in range(3)) for e in polar_basis(jnp.stack(direction, axis=-1), jnp)]
+    return tuple(tuple(dot(row, [c[j] for c in columns]) for j in range(2)) for row in rows), tuple(in_radius)
 
 
 def _ray_end(
@@ -158,12 +181,13 @@ def _morse_index(phase: Reals, determinant: Reals) -> Reals:
     return turns + (odd != (determinant < 0))
 
 
-def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bool) -> Ray:
+def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator: bool) -> Ray:
     light = photon(frame, sky)
     quartic = radial.factor(frame, light)
     swing = polar_swing(frame, light, on_equator=on_equator)
-    travel, aim = _travelled(frame, light, quartic, swing, end, clock=clock)
-    polar = polar_motion(frame, light, swing, travel.time, on_equator=on_equator, clock=clock)
+    travel, aim = _travelled(frame, light, quartic, swing, end, clock=wanted.time)
+    options = {"on_equator": on_equator, "clock": wanted.time, "varied": wanted.beams}
+    polar = polar_motion(frame, light, swing, travel.time, **options)
     direction, azimuth = _turned(travel, polar)
     direction = end.direction(direction)
     at = _arriving(light, travel)
@@ -177,6 +201,7 @@ def _ray(frame: Frame, sky: Components, end: End, *, on_equator: bool, clock: bo
     holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
     known = _Known(
         light=light,
+        quartic=quartic,
         azimuth=azimuth,
         polar=polar,
         travel=travel,
@@ -218,6 +243,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
     noise = round_off.of_small_k(frame) + jnp.zeros_like(light.k)
     known = _Known(
         light=light,
+        quartic=None,
         azimuth=azimuth,
         polar=polar,
         travel=travel,

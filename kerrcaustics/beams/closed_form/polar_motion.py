@@ -18,19 +18,34 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic
-from kerrcaustics.spacetime.arrays import Reals
+from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 
 # Powers of e^(2 i z) in F.
 _POWERS = (0, 1, -1, 2, -2, 3, -3)
 
 
+class PolarRates(NamedTuple):
+    """What the variation of the polar motion needs at the end.
+
+    rate, the components of m', not turned yet, as those of m; lift, the root of q, in the equatorial plane m_z' at the
+    camera, with its sign; height, m_z divided by that; slow, the integral of a^2 m_z^2 divided by q; rho, (k - a^2)^2 +
+    4 a^2 q.
+    """
+
+    rate: Components
+    lift: Reals
+    height: Reals
+    slow: Reals
+    rho: Reals
+
+
 class Polar(NamedTuple):
     """m = (x, y, z) at the end, still to be turned about the axis by `turn`.
 
     azimuth: how far m and the turn have gone round the axis, unwrapped; phase: the z gone through; crossings of the
-    equatorial plane; leaving, positive where the ray moves away from it; clock, the integral of a^2 m_z^2, None if not
-    asked for.
+    equatorial plane; leaving, positive where the ray moves away from it; clock, the integral of a^2 m_z^2, and rates,
+    for variations, None if not asked for.
     """
 
     x: Reals
@@ -42,19 +57,21 @@ class Polar(NamedTuple):
     crossings: Reals
     leaving: Reals
     clock: Reals | None
+    rates: PolarRates | None = None
 
 
 class Swing(NamedTuple):
     """The polar oscillation of one ray: see the module's formula.
 
-    rate = dz / dtau; frequency, the same for the argument of sn; terms, the coefficients of F; first, the phase of the
-    camera.
+    rate = dz / dtau; frequency, the same for the argument of sn; nome_slope, the nome over modulus.part; terms, the
+    coefficients of F; first, the phase of the camera.
     """
 
     modulus: elliptic.Modulus
     frequency: Reals
     rate: Reals
     nome: Reals
+    nome_slope: Reals
     terms: tuple[Reals, ...]
     drift: Reals
     scale: Reals
@@ -62,16 +79,19 @@ class Swing(NamedTuple):
 
 
 class _Thetas(NamedTuple):
-    """The oscillation at one phase: F = f_real + i f_imag, theta_3, sd, sin(2 z), and the derivatives of F, theta_3."""
+    """The oscillation at one phase: F = f_real + i f_imag, theta_3, sd, and their derivatives by z.
+
+    waves, that of theta_3, is divided by the nome.
+    """
 
     f_real: Reals
     f_imag: Reals
     theta3: Reals
     sd: Reals
-    double_sine: Reals
     f_real_slope: Reals
     f_imag_slope: Reals
-    theta3_slope: Reals
+    waves: Reals
+    sd_slope: Reals
 
 
 def polar_swing(frame: Frame, light: Photon, *, on_equator: bool) -> Swing:
@@ -86,45 +106,72 @@ def time_to_plane(frame: Frame, swing: Swing, crossing: Reals) -> Reals:
 
 
 def polar_motion(
-    frame: Frame, light: Photon, swing: Swing, time: Reals, *, on_equator: bool, clock: bool = False
+    frame: Frame,
+    light: Photon,
+    swing: Swing,
+    time: Reals,
+    *,
+    on_equator: bool,
+    clock: bool = False,
+    varied: bool = False,
 ) -> Polar:
-    """The polar motion over a Mino time, from the camera; with the clock if asked for.
+    """The polar motion over a Mino time, from the camera; with the clock, and what varying it needs, if asked for.
 
     Errors: about 1e-16 times the phase.
     """
     sense = _sense(light)
     phase, first = swing.rate * time, swing.first
-    # On the equator the amplitude carries the sign of p_theta: smooth where the ray stays in the plane.
-    amplitude = (light.rate[3] if on_equator else jnp.sqrt(light.q)) / swing.frequency
     end = _at(swing, first + phase)
-    scale = swing.scale / end.theta3
-    x, y = scale * end.f_real, scale * end.f_imag
+    moving = _moving(swing, end)
     azimuth = jnp.arctan2(end.f_imag, end.f_real)
     if not on_equator:
         c, s, offset = _offset(frame, light, swing, _at(swing, first), sense)
-        x, y = c * x + s * y, c * y - s * x
+        moving = [(c * x + s * y, c * y - s * x) for x, y in moving]
         azimuth = azimuth - offset
     turn = sense * swing.drift * phase
     crossings = _half_turns(first + phase, end.sd) - _half_turns(first, frame.cos_theta)
     # A ray that stays in the plane does not cross it.
     crossings = jnp.where(light.q == 0, 0.0, crossings)
-    slow = _slow(swing, _at(swing, first), end, phase) if clock else None
+    # On the equator it carries the sign of p_theta: smooth where the ray stays in the plane.
+    lift = light.rate[3] if on_equator else jnp.sqrt(light.q)
+    slow = _slow(swing, end, phase, on_equator=on_equator) if clock or varied else 0.0
+    (x, y), (x_rate, y_rate) = moving
     return Polar(
-        x, sense * y, amplitude * end.sd, turn, turn + sense * azimuth, phase, crossings, end.double_sine, slow
+        x=x,
+        y=sense * y,
+        z=lift / swing.frequency * end.sd,
+        turn=turn,
+        azimuth=turn + sense * azimuth,
+        phase=phase,
+        crossings=crossings,
+        leaving=end.sd * end.sd_slope,
+        clock=swing.modulus.part * slow if clock else None,
+        rates=_rates(swing, end, (x_rate, sense * y_rate), lift, slow) if varied else None,
     )
+
+
+def _rates(swing: Swing, end: _Thetas, across: tuple[Reals, Reals], lift: Reals, slow: Reals) -> PolarRates:
+    z_rate = lift / swing.frequency * swing.rate * end.sd_slope
+    square = swing.frequency**2
+    # q over the modulus' part is complement square.
+    slow = slow / (swing.modulus.complement * square)
+    return PolarRates((*across, z_rate), lift, end.sd / swing.frequency, slow, square**2)
 
 
 def _sense(light: Photon) -> Reals:
     return jnp.where(light.b < 0, -1.0, 1.0)
 
 
-def _slow(swing: Swing, start: _Thetas, end: _Thetas, phase: Reals) -> Reals:
-    """The integral of a^2 m_z^2 over Mino time: a^2 m_z^2 is rate^2 (ln theta_3)'' but for a constant."""
+def _slow(swing: Swing, end: _Thetas, phase: Reals, *, on_equator: bool) -> Reals:
+    """The integral of a^2 m_z^2 over Mino time, over modulus.part: it is rate^2 (ln theta_3)'' but for a constant."""
     nome = swing.nome
-    n4 = nome**4
-    constant = 8 * (nome + 4 * n4 + 9 * n4 * n4 * nome) / elliptic.theta3(nome)
-    waves = end.theta3_slope / end.theta3 - start.theta3_slope / start.theta3
-    return swing.rate * (waves + constant * phase)
+    n3 = nome**3
+    constant = 8 * (1 + 4 * n3 + 9 * n3 * n3 * nome**2) / elliptic.theta3(nome)
+    waves = end.waves / end.theta3
+    if not on_equator:
+        start = _at(swing, swing.first)
+        waves = waves - start.waves / start.theta3
+    return swing.nome_slope * swing.rate * (waves + constant * phase)
 
 
 def _half_turns(z: Reals, side: Reals) -> Reals:
@@ -164,7 +211,7 @@ def _swing(frame: Frame, light: Photon, b: Reals, *, on_equator: bool) -> Swing:
     # The azimuth of m changes at the rate b on the equator.
     drift = -b / rate - 2 * sum(n * term for n, term in zip(_POWERS, terms, strict=True)) / total
     first = 0.0 * rate if amplitude is None else jnp.arctan2(*amplitude) - delay + math.pi / 2
-    return Swing(modulus, frequency, rate, nome, terms, drift, elliptic.theta3(nome) / total, first)
+    return Swing(modulus, frequency, rate, nome, nome_slope, terms, drift, elliptic.theta3(nome) / total, first)
 
 
 def _amplitude(frame: Frame, light: Photon, modulus: elliptic.Modulus, frequency: Reals) -> tuple[Reals, Reals]:
@@ -184,18 +231,30 @@ def _at(swing: Swing, z: Reals) -> _Thetas:
     _, p1, m1, p2, m2, p3, m3 = swing.terms
     nome = swing.nome
     n4 = nome**4
-    n9 = n4 * n4 * nome
-    theta3 = 1 + 2 * (nome * c2 + n4 * c4 + n9 * c6)
+    n3, n8 = nome**3, n4 * n4
+    theta3 = 1 + 2 * (nome * c2 + n4 * c4 + n8 * nome * c6)
+    waves = -4 * (s2 + 2 * n3 * s4 + 3 * n8 * s6)
+    sd = elliptic.sd(nome, theta3, s1, s1 * c2 + c1 * s2, s1 * c4 + c1 * s4)
+    theta1_slope = elliptic.sd(nome, theta3, c1, 3 * (c1 * c2 - s1 * s2), 5 * (c1 * c4 - s1 * s4))
     return _Thetas(
         f_real=1 + (p1 + m1) * c2 + (p2 + m2) * c4 + (p3 + m3) * c6,
         f_imag=(p1 - m1) * s2 + (p2 - m2) * s4 + (p3 - m3) * s6,
         theta3=theta3,
-        double_sine=s2,
-        sd=elliptic.sd(nome, theta3, s1, s1 * c2 + c1 * s2, s1 * c4 + c1 * s4),
+        sd=sd,
         f_real_slope=-2 * ((p1 + m1) * s2 + 2 * (p2 + m2) * s4 + 3 * (p3 + m3) * s6),
         f_imag_slope=2 * ((p1 - m1) * c2 + 2 * (p2 - m2) * c4 + 3 * (p3 - m3) * c6),
-        theta3_slope=-4 * (nome * s2 + 2 * n4 * s4 + 3 * n9 * s6),
+        waves=waves,
+        sd_slope=theta1_slope - sd * nome * waves / theta3,
     )
+
+
+def _moving(swing: Swing, at: _Thetas) -> tuple[tuple[Reals, Reals], tuple[Reals, Reals]]:
+    """(x, y) of m but for a constant phase and `turn`, for b > 0, and the rates of m, turned alike."""
+    scale, slope = swing.scale / at.theta3, swing.nome * at.waves / at.theta3
+    x, y = scale * at.f_real, scale * at.f_imag
+    x_rate = swing.rate * (scale * at.f_real_slope - swing.drift * y - slope * x)
+    y_rate = swing.rate * (scale * at.f_imag_slope + swing.drift * x - slope * y)
+    return (x, y), (x_rate, y_rate)
 
 
 def _offset(frame: Frame, light: Photon, swing: Swing, start: _Thetas, sense: Reals) -> tuple[Reals, Reals, Reals]:
@@ -204,11 +263,7 @@ def _offset(frame: Frame, light: Photon, swing: Swing, start: _Thetas, sense: Re
     Position and rate of m are compared together, since one of them may vanish: a camera close to the axis has no
     position to speak of.
     """
-    scale = swing.scale / start.theta3
-    x, y = scale * start.f_real, scale * start.f_imag
-    slope = start.theta3_slope / start.theta3
-    x_rate = swing.rate * (scale * start.f_real_slope - swing.drift * y - slope * x)
-    y_rate = swing.rate * (scale * start.f_imag_slope + swing.drift * x - slope * y)
+    (x, y), (x_rate, y_rate) = _moving(swing, start)
     weight = 1 / swing.frequency**2
     u, v = weight * light.rate[1], weight * sense * light.rate[2]
     along = frame.sin_theta * x + u * x_rate + v * y_rate
