@@ -82,9 +82,10 @@ class _TimeSlopes(NamedTuple):
 
 
 class _Course(NamedTuple):
-    """The end of the polar motion: sin(theta), the rates along e_theta and e_phi, Mino time."""
+    """The end of the polar motion: sin(theta) and cos(theta), the rates along e_theta and e_phi, Mino time."""
 
     sine: Reals
+    cosine: Reals
     v_theta: Reals
     v_phi: Reals
     time: Reals
@@ -102,9 +103,8 @@ def columns(
         swung, along, across = _swung(frame, light, course, change, on_equator=on_equator)
         late = -swung if isinstance(end, EquatorialPlane) else None
         late, turned, in_radius = _travelled(frame, light, way, slopes, change, late)
-        moved = swung + late
-        theta = moved * course.v_theta + along
-        phi = moved * course.v_phi + across + course.sine * turned
+        theta = (swung + late) * course.v_theta + along
+        phi = late * course.v_phi + across + course.sine * turned
         found.append((theta, phi, in_radius))
     theta, phi, in_radius = zip(*found, strict=True)
     return (theta, phi), in_radius
@@ -228,12 +228,24 @@ def _at_fixed_rates(frame: Frame, light: Photon, slopes: _TimeSlopes, change: _C
     total, delta = lift * (lift + 2) + slip - room, lift * lift - room
     time = -slopes.level * (2 * a * total * db + delta * dkappa) + slopes.u_rate * change.u_rate
     time = time - slopes.tilt * (4 * a * p * db + 2 * lift * dkappa) - slopes.bend * change.k
-    above = frame.radius - 1
-    camera_delta = (frame.root_sigma_delta / frame.root_sigma) ** 2
-    rate = -((2 * above + slip) * change.u_rate + a * light.rate[0] * db) / camera_delta
+    rate = _rate_of_turn(frame, light, slip, change)
     turn = slopes.level * ((2 * lift + slip) * dkappa - 2 * a * (total - kappa) * db) + slopes.u_rate * rate
     turn = turn + slopes.tilt * (2 * dkappa - 4 * a * p * db) - 2 * a * slopes.bend * db
     return time, a * turn
+
+
+def _rate_of_turn(frame: Frame, light: Photon, slip: Reals, change: _Change) -> Reals:
+    """The change of the rate at the camera that X stands for, less that of the rate itself.
+
+    Next to the horizon its two parts cancel, all but Delta: there it follows from the change of R.
+    """
+    a, u_rate, db = frame.spin, light.rate[0], change.b
+    delta = (frame.root_sigma_delta / frame.root_sigma) ** 2
+    rest = 2 * (frame.radius - 1) + slip
+    total = rest + delta
+    close = 2 * delta * light.kappa < total * total
+    near = (light.kappa * a * db + total * change.kappa / 2) / (frame.radius**4 * jnp.where(close, u_rate, 1.0))
+    return jnp.where(close, near + change.u_rate, -(rest * change.u_rate + a * u_rate * db) / delta)
 
 
 def _course(way: Way) -> _Course:
@@ -249,13 +261,16 @@ def _course(way: Way) -> _Course:
     x_rate, y_rate, z_rate = way.polar.rates.rate
     x_rate, y_rate = c * x_rate - s * y_rate, s * x_rate + c * y_rate
     v_theta = z * (cos_phi * x_rate + sin_phi * y_rate) - sine * z_rate
-    return _Course(sine, v_theta, cos_phi * y_rate - sin_phi * x_rate, way.travel.time, way.polar.rates)
+    return _Course(sine, z, v_theta, cos_phi * y_rate - sin_phi * x_rate, way.travel.time, way.polar.rates)
 
 
 def _swung(
     frame: Frame, light: Photon, course: _Course, change: _Change, *, on_equator: bool
 ) -> tuple[Reals, Reals, Reals]:
-    """L of the module's formula, and what it does not multiply of the changes along e_theta and e_phi, dpsi apart."""
+    """L of the module's formula; the changes along e_theta, but for L, and along e_phi, but for dpsi.
+
+    In the latter L0 and g0 are taken together: of rays that hardly leave the equatorial plane both are large.
+    """
     a2, b, q, p_phi = frame.spin**2, light.b, light.q, -light.rate[2]
     c, rho, time, lift = light.k - a2, course.rates.rho, course.time, course.rates.lift
     lifted = change.p_theta if on_equator else change.q / (2 * lift)
@@ -264,14 +279,17 @@ def _swung(
     eta = (c * p_phi * lifted - lift * (2 * a2 + c) * change.p_phi) / rho
     later = own * lift * (2 * a2 * time - c * course.rates.slow) + change.k * time / (2 * c)
     turned = (2 * lift * (b * lifted - lift * change.b) + c * change.b) * a2 * time / rho
+    start, starting = 0.0, 0.0
     if not on_equator:
         s0, z0 = frame.sin_theta, frame.cos_theta
         p_theta = s0 * light.rate[3] - z0 * light.rate[1]
         start = -z0 * ((rho - 2 * a2 * q + a2 * c * z0**2) * change.p_theta - c / 2 * change.k * p_theta) / (q * rho)
-        later = later + s0 * start
-        turned = turned + start * p_phi - eta * z0 * p_theta / lift
+        inverse = 1 / jnp.where(course.sine == 0, 1.0, course.sine)
+        starting = start * p_phi * (z0 - course.cosine) * (z0 + course.cosine) * inverse
+        turned = turned - eta * z0 * p_theta / lift
     eta = frame.sin_theta * eta
     turned = turned - course.rates.slow * lift * eta
     tipped = course.rates.height * eta
     along = tipped * course.v_phi + course.sine * course.rates.height * a2 * c * own
-    return later, along, course.sine * turned - tipped * course.v_theta
+    across = later * course.v_phi + starting + course.sine * turned - tipped * course.v_theta
+    return later + frame.sin_theta * start, along, across
