@@ -77,7 +77,7 @@ def check_astroids(entry):
 
 
 def check_adversary(entry):
-    rows = entry["tables"]["trial"]
+    rows = entry["claims"]["trial"]
     assert {row[0].split(",")[0] for row in rows} == {"closed-form", "integrated"}
     assert all(int(row[2]) > 0 for row in rows)
 

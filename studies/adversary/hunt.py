@@ -44,8 +44,8 @@ def main() -> None:
 
     def tell(i: int, tally: Tally) -> None:
         for one in tally.broken(3.0):
-            if one.code not in told:
-                told.add(one.code)
+            if (one.claim, one.code) not in told:
+                told.add((one.claim, one.code))
                 print(one, flush=True)
         if (i + 1) % max(int(count) // 10, 1) == 0:
             print(text_table(*tally.table("trial")))

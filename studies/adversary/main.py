@@ -90,7 +90,7 @@ def main(
         "\n".join(f"**Claims by {kind}**\n\n{markdown_table(*table)}" for kind, table in tables.items()),
         settings={"cases": cases, "rays": rays, "seed": seed, "sampled": sampled},
         findings=findings(tally),
-        tables={kind: rows for kind, (_, rows) in tables.items()},
+        claims={kind: rows for kind, (_, rows) in tables.items()},
         broken=broken,
         seconds=time.perf_counter() - started,
     )
