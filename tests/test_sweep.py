@@ -129,6 +129,9 @@ def test_a_point_that_fails_costs_no_other(tmp_path, capsys, monkeypatch):
     assert b"horizon" in bytes(store.reason.values[0, 0, 0])
     status, out, _ = run(capsys, "sweep", path)
     assert status == 1 and "4 points: 4 done before, 0 computed now, 1 failed; " in out
+    assert run(capsys, "sweep", path, "--resume")[1].split(";")[0] == out.split(";")[0]
+    status, out, err = run(capsys, "sweep", path, "--no-resume")
+    assert (status, out) == (2, "") and err.startswith("kerrcaustics: Argument --output must name a new store")
 
 
 def test_long_lists_of_failures_are_cut(tmp_path, capsys, quick):

@@ -22,6 +22,7 @@ def sweep(
     output: Path | None = None,
     workers: WholeNumber | None = None,
     scheduler: str | None = None,
+    resume: bool = True,
     retry: bool = False,
 ) -> None:
     """Compute caustics over spin, radius and inclination, as a scene file says, into one zarr store.
@@ -38,6 +39,8 @@ def sweep(
         Compute in so many processes of this machine. By default in the threads of one.
     scheduler
         Compute on the Dask cluster with this scheduler, such as tcp://host:8786, whose workers see the same files.
+    resume
+        Go on with a store that is there; or else refuse it.
     retry
         Try again the points that failed before.
     """
@@ -46,6 +49,8 @@ def sweep(
     store = output or Path(f"{scene.stem}.zarr")
     if not store.absolute().parent.is_dir():
         raise BadInput(f"Argument --output must name a store in a folder that exists, but {store.parent} does not.")
+    if store.exists() and not resume:
+        raise BadInput(f"Argument --output must name a new store where --no-resume is given, but {store} is there.")
     result = _swept(scene, store, workers, scheduler, retry)
     done = f"{result.before} done before, {result.points - result.before} computed now, {len(result.failures)} failed"
     out = console()

@@ -284,8 +284,13 @@ def _swung(
         s0, z0 = frame.sin_theta, frame.cos_theta
         p_theta = s0 * light.rate[3] - z0 * light.rate[1]
         start = -z0 * ((rho - 2 * a2 * q + a2 * c * z0**2) * change.p_theta - c / 2 * change.k * p_theta) / (q * rho)
-        inverse = 1 / jnp.where(course.sine == 0, 1.0, course.sine)
-        starting = start * p_phi * (z0 - course.cosine) * (z0 + course.cosine) * inverse
+        sine, cosine = course.sine, course.cosine
+        apart = jnp.where(
+            jnp.abs(cosine) + abs(z0) < sine + s0,
+            (z0 - cosine) * (z0 + cosine),
+            (sine - s0) * (sine + s0),
+        )
+        starting = start * p_phi * apart / jnp.where(sine == 0, 1.0, sine)
         turned = turned - eta * z0 * p_theta / lift
     eta = frame.sin_theta * eta
     turned = turned - course.rates.slow * lift * eta
