@@ -226,6 +226,7 @@ def test_radius_after_a_time():
     np.testing.assert_allclose(whole, halves, rtol=1e-8, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_jacobians_next_to_an_extremal_horizon_lose_nothing_to_its_being_double():
     """The turn is a difference divided by r_+ - r_-; its variation is not."""
     camera = kc.Camera(1 - 1e-6, 1.5, 1.5, "fiducial")
