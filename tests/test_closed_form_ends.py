@@ -237,3 +237,47 @@ def test_jacobians_next_to_an_extremal_horizon_lose_nothing_to_its_being_double(
     assert known.sum() > 20
     gap = np.linalg.norm(ends.jacobian - exact.jacobian, axis=(1, 2))[known] / exact.delta_plus[known]
     assert np.median(gap) < 2e-13
+
+
+# Rays of small k: camera, N, radius of the sphere; azimuth, time and diameters by a program of 50 digits.
+BRIEF_WAYS = {
+    "next to the horizon": (
+        kc.Camera(0.999999988818395, 1.0002495582919504, 1.5707963267950527),
+        [0.9999999950131309, -9.986860051143321e-05, 3.0505081560448075e-08],
+        1.0002500683889388,
+        (-12.73860898907514, 25.483583315234306, 0.002553346765769757, 0.0025529564113720587),
+    ),
+    "next to the camera": (
+        kc.Camera(
+            0.9996241624184498,
+            6.228742752432673,
+            1.5707963267948966,
+            (-0.061938671679926546, 0.11479651561951795, -0.9914561704586617),
+        ),
+        [-0.0001415883738355912, 0.9999999899757296, 1.1284087684591242e-06],
+        6.228742752433283,
+        (-2.231060463000309e-14, 8.882169559056452e-13, 8.294151415042547e-10, 8.294149129754603e-10),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BRIEF_WAYS)
+def test_brief_ways_keep_their_digits(name):
+    camera, sky, radius, exact = BRIEF_WAYS[name]
+    beam = kc.trace_beams(camera, [sky], "closed-form", end=radius, time=True)
+    found = [beam.azimuth[0], beam.time[0], beam.delta_plus[0], beam.delta_minus[0]]
+    assert np.allclose(found, exact, rtol=1e-11, atol=0)
+
+
+def test_psi_of_a_distant_camera_outlives_an_extremal_horizon():
+    """Divided by the distance of the horizons its rounding would be 1e-10."""
+    camera = kc.Camera(
+        0.9999999999200627,
+        1486.6780394132218,
+        1.5707463034089335,
+        (0.11553495075811103, 0.19063563216449317, 0.07410950278142378),
+    )
+    sky = [[0.4704546156076512, 0.6514695108073864, 0.5951973883862746]]
+    rays = kc.trace_rays(camera, sky, "closed-form", tolerance=1e-14)
+    assert rays.escaped[0]
+    assert rays.azimuth[0] == pytest.approx(-1.0464170523892554e-07, abs=1e-15)

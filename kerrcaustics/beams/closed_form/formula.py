@@ -240,7 +240,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
     travel = small_k.radial_motion(frame, light, end, clock=clock)
     polar = small_k.polar_motion(frame, light, travel.time, clock=clock)
     direction, azimuth = _turned(travel, polar)
-    noise = round_off.of_small_k(frame) + jnp.zeros_like(light.k)
+    noise = round_off.of_small_k(frame, end, travel.psi)
     known = _Known(
         light=light,
         quartic=None,

@@ -9,9 +9,9 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams import errors
-from kerrcaustics.beams.closed_form import finite_end
+from kerrcaustics.beams.closed_form import finite_end, small_k
 from kerrcaustics.beams.closed_form.radial_motion import Travel, rate_knows_roots
-from kerrcaustics.beams.ends import Aim, Arriving, End
+from kerrcaustics.beams.ends import Aim, Arriving, End, Spherical
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon, doppler
@@ -62,9 +62,10 @@ def at_finite_end(
     return noise, spread + end.delayed(_lingering(frame, sky, light, quartic, gap), at)
 
 
-def of_small_k(frame: Frame) -> Reals:
-    """Round-off in radians of the rays of small k."""
-    return ROUNDING + ROUNDING * frame.spin / (2 * radial.horizon_lift(frame.spin))
+def of_small_k(frame: Frame, end: Spherical, psi: Reals) -> Reals:
+    """Round-off in radians of the rays of small k: of psi, on brief ways alone relative to it."""
+    turned = frame.spin / (2 * radial.horizon_lift(frame.spin))
+    return ROUNDING * (1 + jnp.where(small_k.is_brief(frame, end), jnp.minimum(jnp.abs(psi), turned), turned))
 
 
 def of_jacobian(

@@ -15,6 +15,9 @@ a2 / 6, up to a large radius X:
 
     integral of r = ln X - ln(p) / 2 - gamma R_J(p) / 3,    integral of r^2 = X + r - 2 zeta(t) - a2 t / 6.
 
+Of a way on which 1/r hardly changes, between two spheres or far from the hole, all this is a small difference of large
+terms: its integrals are taken by Gauss' formula.
+
 Polar motion. S is the solution of S'^2 = 1 + A S^2 - B S^4 with S(0) = 0, A = a^2 - k and B = a^2 q: the motion of a
 camera in the equator, but for a factor. By the addition theorem, with z = m_z, m at the end is
 
@@ -28,12 +31,13 @@ References: Whittaker & Watson 20.3 to 20.6; DLMF 19.16, 19.25, 23.10.
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from kerrcaustics.beams.closed_form.polar_motion import Polar
 from kerrcaustics.beams.closed_form.radial_motion import RadialIntegrals, Travel
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.spacetime import elliptic, radial
-from kerrcaustics.spacetime.arrays import Reals
+from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 from kerrcaustics.spacetime.cubic import largest_root
 
@@ -43,6 +47,9 @@ MOST_K = 2.001
 _HALVINGS = 5
 # The arguments of the integrals do not differ much.
 _DUPLICATIONS = 5
+# Gauss' formula is exact to round-off for ways shorter than this in 1/r, and than their distance from the horizon.
+_SHORT_WAY = 0.2
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(14)
 
 
 # A radius, its height over the outer horizon, and sqrt(R) there.
@@ -51,23 +58,68 @@ _Outward = tuple[Reals, Reals, Reals]
 
 def radial_motion(frame: Frame, light: Photon, end: Spherical, *, clock: bool = False) -> Travel:
     """The radial motion of rays that start outward and are not captured, as in radial_motion.py."""
-    spin, r = frame.spin, frame.radius
-    root = radial.horizon_lift(spin)
-    cubic = _outlying_root(spin, light)
-    # Exact next to the horizon, where the rounding of its radius would not be.
-    height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + root)
-    way = _to_infinity(spin, light, cubic, (r, height, -light.rate[0] * r**2), clock=clock)
-    if end.finite:
-        far = end.radius
-        beyond = far - 1 - root
-        square = (far**2 + spin**2 - spin * light.b) ** 2 - beyond * (far - 1 + root) * light.kappa
-        rest = _to_infinity(spin, light, cubic, (far, beyond, jnp.sqrt(square)), clock=clock)
-        way = jax.tree.map(lambda whole, part: whole - part, way, rest)
+    spin, root = frame.spin, radial.horizon_lift(frame.spin)
+    way = _long_way(frame, light, end, clock=clock)
     turn = (way.plus - way.minus) / (2 * root)
-    slow = None
+    brief = is_brief(frame, end)
+    time, psi, slow, growing = _brief_way(frame, light, end)
+    time, psi = jnp.where(brief, time, way.time), jnp.where(brief, psi, -spin * turn)
+    told = None
     if way.growing is not None:
-        slow = way.growing + 4 * way.time + 2 * turn + (way.plus + way.minus)
-    return Travel(way.time, -spin * turn, jnp.zeros_like(light.b, bool), slow, u=1 / end.radius + 0 * light.b)
+        slow = jnp.where(brief, slow, 4 * way.time + 2 * turn + way.plus + way.minus)
+        told = slow + (jnp.where(brief, growing, way.growing) if end.finite else way.growing)
+    return Travel(time, psi, jnp.zeros_like(light.b, bool), told, u=1 / end.radius + 0 * light.b)
+
+
+def _long_way(frame: Frame, light: Photon, end: Spherical, *, clock: bool) -> RadialIntegrals:
+    """The integrals to the end; to a sphere as a difference of two ways to infinity."""
+    spin, r, root = frame.spin, frame.radius, radial.horizon_lift(frame.spin)
+    cubic = _outlying_root(spin, light)
+    way = _to_infinity(spin, light, cubic, (r, _height(frame), -light.rate[0] * r**2), clock=clock)
+    if not end.finite:
+        return way
+    far = end.radius
+    beyond = far - 1 - root
+    square = (far**2 + spin**2 - spin * light.b) ** 2 - beyond * (far - 1 + root) * light.kappa
+    rest = _to_infinity(spin, light, cubic, (far, beyond, jnp.sqrt(square)), clock=clock)
+    return jax.tree.map(lambda whole, part: whole - part, way, rest)
+
+
+def _height(frame: Frame) -> Reals:
+    """The camera's height over the outer horizon: exact next to it, where the rounding of its radius would not be."""
+    return (frame.root_sigma_delta / frame.root_sigma) ** 2 / (frame.radius - 1 + radial.horizon_lift(frame.spin))
+
+
+def is_brief(frame: Frame, end: Spherical) -> Flags:
+    """Whether the way is short enough for Gauss' formula."""
+    span, room = _span(frame, end)
+    return (span < _SHORT_WAY) & (span < room)
+
+
+def _span(frame: Frame, end: Spherical) -> tuple[Reals, Reals]:
+    """The length of the way in 1/r, and the distance of the camera from the horizon in it."""
+    r = frame.radius
+    span = (end.radius - r) / (r * end.radius) if end.finite else 1 / r
+    return span, _height(frame) / (r * radial.horizon(frame.spin))
+
+
+def _brief_way(frame: Frame, light: Photon, end: Spherical) -> tuple[Reals, ...]:
+    """By Gauss' formula Mino time, psi, the clock but for r^2 + 2 r, and the integral of that."""
+    a, b, r, horizon = frame.spin, light.b, frame.radius, radial.horizon(frame.spin)
+    span, room = _span(frame, end)
+    shape = -1, *(1,) * b.ndim
+    passed = span * (1 + _NODES.reshape(shape)) / 2
+    u = 1 / r - passed
+    # Delta / r^2 and R / r^4.
+    away = horizon * (room + passed)
+    delta = away * (away + 2 * radial.horizon_lift(a) * u)
+    total = 1 + a * (a - b) * u * u
+    root = jnp.sqrt(total**2 - delta * light.kappa * u * u)
+    time = span / 2 * _WEIGHTS.reshape(shape)
+    # That of psi's rate which grows without bound next to the horizon does not depend on the ray.
+    psi = (1 - light.kappa * u * u / (total + root)) / root - 1 / delta
+    clock = 2 * (2 - a * b * u) / (delta * root), (1 + 2 * u) / (u * u * root)
+    return tuple((rate * time).sum(0) for rate in (1 / root, a * psi, *clock))
 
 
 def _outlying_root(spin: Reals, light: Photon) -> tuple[Reals, Reals]:
