@@ -265,6 +265,7 @@ BRIEF_WAYS = {
 def test_brief_ways_keep_their_digits(name):
     camera, sky, radius, exact = BRIEF_WAYS[name]
     beam = kc.trace_beams(camera, [sky], "closed-form", end=radius, time=True)
+    assert beam.time is not None
     found = [beam.azimuth[0], beam.time[0], beam.delta_plus[0], beam.delta_minus[0]]
     assert np.allclose(found, exact, rtol=1e-11, atol=0)
 
