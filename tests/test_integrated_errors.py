@@ -152,6 +152,43 @@ def test_rays_beyond_double_precision_hold_numbers_and_say_so(camera, sky):
     assert not beams.index_certain[0]
 
 
+def test_rays_that_linger_next_to_the_photon_orbit_arrive_at_their_sphere():
+    """Rounding of the potential moves the computed arrival by a tenth of the way or more: steps go on."""
+    camera = kc.Camera(3.3914012618444754e-08, 3.000000009631506, 0.6482925803634595, (0.0, 0.0, -0.16898835782467717))
+    sky = [
+        [2.050339571677723e-14, -0.9039963241113659, -0.42754022733906377],
+        [2.8253443414630413e-10, 0.20475633084763362, 0.978812977528299],
+    ]
+    directions = [
+        [-0.4398982835437112, -0.285243078096999, -0.8515432382052281],
+        [0.8907158745575668, -0.17713214931567497, 0.4186280359578874],
+    ]
+    for tolerance in (1e-4, 1e-14):
+        beams = kc.trace_beams(camera, sky, "integrated", tolerance, end=3.0726985317940843, time=True)
+        assert (np.linalg.norm(beams.direction - directions, axis=-1) <= 2 * beams.error).all()
+        assert (np.abs(beams.azimuth - [-15.132692795451181, 18.6532520137918]) <= 2 * beams.azimuth_error).all()
+        assert (np.abs(beams.time - [79.88445362755743, 95.28660213285478]) <= 2 * beams.time_error).all()
+        assert (np.abs(beams.delta_plus / [66841056.73965583, 1060684257.105655] - 1) <= 2 * beams.jacobian_error).all()
+        assert (beams.error < 1e-3).all()
+        assert (beams.crossings == [5, 6]).all()
+        assert (~beams.index_certain | (beams.index == [4, 5])).all()
+
+
+@pytest.mark.parametrize("trace", [kc.trace_rays, kc.trace_beams])
+def test_the_clock_of_long_steps(trace):
+    """At a coarse tolerance, the times of rays and beams against those in many steps."""
+    camera = kc.Camera(0.9, 6.0)
+    turns = np.linspace(0.1, 6.2, 40)
+    sky = np.stack([-0.9 * np.ones(40), np.sqrt(0.19) * np.cos(turns), np.sqrt(0.19) * np.sin(turns)], axis=-1)
+    sky = np.concatenate([sky, sky * (-1, 1, 1), sky[:, ::-1]])
+    sky /= np.linalg.norm(sky, axis=-1, keepdims=True)
+    coarse, fine = (trace(camera, sky, "integrated", t, time=True) for t in (1e-4, 1e-12))
+    there = coarse.escaped & fine.escaped
+    assert there.sum() > 60
+    late = np.abs(coarse.time - fine.time)[there] / (coarse.time_error + fine.time_error)[there]
+    assert late.max() <= 1
+
+
 def test_crossings_of_a_ray_that_hardly_leaves_the_plane():
     """It ends 1e-26 rad off the plane, which it crossed: rounding alone makes that zero."""
     hidden = kc.Camera(0.9999999987817713, 1.0359150839286237, velocity=(0.0, 3.6684766105278415e-09, 0.0))

@@ -14,8 +14,9 @@ from kerrcaustics.spacetime.arrays import Flags, Reals
 MAX_STEPS = 3000
 # The remaining arc, in radians, below which the path is straight enough to land on its end by one Taylor step.
 _LANDING_ARC = 1e-8
-# Steps onto a finite end after the computed arrival: where the ray only grazes it, round-off keeps it off for ever.
-_MOST_CORRECTIONS = 3
+# Steps onto a finite end after the computed arrival: where the ray only grazes it, round-off keeps it off for ever, by
+# little; where round-off decides how long the ray lingers above the hole, the computed arrival may be far off.
+_CORRECTIONS, _MOST_CORRECTIONS, _CLOSE = 3, 300, 1e-6
 
 
 class Journey(NamedTuple):
@@ -61,10 +62,11 @@ def remaining(journey: Journey, now: Progress) -> Reals:
         end.time_left(journey.constants, journey.aim, path),
     )
     pace = rapidity(journey.spin, journey.constants, path) if end.finite else polar_rapidity(journey.constants)
-    landing = (now.time >= journey.arrival) & ~(jnp.abs(left) * pace > _LANDING_ARC)
+    off = jnp.abs(left) * pace
+    landing = (now.time >= journey.arrival) & ~(off > _LANDING_ARC)
     done = journey.idle | landing | (now.steps >= MAX_STEPS)
     if now.corrections is not None:
-        done = done | (now.corrections >= _MOST_CORRECTIONS)
+        done = done | (now.corrections >= jnp.where(off < _CLOSE, _CORRECTIONS, _MOST_CORRECTIONS))
     return jnp.where(done, 0.0, left)
 
 
@@ -75,10 +77,13 @@ def step(journey: Journey, now: Progress) -> Progress:
     h = left / jnp.maximum(count, 1)
     watched = (0,) if now.clock_error is None else (0, len(now.paths) - 1)
     paths, gaps = nystroem_step(journey.rates, now.paths, h, watched)
-    turn = azimuth_step(journey.constants.b, now.paths[0].position, paths[0].position)
+    # Beyond the end, a ray goes back.
+    back = jnp.where(h < 0, -1.0, 1.0)
+    turn = azimuth_step(back * journey.constants.b, now.paths[0].position, paths[0].position)
+    arrived = now.time >= journey.arrival
     after = now._replace(
-        time=jnp.where(count <= 1, jnp.maximum(journey.arrival, now.time), now.time + h),
-        steps=now.steps + (h != 0),
+        time=jnp.where(arrived, now.time, jnp.where(count <= 1, journey.arrival, now.time + h)),
+        steps=now.steps + (left != 0),
         paths=paths,
         local_error=now.local_error + local_error(journey.constants, gaps[0], journey.end, journey.aim),
         azimuth=now.azimuth + turn,
@@ -86,18 +91,18 @@ def step(journey: Journey, now: Progress) -> Progress:
     if now.clock_error is not None:
         after = after._replace(clock_error=now.clock_error + clock.local_error(journey.constants, paths[-1], gaps[1]))
     if now.corrections is not None:
-        after = after._replace(corrections=now.corrections + ((h != 0) & (now.time >= journey.arrival)))
-    return _counted(journey, now, after)
+        after = after._replace(corrections=now.corrections + ((h != 0) & arrived))
+    return _counted(journey, now, after, back)
 
 
-def _counted(journey: Journey, before: Progress, after: Progress) -> Progress:
-    """The conjugate points and the crossings of one step, if asked for."""
+def _counted(journey: Journey, before: Progress, after: Progress, back: Reals) -> Progress:
+    """The conjugate points and the crossings of one step, if asked for; those of a step back are taken away."""
     if before.conjugate_points is not None and before.area_sign is not None:
         passed, sign = changed_sign(before.area_sign, beam_area(journey, after.paths))
-        after = after._replace(conjugate_points=before.conjugate_points + passed, area_sign=sign)
+        after = after._replace(conjugate_points=before.conjugate_points + back * passed, area_sign=sign)
     if before.crossings is not None and before.side is not None:
         passed, sign = changed_sign(before.side, after.paths[0].position[3])
-        after = after._replace(crossings=before.crossings + passed, side=sign)
+        after = after._replace(crossings=before.crossings + back * passed, side=sign)
     return after
 
 

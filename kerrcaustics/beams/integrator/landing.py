@@ -42,7 +42,7 @@ class _Doubt(NamedTuple):
 
 
 class _Touch(NamedTuple):
-    """The paths at the end, and what the ray does there: m and n', the azimuth of m, and psi'."""
+    """The paths at the end, and what the ray does there: m, n', the azimuth of m, psi'; the arc of the Taylor step."""
 
     paths: list[Path]
     m: Components
@@ -50,6 +50,7 @@ class _Touch(NamedTuple):
     turn: Reals
     psi_rate: Reals
     at: Arriving
+    stretch: Reals
 
 
 def land(
@@ -114,7 +115,7 @@ def _touch_down(journey: Journey, last: Progress) -> _Touch:
     speed = polar_rapidity(journey.constants)
     at = Arriving(jnp.abs(position[0]), jnp.abs(rate[0]), jnp.abs(psi_rate), speed)
     turn = last.azimuth + azimuth_step(journey.constants.b, paths[0].position, position)
-    return _Touch(there, (x, y, z), n, turn, psi_rate, at)
+    return _Touch(there, (x, y, z), n, turn, psi_rate, at, jnp.abs(rest) * speed)
 
 
 def _advanced_far_out(spin: Reals, path: Path, time: Reals) -> Path:
@@ -169,15 +170,21 @@ def _doubt(
     opening = length((*started[1].rate[1:], *started[2].rate[1:])) / at.speed
     growth, often = size / opening, 1 + _PER_STEP * last.steps
     drift = last.local_error * jnp.maximum(growth, end.least_growth(at))
-    late = end.delayed(end.unsettled(journey.constants, at) * at.speed, at)
+    # Rays that could not be brought close to their end land by too long a step.
+    late = end.delayed(end.unsettled(journey.constants, at) * at.speed + touch.stretch**2, at)
     rounded = _OF_TURN * (jnp.abs(touch.turn) + jnp.abs(ray.psi)) + _horizon_noise(frame)
     noise = _ROUNDING * (1 + size + end.motion(at)) * often + rounded + late
     bent = jnp.minimum(errors.of_jacobian(end, _IN_JACOBIAN * opening * often, drift + noise, at.turning, growth), 1.0)
-    direction = _DIRECTION_GAIN * jnp.maximum(_DENSE / journey.density, 1) ** 2 * drift + noise
+    direction = _gain(journey) * drift + noise
     # Where double precision could not follow the ray nothing is known of its end.
     known = (last.steps < MAX_STEPS) & jnp.isfinite(direction + touch.turn + ray.psi)
     limited = ((direction, jnp.inf), (noise, math.pi), (bent, 1.0))
     return _Doubt(*(jnp.where(known, value, limit) for value, limit in limited))
+
+
+def _gain(journey: Journey) -> Reals:
+    """The part of the summed local errors that is one of the result, of the path and of the clock."""
+    return _DIRECTION_GAIN * jnp.maximum(_DENSE / journey.density, 1) ** 2
 
 
 def _or(values: tuple[Reals, ...], others: tuple[float, ...]) -> tuple[Reals, ...]:
@@ -193,6 +200,6 @@ def _timed(
     time = clock.reading(journey.constants, start, touch.paths[0], touch.paths[-1], not journey.end.finite)
     # The clock is as uncertain as n' by round-off of the steps, beside what comes with the end.
     late, rounding = errors.of_time(frame, journey.end, touch.at, doubt.direction + doubt.noise, doubt.noise)
-    late = late + _DIRECTION_GAIN * (0.0 if last.clock_error is None else last.clock_error)
+    late = late + _gain(journey) * (0.0 if last.clock_error is None else last.clock_error)
     known = jnp.isfinite(time + late)
     return jnp.where(known, time, 0.0), jnp.where(known, late, jnp.inf), rounding
