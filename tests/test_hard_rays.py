@@ -131,6 +131,7 @@ def test_beams_to_infinity(name):
     assert beam.index[0] == index or not beam.index_certain[0]
 
 
+@pytest.mark.slow
 def test_hair_over_the_plane():
     """The way is so short that its variation is left to the integrator."""
     camera = kc.Camera(

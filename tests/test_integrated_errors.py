@@ -152,6 +152,7 @@ def test_rays_beyond_double_precision_hold_numbers_and_say_so(camera, sky):
     assert not beams.index_certain[0]
 
 
+@pytest.mark.slow
 def test_rays_that_linger_next_to_the_photon_orbit_arrive_at_their_sphere():
     """Rounding of the potential moves the computed arrival by a tenth of the way or more: steps go on."""
     camera = kc.Camera(3.3914012618444754e-08, 3.000000009631506, 0.6482925803634595, (0.0, 0.0, -0.16898835782467717))
@@ -174,6 +175,7 @@ def test_rays_that_linger_next_to_the_photon_orbit_arrive_at_their_sphere():
         assert (~beams.index_certain | (beams.index == [4, 5])).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trace", [kc.trace_rays, kc.trace_beams])
 def test_the_clock_of_long_steps(trace):
     """At a coarse tolerance, the times of rays and beams against those in many steps."""
