@@ -56,8 +56,8 @@ class Rays:
     azimuth_error: np.ndarray = quantity(
         "ray...",
         "rad",
-        "estimated error of azimuth, infinite where it is known modulo 2 pi alone: rays that pass the spin axis within "
-        "round-off",
+        "estimated error of azimuth, infinite where it is known modulo 2 pi alone (rays that pass the spin axis within "
+        "round-off) or not at all (ends that may lie on the axis)",
         json="azimuth_error_rad",
     )
     status: np.ndarray = quantity("ray...", "1", "`Status` values")
