@@ -21,14 +21,12 @@ from kerrcaustics.spacetime.settings import own_settings
 _BATCH = {"cpu": (512, 128)}
 _LARGE_BATCH = (1 << 16, 1 << 16)
 # Rays in one call of the closed form, for few rays and for many; of many so many at a time, of rays alone and of beams.
-# Each is compiled when first met. And options for the compiler. On a CPU, fused loops would compute what they share
-# again and again: one loop for each operation, over arrays that stay in the cache, takes a third of the time.
+# Each is compiled when first met.
 _CLOSED_FORM_CALL = {"cpu": (128, 2048)}
 _LARGE_CALL = (1 << 20, 1 << 20)
 _LANES = {"cpu": (2048, 512)}
 # More rays than this part of what a large call takes at a time are many.
 _FEW = 4
-CLOSED_FORM_COMPILER = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 
 
 def _integrated(
@@ -71,7 +69,7 @@ def _aims(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, Flags]
     return aim.lost, aim.captured, aim.certain
 
 
-_closed_form = Program(_in_parts, CLOSED_FORM_COMPILER)
+_closed_form = Program(_in_parts)
 _integrate, _survey, _prospects = Program(_integrated), Program(integrated.survey), Program(_aims)
 
 

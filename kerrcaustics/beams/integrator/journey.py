@@ -64,7 +64,8 @@ def remaining(journey: Journey, now: Progress) -> Reals:
     pace = rapidity(journey.spin, journey.constants, path) if end.finite else polar_rapidity(journey.constants)
     off = jnp.abs(left) * pace
     landing = (now.time >= journey.arrival) & ~(off > _LANDING_ARC)
-    done = journey.idle | landing | (now.steps >= MAX_STEPS)
+    # A ray that double precision lost on its way has no time left that is a number.
+    done = journey.idle | landing | (now.steps >= MAX_STEPS) | jnp.isnan(left)
     if now.corrections is not None:
         done = done | (now.corrections >= jnp.where(off < _CLOSE, _CORRECTIONS, _MOST_CORRECTIONS))
     return jnp.where(done, 0.0, left)

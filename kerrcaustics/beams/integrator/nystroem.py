@@ -1,7 +1,12 @@
 """One step of the Runge-Kutta-Nystroem pair 12(10) for several second-order paths and a first-order angle each."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
 
 from kerrcaustics.beams.integrator import tableau
 from kerrcaustics.spacetime.arrays import Reals
@@ -20,6 +25,8 @@ class Path(NamedTuple):
 
 Positions = list[tuple[Reals, ...]]
 Rates = Callable[[Positions], tuple[Positions, list[Reals]]]
+# Numbers of all paths, or of all stages, one below the other.
+_Rows = Float[Array, "_ ..."]
 
 
 def nystroem_step(
@@ -32,51 +39,59 @@ def nystroem_step(
 
     Errors: of order 12; the local error returned is the order 12 minus the order 10 result.
     """
-    accelerations: list[Positions] = []
-    psi_rates: list[list[Reals]] = []
+    # All paths in one array, and the stages in a loop: written out they compile for many times as long.
+    position = jnp.stack([x for path in paths for x in path.position])
+    rate = jnp.stack([x for path in paths for x in path.rate])
+    psi, h = jnp.stack([path.psi for path in paths]), jnp.asarray(h)
+    nodes, stages = jnp.asarray(tableau.NODES), jnp.asarray(_STAGES)
 
-    def weighted(weights: dict[int, float], path: int, i: int) -> Reals:
-        return sum(weight * accelerations[stage - 1][path][i] for stage, weight in weights.items())
+    def evaluated(stage: Array, slopes: tuple[_Rows, _Rows]) -> tuple[_Rows, _Rows]:
+        moved = position + h * nodes[stage] * rate + h * h * _weighted(stages[stage], slopes[0])
+        accelerations, psi_rates = rates(_split(moved, paths))
+        found = [x for pulls in accelerations for x in pulls], psi_rates
+        pulls, psi_rates = (kept.at[stage].set(jnp.stack(one)) for kept, one in zip(slopes, found, strict=True))
+        return pulls, psi_rates
 
-    def weighted_psi(weights: dict[int, float], path: int) -> Reals:
-        return sum(weight * psi_rates[stage - 1][path] for stage, weight in weights.items())
-
-    def moved(time: Reals, weights: dict[int, float]) -> Positions:
-        """Positions after a time, along the rate and the weighted accelerations."""
-        return [
-            tuple(
-                path.position[i] + time * path.rate[i] + (h * h * weighted(weights, p, i) if weights else 0)
-                for i in range(len(path.position))
-            )
-            for p, path in enumerate(paths)
-        ]
-
-    for node, weights in zip(tableau.NODES, tableau.STAGES.values(), strict=True):
-        acceleration, psi_rate = rates(moved(h * node, weights))
-        accelerations.append(acceleration)
-        psi_rates.append(psi_rate)
-    after = tuple(
-        Path(
-            position=position,
-            rate=tuple(r + h * weighted(tableau.VELOCITY, p, i) for i, r in enumerate(path.rate)),
-            psi=path.psi + h * weighted_psi(tableau.VELOCITY, p),
-        )
-        for p, (path, position) in enumerate(zip(paths, moved(h, tableau.POSITION), strict=True))
+    none = jnp.zeros((len(_STAGES), *position.shape)), jnp.zeros((len(_STAGES), *psi.shape))
+    pulls, psi_rates = jax.lax.fori_loop(0, len(_STAGES), evaluated, none)
+    after = _paths(
+        position + h * rate + h * h * _weighted(_POSITION, pulls),
+        rate + h * _weighted(_VELOCITY, pulls),
+        psi + h * _weighted(_VELOCITY, psi_rates),
+        paths,
     )
-    errors = [
-        Path(
-            position=tuple(h * h * weighted(_POSITION_GAP, p, i) for i in range(len(paths[p].position))),
-            rate=tuple(h * weighted(_VELOCITY_GAP, p, i) for i in range(len(paths[p].position))),
-            psi=h * weighted_psi(_VELOCITY_GAP, p),
-        )
-        for p in watched
+    gaps = _paths(
+        h * h * _weighted(_POSITION - _EMBEDDED_POSITION, pulls),
+        h * _weighted(_VELOCITY - _EMBEDDED_VELOCITY, pulls),
+        h * _weighted(_VELOCITY - _EMBEDDED_VELOCITY, psi_rates),
+        paths,
+    )
+    return after, [gaps[i] for i in watched]
+
+
+def _weighted(weights: Any, slopes: _Rows) -> Array:
+    """The sum over the stages, which stand first."""
+    return jnp.tensordot(weights, slopes, axes=1, precision=jax.lax.Precision.HIGHEST)
+
+
+def _split(rows: _Rows, like: tuple[Path, ...]) -> Positions:
+    """Rows of an array as the components of paths."""
+    ends = np.cumsum([len(path.position) for path in like])
+    return [
+        tuple(rows[end - len(path.position) + i] for i in range(len(path.position)))
+        for path, end in zip(like, ends, strict=True)
     ]
-    return after, errors
 
 
-def _gap(high: dict[int, float], low: dict[int, float]) -> dict[int, float]:
-    return {stage: high.get(stage, 0.0) - low.get(stage, 0.0) for stage in high | low}
+def _paths(position: _Rows, rate: _Rows, psi: _Rows, like: tuple[Path, ...]) -> tuple[Path, ...]:
+    return tuple(map(Path, _split(position, like), _split(rate, like), psi))
 
 
-_POSITION_GAP = _gap(tableau.POSITION, tableau.EMBEDDED_POSITION)
-_VELOCITY_GAP = _gap(tableau.VELOCITY, tableau.EMBEDDED_VELOCITY)
+def _dense(weights: dict[int, float]) -> np.ndarray:
+    """Weights of all stages."""
+    return np.array([weights.get(stage, 0.0) for stage in tableau.STAGES])
+
+
+_STAGES = np.array([_dense(weights) for weights in tableau.STAGES.values()])
+_POSITION, _VELOCITY = _dense(tableau.POSITION), _dense(tableau.VELOCITY)
+_EMBEDDED_POSITION, _EMBEDDED_VELOCITY = _dense(tableau.EMBEDDED_POSITION), _dense(tableau.EMBEDDED_VELOCITY)
