@@ -182,7 +182,9 @@ def test_radial_integrals_against_quadrature(way):
     spin = 0.9
     a2, a1, a0 = spin**2 - q - b * b, 2 * (q + (b - spin) ** 2), -(spin**2) * q
     none = (jnp.float64(0.0),) * 4
-    light = Photon(*(jnp.float64(c) for c in (b, q + b * b, a1 / 2, q)), position=none, rate=none, energy_ratio=1.0)
+    u_rate = -sense * math.sqrt(a0 + first * (a1 + first * (a2 + first * first))) / first**2
+    rate = (jnp.float64(u_rate), *none[1:])
+    light = Photon(*(jnp.float64(c) for c in (b, q + b * b, a1 / 2, q)), position=none, rate=rate, energy_ratio=1.0)
     quartic = radial.factor(kc.Camera(spin, first, math.pi / 2, "fiducial").frame(), light)
     h, d = float(quartic.h), float(quartic.d)
     excess = spin**2 * q / (h * h - d)

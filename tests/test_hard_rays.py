@@ -47,6 +47,66 @@ def test_rays_to_a_sphere(case, end, direction, time):
     assert ray.error[0] < (1e-5 if end else 1e-11)
 
 
+@pytest.mark.parametrize(
+    ("camera", "sky", "end", "time"),
+    [
+        (
+            kc.Camera(
+                0.9999999999675456,
+                495.95084891816026,
+                math.pi,
+                (0.0005892022040629411, 0.0013686419482347113, 0.0010824940334464267),
+            ),
+            [0.8778610077202129, 0.32139925945780684, 0.35505290752847757],
+            42489.49636727473,
+            42002.45457985269,
+        ),
+        (
+            kc.Camera(0.0, 2.000003585842417, 0.0, (0.8985210250067921, 0.23034968416100243, 0.3736291307000642)),
+            [-6.933825758734129e-05, 0.9999999286505666, -0.00037133686576719394],
+            2.000002,
+            3.2070523998770093,
+        ),
+        (
+            kc.Camera(0.0, 3.0, 1.0183864219208278, (0.0, 0.0, 0.6142801183634814)),
+            [-1.718948155934867e-06, 0.9349494170776401, 0.3547810416344514],
+            kc.EquatorialPlane(1),
+            12.411265796143473,
+        ),
+    ],
+    ids=["from a sphere to one far out", "all next to the horizon", "close to the outer roots"],
+)
+def test_times_to_a_finite_end(camera, sky, end, time):
+    ray = kc.trace_rays(camera, [sky], "closed-form", end=end, time=True)
+    assert ray.closed_form[0] and abs(ray.time[0] - time) < ray.time_error[0] < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("camera", "sky", "end"),
+    [
+        (
+            kc.Camera(0.0, 3.0, 1.172050039375842),
+            [-1.562352586697324e-08, 0.16451596687668787, 0.9863744201076123],
+            kc.EquatorialPlane(3),
+        ),
+        (
+            kc.Camera(0.19570639840039128, 272321374.3381674, 1.5707626215665103, (0.0, 0.0, 0.0)),
+            [-0.13723000569625576, 0.09277954455324604, -0.9861845068997473],
+            272318193.65428096,
+        ),
+    ],
+    ids=["both outer roots at the camera", "far and brief"],
+)
+def test_errors_are_numbers(camera, sky, end):
+    assert np.isfinite(kc.trace_rays(camera, [sky], "closed-form", end=end).error[0])
+
+
+def test_the_azimuth_of_a_ray_from_the_axis_along_the_cut_is_known_modulo_a_turn():
+    """Of -0.0 and 0.0 one is pi, the other - pi."""
+    rays = kc.trace_rays(kc.Camera(0.0, 8.0, math.pi, (0.7, 0.0, 0.0)), [[0.0, 0.0, -1.0], [-0.0, 0.0, -1.0]], end=5.3)
+    assert np.isinf(rays.azimuth_error).all()
+
+
 def test_a_sphere_at_the_turning_point_is_not_certain():
     """The camera's radius is rounded too: whether a ray that starts at right angles comes back to it is not known."""
     camera, _ = TANGENTIAL

@@ -198,3 +198,38 @@ def test_crossings_of_a_ray_that_hardly_leaves_the_plane():
     within = kc.trace_beams(kc.Camera(0.9, 6.0), [[0.6, 0.8, 0.0]], "integrated")
     assert within.crossings_certain[0]
     assert within.crossings[0] == 0
+
+
+# (camera, N, end, delta_plus, delta_minus, time), by the truth of studies/adversary.
+LOOSE = {
+    "down to the horizon": (
+        kc.Camera(5.3190421670636715e-08, 5.705768055057724, 1.5707963267960996, (0.0, 0.0, 0.0)),
+        [-0.9842172351567642, 0.15675429806332816, 0.08212505134883054],
+        2.0000311889899836,
+        (2.421627585145478, -2.2842579761290764, 27.340044288697122),
+    ),
+    "hardly beyond the camera's radius": (
+        kc.Camera(0.9975969916896275, 6416.8809478483145, 1.570796327522174, (0.0, 0.0, 0.9999999892932566)),
+        [3.263215651084535e-10, 0.9999999989966526, 4.479614713505959e-05],
+        6416.880947901481,
+        (3653.186588764757, 0.021048471932209104, 0.010810077678604826),
+    ),
+    "a hair over the plane": (
+        kc.Camera(0.9999999983395637, 4.3514400850863275, math.pi / 2, (-0.9996145409326048, 0.0, 0.0)),
+        [0.02875687165037595, 0.9995864356487056, -3.795924448288482e-14],
+        kc.EquatorialPlane(1),
+        (22796.23240008162, -8.257350653264507e-12, 40.566522958694165),
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-14])
+@pytest.mark.parametrize("name", LOOSE)
+def test_beams_to_finite_ends(name, tolerance):
+    camera, sky, end, (major, minor, time) = LOOSE[name]
+    beam = kc.trace_beams(camera, [sky], "integrated", tolerance, end=end, time=True)
+    allowed = 2 * beam.jacobian_error[0] * major
+    assert abs(beam.delta_plus[0] - major) < allowed and abs(beam.delta_minus[0] - minor) < allowed
+    assert abs(beam.time[0] - time) < 2 * beam.time_error[0] and beam.escaped[0]
+    assert beam.index_certain[0] == (name == "down to the horizon")

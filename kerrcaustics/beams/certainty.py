@@ -19,14 +19,20 @@ _OF_B = 4e-16
 _PASSED = 1.0
 
 
-def azimuth_error(frame: Frame, constants: Photon | Constants, n: Components, error: Reals, turn: Reals) -> Reals:
+def azimuth_error(
+    frame: Frame, constants: Photon | Constants, n: Components, error: Reals, turn: Reals, rate: tuple[Reals, ...]
+) -> Reals:
     """Error of the azimuth in radians: infinite for a ray whose side of the spin axis round-off decides.
 
-    Parameters: n, the direction of the end, and its error; turn, by how much m has gone round the axis.
+    Parameters: n, the direction of the end, and its error; turn, by how much m has gone round the axis; rate of
+    (u, x, y, z) at the camera.
     """
     sine = length(n[:2])
     scale = frame.cylindrical_scale * (1 + jnp.sqrt(jnp.maximum(constants.k, 0)) / frame.radius)
     either = (jnp.abs(constants.b) <= _OF_B * scale) & (jnp.abs(turn) > _PASSED)
+    # From the axis itself rays leave in any direction: that of the azimuth pi is also that of - pi.
+    _, x_rate, y_rate, _ = rate
+    either = either | ((frame.sin_theta == 0) & (x_rate < 0) & (jnp.abs(y_rate) <= _OF_B * jnp.abs(x_rate)))
     # An end that may lie on the axis may lie on either side of it.
     either = either | ~(error < sine)
     return jnp.where(either, math.inf, error / jnp.where(either, 1.0, sine))

@@ -128,9 +128,9 @@ class End:
         """How far a ray is displaced in the surface that is late, by so many radians of arc, in radius alone."""
         return delay * (1 + at.turning)
 
-    def unsettled(self, constants: Constants, at: Arriving) -> Reals:
-        """The Mino time that rounding of the coordinate leaves open, of the integrator's arrival."""
-        return 0.0
+    def unsettled(self, constants: Constants, at: Arriving) -> tuple[Reals, Reals]:
+        """The Mino time that rounding leaves open, of the integrator's arrival; the relative rate of change of u'."""
+        return 0.0, 0.0
 
     def least_growth(self, at: Arriving) -> Reals:
         """By how much, at least, errors made on the way grow."""
@@ -143,6 +143,10 @@ class End:
     def weighed(self, m: Row, aim: Aim, speed: Reals) -> Row:
         """A change of m, as it displaces the end: what tells the arrival counts through its time."""
         return m
+
+    def slip(self, aim: Aim, at: Arriving) -> Reals:
+        """How far a ray is displaced in the surface whose height over the plane is off by a radian, by its time."""
+        return 0.0
 
     def lever(self, at: Arriving, depth: Reals) -> Reals:
         """The time by which an end is late, at most, that is displaced by a radian."""
@@ -231,11 +235,12 @@ class Sphere(End):
         agrees = sense * w > 0
         return jnp.where(agrees, 2 * gap / jnp.where(agrees, w + final, 1), (final - w) / jnp.where(pull == 0, 1, pull))
 
-    def unsettled(self, constants: Constants, at: Arriving) -> Reals:
+    def unsettled(self, constants: Constants, at: Arriving) -> tuple[Reals, Reals]:
         """Rounding of u over its rate, and where the ray only grazes the sphere, by the parabola through u."""
-        pull = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * at.u) * at.u) * at.u
+        pull = jnp.abs((constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * at.u) * at.u) * at.u)
         rounding = _OF_RADIUS * at.u
-        return rounding / jnp.maximum(jnp.maximum(at.rate, jnp.sqrt(rounding * jnp.abs(pull))), 1e-300)
+        rate = jnp.maximum(jnp.maximum(at.rate, jnp.sqrt(rounding * pull)), 1e-300)
+        return rounding / rate, pull / rate
 
     def radius_at(self, u: Reals) -> Reals:
         """Its own."""
@@ -359,6 +364,10 @@ class EquatorialPlane(End):
         """The height tells the arrival."""
         x, y, z = m
         return x, y, jnp.maximum(speed / aim.plane_rate, 1) * z
+
+    def slip(self, aim: Aim, at: Arriving) -> Reals:
+        """The height tells the arrival."""
+        return self.motion(at) * at.speed / aim.plane_rate
 
     def lever(self, at: Arriving, depth: Reals) -> Reals:
         """Time goes by too while the radius changes."""

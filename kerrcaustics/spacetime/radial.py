@@ -17,6 +17,8 @@ from kerrcaustics.spacetime.cubic import largest_root
 _SMALLEST = 1e-300
 # Rounding of b, of kappa and of the formulas here, in what tells the distance of the outer roots.
 _ROUNDING = 1e-15
+# Rounding of the distance of the camera from the middle of the outer roots, and of the rate there, squared.
+_AT_CAMERA = 1e-15
 # Of N, relative to that.
 _IN_DIRECTION = 4.0
 # Between these values of k and kappa the potential is taken about r = 1.
@@ -57,7 +59,8 @@ def factor(frame: Frame, photon: Photon) -> Quartic:
     With x = r - 1, R = (x^2 + 2 x + eta)^2 - kappa (x^2 - 1 + a^2), eta = 1 + a^2 - a b. All of it is small where the
     outer roots come close to the horizon of a nearly extremal hole, and its factors are then found about x = 0.
 
-    Errors: the factors to about 1e-15; d, which vanishes at the shadow edge, to its `doubt`.
+    Errors: the factors to about 1e-15; d, which vanishes at the shadow edge, to its `doubt`, and better where
+    `rate_knows_roots`.
     """
     a, kappa = frame.spin, photon.kappa
     a2, a1, a0 = potential_coefficients(a, photon)
@@ -71,7 +74,16 @@ def factor(frame: Frame, photon: Photon) -> Quartic:
     z = _largest_root(cubic)
     near = _factors_about_one(jnp.where(about_one, z, 4.0), eta, sigma, level)
     far = _factors(jnp.where(about_one, 4.0, jnp.maximum(z, _SMALLEST)), a2, a1, a0)
-    return Quartic(*(jnp.where(about_one, x, r) for x, r in zip(near, far, strict=True)))
+    quartic = Quartic(*(jnp.where(about_one, x, r) for x, r in zip(near, far, strict=True)))
+    (_, outer), above = outer_start(frame, photon, quartic), frame.radius - 1 - quartic.lift
+    d = jnp.where(rate_knows_roots(frame, photon, quartic), (above - outer) * (above + outer), quartic.d)
+    return quartic._replace(d=d)
+
+
+def rate_knows_roots(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
+    """Whether the camera is so close to the outer roots that the rate there knows d better than the coefficients do."""
+    above = frame.radius - 1 - quartic.lift
+    return _AT_CAMERA * above**2 < doubt(frame, photon, quartic)
 
 
 def doubt(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:

@@ -158,12 +158,13 @@ def _certain(result: kc.Rays, name: str) -> np.ndarray:
 
 
 def _is_finite(result: kc.Rays) -> np.ndarray:
-    values = [result.direction, result.azimuth[:, None], result.error[:, None]]
+    """Whether all values are numbers, and no error is NaN; one that is infinite says that nothing is known."""
+    values, errors = [result.direction, result.azimuth[:, None]], [result.error]
     if isinstance(result, kc.Beams):
-        values += [result.jacobian.reshape(-1, 4), result.jacobian_error[:, None]]
+        values, errors = [*values, result.jacobian.reshape(-1, 4)], [*errors, result.jacobian_error]
     if result.time is not None and result.time_error is not None:
-        values += [result.time[:, None], result.time_error[:, None]]
-    return np.isfinite(np.concatenate(values, axis=1)).all(axis=1)
+        values, errors = [*values, result.time[:, None]], [*errors, result.time_error]
+    return np.isfinite(np.concatenate(values, axis=1)).all(axis=1) & ~np.isnan(errors).any(axis=0)
 
 
 def diameters(one: Known) -> tuple[float, float]:

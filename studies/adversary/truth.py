@@ -157,7 +157,7 @@ class Journey:
         lead = self.paths[0]
         u, z = (lead.real(lead.position[i]) for i in (0, 3))
         horizon = lead.real(self.horizon)
-        if u <= 0 or u < horizon * (1 - _NEAR_HORIZON):
+        if u <= 0 or u < horizon * (1 - _NEAR_HORIZON) or lead.rate[0] < 0:
             return u <= 0
         left = mp.quad(lambda v: 1 / mp.sqrt(abs(mp.polyval(self.potential, v))), [u, horizon])
         if z * lead.rate[3] < 0 and abs(z / lead.real(lead.rate[3])) < 3 * left:
@@ -303,7 +303,10 @@ def _result(place: Place, sky: list, journey: Journey) -> Known:
     radius = 1 / u[0] if finite else mp.inf
     delay = lead.real(lead.delay) + (radius + 2 * mp.log(radius) if finite else 0)
     if journey.plane:
-        moved = [(1 / v, radius * end.azimuth) for v, end in zip(u, ends, strict=True)]
+        # Rays to either side of the spin axis go round it by a whole turn more, or less.
+        turned = [end.azimuth - ends[0].azimuth for end in ends]
+        turned = [angle - 2 * mp.pi * mp.nint(angle / (2 * mp.pi)) for angle in turned]
+        moved = [(1 / v, radius * angle) for v, angle in zip(u, turned, strict=True)]
     else:
         moved = [tuple(end.direction) for end in ends]
     step = 2 * journey.h

@@ -125,22 +125,24 @@ def _ray_end(
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
     unlimited = known.noise + rounded
     error = jnp.minimum(unlimited, math.pi) + hidden
-    gone_round = known.polar.azimuth - first_azimuth(frame, known.light.rate)
-    certified, time, late = known.certified, None, (None, None)
+    rate = known.light.rate
+    gone_round = known.polar.azimuth - first_azimuth(frame, rate)
+    certified = known.certified & (known.lost | jnp.isfinite(error))
+    time, late = None, (None, None)
     if known.travel.clock is not None and known.polar.clock is not None:
         time = known.travel.clock + known.polar.clock
         certified = certified & (known.lost | jnp.isfinite(time))
-        time, late = time + hidden, errors.of_time(frame, end, known.at, error, known.noise)
+        rounding = round_off.of_time(frame, known.travel)
+        late = tuple(part + rounding for part in errors.of_time(frame, end, known.at, error, known.noise))
+        time = time + hidden
     crossings, crossings_certain = None, None
     if wanted.crossings:
         polar, place = known.polar, (direction[2], error)
-        crossings, crossings_certain = certainty.crossings(
-            frame, end, polar.crossings, place, polar.leaving, known.light.rate
-        )
+        crossings, crossings_certain = certainty.crossings(frame, end, polar.crossings, place, polar.leaving, rate)
     return RayEnd(
         direction=stacked(direction, hidden),
         azimuth=known.azimuth + hidden,
-        azimuth_error=certainty.azimuth_error(frame, known.light, direction, unlimited, gone_round) + hidden,
+        azimuth_error=certainty.azimuth_error(frame, known.light, direction, unlimited, gone_round, rate) + hidden,
         status=status_of(known.lost, known.travel.captured),
         status_certain=known.certain,
         error=error,

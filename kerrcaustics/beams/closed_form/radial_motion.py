@@ -27,9 +27,6 @@ from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
 
-# Rounding of the distance of the camera from the middle of the outer roots, and of the rate there, squared.
-_AT_CAMERA = 1e-15
-
 
 class Travel(NamedTuple):
     """What becomes of the radius on the way to the end.
@@ -109,12 +106,6 @@ def travel(spin: Reals, way: RadialIntegrals, captured: Flags) -> Travel:
     return Travel(way.time, psi, captured, slow)
 
 
-def rate_knows_roots(frame: Frame, light: Photon, quartic: radial.Quartic) -> Flags:
-    """Whether the camera is so close to the outer roots that the rate there knows d better than the coefficients do."""
-    above = frame.radius - 1 - quartic.lift
-    return _AT_CAMERA * above**2 < radial.doubt(frame, light, quartic)
-
-
 def horizons(spin: Reals) -> tuple[Reals, Reals]:
     """The radii of the two horizons."""
     outer = radial.horizon(spin)
@@ -123,17 +114,14 @@ def horizons(spin: Reals) -> tuple[Reals, Reals]:
 
 def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[RadialRoots, RadialPlace]:
     """The roots of R, and the place of the camera."""
-    r, h, d, lift = frame.radius, quartic.h, quartic.d, quartic.lift
+    (r, outer), h, d = radial.outer_start(frame, light, quartic), quartic.h, quartic.d
     excess = frame.spin**2 * light.q / (h * h - d)
     width = jnp.sqrt(h * h + excess)
     low, following = -h - width, excess / (h + width)
     inner = jnp.sqrt((r - low) * (r - following))
-    outer = -light.rate[0] * r**2 / inner
-    above = r - 1 - lift
-    d = jnp.where(rate_knows_roots(frame, light, quartic), (above - outer) * (above + outer), d)
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + radial.horizon_lift(frame.spin))
-    roots = RadialRoots(h, d, low, following, lift, radial.corotation(frame, light))
+    roots = RadialRoots(h, d, low, following, quartic.lift, radial.corotation(frame, light))
     return roots, RadialPlace(r, height, inner, outer)
 
 

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams import errors
 from kerrcaustics.beams.closed_form import finite_end, small_k
-from kerrcaustics.beams.closed_form.radial_motion import Travel, rate_knows_roots
+from kerrcaustics.beams.closed_form.radial_motion import Travel
 from kerrcaustics.beams.ends import Aim, Arriving, End, Spherical
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
@@ -20,11 +20,17 @@ from kerrcaustics.spacetime.camera import Frame, Photon, doppler
 ROUNDING, PER_PHASE = 2e-15, 0.3
 # Radians of arc of a way on which the variation of Weierstrass' function loses its digits.
 _LONG = 6.0
+# The least square of a distance of roots, relative to their own; of rays that linger for ever nothing is known.
+_TINY = 1e-30
 # Of what is read off the radial integrals.
 _INTEGRALS = 3e-16
 # The Jacobian loses more digits than the end: derivatives of psi, of k, of the outer roots close to the camera.
 _IN_DERIVATIVE, _OF_RAPIDITY, _OF_CLEARANCE = 9, 1e-15, 5e-14
 _OF_DIRECTION, _FAR = 1e-15, 6
+# What of the same is lost in psi, beside its own.
+_IN_TURN = 2e-2
+# What of a distance from the outer roots is lost in the time.
+_OF_CLOCK = 2e-16
 
 
 def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Reals) -> Reals:
@@ -50,10 +56,11 @@ def at_finite_end(
     grown = finite_end.growth(frame, *jax.lax.stop_gradient((light, travel.time)))
     turn, rest = _of_turn(frame, light, jnp.minimum(1 / at.u, frame.radius))
     # What grows on a long way is what moves the outer roots.
-    opened = end.opened(jnp.where(at.speed * travel.time < _LONG, grown, 1.0), at)
+    grown = jnp.where((at.speed * travel.time < _LONG) & jnp.isfinite(grown), grown, 1.0)
+    opened = end.opened(grown, at)
     noise = (
         ROUNDING * (1 + PER_PHASE * phase) * motion
-        + turn * (1 + rest + 0.1 * errors.depth(frame.spin, at.u) * at.u)
+        + turn * (1 + rest + 0.1 * errors.depth(frame.spin, at.u) * at.u + _IN_TURN * _deep(frame, at.u))
         + _INTEGRALS * (opened + end.delayed(_moved(frame, light, quartic, gap), at))
     )
     # Rounding N changes b, and the root of k, by the distance from the axis times that.
@@ -80,6 +87,18 @@ def of_jacobian(
     lever = _energy(frame, sky, light) * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
     own, far = own + _OF_DIRECTION * lever, _FAR * noise * lever
     return own if clearance is None else own + _OF_CLEARANCE / clearance, far
+
+
+def of_time(frame: Frame, travel: Travel) -> Reals:
+    """Round-off of the time to a finite end: of one close to the outer roots, of a way all next to the horizon."""
+    if travel.clearance is None or travel.clock is None:
+        return 0.0
+    return _OF_CLOCK * jnp.abs(travel.clock) / travel.clearance + _INTEGRALS * _deep(frame, jnp.abs(travel.u))
+
+
+def _deep(frame: Frame, u: Reals) -> Reals:
+    """What is lost on a way all next to the horizon, up from a place there and back, to 1 / r = u."""
+    return jnp.minimum(errors.depth(frame.spin, 1 / frame.radius), errors.depth(frame.spin, u)) ** 1.5
 
 
 def spread_alone(frame: Frame, sky: Components, light: Photon, quartic: radial.Quartic) -> Reals:
@@ -110,21 +129,27 @@ def _lingering(frame: Frame, sky: Components, light: Photon, quartic: radial.Qua
     a, h = frame.spin, quartic.h
     momentum = jnp.sqrt(jnp.maximum(light.k, 0) + a * a)
     slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * light.b)
-    return _energy(frame, sky, light) * frame.cylindrical_scale * momentum * slope * _time_slope(quartic, gap)
+    away = _away(frame, light, quartic)
+    return _energy(frame, sky, light) * frame.cylindrical_scale * momentum * slope * away * _time_slope(quartic, gap)
 
 
 def _moved(frame: Frame, light: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
-    """What moving the outer roots does to the time: less where the rate at the camera tells their distance."""
-    distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(jnp.abs(quartic.d))) / quartic.h
-    known = jnp.where(rate_knows_roots(frame, light, quartic), jnp.minimum(distance, 1.0), 1.0)
-    return known * jnp.maximum(light.k, 0) ** 1.5 * quartic.h**2 * _time_slope(quartic, gap)
+    """What moving the outer roots does to the time."""
+    away = _away(frame, light, quartic)
+    return away * jnp.maximum(light.k, 0) ** 1.5 * quartic.h**2 * _time_slope(quartic, gap)
+
+
+def _away(frame: Frame, light: Photon, quartic: radial.Quartic) -> Reals:
+    """1, and less for a camera so close to the outer roots that the rate there tells their distance: that, times 3."""
+    distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(_apart(quartic))) / quartic.h
+    return jnp.where(radial.rate_knows_roots(frame, light, quartic), jnp.minimum(distance, 1.0), 1.0)
 
 
 def _gap_to_infinity(frame: Frame, light: Photon, quartic: radial.Quartic) -> Reals:
     """How close a ray comes to the outer roots: (r - h)^2 + |d|."""
     # A ray that leaves outward from above the roots does not linger there.
     away = (light.rate[0] < 0) & (frame.radius > quartic.h)
-    return jnp.abs(quartic.d) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
+    return _apart(quartic) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
 
 
 def _gap_to_end(frame: Frame, light: Photon, quartic: radial.Quartic, travel: Travel) -> Reals:
@@ -132,7 +157,12 @@ def _gap_to_end(frame: Frame, light: Photon, quartic: radial.Quartic, travel: Tr
     first, last = frame.radius - 1 - quartic.lift, 1 / travel.u - 1 - quartic.lift
     there = (light.rate[0] > 0) != (travel.rate > 0)
     nearest = jnp.where(there | (first * last < 0), 0.0, jnp.minimum(jnp.abs(first), jnp.abs(last)))
-    return jnp.abs(quartic.d) + nearest**2
+    return _apart(quartic) + nearest**2
+
+
+def _apart(quartic: radial.Quartic) -> Reals:
+    """The square of half the distance of the outer roots, never 0."""
+    return jnp.abs(quartic.d) + _TINY * quartic.h**2
 
 
 def _time_slope(quartic: radial.Quartic, gap: Reals) -> Reals:

@@ -104,7 +104,7 @@ def _span(frame: Frame, end: Spherical) -> tuple[Reals, Reals]:
 
 
 def _brief_way(frame: Frame, light: Photon, end: Spherical) -> tuple[Reals, ...]:
-    """By Gauss' formula Mino time, psi, the clock but for r^2 + 2 r, and the integral of that."""
+    """By Gauss' formula Mino time, psi, the clock but for r^2 + 2 r, and the integral of that to a sphere."""
     a, b, r, horizon = frame.spin, light.b, frame.radius, radial.horizon(frame.spin)
     span, room = _span(frame, end)
     shape = -1, *(1,) * b.ndim
@@ -118,8 +118,12 @@ def _brief_way(frame: Frame, light: Photon, end: Spherical) -> tuple[Reals, ...]
     time = span / 2 * _WEIGHTS.reshape(shape)
     # That of psi's rate which grows without bound next to the horizon does not depend on the ray.
     psi = (1 - light.kappa * u * u / (total + root)) / root - 1 / delta
-    clock = 2 * (2 - a * b * u) / (delta * root), (1 + 2 * u) / (u * u * root)
-    return tuple((rate * time).sum(0) for rate in (1 / root, a * psi, *clock))
+    # Of a ray with R = r^4 the last is known: far out, where it grows without bound, the others differ little from it.
+    bent = (light.kappa * delta - a * (a - b) * (1 + total)) / (root * (1 + root))
+    clock = 2 * (2 - a * b * u) / (delta * root), (1 + 2 * u) * bent
+    *others, growing = ((rate * time).sum(0) for rate in (1 / root, a * psi, *clock))
+    gap = end.radius - r if end.finite else 0.0
+    return *others, growing + gap + 2 * jnp.log1p(gap / r)
 
 
 def _outlying_root(spin: Reals, light: Photon) -> tuple[Reals, Reals]:

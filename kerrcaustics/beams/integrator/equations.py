@@ -69,12 +69,15 @@ def polar_rapidity(constants: Constants) -> Reals:
 def rapidity(spin: Reals, constants: Constants, path: Path) -> Reals:
     """Rate in Mino time at which the solution changes: the polar oscillation, and the pole of psi' at the horizon.
 
-    1 / (the second part) is the time the path would need, in the complex plane, to reach the horizon, where
-    psi' is infinite: it matters for rays that graze the hole and for cameras close to it.
+    The pole matters for rays that graze the hole and for cameras close to it.
     """
+    return jnp.hypot(polar_rapidity(constants), 1.3 * horizon_rapidity(spin, constants, path))
+
+
+def horizon_rapidity(spin: Reals, constants: Constants, path: Path) -> Reals:
+    """1 / (the time the path would need, in the complex plane, to reach the horizon, where psi' is infinite)."""
     u, w = path.position[0], path.rate[0]
     u_horizon = 1 / radial.horizon(spin)
     acceleration = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
     gap = jnp.maximum(u_horizon - u, 1e-300)
-    to_horizon = (jnp.abs(w) + jnp.sqrt(w * w + 2 * jnp.abs(acceleration) * gap)) / (2 * gap)
-    return jnp.hypot(polar_rapidity(constants), 1.3 * to_horizon)
+    return (jnp.abs(w) + jnp.sqrt(w * w + 2 * jnp.abs(acceleration) * gap)) / (2 * gap)

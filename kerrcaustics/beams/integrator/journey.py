@@ -7,11 +7,13 @@ import jax.numpy as jnp
 from kerrcaustics.beams.ends import Aim, End
 from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, length
 from kerrcaustics.beams.integrator import clock
-from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, ray_rates
+from kerrcaustics.beams.integrator.equations import Constants, horizon_rapidity, polar_rapidity, rapidity, ray_rates
 from kerrcaustics.beams.integrator.nystroem import Path, Rates, nystroem_step
 from kerrcaustics.spacetime.arrays import Flags, Reals
 
 MAX_STEPS = 3000
+# Steps, at least, to where psi and the clock have their pole: in longer ones the two orders are equally far off.
+_TO_HORIZON = 2
 # The remaining arc, in radians, below which the path is straight enough to land on its end by one Taylor step.
 _LANDING_ARC = 1e-8
 # Steps onto a finite end after the computed arrival: where the ray only grazes it, round-off keeps it off for ever, by
@@ -74,7 +76,9 @@ def remaining(journey: Journey, now: Progress) -> Reals:
 def step(journey: Journey, now: Progress) -> Progress:
     """One step of every ray that is not done."""
     left = remaining(journey, now)
-    count = jnp.ceil(jnp.abs(left) * journey.density * rapidity(journey.spin, journey.constants, now.paths[0]))
+    where = journey.spin, journey.constants, now.paths[0]
+    frequency = jnp.maximum(journey.density * rapidity(*where), _TO_HORIZON * horizon_rapidity(*where))
+    count = jnp.ceil(jnp.abs(left) * frequency)
     h = left / jnp.maximum(count, 1)
     watched = (0,) if now.clock_error is None else (0, len(now.paths) - 1)
     paths, gaps = nystroem_step(journey.rates, now.paths, h, watched)

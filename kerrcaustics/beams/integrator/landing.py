@@ -64,11 +64,10 @@ def land(
     lost = end.lost(journey.aim, frame.spin, ray.position[0])
     hidden = jnp.where(lost, jnp.nan, 0.0)
     error = jnp.minimum(doubt.direction, math.pi)
-    gone_round = touch.turn - first_azimuth(frame, started[0].rate)
     found: RayEnd[Any] = RayEnd(
         direction=stacked(_or(touch.n, (1.0, 0.0, 0.0)), hidden),
         azimuth=_or((touch.turn + ray.psi,), (0.0,))[0] + hidden,
-        azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, doubt.direction, gone_round) + hidden,
+        azimuth_error=_azimuth_error(frame, journey, touch, doubt.direction, started[0].rate) + hidden,
         status=status_of(lost, journey.aim.captured),
         status_certain=journey.aim.certain,
         error=error + hidden,
@@ -89,6 +88,11 @@ def land(
         return found
     time, late, rounding = _timed(frame, journey, started[0], last, touch, doubt)
     return replace(found, time=time + hidden, time_error=late + hidden, time_noise=rounding)
+
+
+def _azimuth_error(frame: Frame, journey: Journey, touch: _Touch, error: Reals, rate: tuple[Reals, ...]) -> Reals:
+    gone_round = touch.turn - first_azimuth(frame, rate)
+    return certainty.azimuth_error(frame, journey.constants, touch.n, error, gone_round, rate)
 
 
 def _horizon_noise(frame: Frame) -> Reals:
@@ -171,10 +175,16 @@ def _doubt(
     growth, often = size / opening, 1 + _PER_STEP * last.steps
     drift = last.local_error * jnp.maximum(growth, end.least_growth(at))
     # Rays that could not be brought close to their end land by too long a step.
-    late = end.delayed(end.unsettled(journey.constants, at) * at.speed + touch.stretch**2, at)
+    unsettled, bending = end.unsettled(journey.constants, at)
+    late = end.delayed(unsettled * at.speed + touch.stretch**2, at)
     rounded = _OF_TURN * (jnp.abs(touch.turn) + jnp.abs(ray.psi)) + _horizon_noise(frame)
     noise = _ROUNDING * (1 + size + end.motion(at)) * often + rounded + late
-    bent = jnp.minimum(errors.of_jacobian(end, _IN_JACOBIAN * opening * often, drift + noise, at.turning, growth), 1.0)
+    bent = errors.of_jacobian(end, _IN_JACOBIAN * opening * often, drift + noise, at.turning, growth)
+    # A beam opens with the way, and the more the less its rays have of a radial motion at their end.
+    bent = bent + unsettled * (bending + 1 / jnp.maximum(last.time, 1e-300))
+    # Rounding of its place: of the height, where that tells the arrival; of the distance from the horizon in psi.
+    slip = end.slip(journey.aim, at) / growth + at.turning / radial.horizon_function(journey.spin, at.u)
+    bent = jnp.minimum(bent + _ROUNDING * often * slip, 1.0)
     direction = _gain(journey) * drift + noise
     # Where double precision could not follow the ray nothing is known of its end.
     known = (last.steps < MAX_STEPS) & jnp.isfinite(direction + touch.turn + ray.psi)
