@@ -25,8 +25,6 @@ _LARGE_BATCH = (1 << 16, 1 << 16)
 _CLOSED_FORM_CALL = {"cpu": (128, 2048)}
 _LARGE_CALL = (1 << 20, 1 << 20)
 _LANES = {"cpu": (2048, 512)}
-# More rays than this part of what a large call takes at a time are many.
-_FEW = 4
 
 
 def _integrated(
@@ -85,7 +83,8 @@ def closed_form(
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
     frame, on_equator = frame_on_device(camera), camera.on_equator and not short
-    size, lanes = _closed_form_size(len(sky), wanted.beams, many=many)
+    # There are never many for which the formulas for small k are taken.
+    size, lanes = _closed_form_size(1 if short else len(sky), wanted.beams, many=many)
 
     def kernel(sky: Components, real: Reals) -> RayEnd[Reals | Flags]:
         return _closed_form(frame, sky, real, end, wanted=wanted, on_equator=on_equator, short=short, lanes=lanes)
@@ -126,7 +125,7 @@ def _closed_form_size(count: int, beams: bool, *, many: bool) -> tuple[int, int]
     backend = jax.default_backend()
     small, large = _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)
     lanes = _LANES.get(backend, _LARGE_CALL)[beams]
-    return (large, lanes) if many or _FEW * count > lanes else (small, small)
+    return (large, lanes) if many or count > small else (small, small)
 
 
 def _integrator_size() -> tuple[int, int]:
