@@ -15,6 +15,8 @@ from kerrcaustics.spacetime.camera import Frame, Photon
 
 # Round-off of N, relative, in the axial angular momentum b.
 _OF_B = 4e-16
+# A beam whose Jacobian has a larger error is lost on its way, and with it the places where its area vanishes.
+_LOST = 1e-4
 # A ray has passed the spin axis if m has gone round it by more than this.
 _PASSED = 1.0
 
@@ -39,9 +41,10 @@ def azimuth_error(
 
 
 def index_is_certain(jacobian: Jacobian, error: Reals) -> Flags:
-    """Whether the sign of det J at the end is known, the Jacobian having a relative error."""
+    """Whether the sign of det J at the end is known, the Jacobian having a relative error, and those on the way."""
     (a, b), (c, d) = jacobian
-    return jnp.abs(a * d - b * c) > error * (a * a + b * b + c * c + d * d)
+    known = jnp.abs(a * d - b * c) > error * (a * a + b * b + c * c + d * d)
+    return known & (error < _LOST)
 
 
 def crossings(

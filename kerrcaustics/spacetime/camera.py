@@ -156,12 +156,12 @@ class Camera:
     @property
     def cos_theta(self) -> float:
         """Cosine of the inclination, exactly 0 at math.pi / 2."""
-        return math.sin(math.pi / 2 - self.inclination)
+        return 0.0 if self.inclination == math.pi / 2 else math.cos(self.inclination)
 
     @property
     def sin_theta(self) -> float:
         """Sine of the inclination, exactly 0 at math.pi as at 0."""
-        return math.sin(math.pi - self.inclination) if self.inclination > math.pi / 2 else math.sin(self.inclination)
+        return 0.0 if self.inclination == math.pi else math.sin(self.inclination)
 
     @property
     def on_equator(self) -> bool:

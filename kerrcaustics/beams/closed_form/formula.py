@@ -213,7 +213,7 @@ def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator:
         certified=travel.holds & (lost | holds),
         spread=spread,
         noise=noise,
-        jacobian_noise=round_off.of_jacobian(frame, sky, light, noise, travel.clearance),
+        jacobian_noise=round_off.of_jacobian(frame, sky, light, quartic, noise, travel.clearance),
         sense=end.orientation(light, travel.rate),
     )
     return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)

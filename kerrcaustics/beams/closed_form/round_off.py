@@ -59,7 +59,7 @@ def at_finite_end(
     grown = jnp.where((at.speed * travel.time < _LONG) & jnp.isfinite(grown), grown, 1.0)
     opened = end.opened(grown, at)
     noise = (
-        ROUNDING * (1 + PER_PHASE * phase) * motion
+        ROUNDING * (1 + PER_PHASE * phase + _wide(frame, quartic)) * motion
         + turn * (1 + rest + 0.1 * errors.depth(frame.spin, at.u) * at.u + _IN_TURN * _deep(frame, at.u))
         + _INTEGRALS * (opened + end.delayed(_moved(frame, light, quartic, gap), at))
     )
@@ -76,7 +76,12 @@ def of_small_k(frame: Frame, end: Spherical, psi: Reals) -> Reals:
 
 
 def of_jacobian(
-    frame: Frame, sky: Components, light: Photon, noise: Reals, clearance: Reals | None
+    frame: Frame,
+    sky: Components,
+    light: Photon,
+    quartic: radial.Quartic,
+    noise: Reals,
+    clearance: Reals | None,
 ) -> tuple[Reals, Reals]:
     """Round-off of the Jacobian, from that of the end: relative to its size where that is small, and absolute.
 
@@ -86,7 +91,9 @@ def of_jacobian(
     own = _IN_DERIVATIVE * noise + _OF_RAPIDITY * jnp.sqrt(jnp.minimum(jnp.maximum(light.k, 0), 100.0))
     lever = _energy(frame, sky, light) * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
     own, far = own + _OF_DIRECTION * lever, _FAR * noise * lever
-    return own if clearance is None else own + _OF_CLEARANCE / clearance, far
+    if clearance is not None:
+        own = own + _OF_CLEARANCE / clearance + ROUNDING * _wide(frame, quartic) ** 2
+    return own, far
 
 
 def of_time(frame: Frame, travel: Travel) -> Reals:
@@ -94,6 +101,11 @@ def of_time(frame: Frame, travel: Travel) -> Reals:
     if travel.clearance is None or travel.clock is None:
         return 0.0
     return _OF_CLOCK * jnp.abs(travel.clock) / travel.clearance + _INTEGRALS * _deep(frame, jnp.abs(travel.u))
+
+
+def _wide(frame: Frame, quartic: radial.Quartic) -> Reals:
+    """The outer roots' middle over the radius of a camera close to the lower one, which is a small difference then."""
+    return jnp.maximum(quartic.h / frame.radius - 1, 0.0)
 
 
 def _deep(frame: Frame, u: Reals) -> Reals:
