@@ -16,7 +16,7 @@ from kerrcaustics.spacetime.camera import Frame, Photon
 # Round-off of N, relative, in the axial angular momentum b.
 _OF_B = 4e-16
 # A beam whose Jacobian has a larger error is lost on its way, and with it the places where its area vanishes.
-_LOST = 1e-4
+_LOST = 1e-6
 # A ray has passed the spin axis if m has gone round it by more than this.
 _PASSED = 1.0
 
