@@ -1,5 +1,6 @@
 """What holds for all tests: types and shapes are checked at run time; and the fixtures that several files share."""
 
+import gc
 from dataclasses import replace
 
 import pytest
@@ -32,6 +33,16 @@ def pytest_configure(config):
     """Before the package is imported; benchmarks time it as users have it."""
     if not config.getoption("benchmark_only", default=False):
         install_import_hook(CHECKED, "typed.checked")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def memory_given_back():
+    """What a module's tests leave behind does not add up."""
+    from kerrcaustics.beams.programs import give_back_memory
+
+    yield
+    gc.collect()
+    give_back_memory()
 
 
 @pytest.fixture(scope="module")

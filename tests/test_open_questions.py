@@ -60,3 +60,11 @@ def test_a_moving_camera_finds_the_same_caustics(sheets):
     camera = kc.Camera(0.6, 6.03, velocity=(0.3, -0.2, 0.5))
     miss, error = velocity.critical_misses(sheets, camera, 4, np.random.default_rng(1))
     assert (miss <= 10 * error).all() and miss.max() < 1e-8
+
+
+@pytest.mark.parametrize("speed", ["static", (-0.57, 0.39, 0.19)])
+def test_a_moving_camera_finds_the_same_images(sheets, speed):
+    stars = np.random.default_rng(5).normal(size=(8, 3))
+    stars /= np.linalg.norm(stars, axis=1, keepdims=True)
+    miss, error, lost = velocity.image_misses(sheets, kc.Camera(0.6, 6.03, velocity=speed), stars)
+    assert lost == 0 and len(miss) >= 24 and (miss <= error).all()

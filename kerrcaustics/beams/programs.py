@@ -5,6 +5,7 @@ serves as long as all that made it stays the same: the sources, JAX, the process
 """
 
 import contextlib
+import ctypes
 import hashlib
 import os
 import pickle
@@ -77,7 +78,14 @@ class Program:
         if kept is None:
             kept = jax.jit(partial(self._function, **static), compiler_options=options).lower(*arguments).compile()
             _write(path, kept)
+            give_back_memory()
         return kept
+
+
+def give_back_memory() -> None:
+    """Give what was freed back to the system, where the C library would keep it: the compiler takes some 100 MB."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def _folder() -> Path:

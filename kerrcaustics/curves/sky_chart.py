@@ -28,6 +28,10 @@ _DEEP, _LONGEST_TURN, _LONGEST_DEPTH, _STRAIGHT = 0.3, 0.5, 1.0, 1e-8
 _LONGEST = 0.3
 
 
+Step = tuple[Float[Array, "images 3"], Float[Array, " images"]]
+"""Directions reached, and the parts of the steps that were taken."""
+
+
 class Chart:
     """Places of directions N on the sky at rest: N itself for index 0, else (angle, depth, 0).
 
@@ -94,7 +98,7 @@ class Chart:
 
     def stepped(
         self, sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part: Float[Array, " images"]
-    ) -> tuple[Float[Array, "images 3"], Float[Array, " images"]]:
+    ) -> Step:
         """Directions reached by parts of tangent steps (radians), and the parts: less where steps are too long.
 
         Close to the hole a step keeps its angle and depth rates, so that it bends with the layers of images; elsewhere
@@ -119,6 +123,12 @@ class Chart:
 def chart_of(camera: Camera) -> Chart:
     """The chart of a camera at rest, kept for the next call."""
     return Chart(camera)
+
+
+def straight(sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part: Float[Array, " images"]) -> Step:
+    """`Chart.stepped` along great circles alone: on the sky of a camera that moves."""
+    part = part / np.maximum(np.linalg.norm(step, axis=1) / _LONGEST, 1)
+    return moved(sky, step * part[:, None]), part
 
 
 def _from_hole(looking: Float[Array, "images 3"]) -> Float[Array, " images"]:

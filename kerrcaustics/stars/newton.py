@@ -5,7 +5,7 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.sky_chart import chart_of
+from kerrcaustics.curves.sky_chart import chart_of, straight
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import flattened
 from kerrcaustics.stars.sheets import TOLERANCE
@@ -35,7 +35,7 @@ def find_roots(
     Returns: which searches found an image, its direction, and the error of that in radians: the error of n' and what is
     left of the way to the star, divided by the smaller diameter of the beam.
     """
-    chart, n = chart_of(camera), len(star)
+    stepped, n = chart_of(camera).stepped if camera == camera.at_rest() else straight, len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
     residual, error, part = np.full(n, np.inf), np.full(n, np.nan), np.ones(n)
     found = np.zeros(n, bool)
@@ -59,7 +59,7 @@ def find_roots(
         active = active[~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active])]
         if active.size == 0:
             break
-        trial, taken = chart.stepped(sky[active], step[active], part[active])
+        trial, taken = stepped(sky[active], step[active], part[active])
     which = np.flatnonzero(found)
     return which, sky[which], error[which]
 

@@ -204,7 +204,7 @@ class Sheets:
         return np.divmod(np.unique(np.concatenate(found)), len(self.cells.sheet))
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=4)
 def _sheets_at_rest(camera: Camera, max_index: int) -> Sheets:
     """Find the critical curves, trace the grids."""
     rehearse(camera)
