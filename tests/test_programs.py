@@ -102,3 +102,12 @@ def test_a_failure_is_no_answer():
         with pytest.raises(TypeError):
             program((1.0, "one"), twice=True)
     ask(program)
+
+
+def test_few_are_held_in_memory(folder, monkeypatch):
+    monkeypatch.setattr("kerrcaustics.beams.programs._MOST_LOADED", 2)
+    program = Program(doubled)
+    for count in (2, 3, 2, 4, 3, 2):
+        ask(program, count)
+    # Those that were let go are read again.
+    assert len(TRACED) == 3 and len(program._found) == 2

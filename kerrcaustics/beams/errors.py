@@ -16,6 +16,8 @@ from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.camera import Frame
 
+# Of a place at a finite distance, as it enters the Jacobian: that of a beam which has opened far changes with it.
+_OF_PLACE = 4.0
 # The integrator is asked where this part of an error, or more, is round-off that it does not share: it gains a digit.
 _MOSTLY = 0.9
 # Round-off of a radius, relative, as it enters the time; and the part of it at the camera, whose place is exact.
@@ -34,7 +36,7 @@ def of_jacobian(end: End, own: Reals, error: Reals, turning: Reals, spread: Real
     """
     small = jnp.minimum(spread, 1)
     if end.finite:
-        return (own + error) * (1 + turning) / small
+        return (own + _OF_PLACE * error) * (1 + turning) / small
     return own / small + error
 
 

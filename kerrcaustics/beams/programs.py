@@ -24,8 +24,9 @@ from jax.experimental import serialize_executable
 
 from kerrcaustics.files import writing
 
-# Files kept at most; those that were not used for longest go first.
-_MOST_KEPT = 256
+# Files kept at most, and programs of one function in memory, where each takes some 80 MB; those that were not used for
+# longest go first.
+_MOST_KEPT, _MOST_LOADED = 256, 16
 # What programs are made of: the rooms whose functions are compiled.
 _SOURCES = ("beams", "spacetime")
 
@@ -58,12 +59,16 @@ class Program:
         key = (tree, tuple(static.items()), *kinds)
         with self._lock:
             mine = key not in self._found
-            found = self._found.setdefault(key, Future())
+            # The last one used stands last.
+            found = self._found[key] = self._found.pop(key, None) or Future()
+            if len(self._found) > _MOST_LOADED:
+                del self._found[next(iter(self._found))]
         if mine:
             try:
                 found.set_result(self._kept(arguments, static, [(shape, str(kind)) for shape, kind in kinds]))
             except BaseException as error:
-                del self._found[key]
+                with self._lock:
+                    self._found.pop(key, None)
                 found.set_exception(error)
         return found.result()
 
