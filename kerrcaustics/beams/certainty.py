@@ -8,7 +8,7 @@ import math
 import jax.numpy as jnp
 
 from kerrcaustics.beams.ends import End, Jacobian
-from kerrcaustics.beams.geometry import length
+from kerrcaustics.beams.geometry import first_azimuth, length
 from kerrcaustics.beams.integrator.equations import Constants
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Frame, Photon
@@ -26,12 +26,13 @@ def azimuth_error(
 ) -> Reals:
     """Error of the azimuth in radians: infinite for a ray whose side of the spin axis round-off decides.
 
-    Parameters: n, the direction of the end, and its error; turn, by how much m has gone round the axis; rate of
-    (u, x, y, z) at the camera.
+    Parameters: n, the direction of the end, and its error; turn, the azimuth of m there; rate of (u, x, y, z) at the
+    camera.
     """
     sine = length(n[:2])
     scale = frame.cylindrical_scale * (1 + jnp.sqrt(jnp.maximum(constants.k, 0)) / frame.radius)
-    either = (jnp.abs(constants.b) <= _OF_B * scale) & (jnp.abs(turn) > _PASSED)
+    gone_round = jnp.abs(turn - first_azimuth(frame, rate))
+    either = (jnp.abs(constants.b) <= _OF_B * scale) & (gone_round > _PASSED)
     # From the axis itself rays leave in any direction: that of the azimuth pi is also that of - pi.
     _, x_rate, y_rate, _ = rate
     either = either | ((frame.sin_theta == 0) & (x_rate < 0) & (jnp.abs(y_rate) <= _OF_B * jnp.abs(x_rate)))

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams.emitters import EMITTERS, Emitter, static
-from kerrcaustics.beams.integrator.equations import Constants
+from kerrcaustics.beams.integrator.equations import Constants, radial_pull
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
@@ -228,7 +228,7 @@ class Sphere(End):
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """By the parabola through u, arriving with the known sign of u': close to a turning point too."""
         u, w = path.position[0], path.rate[0]
-        pull = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
+        pull = radial_pull(constants, u)
         gap = 1 / self.radius - u
         sense = jnp.where(aim.rising, -1.0, 1.0)
         final = sense * jnp.sqrt(jnp.maximum(w * w + 2 * pull * gap, 0))
@@ -237,7 +237,7 @@ class Sphere(End):
 
     def unsettled(self, constants: Constants, at: Arriving) -> tuple[Reals, Reals]:
         """Rounding of u over its rate, and where the ray only grazes the sphere, by the parabola through u."""
-        pull = jnp.abs((constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * at.u) * at.u) * at.u)
+        pull = jnp.abs(radial_pull(constants, at.u))
         rounding = _OF_RADIUS * at.u
         rate = jnp.maximum(jnp.maximum(at.rate, jnp.sqrt(rounding * pull)), 1e-300)
         return rounding / rate, pull / rate

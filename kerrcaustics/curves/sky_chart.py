@@ -106,13 +106,12 @@ class Chart:
         """
         ones = np.ones(len(sky), int)
         place, rate = self.place(ones, sky), self.rate(ones, sky, step)
-        length = np.linalg.norm(step, axis=1)
-        bent = (place[:, 1] > _DEEP) & (length > _STRAIGHT)
+        bent = (place[:, 1] > _DEEP) & (np.linalg.norm(step, axis=1) > _STRAIGHT)
         turns, depths = np.abs(rate[:, :2].T)
-        excess = np.where(bent, np.maximum(turns / _LONGEST_TURN, depths / _LONGEST_DEPTH), length / _LONGEST)
-        part = part / np.maximum(excess, 1)
-        along = self.sky(ones, place + rate * part[:, None])
-        return np.where(bent[:, None], along, moved(sky, step * part[:, None])), part
+        short = part / np.maximum(np.maximum(turns / _LONGEST_TURN, depths / _LONGEST_DEPTH), 1)
+        along = self.sky(ones, place + rate * short[:, None])
+        other, part = straight(sky, step, part)
+        return np.where(bent[:, None], along, other), np.where(bent, short, part)
 
     def _looking(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Vectors of the sky at rest in components along r, theta, phi."""

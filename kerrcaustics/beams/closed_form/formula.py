@@ -37,7 +37,7 @@ from kerrcaustics.beams.ends import (
     Sphere,
     Spherical,
 )
-from kerrcaustics.beams.geometry import dot, first_azimuth, length
+from kerrcaustics.beams.geometry import dot, length
 from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
@@ -125,8 +125,7 @@ def _ray_end(
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
     unlimited = known.noise + rounded
     error = jnp.minimum(unlimited, math.pi) + hidden
-    rate = known.light.rate
-    gone_round = known.polar.azimuth - first_azimuth(frame, rate)
+    rate, turn = known.light.rate, known.polar.azimuth
     certified = known.certified & (known.lost | jnp.isfinite(error))
     time, late = None, (None, None)
     if known.travel.clock is not None and known.polar.clock is not None:
@@ -142,7 +141,7 @@ def _ray_end(
     return RayEnd(
         direction=stacked(direction, hidden),
         azimuth=known.azimuth + hidden,
-        azimuth_error=certainty.azimuth_error(frame, known.light, direction, unlimited, gone_round, rate) + hidden,
+        azimuth_error=certainty.azimuth_error(frame, known.light, direction, unlimited, turn, rate) + hidden,
         status=status_of(known.lost, known.travel.captured),
         status_certain=known.certain,
         error=error,

@@ -19,13 +19,18 @@ class Constants(NamedTuple):
     b: Reals
 
 
+def radial_pull(constants: Constants, u: Reals) -> Reals:
+    """u'' = U'(u) / 2."""
+    return (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
+
+
 def ray_rates(spin: Reals, constants: Constants, position: tuple[Reals, ...]) -> tuple[tuple[Reals, ...], Reals]:
     """Second derivatives of (u, x, y, z), and the first derivative of psi."""
-    a2, a1, a0, k, b = constants
+    k, b = constants.k, constants.b
     u, x, y, z = position
     pull = k + 2 * spin**2 * z * z
     psi_rate = -spin * u * (2 - spin * b * u) / radial.horizon_function(spin, u)
-    return ((a2 + (1.5 * a1 + 2 * a0 * u) * u) * u, -pull * x, -pull * y, (spin**2 - pull) * z), psi_rate
+    return (radial_pull(constants, u), -pull * x, -pull * y, (spin**2 - pull) * z), psi_rate
 
 
 def rates_with_variation(
@@ -78,6 +83,6 @@ def horizon_rapidity(spin: Reals, constants: Constants, path: Path) -> Reals:
     """1 / (the time the path would need, in the complex plane, to reach the horizon, where psi' is infinite)."""
     u, w = path.position[0], path.rate[0]
     u_horizon = 1 / radial.horizon(spin)
-    acceleration = (constants.a2 + (1.5 * constants.a1 + 2 * constants.a0 * u) * u) * u
+    acceleration = radial_pull(constants, u)
     gap = jnp.maximum(u_horizon - u, 1e-300)
     return (jnp.abs(w) + jnp.sqrt(w * w + 2 * jnp.abs(acceleration) * gap)) / (2 * gap)

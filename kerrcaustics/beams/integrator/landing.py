@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams import certainty, errors
 from kerrcaustics.beams.ends import Arriving, Jacobian
-from kerrcaustics.beams.geometry import azimuth_step, dot, first_azimuth, length, turned
+from kerrcaustics.beams.geometry import azimuth_step, dot, length, turned
 from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import polar_rapidity
 from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
@@ -63,11 +63,12 @@ def land(
     doubt = _doubt(frame, journey, started, last, touch, jacobian)
     lost = end.lost(journey.aim, frame.spin, ray.position[0])
     hidden = jnp.where(lost, jnp.nan, 0.0)
-    error = jnp.minimum(doubt.direction, math.pi)
+    error, rate = jnp.minimum(doubt.direction, math.pi), started[0].rate
     found: RayEnd[Any] = RayEnd(
         direction=stacked(_or(touch.n, (1.0, 0.0, 0.0)), hidden),
         azimuth=_or((touch.turn + ray.psi,), (0.0,))[0] + hidden,
-        azimuth_error=_azimuth_error(frame, journey, touch, doubt.direction, started[0].rate) + hidden,
+        azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, doubt.direction, touch.turn, rate)
+        + hidden,
         status=status_of(lost, journey.aim.captured),
         status_certain=journey.aim.certain,
         error=error + hidden,
@@ -78,7 +79,7 @@ def land(
     )
     if last.crossings is not None:
         leaving = ray.position[3] * ray.rate[3]
-        count, sure = certainty.crossings(frame, end, last.crossings, (touch.n[2], error), leaving, started[0].rate)
+        count, sure = certainty.crossings(frame, end, last.crossings, (touch.n[2], error), leaving, rate)
         found = replace(found, crossings=count, crossings_certain=sure)
     if beams:
         rows = tuple(_or(row, (0.0, 0.0)) for row in jacobian)
@@ -88,11 +89,6 @@ def land(
         return found
     time, late, rounding = _timed(frame, journey, started[0], last, touch, doubt)
     return replace(found, time=time + hidden, time_error=late + hidden, time_noise=rounding)
-
-
-def _azimuth_error(frame: Frame, journey: Journey, touch: _Touch, error: Reals, rate: tuple[Reals, ...]) -> Reals:
-    gone_round = touch.turn - first_azimuth(frame, rate)
-    return certainty.azimuth_error(frame, journey.constants, touch.n, error, gone_round, rate)
 
 
 def _horizon_noise(frame: Frame) -> Reals:
