@@ -74,7 +74,7 @@ FINE = (1500, 1200, 2e-3)
 @pytest.mark.parametrize(
     ("camera", "normal", "grid"),
     [
-        (kc.Camera(0.95, 4.0, 1.0), (1.0, 2.0), (700, 500, 4e-3)),
+        (kc.Camera(0.95, 4.0, 1.0), (1.0, 2.0), (350, 250, 8e-3)),
         pytest.param(CAMERA, NORMAL, FINE, marks=pytest.mark.slow),
         pytest.param(kc.Camera(0.95, 4.0, 1.0), (1.0, 2.0), FINE, marks=pytest.mark.slow),
         pytest.param(kc.Camera(0.999, 2.6), (0.7, 0.3), FINE, marks=pytest.mark.slow),

@@ -135,7 +135,7 @@ def fold_crossings(camera: kc.Camera, count: int, seed: int) -> None:
 
 
 def test_a_fold_changes_two_counts_by_one():
-    fold_crossings(FAR, 50, 0)
+    fold_crossings(FAR, 20, 0)
 
 
 @pytest.mark.slow
