@@ -24,6 +24,14 @@ from .scenes.catalogue import (
 )
 from .scenes.checkerboard import Checkerboard as Checkerboard
 from .scenes.colour import black_body as black_body, tone_mapped as tone_mapped
+from .scenes.disk.disk import Disk as Disk
+from .scenes.disk.emission import (
+    BlackBody as BlackBody,
+    PageThorne as PageThorne,
+    PowerLaw as PowerLaw,
+    Swatches as Swatches,
+    Texture as Texture,
+)
 from .scenes.footprint import Footprint as Footprint
 from .scenes.panorama import Panorama as Panorama
 from .scenes.render import celestial_picture as celestial_picture, render as render, trace_view as trace_view

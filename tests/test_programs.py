@@ -105,9 +105,11 @@ def test_a_failure_is_no_answer():
 
 
 def test_few_are_held_in_memory(folder, monkeypatch):
+    loaded: dict = {}
     monkeypatch.setattr("kerrcaustics.beams.programs._MOST_LOADED", 2)
+    monkeypatch.setattr("kerrcaustics.beams.programs._loaded", loaded)
     program = Program(doubled)
     for count in (2, 3, 2, 4, 3, 2):
         ask(program, count)
     # Those that were let go are read again.
-    assert len(TRACED) == 3 and len(program._found) == 2
+    assert len(TRACED) == 3 and len(loaded) == 2

@@ -1,28 +1,36 @@
 """What shines at the end of a ray, and how its frequency changes on the way to the camera.
 
-An emitter is a function of the spin and of its place, (spin, radius, cosine of theta) -> (Omega, (dtau / dt)^2): how
-fast it circles the hole, dphi / dt, and how fast its clock goes, not positive where nothing can move that way.
+An emitter is a function of the spin and of its place, (spin, radius, cosine of theta) -> `Motion`.
 """
 
+import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from kerrcaustics.spacetime.arrays import Reals
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.arrays import Flags, Reals
 
-Motion = tuple[Reals, Reals]
+
+class Motion(NamedTuple):
+    """How an emitter moves: dphi / dt; (dtau / dt)^2, not positive where nothing can move that way; dr / dt."""
+
+    orbital: Reals
+    slowness: Reals
+    radial: Reals = 0.0
 
 
 def static(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """At rest in Boyer-Lindquist coordinates, outside the ergosphere."""
-    return 0.0, 1 - 2 * radius / (radius * radius + (spin * cosine) ** 2)
+    return Motion(0.0, 1 - 2 * radius / (radius * radius + (spin * cosine) ** 2))
 
 
 def fiducial(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """In the equatorial plane, at rest with respect to the FIDO (JTFT A.1: omega and alpha^2)."""
     a, r = spin, radius
     big = (r * r + a * a) * r * r + 2 * a * a * r
-    return 2 * a * r / big, r * r * (r * r - 2 * r + a * a) / big
+    return Motion(2 * a * r / big, r * r * (r * r - 2 * r + a * a) / big)
 
 
 def circular(spin: float, radius: Reals, cosine: Reals) -> Motion:
@@ -35,27 +43,67 @@ def retrograde(spin: float, radius: Reals, cosine: Reals) -> Motion:
     return _orbiting(spin, radius, -1)
 
 
+def plunging(spin: float, radius: Reals, cosine: Reals) -> Motion:
+    """In the equatorial plane: circular and prograde down to the ISCO, and from there falling.
+
+    Inside, with the energy E and the angular momentum L of the ISCO (Cunningham 1975, ApJ 202, 788).
+    """
+    a, r = spin, np.asarray(radius)
+    outside = circular(spin, radius, cosine)
+    last = kerr.isco(spin)
+    root = math.sqrt(1 - 3 / last + 2 * a / last**1.5)
+    energy = (1 - 2 / last + a / last**1.5) / root
+    momentum = math.sqrt(last) * (1 - 2 * a / last**1.5 + a * a / last**2) / root
+    # Both times r Delta; and u^r.
+    t_rate = ((r * r + a * a) * r + 2 * a * a) * energy - 2 * a * momentum
+    phi_rate = (r - 2) * momentum + 2 * a * energy
+    inward = -math.sqrt(2 / (3 * last)) * np.maximum(last / r - 1, 0) ** 1.5
+    clock = r * (r * (r - 2) + a * a) / t_rate
+    falls = r < last
+    return Motion(
+        np.where(falls, phi_rate / t_rate, outside.orbital),
+        np.where(falls, clock * clock, outside.slowness),
+        inward * np.where(falls, clock, 0.0),
+    )
+
+
 def _orbiting(spin: float, radius: Reals, sense: int) -> Motion:
     r = radius
     kepler = sense * spin + r**1.5
-    return sense / kepler, r**3 * (1 - 3 / r + 2 * sense * spin / r**1.5) / kepler**2
+    return Motion(sense / kepler, r**3 * (1 - 3 / r + 2 * sense * spin / r**1.5) / kepler**2)
 
 
+Light = tuple[Reals, Reals]
 Emitter = Callable[[float, Reals, Reals], Motion]
 EMITTERS: dict[str, Emitter] = {
     "circular": circular,
     "retrograde": retrograde,
     "static": static,
     "fiducial": fiducial,
+    "plunging": plunging,
 }
 
 
-def redshift(emitter: Emitter, spin: float, b: Reals, place: tuple[Reals, Reals], at_infinity: Reals) -> Reals:
+def redshift(
+    emitter: Emitter, spin: float, light: Light, place: tuple[Reals, Reals], at_infinity: Reals, outward: Flags
+) -> Reals:
     """Frequency ratio nu_camera / nu_source for an emitter; NaN where there can be none.
 
-    Parameters: b, the photon's axial angular momentum per energy; place, radius and cosine of theta of the emitter;
-    at_infinity, the ratio for a source at rest there. The source measures (1 - Omega b) dt / dtau of unit energy.
+    Parameters: light, b and q of the photons; place, radius and cosine of theta of the emitter; at_infinity, the ratio
+    for a source at rest there; outward, whether the photon, followed backward, moves outward at the emitter. The source
+    measures (1 - Omega b - (dr / dt) p_r) dt / dtau of unit energy.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
-        rate, slowness = emitter(spin, *place)
-        return at_infinity * np.sqrt(np.where(slowness > 0, slowness, np.nan)) / (1 - rate * b)
+        motion = emitter(spin, *place)
+        measured = 1 - motion.orbital * light[0]
+        if np.any(motion.radial):
+            measured = measured - motion.radial * _radial_momentum(spin, light, place[0], outward)
+        return at_infinity * np.sqrt(np.where(motion.slowness > 0, motion.slowness, np.nan)) / measured
+
+
+def _radial_momentum(spin: float, light: Light, radius: Reals, outward: Flags) -> Reals:
+    """p_r of photons of unit energy, forward in time."""
+    b, q = light
+    delta = radius * (radius - 2) + spin * spin
+    potential = (radius * radius + spin * spin - spin * b) ** 2 - delta * (q + (b - spin) ** 2)
+    return np.where(outward, -1.0, 1.0) * np.sqrt(np.maximum(potential, 0)) / delta

@@ -258,7 +258,8 @@ class EquatorialPlane(End):
         Which crossing, from 1. The start of a ray is none, also for a camera in the plane.
     emitter : str
         What shines there, for the redshift: "circular" (prograde circular geodesic), "retrograde" (the other
-        sense), "static" (at rest in Boyer-Lindquist coordinates), "fiducial" (at rest with respect to the FIDO).
+        sense), "static" (at rest in Boyer-Lindquist coordinates), "fiducial" (at rest with respect to the FIDO),
+        "plunging" (circular down to the ISCO, and from there falling with its energy and angular momentum).
     """
 
     crossing: int = 1

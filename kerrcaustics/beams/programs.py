@@ -24,8 +24,7 @@ from jax.experimental import serialize_executable
 
 from kerrcaustics.files import writing
 
-# Files kept at most, and programs of one function in memory, where each takes some 80 MB; those that were not used for
-# longest go first.
+# Files kept at most, and programs in memory, where each takes some 80 MB: those not used for longest go first.
 _MOST_KEPT, _MOST_LOADED = 256, 16
 # What programs are made of: the rooms whose functions are compiled.
 _SOURCES = ("beams", "spacetime")
@@ -36,6 +35,9 @@ _OPTIONS = {"cpu": {"xla_disable_hlo_passes": "fusion"}}
 
 Compiled = Callable[..., Any]
 
+_loaded: dict[Hashable, "Future[Compiled]"] = {}
+_lock = threading.Lock()
+
 
 class Program:
     """A function of trees of arrays, compiled once for each shape of its arguments and each value of the static ones.
@@ -45,8 +47,6 @@ class Program:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._function = function
-        self._found: dict[Hashable, Future[Compiled]] = {}
-        self._lock = threading.Lock()
 
     def __call__(self, *arguments: Any, **static: Hashable) -> Any:
         """The function's value. Arguments are trees of numbers and arrays; static ones are part of the program."""
@@ -56,19 +56,19 @@ class Program:
         """The program for arguments such as these: found in this process, in a file, or made and put into one."""
         leaves, tree = jax.tree.flatten(arguments)
         kinds = [(getattr(leaf, "shape", ()), getattr(leaf, "dtype", type(leaf))) for leaf in leaves]
-        key = (tree, tuple(static.items()), *kinds)
-        with self._lock:
-            mine = key not in self._found
+        key = (self, tree, tuple(static.items()), *kinds)
+        with _lock:
+            mine = key not in _loaded
             # The last one used stands last.
-            found = self._found[key] = self._found.pop(key, None) or Future()
-            if len(self._found) > _MOST_LOADED:
-                del self._found[next(iter(self._found))]
+            found = _loaded[key] = _loaded.pop(key, None) or Future()
+            if len(_loaded) > _MOST_LOADED:
+                del _loaded[next(iter(_loaded))]
         if mine:
             try:
                 found.set_result(self._kept(arguments, static, [(shape, str(kind)) for shape, kind in kinds]))
             except BaseException as error:
-                with self._lock:
-                    self._found.pop(key, None)
+                with _lock:
+                    _loaded.pop(key, None)
                 found.set_exception(error)
         return found.result()
 

@@ -48,6 +48,7 @@ class RayEnd(Generic[A]):
     noise: A | None
     closed_form: A
     radius: A | None = None
+    outward: A | None = None
     time: A | None = None
     time_error: A | None = None
     time_noise: A | None = None
@@ -84,8 +85,8 @@ class RayEnd(Generic[A]):
         """Rays that do not reach their end, with a status each, holding what these hold: the formulas do hold."""
         ends = self.room(len(status))
         for values in vars(ends).values():
-            if values is not None and values.dtype == float:
-                values[...] = np.nan
+            if values is not None:
+                values[...] = np.nan if values.dtype == float else False
         return replace(ends, status=status, status_certain=certain, closed_form=np.ones(len(status), bool))
 
     def shaped(self, shape: tuple[int, ...]) -> "RayEnd[A]":
@@ -110,6 +111,7 @@ class RayEnd(Generic[A]):
             noise=None,
             time_noise=None,
             closed_form=self.closed_form & reached,
+            outward=known(self.outward),
             index=whole(self.index),
             index_certain=known(self.index_certain),
             crossings=whole(self.crossings),

@@ -174,9 +174,10 @@ def _redshift(camera: Camera, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray
     emitter = end.source()
     light = None if emitter is None else photon(camera.frame(), tuple(sky.T))
     ratio = np.where(np.isfinite(ends.direction[:, 0]), sky_redshift(camera, sky, light), np.nan)
-    if emitter is None or light is None or ends.radius is None:
+    if emitter is None or light is None or ends.radius is None or ends.outward is None:
         return ratio
-    return np.asarray(frequency_ratio(emitter, camera.spin, light.b, (ends.radius, ends.direction[:, 2]), ratio))
+    place = ends.radius, ends.direction[:, 2]
+    return np.asarray(frequency_ratio(emitter, camera.spin, (light.b, light.q), place, ratio, ends.outward))
 
 
 def cores() -> int:

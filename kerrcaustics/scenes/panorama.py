@@ -61,23 +61,13 @@ class Panorama:
 
         Values of PNG and JPEG count as sRGB, those of OpenEXR as linear; OpenEXR needs the package of that name.
         """
-        name = Path(path)
-        if name.suffix.lower() not in _ENDINGS:
-            raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {os.fspath(path)!r}.")
-        linear = name.suffix.lower() == ".exr"
-        try:
-            values = _read_exr(name) if linear else _read_screen(name)
-        except (OSError, RuntimeError, ValueError, KeyError) as error:
-            reason = getattr(error, "strerror", None) or "it is no such picture"
-            raise ValueError(
-                f"Argument `path` must name a picture that can be read: {os.fspath(path)!r}: {reason}."
-            ) from None
+        values = read_picture(path)
         if values.shape[1] != 2 * values.shape[0]:
             raise ValueError(
                 f"Argument `path` must name a picture twice as wide as high, but {os.fspath(path)!r} has "
                 f"{values.shape[1]} x {values.shape[0]} pixels."
             )
-        return cls(values if linear else decoded(values), orientation)
+        return cls(values, orientation)
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels; for a shift of colours the picture counts as lit by daylight."""
@@ -100,6 +90,25 @@ class Panorama:
                 fine += part[which] * (_looked_up(self._levels[k + 1], *place) - fine)
             light[which] = fine
         return light
+
+
+def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
+    """Linear light (h, w, 3) of a PNG, JPEG or OpenEXR file.
+
+    Values of PNG and JPEG count as sRGB, those of OpenEXR as linear; OpenEXR needs the package of that name.
+    """
+    name = Path(path)
+    if name.suffix.lower() not in _ENDINGS:
+        raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {os.fspath(path)!r}.")
+    linear = name.suffix.lower() == ".exr"
+    try:
+        values = _read_exr(name) if linear else _read_screen(name)
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        reason = getattr(error, "strerror", None) or "it is no such picture"
+        raise ValueError(
+            f"Argument `path` must name a picture that can be read: {os.fspath(path)!r}: {reason}."
+        ) from None
+    return values if linear else decoded(values)
 
 
 def _read_screen(path: Path) -> Float32[Array, "h w 3"]:

@@ -148,6 +148,7 @@ def _ray_end(
         noise=known.noise,
         closed_form=certified,
         radius=radius + hidden if end.finite else None,
+        outward=known.travel.rate < jnp.zeros_like(radius) if end.finite else None,
         time=time,
         time_error=late[0],
         time_noise=late[1],

@@ -75,6 +75,7 @@ def land(
         noise=doubt.noise,
         closed_form=jnp.zeros_like(lost),
         radius=end.radius_at(ray.position[0]) + hidden if end.finite else None,
+        outward=ray.rate[0] < 0 if end.finite else None,
         index=last.conjugate_points,
     )
     if last.crossings is not None:

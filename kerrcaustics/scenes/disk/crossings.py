@@ -1,0 +1,361 @@
+"""Where a picture sees the equatorial plane: the n-th crossing of every ray, from few beams.
+
+Over a picture the radius, the azimuth and the travel time of the n-th crossing are smooth functions, also across the
+shadow edge. So beams are traced at the corners of square cells, and patches.py joins them. Cells are halved where the
+patch may be off by a hundredth of a pixel, and where part of the corners' rays do not cross any more, down to a
+sixteenth of a pixel: so images of the disk that are thinner than a pixel are found too. Cells that see nothing between
+the rims are left out.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.beams.beam import Rays, Status
+from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.scenes.disk.patches import CORNERS, doubt
+from kerrcaustics.scenes.footprint import pixel_matrix
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera, photon, redshift as sky_redshift
+
+Array = np.ndarray
+
+# Beams need not be better for pictures.
+_TOLERANCE = 1e-7
+# The finest cells are so much smaller than a pixel, and the largest ones so many pixels wide, at most.
+FINEST, _LARGEST = 16, 8
+# No cell is larger (radians): constants of the photon are linear in it.
+_WIDEST = 0.02
+# So many rays in each direction within a finest cell that is not smooth, and how they shift from cell to cell.
+_RAYS = 2
+_SHIFTS = ((0.7548776662466927, 0.5698402909980532), (0.5698402909980532, 0.7548776662466927))
+# Patches may be off by this part of a pixel, or by these: of the disk's width in 1 / r, and radians of azimuth.
+_OF_PIXEL, _OF_WIDTH, _OF_AZIMUTH = 0.0015, 1e-5, 1e-6
+# Azimuths of a cell's corners lie within this of each other: they are known modulo 2 pi.
+_WIDEST_TURN = 1.5
+# A part of a pixel that a screen cannot show.
+_LEAST = 1 / 340
+# Whoever crosses more often is too close to the shadow edge to be seen.
+MOST_CROSSINGS = 12
+
+
+class Corners(NamedTuple):
+    """Rays at corners of cells: where they cross the plane.
+
+    key, sorted, of places on the finest lattice; place (n, 2), 1 / r and phi; slope (n, 2, 2) of these (rows) per pixel
+    along x and y; extra (n, 5): of the photon nu_camera / nu_infinity, b and q; 1 where it moves outward; the travel
+    time; side: 0 where the plane is crossed, 1 where the ray escapes before, -1 where it
+    falls in; outward, whether it moves so there.
+    """
+
+    key: Array
+    place: Array
+    slope: Array
+    extra: Array
+    side: Array
+    outward: Array
+
+    def merged(self, other: "Corners") -> "Corners":
+        """Both, in order."""
+        key = np.concatenate([self.key, other.key])
+        order = np.argsort(key)
+        return Corners(*(np.concatenate(pair)[order] for pair in zip(self, other, strict=True)))
+
+    def find(self, key: Array) -> tuple[Array, Array]:
+        """The number of each key, and whether it is there."""
+        if not len(self.key):
+            return np.zeros(key.shape, int), np.zeros(key.shape, bool)
+        number = np.minimum(np.searchsorted(self.key, key), len(self.key) - 1)
+        return number, self.key[number] == key
+
+
+class PlaneCells(NamedTuple):
+    """Square cells of a picture that see the plane, at one crossing.
+
+    x, y (n,): the upper left corner on the finest lattice, 0 at the corner of the picture; size (n,) there;
+    data (n, 12, 2), 1 / r and phi for `patches`; extra (n, 4, 5), of the corners; low, high (n, 2), between which 1 / r
+    and phi lie; cover (n,), the part of the cell that sees the plane there.
+    """
+
+    x: Array
+    y: Array
+    size: Array
+    data: Array
+    extra: Array
+    low: Array
+    high: Array
+    cover: Array
+
+
+class Lattice(NamedTuple):
+    """The picture's finest lattice, and what is asked of rays on it."""
+
+    camera: Camera
+    view: View
+    timed: bool
+
+    @property
+    def columns(self) -> int:
+        """More than there are corners from left to right."""
+        return (self.view.width + 2 * _LARGEST) * FINEST
+
+    def roots(self) -> tuple[Array, Array, int]:
+        """The largest cells, which cover the picture: x, y, size."""
+        size = FINEST * _LARGEST
+        most = _WIDEST / self.view.pixel * FINEST
+        while size > 1 and size > most:
+            size //= 2
+        across, down = (-(-pixels * FINEST // size) for pixels in (self.view.width, self.view.height))
+        x, y = np.meshgrid(np.arange(across) * size, np.arange(down) * size)
+        return x.ravel(), y.ravel(), size
+
+    def key(self, x: Array, y: Array) -> Array:
+        """One number for a place."""
+        return y * self.columns + x
+
+    def trace(self, key: Array, crossing: int) -> Corners:
+        """The rays at some places."""
+        y, x = np.divmod(key, self.columns)
+        sky, steps = self._directions(x, y)
+        end = EquatorialPlane(crossing)
+        without = {"index": False, "crossings": False, "redshift": False}
+        beams = trace_beams(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed, **without)
+        assert beams.radius is not None and beams.outward is not None
+        radius, per_pixel = beams.radius, pixel_matrix(beams, sky, steps)
+        slope = np.stack([-per_pixel[:, 0] / radius[:, None] ** 2, per_pixel[:, 1] / radius[:, None]], axis=1)
+        there = np.isfinite(slope.sum(axis=(1, 2)))
+        side = np.where(there, 0, np.where(beams.status == Status.CAPTURED, -1, 1)).astype(np.int8)
+        place = np.stack([1 / radius, beams.azimuth], axis=-1)
+        return Corners(key, place, slope, self._extra(sky, beams), side, beams.outward)
+
+    def rays(self, x: Array, y: Array, crossing: int) -> tuple[Float[Array, "n 2"], Float[Array, "n 5"]]:
+        """1 / r and phi (n, 2), and what else there is (n, 5), of rays at places on the lattice; NaN for none."""
+        sky, _ = self._directions(x, y)
+        end = EquatorialPlane(crossing)
+        rays = trace_rays(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed)
+        assert rays.radius is not None
+        return np.stack([1 / rays.radius, rays.azimuth], axis=-1), self._extra(sky, rays)
+
+    def _directions(self, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
+        return self.view.directions(x / FINEST - 0.5, y / FINEST - 0.5)
+
+    def _extra(self, sky: Float[Array, "n 3"], rays: Rays) -> Float[Array, "n 5"]:
+        light = photon(self.camera.frame(), tuple(sky.T))
+        time = np.zeros(len(sky)) if rays.time is None else rays.time
+        assert rays.outward is not None
+        return np.stack([sky_redshift(self.camera, sky, light), light.b, light.q, rays.outward, time], axis=-1)
+
+
+class Seen(NamedTuple):
+    """All crossings of a picture: cells for each of them, and how many beams they took."""
+
+    cells: tuple[PlaneCells, ...]
+    beams: tuple[int, ...]
+
+
+def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Seen:
+    """The crossings between two radii, nearest first, until none can follow.
+
+    opaque: nothing is seen behind what lies between the radii.
+    """
+    x, y, size = lattice.roots()
+    rims = 1 / outer, 1 / inner
+    found, beams, before = [], [], None
+    for crossing in range(1, MOST_CROSSINGS + 1):
+        if not len(x):
+            break
+        cells, corners, traced = _crossing(lattice, crossing, (x, y, size), rims, before)
+        beams.append(traced)
+        if crossing > 1 and not len(cells.x):
+            break
+        found.append(cells)
+        if _faint(found, lattice):
+            break
+        x, y = _going_on(lattice, corners, (x, y, size), rims, opaque)
+        before = corners
+    return Seen(tuple(found), tuple(beams))
+
+
+def _crossing(
+    lattice: Lattice,
+    crossing: int,
+    roots: tuple[Array, Array, int],
+    rims: tuple[float, float],
+    before: Corners | None,
+) -> tuple[PlaneCells, Corners, int]:
+    x, y, size = roots
+    corners, kept, traced = _NONE, [], 0
+    while len(x):
+        keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
+        corners, count = _with(lattice, corners, keys, crossing, before)
+        traced += count
+        number, _ = corners.find(keys)
+        pixels = size / FINEST
+        side = corners.side[number]
+        whole = (side == 0).all(axis=1)
+        low, high = _range(corners, number, pixels)
+        nothing = _nothing(side, low[:, 0], high[:, 0], rims)
+        data = _data(corners, number, pixels)
+        good = whole & ~nothing & _smooth(data, low, high, pixels, rims)
+        kept.append(_cells(corners, x, y, size, number, data, low, high, good))
+        split = ~nothing & ~good
+        if size == 1:
+            if split.any():
+                sampled, count = _sampled(lattice, crossing, x[split], y[split], rims)
+                kept.append(sampled)
+                traced += count
+            break
+        if size >= FINEST:
+            # A thin image may bulge over the edge of a cell whose corners it leaves out.
+            near = np.zeros(len(corners.key), bool)
+            near[number[split]] = True
+            split |= ~whole & ~good & near[number].any(axis=1)
+        size //= 2
+        x, y = (
+            np.concatenate([place[split] + step * size for step in steps])
+            for place, steps in ((x, (0, 1, 0, 1)), (y, (0, 0, 1, 1)))
+        )
+    return PlaneCells(*(np.concatenate(parts) for parts in zip(*kept, strict=True))), corners, traced
+
+
+_NONE = Corners(
+    np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros((0, 5)), np.zeros(0, np.int8), np.zeros(0, bool)
+)
+
+
+def _with(
+    lattice: Lattice, corners: Corners, keys: Array, crossing: int, before: Corners | None
+) -> tuple[Corners, int]:
+    """The corners with those of some keys, and how many of them were traced."""
+    wanted = np.unique(keys)
+    wanted = wanted[~corners.find(wanted)[1]]
+    if before is not None:
+        # Who did not cross before does not cross now.
+        number, there = before.find(wanted)
+        gone = there.copy()
+        gone[there] = before.side[number[there]] != 0
+        rows = number[gone]
+        lost = Corners(*(part[rows] for part in before))
+        corners, wanted = corners.merged(lost), wanted[~gone]
+    if not len(wanted):
+        return corners, 0
+    return corners.merged(lattice.trace(wanted, crossing)), len(wanted)
+
+
+def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array, "cells 2"], Float[Array, "cells 2"]]:
+    """Between which values 1 / r and phi lie in cells, from those corners that cross: each speaks for its quarter."""
+    place = _aligned(corners.place[number])
+    reach = np.abs(corners.slope[number]).sum(axis=-1) * (pixels / 2)
+    crosses = (corners.side[number] == 0)[..., None]
+    low = np.where(crosses, place - reach, np.inf).min(axis=1)
+    high = np.where(crosses, place + reach, -np.inf).max(axis=1)
+    return low, high
+
+
+def _aligned(place: Float[Array, "cells some 2"]) -> Float[Array, "cells some 2"]:
+    """With azimuths in a cell that are next to each other, modulo 2 pi."""
+    place = place.copy()
+    phi = place[..., 1]
+    first = np.where(np.isnan(phi[:, :1]), np.nanmin(np.where(np.isnan(phi), np.inf, phi), axis=1)[:, None], phi[:, :1])
+    first = np.where(np.isfinite(first), first, 0.0)
+    place[..., 1] = phi - 2 * np.pi * np.round((phi - first) / (2 * np.pi))
+    return place
+
+
+def _nothing(side: Array, low: Array, high: Array, rims: tuple[float, float]) -> Bool[Array, " cells"]:
+    """Which cells see nothing between the rims: all rays go beyond one of them."""
+    farthest, nearest = rims
+    beyond = (high < farthest) & (side >= 0).all(axis=1)
+    within = (low > nearest) & (side <= 0).all(axis=1)
+    return beyond | within
+
+
+def _data(corners: Corners, number: Array, pixels: float) -> Float[Array, "cells 12 2"]:
+    slope = corners.slope[number] * pixels
+    return np.concatenate([_aligned(corners.place[number]), slope[..., 0], slope[..., 1]], axis=1)
+
+
+def _smooth(data: Array, low: Array, high: Array, pixels: float, rims: tuple[float, float]) -> Bool[Array, " cells"]:
+    """Where patches are as good as a picture needs."""
+    per_pixel = np.hypot(data[:, 4:8], data[:, 8:]).max(axis=1) / pixels
+    least = np.array([_OF_WIDTH * (rims[1] - rims[0]), _OF_AZIMUTH])
+    close = doubt(data) <= np.maximum(_OF_PIXEL * per_pixel, least)
+    return close.all(axis=1) & (high[:, 1] - low[:, 1] < _WIDEST_TURN)
+
+
+def _cells(
+    corners: Corners, x: Array, y: Array, size: int, number: Array, data: Array, low: Array, high: Array, good: Array
+) -> PlaneCells:
+    sizes, extra = np.full(good.sum(), size), corners.extra[number[good]]
+    return PlaneCells(x[good], y[good], sizes, data[good], extra, low[good], high[good], np.ones(len(sizes)))
+
+
+def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[float, float]) -> tuple[PlaneCells, int]:
+    """Finest cells on which the map is not smooth, by a few rays each: how many see the disk, what one of them sees.
+
+    Which one changes from cell to cell, and so do the rays' places, lest they fall into step with a thin image.
+    """
+    shifts = [((x * one + y * other) % 1.0)[:, None, None] for one, other in _SHIFTS]
+    step = np.arange(_RAYS) / _RAYS
+    across, down = np.broadcast_arrays(
+        x[:, None, None] + step + shifts[0] / _RAYS, y[:, None, None] + step[:, None] + shifts[1] / _RAYS
+    )
+    place, extra = lattice.rays(across.ravel(), down.ravel(), crossing)
+    place, extra = place.reshape(len(x), -1, 2), extra.reshape(len(x), -1, 5)
+    seen = (place[..., 0] >= rims[0]) & (place[..., 0] <= rims[1])
+    count = seen.sum(axis=1)
+    which = np.flatnonzero(count)
+    # The rays that see the disk come first.
+    one = np.argsort(~seen[which], axis=1, kind="stable")[np.arange(len(which)), (x + 3 * y)[which] % count[which]]
+    shown = place[which, one]
+    data = np.zeros((len(which), 12, 2))
+    data[:, :4] = shown[:, None]
+    four = np.repeat(extra[which, one][:, None], 4, axis=1)
+    sizes, cover = np.ones(len(which), int), count[which] / seen.shape[1]
+    return PlaneCells(x[which], y[which], sizes, data, four, shown, shown, cover), across.size
+
+
+def covered(found: tuple[PlaneCells, ...], shape: tuple[int, int], inner: float, outer: float) -> Bool[Array, "h w"]:
+    """Pixels of a picture of some shape (h, w) that see nothing but the plane between two radii at one crossing."""
+    mask = np.zeros(shape, bool)
+    for cells in found:
+        full = (cells.low[:, 0] >= 1 / outer) & (cells.high[:, 0] <= 1 / inner) & (cells.size >= FINEST)
+        for x, y, size in zip(*(part[full] // FINEST for part in (cells.x, cells.y, cells.size)), strict=True):
+            mask[y : y + size, x : x + size] = True
+    return mask
+
+
+def _faint(found: list[PlaneCells], lattice: Lattice) -> bool:
+    """Whether the next crossing will cover less of any pixel than a screen can show, as the last two tell."""
+    if len(found) < 2 or not len(found[-2].x):
+        return False
+    before, last = (float((cells.cover * cells.size**2).sum()) for cells in found[-2:])
+    return _most(found[-1], lattice) * last / before < _LEAST
+
+
+def _most(cells: PlaneCells, lattice: Lattice) -> float:
+    """The largest part of a pixel that cells cover."""
+    if not len(cells.x) or cells.size.max() >= FINEST:
+        return 1.0
+    pixel = cells.y // FINEST * lattice.columns + cells.x // FINEST
+    _, number = np.unique(pixel, return_inverse=True)
+    return float(np.bincount(number, cells.cover * (cells.size / FINEST) ** 2).max())
+
+
+def _going_on(
+    lattice: Lattice, corners: Corners, roots: tuple[Array, Array, int], rims: tuple[float, float], opaque: bool
+) -> tuple[Int[Array, " roots"], Int[Array, " roots"]]:
+    """The largest cells in which rays may cross between the rims once more."""
+    x, y, size = roots
+    u = corners.place[:, 0]
+    goes_on = (corners.side == 0) & ~((u < rims[0]) & corners.outward)
+    if opaque:
+        goes_on &= ~((u >= rims[0]) & (u <= rims[1]))
+    row, column = np.divmod(corners.key[goes_on], lattice.columns)
+    touched = [
+        lattice.key((column - left) // size * size, (row - up) // size * size) for left in (0, 1) for up in (0, 1)
+    ]
+    chosen = np.isin(lattice.key(x, y), np.concatenate(touched))
+    return x[chosen], y[chosen]

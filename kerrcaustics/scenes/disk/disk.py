@@ -1,0 +1,111 @@
+"""Thin disks: how large, what they shine with, how they let light through, how they move."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.scenes.disk.places import Emission, Places
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.checks import real_number
+
+Array = np.ndarray
+
+MOTIONS = ("circular", "retrograde", "static", "plunging")
+
+
+@dataclass(frozen=True, eq=False)
+class Disk:
+    """An infinitely thin disk in the equatorial plane.
+
+    Parameters
+    ----------
+    inner, outer : float
+        Radii of its rims, outside the horizon.
+    emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or anything else with their methods
+        What it shines with; both faces alike.
+    opacity : float, or function of (radius, azimuth)
+        The part of the light behind that the disk keeps from one who looks along its axis, 0 to 1: 1 - exp(-tau). It
+        tells nothing of the emission: a transparent disk shines too.
+    motion : str
+        Of what shines, for the shifts of frequency and for the pattern as time goes by: "circular" (prograde circular
+        geodesics), "retrograde", "static" (at rest in Boyer-Lindquist coordinates), "plunging" (circular down to the
+        ISCO, and from there falling with its energy and angular momentum).
+    slant : bool
+        Whether slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle.
+    brightness : float
+        Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
+
+    Notes
+    -----
+    Where nothing can move as asked for (circular geodesics at or within the photon orbit), a disk whose light is
+    shifted is dark.
+    """
+
+    inner: float
+    outer: float
+    emission: Emission
+    opacity: Any = 1.0
+    motion: str = "circular"
+    slant: bool = True
+    brightness: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no disk."""
+        for name in ("inner", "outer"):
+            if not 0 < real_number(name, getattr(self, name)) < math.inf:
+                raise ValueError(f"Argument `{name}` must be a positive radius, but is {getattr(self, name)!r}.")
+        if not self.inner < self.outer:
+            raise ValueError(f"Argument `inner` must be smaller than `outer` ({self.outer:g}), but is {self.inner:g}.")
+        if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
+            raise ValueError(
+                "Argument `emission` must be a BlackBody, PowerLaw, PageThorne, Swatches, Texture or Spots, "
+                f"but is {self.emission!r}."
+            )
+        if not callable(self.opacity) and not 0 <= real_number("opacity", self.opacity) <= 1:
+            raise ValueError(
+                f"Argument `opacity` must be a number from 0 to 1, or a function, but is {self.opacity!r}."
+            )
+        if not 0 <= real_number("brightness", self.brightness) < math.inf:
+            raise ValueError(f"Argument `brightness` must be a number from 0 on, but is {self.brightness!r}.")
+        if self.motion not in MOTIONS:
+            raise ValueError(f"Argument `motion` must be one of {', '.join(MOTIONS)}, but is {self.motion!r}.")
+
+    def check(self, spin: float) -> None:
+        """Refuse a disk that reaches the horizon of a hole."""
+        if not self.inner > kerr.horizon(spin):
+            raise ValueError(
+                f"Argument `inner` must be larger than the horizon radius {kerr.horizon(spin):.12g}, "
+                f"but is {self.inner:.12g}."
+            )
+
+    @property
+    def opaque(self) -> bool:
+        """Whether nothing is seen behind it."""
+        return not callable(self.opacity) and self.opacity == 1
+
+    @property
+    def slanting(self) -> bool:
+        """Whether it matters how light slants."""
+        return self.slant and (callable(self.opacity) or 0 < self.opacity < 1)
+
+    def orbital(self, spin: float, radius: Array) -> Array:
+        """dphi / dt (n,) at radii; 0 where nothing can circle."""
+        return np.nan_to_num(np.asarray(EMITTERS[self.motion](spin, radius, 0.0).orbital) + np.zeros_like(radius))
+
+    def transmitted(self, places: Places, cosine: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The part (n,) of the light behind that comes through; cosine, of the angle from the axis."""
+        if callable(self.opacity):
+            opacity = np.asarray(self.opacity(places.radius, places.azimuth), float) + np.zeros_like(places.radius)
+            if not (np.isfinite(opacity) & (opacity >= 0) & (opacity <= 1)).all():
+                raise ValueError("Argument `opacity` must be a function whose values lie in 0 to 1.")
+        else:
+            opacity = np.full(len(places.radius), float(self.opacity))
+        if not self.slanting:
+            return 1 - opacity
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # Where nothing can move as asked for, as if light came along the axis.
+            return np.exp(np.log1p(-opacity) / np.where(np.isfinite(cosine), np.clip(cosine, 1e-6, 1), 1.0))

@@ -1,0 +1,341 @@
+"""What disks shine with: black bodies of one temperature or of a law, paint swatches, pictures."""
+
+import math
+import os
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import ArrayLike
+from scipy.optimize import minimize_scalar
+
+from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR
+from kerrcaustics.scenes.colour import black_body, from_srgb, shifted_light
+from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.panorama import read_picture
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.checks import real_number, whole_number
+
+Array = np.ndarray
+
+# Pixels with an edge of paint, or much of a picture, in them are divided so finely in each direction.
+_PARTS = 8
+_HOTTEST = 1e6
+_LARGEST_PICTURE = 8192
+
+
+class Glow:
+    """Light of a temperature that depends on the radius alone; it is smooth, so that a pixel needs no division."""
+
+    def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
+        """In kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
+        raise NotImplementedError
+
+    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """That of a black body; seen with g and both shifts, that of one of g T."""
+        temperature = self.temperature(places.spin, places.radius)
+        light = black_body(temperature) * (temperature > 0)[:, None]
+        return light * shifted_light(places.redshift, beaming, colour_shift, np.maximum(temperature, 1.0))
+
+    def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
+        """Two where a pixel sees much of the disk, else one."""
+        return np.where(size[:, 0] > 0.02, 2, 1)
+
+
+@dataclass(frozen=True)
+class BlackBody(Glow):
+    """A disk of one temperature.
+
+    Parameters
+    ----------
+    peak : float
+        Kelvin. A black body of 6504 K has luminance 1, and is white.
+    """
+
+    peak: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is no temperature."""
+        _check_temperature("peak", self.peak)
+
+    def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The same everywhere."""
+        return np.full(np.shape(radius), float(self.peak))
+
+
+@dataclass(frozen=True)
+class PowerLaw(Glow):
+    """A disk whose temperature falls as a power of the radius.
+
+    Parameters
+    ----------
+    peak : float
+        Kelvin, at the radius `at`.
+    exponent : float
+        Temperature goes as radius ** -exponent; 3/4 far out in any disk that radiates what falling in sets free.
+    at : float
+    """
+
+    peak: float
+    exponent: float = 0.75
+    at: float = 10.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no temperature, or no law."""
+        _check_temperature("peak", self.peak)
+        if not math.isfinite(real_number("exponent", self.exponent)):
+            raise ValueError(f"Argument `exponent` must be a number, but is {self.exponent!r}.")
+        if not 0 < real_number("at", self.at) < math.inf:
+            raise ValueError(f"Argument `at` must be a positive radius, but is {self.at!r}.")
+
+    def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
+        """Kelvin."""
+        return np.asarray(self.peak * (radius / self.at) ** -self.exponent)
+
+
+@dataclass(frozen=True)
+class PageThorne(Glow):
+    """The thin disk that falls in steadily and radiates as a black body what this sets free; dark within the ISCO.
+
+    Parameters
+    ----------
+    peak : float
+        Kelvin, where the disk is hottest.
+
+    References
+    ----------
+    Page & Thorne 1974, ApJ 191, 499, eq. 15n.
+    """
+
+    peak: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is no temperature."""
+        _check_temperature("peak", self.peak)
+
+    def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
+        """Kelvin: the fourth root of the flux."""
+        return np.asarray(self.peak * (page_thorne_flux(spin, radius) / _most_flux(spin)) ** 0.25)
+
+
+@lru_cache(maxsize=16)
+def _most_flux(spin: float) -> float:
+    last = _isco(spin)
+
+    def less(radius: float) -> float:
+        return -float(page_thorne_flux(spin, radius))
+
+    return -float(minimize_scalar(less, bounds=(last, 4 * last), method="bounded", options={"xatol": 1e-9}).fun)
+
+
+def page_thorne_flux(spin: float, radius: ArrayLike) -> Float[Array, "*batch"]:
+    """Flux (...,) of a face of a steady thin disk, per accretion rate, in 1 / (4 pi) of the units G = c = M = 1.
+
+    Parameters: spin, negative for a retrograde disk; radius (...,); inside the ISCO the flux is 0.
+    Errors: next to the ISCO, where the flux vanishes as the square of the distance, 1e-15 of that at its peak.
+    References: Page & Thorne 1974, ApJ 191, 499, eq. 15n; 4 pi times their f times the flux per area of both faces.
+    """
+    r = np.asarray(radius, float)
+    last = math.sqrt(_isco(spin))
+    x = np.maximum(np.sqrt(np.maximum(r, 1e-300)), last)
+    third = math.acos(spin) / 3
+    roots = (2 * math.cos(third - math.pi / 3), 2 * math.cos(third + math.pi / 3), -2 * math.cos(third))
+    total = x - last - 1.5 * spin * np.log(x / last)
+    for i, root in enumerate(roots):
+        one, other = (roots[j] for j in range(3) if j != i)
+        # At spin 0 one of the roots is 0, and so is its term.
+        share = 3 * (root - spin) ** 2 / (root * (root - one) * (root - other)) if abs(root) > 1e-12 else 0.0
+        total = total - share * np.log((x - root) / (last - root))
+    shape = 1.5 / (x**4 * (x**3 - 3 * x + 2 * spin))
+    return np.where(x > last, np.maximum(shape * total, 0), 0.0)
+
+
+def _isco(spin: float) -> float:
+    return kerr.isco(abs(spin), prograde=spin >= 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Swatches:
+    """Paint swatches between circles and radii, alternating in brightness, with gaps, as in JTFT fig 13.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Swatches from rim to rim, and once round; columns are even.
+    gap : float
+        Part of a swatch's period, 0 to 1, that is the gap, in either direction.
+    colours : tuple of str
+        "#rrggbb" from the inner rim to the outer one; rows between two of them are mixed in linear light.
+    gap_colour : str
+
+    Notes
+    -----
+    Averages are exact for a box in radius and azimuth.
+    """
+
+    rows: int = 5
+    columns: int = 40
+    gap: float = 0.16
+    colours: tuple[str, ...] = COLOURS
+    gap_colour: str = GAP_COLOUR
+
+    def __post_init__(self) -> None:
+        """Refuse what is no pattern."""
+        whole_number("rows", self.rows, 1, 720)
+        if whole_number("columns", self.columns, 2, 720) % 2:
+            raise ValueError(f"Argument `columns` must be an even whole number from 2 to 720, but is {self.columns!r}.")
+        if not 0 <= real_number("gap", self.gap) < 1:
+            raise ValueError(f"Argument `gap` must lie in [0, 1), but is {self.gap!r}.")
+        if len(self.colours) == 0:
+            raise ValueError("Argument `colours` must hold at least one colour.")
+        for colour in (*self.colours, self.gap_colour):
+            from_srgb(colour)
+
+    @cached_property
+    def _paint(self) -> tuple[Float[Array, "3"], Float[Array, "rows 3"]]:
+        """The gaps' colour, and those of the brighter swatches of each row."""
+        stops = np.stack([from_srgb(colour) for colour in self.colours])
+        place = (np.arange(self.rows) + 0.5) / self.rows * (len(stops) - 1)
+        bright = np.stack([np.interp(place, np.arange(len(stops)), channel) for channel in stops.T], axis=-1)
+        return from_srgb(self.gap_colour), bright
+
+    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """Linear sRGB light (n, 3), as of paint in daylight."""
+        background, bright = self._paint
+        half_across, half_turn = places.box()
+        down = _covered(places.across * self.rows, half_across * self.rows, self.gap, self.rows)
+        turns = places.azimuth * (self.columns / (4 * math.pi))
+        half = half_turn * (self.columns / (4 * math.pi))
+        right = [_share(turns - parity / 2, half, self.gap / 4, (1 - self.gap) / 2) for parity in range(2)]
+        light = np.tile(background, (len(turns), 1))
+        for row, part in down:
+            brightness = (right[row % 2] + DARKER * right[1 - row % 2])[:, None] * bright[row]
+            light += part[:, None] * (brightness - (right[0] + right[1])[:, None] * background)
+        return light * shifted_light(places.redshift, beaming, colour_shift)
+
+    def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
+        """Many where an edge may be in sight."""
+        plain, coarse = np.ones(len(low), bool), np.zeros(len(low), bool)
+        for axis, period in ((0, 1 / self.rows), (1, 2 * math.pi / self.columns)):
+            first, last = low[:, axis] / period, high[:, axis] / period
+            within = first - np.floor(first)
+            inside = (within > self.gap / 2) & (within + (last - first) < 1 - self.gap / 2)
+            plain &= inside
+            coarse |= size[:, axis] > 0.3 * period
+        return np.where(plain, 1, np.where(coarse, 2 * _PARTS, _PARTS))
+
+
+DARKER = 0.5
+"""Every second swatch is so much darker."""
+
+
+def _covered(place: Array, half: Array, gap: float, rows: int) -> list[tuple[int, Array]]:
+    """Of boxes about places, in rows, the part within the paint of each row."""
+    half = np.maximum(half, 1e-9)
+    # What lies beyond a rim is none of the disk.
+    low, high = np.maximum(place - half, 0), np.minimum(place + half, rows)
+    found = []
+    for row in range(rows):
+        first, last = row + gap / 2, row + 1 - gap / 2
+        part = np.clip(np.minimum(high, last) - np.maximum(low, first), 0, None) / (high - low)
+        found.append((row, part))
+    return found
+
+
+def _share(turns: Array, half: Array, start: float, length: float) -> Array:
+    """Of intervals about some turns the part within a stripe that begins at `start` and comes again every turn."""
+
+    def before(place: Array) -> Array:
+        whole = np.floor(place)
+        return whole * length + np.clip(place - whole - start, 0, length)
+
+    half = np.maximum(half, 1e-9)
+    return (before(turns + half) - before(turns - half)) / (2 * half)
+
+
+class Texture:
+    """Any picture on the disk: once round from left to right, the inner rim at the bottom and the outer one at the top.
+
+    Parameters
+    ----------
+    light : (h, w, 3) array
+        Linear sRGB, any unit.
+
+    Notes
+    -----
+    Between the middles of its pixels the picture is linear; round the disk it goes on from edge to edge. Averages are
+    taken in a pyramid of pictures, each half as fine as the one before.
+    """
+
+    def __init__(self, light: ArrayLike) -> None:
+        """Make the pyramid."""
+        picture = np.asarray(light, np.float32)
+        if picture.ndim != 3 or picture.shape[2] != 3 or 0 in picture.shape:
+            raise ValueError(f"Argument `light` must have shape (h, w, 3), but has {picture.shape}.")
+        if max(picture.shape) > _LARGEST_PICTURE:
+            raise ValueError(f"Argument `light` must have at most {_LARGEST_PICTURE} rows and columns.")
+        if not (np.isfinite(picture).all() and picture.min() >= 0):
+            raise ValueError("Argument `light` must hold finite numbers that are not negative.")
+        self.shape = picture.shape[:2]
+        self._levels = [picture]
+        while min(self._levels[-1].shape[:2]) >= 2:
+            self._levels.append(_halved(self._levels[-1]))
+
+    def __repr__(self) -> str:
+        """One line: its size."""
+        return f"<Texture of {self.shape[1]} x {self.shape[0]} pixels>"
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> "Texture":
+        """The texture of a PNG, JPEG or OpenEXR file: the first two count as sRGB, OpenEXR as linear."""
+        return cls(read_picture(path))
+
+    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """Linear sRGB light (n, 3); for a shift of colours the picture counts as lit by daylight."""
+        rows, columns = self.shape
+        half_across, half_turn = places.box()
+        size = np.maximum(2 * half_across * rows, half_turn * columns / math.pi)
+        level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(self._levels) - 1)
+        lower = level.astype(int)
+        down, right = 1 - places.across, places.azimuth / (2 * math.pi)
+        light = np.empty((len(level), 3), np.float32)
+        for k in np.unique(lower):
+            which = lower == k
+            fine = _bilinear(self._levels[k], down[which], right[which])
+            if k + 1 < len(self._levels):
+                part = (level[which] - k)[:, None].astype(np.float32)
+                fine = fine + part * (_bilinear(self._levels[k + 1], down[which], right[which]) - fine)
+            light[which] = fine
+        return light * shifted_light(places.redshift, beaming, colour_shift)
+
+    def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
+        """So many that a part is as large as a pixel of the picture, to a limit."""
+        texels = np.maximum(size[:, 0] * self.shape[0], size[:, 1] * self.shape[1] / (2 * math.pi))
+        return np.clip(2 ** np.ceil(np.log2(np.maximum(3 * texels, 1))), 4, 2 * _PARTS).astype(int)
+
+
+def _halved(picture: Float[Array, "h w 3"]) -> Float[Array, "_h _w 3"]:
+    """Means of two by two pixels; the last one of an odd number counts twice."""
+    rows, columns = picture.shape[:2]
+    even = np.pad(picture, ((0, rows % 2), (0, columns % 2), (0, 0)), mode="edge")
+    return (even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]) / 4
+
+
+def _bilinear(picture: Float[Array, "h w 3"], down: Float[Array, " n"], right: Float[Array, " n"]) -> Any:
+    """Light (n, 3) at parts of the height and of the way round."""
+    rows, columns = picture.shape[:2]
+    y = np.clip(down * rows - 0.5, 0, rows - 1)
+    x = right * columns - 0.5
+    top, left = np.minimum(y.astype(int), max(rows - 2, 0)), np.floor(x).astype(int)
+    v, u = (y - top)[:, None].astype(np.float32), (x - left)[:, None].astype(np.float32)
+    below, left, beside = np.minimum(top + 1, rows - 1), left % columns, (left + 1) % columns
+    upper = picture[top, left] * (1 - u) + picture[top, beside] * u
+    lower = picture[below, left] * (1 - u) + picture[below, beside] * u
+    return upper * (1 - v) + lower * v
+
+
+def _check_temperature(name: str, value: Any) -> None:
+    if not 0 < real_number(name, value) <= _HOTTEST:
+        raise ValueError(f"Argument `{name}` must be a temperature above 0 and at most 1e6 kelvin, but is {value!r}.")

@@ -1,0 +1,239 @@
+"""The light of a disk in the pixels of a picture, from cells that see it (crossings.py).
+
+Pixels are divided into as many parts as what they see asks for. Each part is lit front to back through all crossings;
+rims are covered to the exact part of a square on which the radius is linear.
+"""
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.beams.emitters import EMITTERS, redshift
+from kerrcaustics.beams.trace import cores
+from kerrcaustics.scenes.disk.crossings import FINEST, PlaneCells
+from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.patches import Weights, weights
+from kerrcaustics.scenes.disk.places import Places
+
+Array = np.ndarray
+
+# Parts of pixels that a core lights at a time: memory beside the picture is what these need.
+_LIT = 1 << 18
+# Pixels with a rim in sight are divided so finely in each direction: one crossing's rim may lie before another's.
+_AT_RIM = 4
+
+
+class Looks(NamedTuple):
+    """How a disk is looked at: the switches of `render`, and the camera's time."""
+
+    spin: float
+    beaming: bool
+    colour_shift: bool
+    delay: bool
+    time: float
+
+
+class _Layer(NamedTuple):
+    """One crossing: its cells; which of them a pixel lies in, -1 for none; those within pixels, by their pixel."""
+
+    cells: PlaneCells
+    large: Int[Array, " pixels"]
+    pixel: Int[Array, " small"]
+    small: Int[Array, " small"]
+
+
+def lit(
+    disk: Disk, crossings: tuple[PlaneCells, ...], shape: tuple[int, int], looks: Looks
+) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"]]:
+    """Linear light of the pixels of a picture, and the part of the light behind that comes through."""
+    light, through = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
+    parts = np.zeros(shape[0] * shape[1], np.uint8)
+    layers = [_layer(disk, cells, shape, parts) for cells in crossings]
+    chunks = []
+    for count in np.unique(parts[parts > 0]):
+        pixels = np.flatnonzero(parts == count)
+        step = max(_LIT // int(count) ** 2, 1)
+        chunks += [(int(count), pixels[start : start + step]) for start in range(0, len(pixels), step)]
+
+    def store(chunk: tuple[int, Array]) -> None:
+        light[chunk[1]], through[chunk[1]] = _chunk_lit(disk, layers, shape[1], looks, *chunk)
+
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(store, chunks))
+    return light.reshape(*shape, 3), through.reshape(shape)
+
+
+def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], parts: Array) -> _Layer:
+    """The cells of a crossing by pixels; `parts` of each pixel grows to what they ask for."""
+    height, width = shape
+    asked = _asked(disk, cells)
+    large = np.full(height * width, -1)
+    for size in np.unique(cells.size[cells.size >= FINEST]):
+        pixels, which = size // FINEST, np.flatnonzero(cells.size == size)
+        within = np.arange(pixels)
+        x = (cells.x[which] // FINEST)[:, None, None] + within
+        y = (cells.y[which] // FINEST)[:, None, None] + within[:, None]
+        x, y, number = np.broadcast_arrays(x, y, which[:, None, None])
+        inside = (x < width) & (y < height)
+        place = y[inside] * width + x[inside]
+        large[place] = number[inside]
+        parts[place] = np.maximum(parts[place], asked[number[inside]])
+    small = np.flatnonzero(cells.size < FINEST)
+    x, y = cells.x[small] // FINEST, cells.y[small] // FINEST
+    inside = (x < width) & (y < height)
+    small, pixel = small[inside], (y * width + x)[inside]
+    np.maximum.at(parts, pixel, asked[small].astype(parts.dtype))
+    order = np.argsort(pixel, kind="stable")
+    return _Layer(cells, large, pixel[order], small[order])
+
+
+def _asked(disk: Disk, cells: PlaneCells) -> Int[Array, " cells"]:
+    """Into how many parts, in each direction, cells ask their pixels to be divided: a power of two, and at most 16."""
+    pixels = cells.size / FINEST
+    width = disk.outer - disk.inner
+    # Between rims, what reaches beyond them is none of the disk.
+    far, near = np.clip(cells.low[:, 0], 1 / disk.outer, None), np.clip(cells.high[:, 0], None, 1 / disk.inner)
+    low = np.stack([(1 / np.maximum(near, 1e-12) - disk.inner) / width, cells.low[:, 1]], axis=-1)
+    high = np.stack([(1 / np.maximum(far, 1e-12) - disk.inner) / width, cells.high[:, 1]], axis=-1)
+    slope = np.hypot(cells.data[:, 4:8], cells.data[:, 8:]).max(axis=1) / pixels[:, None]
+    size = np.stack([slope[:, 0] / np.maximum(cells.low[:, 0], 1 / disk.outer) ** 2 / width, slope[:, 1]], axis=-1)
+    size = np.minimum(size, [1.0, 2 * np.pi])
+    asked = disk.emission.parts(low, high, size)
+    rim = (cells.low[:, 0] < 1 / disk.outer) | (cells.high[:, 0] > 1 / disk.inner)
+    asked = np.maximum(asked, np.where(rim, _AT_RIM, 1))
+    return np.maximum(asked, np.where(pixels < 1, (1 / pixels).astype(int), 1))
+
+
+def _chunk_lit(
+    disk: Disk, layers: list[_Layer], width: int, looks: Looks, count: int, pixels: Array
+) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+    """Light and transmission of some pixels, divided into count x count parts."""
+    light = np.zeros((len(pixels), count, count, 3))
+    through = np.ones((len(pixels), count, count))
+    for layer in layers:
+        for rows, block, which, where in _groups(layer, width, count, pixels):
+            index = rows[:, None, None], *_grid(block)
+            shining, passing = _parts_lit(disk, layer.cells, which, where, looks, count)
+            behind = through[index]
+            light[index] += behind[..., None] * shining.reshape(*behind.shape, 3)
+            through[index] = behind * passing.reshape(behind.shape)
+    return light.mean(axis=(1, 2)), through.mean(axis=(1, 2))
+
+
+def _grid(block: tuple[slice, slice]) -> tuple[Array, Array]:
+    rows, columns = (np.arange(part.start, part.stop) for part in block)
+    return rows[None, :, None], columns[None, None, :]
+
+
+def _groups(
+    layer: _Layer, width: int, count: int, pixels: Array
+) -> Iterator[tuple[Array, tuple[slice, slice], Array, Weights]]:
+    """Pixels that see one crossing through cells of one size at one place in them.
+
+    Each as: which of the pixels; which of their parts, rows and columns; in which cells; the weights there.
+    """
+    cells, whole = layer.cells, (slice(0, count), slice(0, count))
+    number = layer.large[pixels]
+    rows = np.flatnonzero(number >= 0)
+    if len(rows):
+        number = number[rows]
+        size = cells.size[number] // FINEST
+        x = pixels[rows] % width - cells.x[number] // FINEST
+        y = pixels[rows] // width - cells.y[number] // FINEST
+        for kind, chosen in _by((size * FINEST + y) * FINEST + x):
+            size_here, place = divmod(kind, FINEST * FINEST)
+            down, right = divmod(place, FINEST)
+            side = 1 / size_here
+            yield rows[chosen], whole, number[chosen], weights(right * side, down * side, side, count)
+    first, last = np.searchsorted(layer.pixel, [pixels[0], pixels[-1] + 1])
+    row = np.searchsorted(pixels, layer.pixel[first:last])
+    here = np.flatnonzero(pixels[np.minimum(row, len(pixels) - 1)] == layer.pixel[first:last])
+    if not len(here):
+        return
+    number, row = layer.small[first:last][here], row[here]
+    size = cells.size[number]
+    for kind, chosen in _by((size * FINEST + cells.y[number] % FINEST) * FINEST + cells.x[number] % FINEST):
+        size_here, place = divmod(kind, FINEST * FINEST)
+        down, right = divmod(place, FINEST)
+        parts = size_here * count // FINEST
+        first_row, first_column = down * count // FINEST, right * count // FINEST
+        block = slice(first_row, first_row + parts), slice(first_column, first_column + parts)
+        yield row[chosen], block, number[chosen], weights(0.0, 0.0, 1.0, parts)
+
+
+def _by(kinds: Array) -> Iterator[tuple[int, Array]]:
+    """The places of each value."""
+    order = np.argsort(kinds, kind="stable")
+    values, starts = np.unique(kinds[order], return_index=True)
+    for value, chosen in zip(values, np.split(order, starts[1:]), strict=True):
+        yield int(value), chosen
+
+
+def _parts_lit(
+    disk: Disk, cells: PlaneCells, which: Array, where: Weights, looks: Looks, count: int
+) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:
+    """Light (m, 3) and transmission (m,) of parts of pixels, one after the other for each of the cells."""
+    data = cells.data[which]
+    # Lengths along a side of a part.
+    side = (FINEST / cells.size[which] / count)[:, None]
+    u, phi = (data[..., i] @ where.value for i in range(2))
+    slopes = [[(data[..., i] @ along) * side for along in (where.along_x, where.along_y)] for i in range(2)]
+    cover = _cover(u - 1 / disk.outer, *slopes[0]) - _cover(u - 1 / disk.inner, *slopes[0])
+    cover *= cells.cover[which, None]
+    seen = np.flatnonzero(cover.ravel() > 0)
+    light, through = np.zeros((u.size, 3)), np.ones(u.size)
+    if not len(seen):
+        return light, through
+    u, phi = u.ravel()[seen], phi.ravel()[seen]
+    (u_x, u_y), (phi_x, phi_y) = ((part.ravel()[seen] for part in pair) for pair in slopes)
+    at_infinity, b, q, outward, travel = ((cells.extra[which, :, i] @ where.mean).ravel()[seen] for i in range(5))
+    # Parts on a rim are lit by what lies within.
+    radius = np.clip(1 / u, disk.inner, disk.outer)
+    r_x, r_y = -radius * radius * u_x, -radius * radius * u_y
+    emitted = looks.time - (travel if looks.delay else 0.0)
+    orbital = disk.orbital(looks.spin, radius)
+    azimuth = phi - orbital * emitted
+    if looks.delay:
+        t_x, t_y = (((cells.extra[which, :, 4] @ mean) * side).ravel()[seen] for mean in (where.mean_x, where.mean_y))
+        phi_x, phi_y = phi_x + orbital * t_x, phi_y + orbital * t_y
+    if np.any(emitted):
+        step = 1e-4 * radius
+        shear = (
+            (disk.orbital(looks.spin, radius + step) - disk.orbital(looks.spin, radius - step)) / (2 * step) * emitted
+        )
+        phi_x, phi_y = phi_x - shear * r_x, phi_y - shear * r_y
+    ratio = np.asarray(redshift(EMITTERS[disk.motion], looks.spin, (b, q), (radius, 0.0), at_infinity, outward > 0.5))
+    matrix = np.stack([r_x, r_y, radius * phi_x, radius * phi_y], axis=-1).reshape(-1, 2, 2)
+    width = disk.outer - disk.inner
+    spin = -looks.spin if disk.motion == "retrograde" else looks.spin
+    places = Places(radius, azimuth, (radius - disk.inner) / width, matrix, ratio, width, spin)
+    shining = disk.brightness * disk.emission.light(places, looks.beaming, looks.colour_shift)
+    if looks.beaming or looks.colour_shift:
+        shining = np.where(np.isfinite(ratio)[:, None], shining, 0.0)
+    # p . normal over p . u of what shines, which in units of the energy at infinity is a ratio of the two ratios.
+    cosine = np.sqrt(np.maximum(q, 0)) / radius * ratio / at_infinity
+    cover = cover.ravel()[seen]
+    light[seen] = cover[:, None] * shining
+    through[seen] = 1 - cover * (1 - disk.transmitted(places, cosine))
+    return light, through
+
+
+def _cover(over: Array, x: Array, y: Array) -> Array:
+    """The part of a square in which a linear function is positive: its value in the middle, its changes along sides.
+
+    A square's shadow along the gradient is a trapezoid; this is its integral.
+    """
+    x, y = np.abs(x), np.abs(y)
+    large, small = np.maximum(x, y), np.minimum(x, y)
+    large = np.maximum(large, 1e-300)
+    small = np.maximum(small, 1e-4 * large)
+
+    def ramp(z: Array) -> Array:
+        return np.maximum(z, 0) ** 2
+
+    outer, inner = (large + small) / 2, (large - small) / 2
+    found = ramp(over + outer) - ramp(over + inner) - ramp(over - inner) + ramp(over - outer)
+    return np.where(over >= outer, 1.0, np.where(over <= -outer, 0.0, found / np.maximum(2 * large * small, 1e-300)))

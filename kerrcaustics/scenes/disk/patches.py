@@ -1,0 +1,80 @@
+"""Patches: a smooth map of the picture, joined from values and derivatives at the corners of square cells.
+
+On each cell the map is the Coons patch of four cubic edges, twelve numbers a component: exact for cubics, continuous
+from cell to cell, and off by the fourth power of the cell's size.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+Array = np.ndarray
+
+CORNERS = ((0, 0), (1, 0), (0, 1), (1, 1))
+"""Corners (x, y) of a cell, in the order of all arrays over them."""
+
+
+class Weights(NamedTuple):
+    """What values and derivatives at the corners count at places (m,) of a cell, for the map and its derivatives.
+
+    value, along_x, along_y (12, m): the four values, the four derivatives along x, and along y, times the cell's size;
+    the last two are derivatives in units of that size. mean, mean_x, mean_y (4, m): the same of the bilinear map.
+    """
+
+    value: Array
+    along_x: Array
+    along_y: Array
+    mean: Array
+    mean_x: Array
+    mean_y: Array
+
+
+@lru_cache(maxsize=4096)
+def weights(start_x: float, start_y: float, side: float, count: int) -> Weights:
+    """At the middles of count x count parts of a square within a cell, all in units of the cell; row by row."""
+    within = (np.arange(count) + 0.5) / count * side
+    x, y = (place.ravel() for place in np.meshgrid(start_x + within, start_y + within))
+    (lx, hx), (ly, hy) = _linear(x), _linear(y)
+    (vx, dx), (vy, dy) = _cubic(x), _cubic(y)
+    value, along_x, along_y = np.zeros((3, 12, x.size))
+    mean, mean_x, mean_y = np.zeros((3, 4, x.size))
+    for corner, (i, j) in enumerate(CORNERS):
+        mean[corner], mean_x[corner], mean_y[corner] = lx[i] * ly[j], hx[i] * ly[j], lx[i] * hy[j]
+        value[corner] = vx[i] * ly[j] + lx[i] * vy[j] - mean[corner]
+        along_x[corner] = dx[i] * ly[j] + hx[i] * vy[j] - mean_x[corner]
+        along_y[corner] = vx[i] * hy[j] + lx[i] * dy[j] - mean_y[corner]
+        for rows, by_x, by_y in (
+            (value, vx[2 + i] * ly[j], lx[i] * vy[2 + j]),
+            (along_x, dx[2 + i] * ly[j], hx[i] * vy[2 + j]),
+            (along_y, vx[2 + i] * hy[j], lx[i] * dy[2 + j]),
+        ):
+            rows[4 + corner], rows[8 + corner] = by_x, by_y
+    return Weights(value, along_x, along_y, mean, mean_x, mean_y)
+
+
+def _linear(s: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Linear functions that are 1 at one end, and their derivatives."""
+    return (1 - s, s), (-np.ones_like(s), np.ones_like(s))
+
+
+def _cubic(s: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Cubics with the value 1 at one end, then those with the derivative 1 at one end; and their derivatives."""
+    values = (1 - (3 - 2 * s) * s * s, (3 - 2 * s) * s * s, s * (1 - s) ** 2, s * s * (s - 1))
+    slopes = (6 * s * (s - 1), 6 * s * (1 - s), (1 - s) * (1 - 3 * s), s * (3 * s - 2))
+    return values, slopes
+
+
+def doubt(data: Float[Array, "cells 12 parts"]) -> Float[Array, "cells parts"]:
+    """How far the patches may be off: the middle by the edges, and by either diagonal, differ by so much.
+
+    All three are off by the fourth power of the size, and by another multiple of it each.
+    """
+    value, x, y = data[:, :4], data[:, 4:8], data[:, 8:]
+    middle = np.tensordot(data, weights(0.5, 0.5, 0.0, 1).value[:, 0], ((1,), (0,)))
+    found = [middle]
+    for one, other, sign in ((0, 3, 1), (1, 2, -1)):
+        change = sign * (x[:, one] - x[:, other]) + y[:, one] - y[:, other]
+        found.append((value[:, one] + value[:, other]) / 2 + change / 8)
+    return np.max(found, axis=0) - np.min(found, axis=0)

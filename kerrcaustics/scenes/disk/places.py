@@ -1,0 +1,46 @@
+"""What the parts of pixels see of a disk."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from jaxtyping import Float, Int
+
+Array = np.ndarray
+
+
+class Places(NamedTuple):
+    """What n parts of pixels see of a disk.
+
+    radius (n,); azimuth (n,) in the pattern, which circles with the disk; across (n,), 0 at the inner rim and 1 at the
+    outer one; matrix (n, 2, 2), dr and r dphi (rows) along the two sides of the part (columns); redshift (n,),
+    nu_camera / nu_emitter, NaN where it was not asked for or nothing can circle; width, from rim to rim; spin of the
+    hole, negative where the disk is retrograde.
+    """
+
+    radius: Array
+    azimuth: Array
+    across: Array
+    matrix: Array
+    redshift: Array
+    width: float
+    spin: float
+
+    def box(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Half sides (n,), along across and azimuth, of the box with the deviations of the part."""
+        sides = np.sqrt((self.matrix**2).sum(axis=-1)) / 2
+        return sides[:, 0] / self.width, sides[:, 1] / self.radius
+
+
+class Emission(Protocol):
+    """What a disk shines with."""
+
+    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """Linear sRGB light (n, 3), as intensity, toward the camera, averaged over the parts."""
+        ...
+
+    def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
+        """Into how many parts, in each direction, pixels must be divided for `light` to average well.
+
+        low, high (n, 2): between which across and azimuth lie; size (n, 2), how far these go in a pixel.
+        """
+        ...

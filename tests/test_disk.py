@@ -1,0 +1,305 @@
+"""Disks: where they are seen and with what light, against rays traced one by one; and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.beams.emitters import EMITTERS, redshift
+from kerrcaustics.scenes.disk.emission import page_thorne_flux
+from kerrcaustics.scenes.disk.lighting import _cover
+from kerrcaustics.scenes.disk.patches import doubt, weights
+from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import photon, redshift as sky_redshift
+
+PAPER = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
+NEAR = kc.Camera(0.9, 12.0, 1.2, "fiducial")
+
+
+def noise(rows: int, columns: int) -> kc.Texture:
+    return kc.Texture(np.random.default_rng(1).uniform(0, 1, (rows, columns, 3)))
+
+
+def light_of_rays(camera, view, disk, pixels, side, shifts=(False, False), delay=False, time=0.0):
+    """Light (n, 3) and transmission (n,) of pixels, the means over side x side rays each; at most 8 crossings."""
+    within = (np.arange(side) + 0.5) / side - 0.5
+    y, x = (place[:, None, None] for place in np.divmod(pixels, view.width))
+    sky, _ = view.directions(*(place.ravel() for place in np.broadcast_arrays(x + within, y + within[:, None])))
+    light, through, live = np.zeros((len(sky), 3)), np.ones(len(sky)), np.arange(len(sky))
+    for crossing in range(1, 9):
+        rays = kc.trace_rays(
+            camera, sky[live], end=kc.EquatorialPlane(crossing, disk.motion), redshift=True, time=delay
+        )
+        on = (rays.radius >= disk.inner) & (rays.radius <= disk.outer)
+        here, radius, ratio = live[on], rays.radius[on], rays.redshift[on]
+        orbital = EMITTERS[disk.motion](camera.spin, radius, 0.0).orbital
+        azimuth = rays.azimuth[on] - orbital * (time - (rays.time[on] if delay else 0.0))
+        points, width = np.full((len(here), 2, 2), 1e-12), disk.outer - disk.inner
+        spin = -camera.spin if disk.motion == "retrograde" else camera.spin
+        places = Places(radius, azimuth, (radius - disk.inner) / width, points, ratio, width, spin)
+        constants = photon(camera.frame(), tuple(sky[here].T))
+        cosine = np.sqrt(constants.q) / radius * ratio / sky_redshift(camera, sky[here])
+        light[here] += through[here, None] * disk.emission.light(places, *shifts)
+        through[here] *= disk.transmitted(places, cosine)
+        live = live[np.isfinite(rays.radius)]
+        if not len(live):
+            break
+    return light.reshape(len(pixels), -1, 3).mean(axis=1), through.reshape(len(pixels), -1).mean(axis=1)
+
+
+def some_pixels(rendering, count: int):
+    """Pixels of rims and edges, within the disk, and next to the shadow."""
+    rng, view = np.random.default_rng(2), rendering.view
+    grey = rendering.light.sum(axis=-1)
+    steep = np.hypot(*np.gradient(grey)).ravel()
+    shadow = np.rint(view.pixels(kc.shadow_edge(rendering.camera, 500))).astype(int)
+    shadow = shadow[(shadow >= 0).all(axis=1) & (shadow < [view.width, view.height]).all(axis=1)]
+    kinds = np.flatnonzero(steep > 0.1 * steep.max()), np.flatnonzero(grey), shadow[:, 1] * view.width + shadow[:, 0]
+    parts = count // 2, count // 4, count // 4
+    return np.concatenate([rng.choice(kind, part) for kind, part in zip(kinds, parts, strict=True)])
+
+
+SCENES = {
+    "black body": (PAPER, 40, "pinhole", kc.Disk(9.26, 18.7, kc.BlackBody(6500), 0.9), (True, True)),
+    "swatches": (PAPER, 40, "pinhole", kc.Disk(9.26, 18.7, kc.Swatches()), (False, False)),
+    "picture": (PAPER, 40, "pinhole", kc.Disk(9.26, 18.7, noise(16, 256), 0.5, slant=False), (False, False)),
+    "plunging": (NEAR, 120, "fisheye", kc.Disk(1.6, 10.0, kc.PowerLaw(6500), 0.8, "plunging"), (True, False)),
+    "retrograde": (NEAR, 120, "fisheye", kc.Disk(6.0, 20.0, kc.PageThorne(7000), 0.8, "retrograde"), (True, True)),
+}
+
+
+def misses(name: str, width: int, count: int, side: int) -> np.ndarray:
+    """Errors (n,) of pixels in units of what is allowed: 1 %, or 1/255 of the brightest."""
+    camera, field, projection, disk, shifts = SCENES[name]
+    view = kc.View(width, width // 2, math.radians(field), projection)
+    rendering = kc.render(camera, view, disk=disk, beaming=shifts[0], colour_shift=shifts[1])
+    pixels = some_pixels(rendering, count)
+    light, through = light_of_rays(camera, view, disk, pixels, side, shifts)
+    assert np.abs(rendering.transmission.ravel()[pixels] - through).max() < 0.02
+    wrong = np.abs(rendering.light.reshape(-1, 3)[pixels] - light)
+    return (wrong / np.maximum(0.01 * light, max(light.max(), 1e-9) / 255)).max(axis=1)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_light_is_that_of_many_rays(name):
+    found = misses(name, 200, 40, 48)
+    assert np.mean(found < 1) >= 0.8 and found.max() < 6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+def test_light_is_that_of_very_many_rays(name):
+    found = misses(name, 960, 200, 64)
+    assert np.mean(found < 1) >= 0.95 and found.max() < 6
+
+
+@pytest.mark.slow
+def test_an_orbiting_pattern_is_seen_late():
+    view = kc.View(160, 80, math.radians(120), "fisheye")
+    disk = kc.Disk(6.0, 10.0, noise(4, 16))
+    now = kc.render(NEAR, view, disk=disk, time=30.0)
+    late = kc.render(NEAR, view, disk=disk, time=30.0, delay=True)
+    pixels = some_pixels(now, 40)
+    for rendering, delay in ((now, False), (late, True)):
+        light, _ = light_of_rays(NEAR, view, disk, pixels, 24, delay=delay, time=30.0)
+        wrong = np.abs(rendering.light.reshape(-1, 3)[pixels] - light).max(axis=1)
+        assert np.median(wrong) < 0.004 and np.mean(wrong < 0.02) > 0.9
+    assert not np.allclose(now.light, late.light, atol=0.1)
+
+
+def test_without_a_disk_nothing_is_asked_for():
+    view = kc.View(40, 20, 1.0)
+    rendering = kc.render(NEAR, view, kc.Checkerboard())
+    assert rendering.crossings == () and rendering.transmission is None
+    assert not kc.render(NEAR, view).light.any()
+
+
+def test_a_disk_far_from_the_ways_back_asks_for_no_third_crossing():
+    camera = kc.Camera(0.5, 30.0, 0.3, "static")
+    view = kc.View(40, 40, math.radians(30), forward=(0, 0, -1.0), up=(1, 0, 0))
+    rendering = kc.render(camera, view, disk=kc.Disk(20.0, 50.0, kc.BlackBody(5000)))
+    assert rendering.light.any() and len(rendering.crossings) <= 2
+
+
+def test_a_uniform_disk_is_uniform():
+    """Black bodies of one temperature, at rest where they are: I / nu^4 is the same on all ways."""
+    disk = kc.Disk(9.0, 20.0, kc.BlackBody(6504), motion="static")
+    rendering = kc.render(PAPER, kc.View(200, 100, math.radians(40)), disk=disk)
+    whole = rendering.transmission == 0
+    assert whole.sum() > 500
+    assert np.allclose(rendering.light[whole], kc.black_body(6504), rtol=2e-6)
+
+
+def test_what_the_disk_hides_is_not_traced():
+    view = kc.View(100, 60, math.radians(20), forward=(-0.96, 0.0, -0.28))
+    disk = kc.Disk(9.0, 300.0, kc.BlackBody(5000))
+    camera = kc.Camera(0.5, 50.0, 1.2, "static")
+    alone, both = kc.render(camera, view, disk=disk), kc.render(camera, view, kc.Checkerboard(), disk=disk)
+    assert both.beams - alone.beams < 0.5 * 100 * 60
+    assert np.array_equal(both.light[both.transmission == 0], alone.light[both.transmission == 0])
+
+
+def test_a_hidden_part_changes_nothing_else():
+    view = kc.View(120, 60, math.radians(40))
+    sky = kc.Checkerboard()
+    bare = kc.render(PAPER, view, sky)
+    seen = kc.render(PAPER, view, sky, disk=kc.Disk(9.26, 18.7, kc.BlackBody(4500)))
+    free = seen.transmission == 1
+    assert free.mean() > 0.5
+    assert np.array_equal(seen.light[free], bare.light[free])
+
+
+def test_a_traced_view_shows_other_disks_between_the_same_rims():
+    view = kc.View(60, 30, math.radians(40))
+    one, other = kc.Disk(9.26, 18.7, kc.BlackBody(4500)), kc.Disk(9.26, 18.7, kc.Swatches())
+    traced = kc.trace_view(PAPER, view, sky=False, disk=one)
+    assert np.array_equal(traced.show(disk=other).light, kc.render(PAPER, view, disk=other).light)
+    with pytest.raises(ValueError, match="`disk` must be a Disk with the rims"):
+        traced.show(disk=kc.Disk(9.0, 18.7, kc.BlackBody(4500)))
+    with pytest.raises(ValueError, match="`delay` needs"):
+        traced.show(delay=True)
+    with pytest.raises(ValueError, match="`sky` needs"):
+        traced.show(kc.Checkerboard())
+
+
+def test_patches_are_exact_for_cubics():
+    def cubic(x, y):
+        return 1 + 2 * x - y + x * x * y - 3 * x * y + y**3 + 0.5 * x**3 * y, (
+            2 + 2 * x * y - 3 * y + 1.5 * x * x * y,
+            -1 + x * x - 3 * x + 3 * y * y + 0.5 * x**3,
+        )
+
+    corners = np.array([0.0, 1.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0, 1.0])
+    value, slopes = cubic(*corners)
+    data = np.concatenate([value, *slopes])[None, :, None]
+    places = weights(0.2, 0.4, 0.3, 3)
+    within = (np.arange(3) + 0.5) / 10
+    x, y = (part.ravel() for part in np.meshgrid(0.2 + within, 0.4 + within))
+    exact, (along_x, along_y) = cubic(x, y)
+    for row, wanted in ((places.value, exact), (places.along_x, along_x), (places.along_y, along_y)):
+        assert data[0, :, 0] @ row == pytest.approx(wanted, abs=1e-14)
+    assert doubt(data) == pytest.approx(0.125 * 0.5, rel=2) and doubt(0 * data) == 0
+
+
+def test_covered_part_of_a_square():
+    rng = np.random.default_rng(3)
+    within = (np.arange(400) + 0.5) / 400 - 0.5
+    x, y = np.meshgrid(within, within)
+    for over, along_x, along_y in rng.uniform(-1, 1, (20, 3)):
+        counted = np.mean(over + along_x * x + along_y * y > 0)
+        assert _cover(np.array(over), np.array(along_x), np.array(along_y)) == pytest.approx(counted, abs=2e-3)
+    assert _cover(np.array([1.0, -1.0]), np.zeros(2), np.zeros(2)) == pytest.approx([1, 0])
+
+
+def test_frequency_of_a_falling_emitter_is_that_of_its_four_velocity():
+    spin, radius, b, q = 0.7, 2.4, 1.1, 3.0
+    last, delta = kerr.isco(spin), radius**2 - 2 * radius + spin**2
+    root = math.sqrt(1 - 3 / last + 2 * spin / last**1.5)
+    energy = (1 - 2 / last + spin / last**1.5) / root
+    momentum = math.sqrt(last) * (1 - 2 * spin / last**1.5 + spin**2 / last**2) / root
+    # u^t and u^phi from the inverse metric in the plane, u^r from the norm.
+    g_tt = -((radius**2 + spin**2) ** 2 - spin**2 * delta) / (radius**2 * delta)
+    g_tp, g_pp = -2 * spin / (radius * delta), (1 - 2 / radius) / delta
+    u_t, u_phi = -g_tt * energy + g_tp * momentum, -g_tp * energy + g_pp * momentum
+    square = -1 - (g_tt * energy**2 - 2 * g_tp * energy * momentum + g_pp * momentum**2)
+    u_r = -math.sqrt(square * delta / radius**2)
+    potential = (radius**2 + spin**2 - spin * b) ** 2 - delta * (q + (b - spin) ** 2)
+    for outward, sign in ((True, -1), (False, 1)):
+        measured = u_t - u_phi * b - u_r * sign * math.sqrt(potential) / delta
+        found = redshift(EMITTERS["plunging"], spin, (b, q), (radius, 0.0), 1.0, outward)
+        assert found == pytest.approx(1 / measured, rel=1e-12)
+
+
+def test_frequency_is_continuous_at_the_isco():
+    last = kerr.isco(0.7)
+    near = [
+        float(redshift(EMITTERS["plunging"], 0.7, (1.0, 2.0), (r, 0.0), 1.0, True)) for r in (last - 1e-6, last + 1e-6)
+    ]
+    assert near[0] == pytest.approx(near[1], rel=1e-5)
+
+
+@pytest.mark.parametrize(("spin", "peak"), [(0.0, 1.59), (0.5, 1.56), (0.998, 1.28)])
+def test_page_thorne_disks_are_hottest_where_others_find(spin, peak):
+    last = kerr.isco(spin)
+    radius = np.linspace(last, 3 * last, 20001)
+    assert radius[np.argmax(page_thorne_flux(spin, radius))] / last == pytest.approx(peak, abs=0.006)
+
+
+@pytest.mark.parametrize("spin", [-0.9, 0.0, 0.5, 0.998])
+def test_a_page_thorne_disk_radiates_its_binding_energy(spin):
+    """Flux times 2 (faces) times E (what leaves to infinity), over the disk, is 1 - E_isco."""
+    from scipy.integrate import quad
+
+    last = kerr.isco(abs(spin), spin >= 0)
+
+    def energy(r):
+        return (1 - 2 / r + spin / r**1.5) / math.sqrt(1 - 3 / r + 2 * spin / r**1.5)
+
+    def lost(s):
+        # The plane's area element, 2 pi r dr times the clock's rate of the light, is 2 pi r dr alone (P&T 10).
+        r = last / s
+        return float(page_thorne_flux(spin, r)) * energy(r) * r * last / s**2
+
+    total = quad(lost, 0, 1, epsabs=1e-12, epsrel=1e-10)[0]
+    assert total == pytest.approx(1 - energy(last), rel=1e-6)
+
+
+def test_temperature_laws():
+    law = kc.PowerLaw(8000.0, 0.75, 5.0)
+    assert law.temperature(0.5, np.array([5.0, 10.0])) == pytest.approx([8000, 8000 * 2**-0.75])
+    thorne = kc.PageThorne(9000.0)
+    radius = np.linspace(1.0, 30, 5001)
+    assert thorne.temperature(0.5, radius).max() == pytest.approx(9000, rel=1e-5)
+    assert not thorne.temperature(0.5, radius[radius < kerr.isco(0.5)]).any()
+
+
+def test_textures_average_and_go_round():
+    picture = np.random.default_rng(4).uniform(0, 1, (16, 64, 3))
+    texture = kc.Texture(picture)
+
+    def light(across, azimuth, size):
+        matrix = size * np.array([[[1.0, 0.0], [0.0, 10.0]]])
+        places = Places(np.array([10.0]), np.array([azimuth]), np.array([across]), matrix, np.ones(1), 5.0, 0.5)
+        return texture.light(places, False, False)[0]
+
+    # Phi to the right from 0, the inner rim at the bottom.
+    assert light(0.5 / 16, 2 * math.pi * 0.5 / 64, 1e-9) == pytest.approx(picture[-1, 0], rel=1e-6)
+    assert light(1 - 0.5 / 16, 2 * math.pi * 2.5 / 64, 1e-9) == pytest.approx(picture[0, 2], rel=1e-6)
+    seam = (picture[3, 0] + picture[3, -1]) / 2
+    for turn in (0, 1, -3):
+        assert light(1 - 3.5 / 16, 2 * math.pi * turn, 1e-9) == pytest.approx(seam, rel=1e-5)
+    assert light(0.5, 1.0, 1e3) == pytest.approx(picture.mean(axis=(0, 1)), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: kc.Disk(9.0, 8.0, kc.BlackBody(4500)), "`inner` must be smaller"),
+        (lambda: kc.Disk(-1.0, 8.0, kc.BlackBody(4500)), "`inner` must be a positive radius"),
+        (lambda: kc.Disk(6.0, math.inf, kc.BlackBody(4500)), "`outer` must be a positive radius"),
+        (lambda: kc.Disk(6.0, 8.0, "red"), "`emission` must be"),
+        (lambda: kc.Disk(6.0, 8.0, kc.BlackBody(4500), 1.5), "`opacity` must be"),
+        (lambda: kc.Disk(6.0, 8.0, kc.BlackBody(4500), motion="fast"), "`motion` must be one of"),
+        (lambda: kc.BlackBody(-4500), "`peak` must be a temperature"),
+        (lambda: kc.PageThorne(0), "`peak` must be a temperature"),
+        (lambda: kc.PowerLaw(4500, math.nan), "`exponent` must be"),
+        (lambda: kc.Swatches(columns=7), "`columns` must be an even"),
+        (lambda: kc.Texture(np.zeros((4, 4))), "`light` must have shape"),
+        (lambda: kc.Texture.read(__file__), "`path` must end in"),
+        (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk="thin"), "`disk` must be a Disk"),
+        (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk=kc.Disk(1.2, 8.0, kc.BlackBody(4500))), "horizon radius"),
+        (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk=kc.Disk(3, 8, kc.BlackBody(45)), time="now"), "`time` must"),
+        (
+            lambda: kc.render(
+                NEAR, kc.View(40, 40, 2.0), disk=kc.Disk(3, 8, kc.BlackBody(4500), lambda r, phi: 2 * r / r)
+            ),
+            "`opacity` must be a function whose values",
+        ),
+    ],
+)
+def test_bad_input_is_one_line(make, words):
+    with pytest.raises(ValueError, match=words) as told:
+        make()
+    assert "\n" not in str(told.value)
