@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores, trace_beams
 from kerrcaustics.results.declared import quantity, result, usual_warnings
-from kerrcaustics.scenes.disk.crossings import PlaneCells, Lattice, Seen, covered, crossings
+from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, Seen, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.footprint import Footprint, bend_of, pixel_matrix, singular_values
