@@ -6,6 +6,8 @@ from .beams.ends import EquatorialPlane as EquatorialPlane
 from .beams.paths import RayPaths as RayPaths, ray_paths as ray_paths, trapped_orbit as trapped_orbit
 from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
 from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet, Cusp as Cusp, caustics as caustics
+from .curves.isoradials import disk_images as disk_images
+from .curves.light_curves import light_curve as light_curve
 from .curves.tubes import caustic_tubes as caustic_tubes
 from .results.datasets import to_xarray as to_xarray
 from .results.files import (

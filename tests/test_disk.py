@@ -156,12 +156,22 @@ def test_a_traced_view_shows_other_disks_between_the_same_rims():
     one, other = kc.Disk(9.26, 18.7, kc.BlackBody(4500)), kc.Disk(9.26, 18.7, kc.Swatches())
     traced = kc.trace_view(PAPER, view, sky=False, disk=one)
     assert np.array_equal(traced.show(disk=other).light, kc.render(PAPER, view, disk=other).light)
-    with pytest.raises(ValueError, match="`disk` must be a Disk with the rims"):
-        traced.show(disk=kc.Disk(9.0, 18.7, kc.BlackBody(4500)))
+    for wrong in (kc.Disk(9.0, 18.7, kc.BlackBody(4500)), kc.Disk(9.26, 18.7, kc.BlackBody(4500), 0.5)):
+        with pytest.raises(ValueError, match="`disk` must have the rims"):
+            traced.show(disk=wrong)
     with pytest.raises(ValueError, match="`delay` needs"):
-        traced.show(delay=True)
+        traced.show(disk=one, delay=True)
     with pytest.raises(ValueError, match="`sky` needs"):
         traced.show(kc.Checkerboard())
+
+
+def test_a_traced_view_is_kept_in_a_file(tmp_path):
+    disk = kc.Disk(9.26, 18.7, kc.BlackBody(4500))
+    traced = kc.trace_view(PAPER, kc.View(30, 16, math.radians(40)), disk=disk)
+    kc.save(tmp_path / "view", traced)
+    again = kc.load(tmp_path / "view")
+    shown = [view.show(kc.Checkerboard(), disk=disk) for view in (traced, again)]
+    assert np.array_equal(shown[0].light, shown[1].light) and shown[0].crossings == shown[1].crossings
 
 
 def test_patches_are_exact_for_cubics():

@@ -28,6 +28,12 @@ def looking(camera: Camera, turn: HostReals, depth: HostReals) -> HostVectors:
     return beside_edge(camera, turn, np.exp(-np.asarray(depth, float)))
 
 
+def line_reach(camera: Camera, turn: HostReals) -> HostReals:
+    """Length of the lines (radians), from the edge to the direction opposite to the hole."""
+    photons = edge_photons(camera, turn)
+    return np.pi - np.arctan2(np.hypot(photons[..., 1], photons[..., 2]), photons[..., 0])
+
+
 def beside_edge(camera: Camera, turn: HostReals, part: HostReals) -> HostVectors:
     """Looking directions on the lines at a part of the reach from the edge, negative inside the shadow.
 
@@ -38,7 +44,6 @@ def beside_edge(camera: Camera, turn: HostReals, part: HostReals) -> HostVectors
     across = np.hypot(edge[..., 1:2], edge[..., 2:])
     # Tangent to the sky at the edge, away from the hole, whose centre lies at (-1, 0, 0).
     away = np.concatenate([across, radial * edge[..., 1:] / across], axis=-1)
-    reach = np.pi - np.arctan2(across, radial)
-    distance = reach * np.asarray(part, float)[..., None]
+    distance = line_reach(camera, turn)[..., None] * np.asarray(part, float)[..., None]
     direction = edge * np.cos(distance) + away * np.sin(distance)
     return direction / np.linalg.norm(direction, axis=-1, keepdims=True)

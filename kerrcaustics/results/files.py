@@ -20,6 +20,8 @@ HOMES = {
     "beams.beam": "Rays Beams",
     "beams.paths": "SpacePoints RayPaths",
     "curves.caustic": "Cusp Caustic CausticSet",
+    "curves.isoradials": "Isoradial DiskImages",
+    "curves.light_curves": "SpotEvent LightCurve",
     "curves.tubes": "CausticTube",
     "stars.images": "StarImages",
     "stars.events": "PairEvent PairEvents",

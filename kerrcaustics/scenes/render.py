@@ -3,7 +3,7 @@
 import math
 from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter as clock
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -82,9 +82,8 @@ class TracedView:
     beams: int = quantity("", "1", "beams traced")
     seconds: float = quantity("", "s", "time it took")
     crossings: tuple[int, ...] = quantity("crossing", "1", _CROSSINGS)
-    _disk: tuple[Disk, tuple[PlaneCells, ...], bool] | None = quantity(
-        "", "", "the disk, where it is seen, whether with time"
-    )
+    _disk: tuple[Any, ...] | None = quantity("", "", "rims of the disk, whether it is opaque, whether with travel time")
+    _cells: list[tuple[Array, ...]] = quantity("", "", "where it is seen, crossing by crossing")
     _whole: list[Part] = quantity("", "", "which pixels the footprints belong to, all of them")
     _parts: list[Part] = quantity("", "", "16 of each divided pixel, with its part of the pixel")
 
@@ -100,26 +99,27 @@ class TracedView:
     ) -> Rendering:
         """A sky and a disk as they are seen in this view; parameters as for `render`.
 
-        disk: another one than the view was traced with, between the same rims and as opaque.
+        disk: the one that the view was traced with, or another one between the same rims, and as opaque.
         """
         began = clock()
         shape = self.view.height, self.view.width
         light, through = np.zeros((*shape, 3), np.float32), None
         if sky is not None:
             light = self._sky_light(sky, beaming, colour_shift)
-        if self._disk is not None:
-            traced, cells, timed = self._disk
-            shown = _same_place(disk, traced)
-            if delay and not timed:
-                raise ValueError("Argument `delay` needs a view that was traced with it.")
+        if disk is not None:
+            self._check_disk(disk, delay)
             looks = Looks(self.camera.spin, beaming, colour_shift, delay, _moment(time))
-            glow, through = lit(shown, cells, shape, looks)
+            glow, through = lit(disk, tuple(PlaneCells(*parts) for parts in self._cells), shape, looks)
             light = light * through[..., None] + glow
-        elif disk is not None:
-            raise ValueError("Argument `disk` needs a view that was traced with one.")
         seconds = self.seconds + clock() - began
         counts = self.divided, self.beams, seconds, self.crossings
         return Rendering(self.camera, self.view, light, self.open, *counts, through)
+
+    def _check_disk(self, disk: Disk, delay: bool) -> None:
+        if self._disk is None or not isinstance(disk, Disk) or (disk.inner, disk.outer, disk.opaque) != self._disk[:3]:
+            raise ValueError("Argument `disk` must have the rims that the view was traced with, and be as opaque.")
+        if delay and not self._disk[3]:
+            raise ValueError("Argument `delay` needs a view that was traced with it.")
 
     def _sky_light(self, sky: Sky, beaming: bool, colour_shift: bool) -> Float[Array, "height width 3"]:
         if self.open is None:
@@ -190,7 +190,7 @@ def render(
     """
     redshift = beaming or colour_shift
     traced = trace_view(camera, view, sky=sky is not None, disk=disk, redshift=redshift, delay=delay)
-    return traced.show(sky, beaming=beaming, colour_shift=colour_shift, delay=delay, time=time)
+    return traced.show(sky, disk=disk, beaming=beaming, colour_shift=colour_shift, delay=delay, time=time)
 
 
 @usual_warnings
@@ -211,15 +211,15 @@ def trace_view(
     began = clock()
     check_camera(camera)
     shape = view.height, view.width
-    hidden, seen = np.zeros(shape, bool), None
-    traced: tuple[int, ...] = ()
+    hidden, about, found = np.zeros(shape, bool), None, Seen((), ())
     if disk is not None:
         found = _crossings(camera, view, disk, delay)
-        seen, traced = (disk, found.cells, delay), found.beams
+        about = disk.inner, disk.outer, disk.opaque, delay
         if disk.opaque:
             hidden = covered(found.cells, shape, disk.inner, disk.outer)
+    on_disk, cells = sum(found.beams), [tuple(part) for part in found.cells]
     if not sky:
-        return TracedView(camera, view, None, 0, sum(traced), clock() - began, traced, seen, [], [])
+        return TracedView(camera, view, None, 0, on_disk, clock() - began, found.beams, about, cells, [], [])
     whole, reached, long = _whole_pixels(camera, view, redshift, hidden)
     opened = reached.astype(np.float32)
     divided = np.flatnonzero((_at_edge(reached) | long) & ~hidden)
@@ -228,8 +228,9 @@ def trace_view(
         which = divided[start : start + _CHUNK // _DIVISIONS**2]
         part, opened.flat[which] = _divided_pixels(camera, view, which, redshift)
         parts.append(part)
-    beams = sum(traced) + reached.size - int(_inner(hidden).sum()) + len(divided) * _DIVISIONS**2
-    return TracedView(camera, view, opened, len(divided), beams, clock() - began, traced, seen, whole, parts)
+    beams = on_disk + reached.size - int(_inner(hidden).sum()) + len(divided) * _DIVISIONS**2
+    counts = len(divided), beams, clock() - began, found.beams
+    return TracedView(camera, view, opened, *counts, about, cells, whole, parts)
 
 
 def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> Seen:
@@ -237,15 +238,6 @@ def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> Seen:
         raise ValueError(f"Argument `disk` must be a Disk, but is {type(disk).__name__}.")
     disk.check(camera.spin)
     return crossings(Lattice(camera, view, delay), disk.inner, disk.outer, disk.opaque)
-
-
-def _same_place(disk: Disk | None, traced: Disk) -> Disk:
-    """The disk to show, where a view was traced with another one."""
-    if disk is None:
-        return traced
-    if not isinstance(disk, Disk) or any(getattr(disk, n) != getattr(traced, n) for n in ("inner", "outer", "opaque")):
-        raise ValueError("Argument `disk` must be a Disk with the rims that the view was traced with, and as opaque.")
-    return disk
 
 
 def _moment(time: float) -> float:

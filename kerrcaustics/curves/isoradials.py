@@ -1,0 +1,187 @@
+"""Isoradials: the images of circles round the hole in the equatorial plane, as curves on the camera sky.
+
+Points are sought on lines that cross the shadow edge (sky_lines.py): on each of them the radius of the n-th crossing
+grows from that of the horizon, where rays fall in before they cross, to infinity, where they escape before.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+from scipy.optimize import elementwise
+
+from kerrcaustics.beams.beam import Status
+from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.curves.sky_lines import beside_edge, line_reach
+from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera, sky_from_looking
+from kerrcaustics.spacetime.checks import numbers, whole_number
+
+Array = np.ndarray
+
+# Places on each side of the shadow edge where a line is looked at, evenly in the logarithm of their distance from it.
+_PLACES, _CLOSEST = 60, 1e-13
+# Rays of the search.
+_COARSE, _FINE = 1e-6, 1e-12
+
+
+@result("isoradial/1", record="crossing radius closed", points="sky azimuth error redshift width time")
+class Isoradial:
+    """The image of a circle round the hole, at one crossing of its plane."""
+
+    crossing: int = quantity("", "1", "which crossing of the plane, from 1")
+    radius: float = quantity("", "GM/c^2", "of the circle")
+    sky: Array = quantity("point axis", "1", "points N of the image, in order, the first one not repeated")
+    azimuth: Array = quantity("point", "rad", "phi of the circle's points that are seen there, unwrapped")
+    error: Array = quantity("point", "rad", "estimated error of the points, across the curve", json="error_rad")
+    redshift: Array = quantity("point", "1", "nu_camera / nu_emitter on circular geodesics; NaN where there is none")
+    width: Array = quantity("point", "1", "angle on the sky, across the curve, for a unit of radius", json="width_rad")
+    turn: Array = quantity("point", "rad", "parameter of the shadow edge from which the point's line starts")
+    closed: bool = quantity("", "1", "True where every line across the shadow edge meets the image once")
+    time: Array | None = quantity("point", "GM/c^3", "travel time to the camera; None if not asked for", default=None)
+
+    def __repr__(self) -> str:
+        """One line: which."""
+        what = "closed" if self.closed else "open"
+        return f"<Isoradial r = {self.radius:g}, crossing {self.crossing}, {len(self.sky)} points, {what}>"
+
+
+@result("disk-images/1", record="isoradials")
+class DiskImages(Items[Isoradial]):
+    """The images of a disk's rims, crossing by crossing: what `disk_images` returns, a sequence of `Isoradial`."""
+
+    isoradials: tuple[Isoradial, ...] = quantity("curve", "", "inner and outer rim of the first image, then the next")
+
+
+@usual_warnings
+def disk_images(
+    camera: Camera,
+    radii: ArrayLike,
+    crossings: int = 4,
+    points: int = 360,
+    motion: str = "circular",
+    *,
+    time: bool = False,
+) -> DiskImages:
+    """Where circles in the equatorial plane are seen: the rims of a disk's images, or any isoradials.
+
+    Parameters
+    ----------
+    camera : Camera
+    radii : (k,) array
+        Of the circles, outside the horizon: the rims of a disk.
+    crossings : int
+        How many images of each, from the first crossing of the plane on.
+    points : int
+        Lines across the shadow edge on which each image is sought.
+    motion : str
+        Of what shines there, for the redshift; an emitter of `EquatorialPlane`.
+    time : bool
+        Whether to compute the travel times.
+
+    Returns
+    -------
+    DiskImages
+        For each crossing, the images of all circles. Circles that are not seen at a crossing are left out.
+
+    Errors
+    ------
+    `Isoradial.error`: that of the ray, of what the search left and of the direction itself, across the curve.
+
+    References
+    ----------
+    Luminet 1979, A&A 75, 228, for the name and the first picture.
+    """
+    circles = check_circles(camera, "radii", radii)
+    crossings = whole_number("crossings", crossings, 1, 12)
+    turn = 2 * math.pi * np.arange(whole_number("points", points, 8, 100_000)) / points
+    found = []
+    for crossing in range(1, crossings + 1):
+        lines = Lines(camera, turn, EquatorialPlane(crossing, motion))
+        found += [curve for radius in circles for curve in lines.curves(float(radius), time=time)]
+    return DiskImages(tuple(found))
+
+
+def check_circles(camera: Camera, name: str, radii: ArrayLike) -> Float[Array, " circles"]:
+    """The radii of an argument, outside the horizon of the camera's hole."""
+    check_camera(camera)
+    circles, horizon = numbers(name, radii).ravel(), kerr.horizon(camera.spin)
+    if not (len(circles) and np.isfinite(circles).all() and (circles > horizon).all()):
+        raise ValueError(f"Argument `{name}` must be larger than the horizon radius {horizon:.12g}, but is {radii!r}.")
+    return circles
+
+
+class Lines:
+    """Lines across the shadow edge, on which the radius of one crossing is known at some places."""
+
+    def __init__(self, camera: Camera, turn: Float[Array, " lines"], end: EquatorialPlane) -> None:
+        """Look at all lines."""
+        self.camera, self.turn, self.end = camera, turn, end
+        reach = line_reach(camera, turn)[:, None]
+        sides = math.pi - reach[:, 0], reach[:, 0]
+        inward, outward = (np.geomspace(_CLOSEST, 0.999999 * far, _PLACES, axis=1) for far in sides)
+        self.distance = np.concatenate([-inward[:, ::-1], outward], axis=1)
+        self.level = self.inverse(np.broadcast_to(turn[:, None], self.distance.shape), self.distance, _COARSE)
+
+    def sky(self, turn: Array, distance: Array) -> Float[Array, "*batch 3"]:
+        """Directions N of the camera at places on lines."""
+        looking = beside_edge(self.camera, turn, distance / line_reach(self.camera, turn))
+        rest = self.camera.at_rest().frame()
+        return as_seen(sky_from_looking(rest, looking), rest, self.camera.frame())
+
+    def inverse(self, turn: Array, distance: Array, tolerance: float) -> Float[Array, "*batch"]:
+        """1 / r of the crossing: 0 where the ray escapes before, twice the horizon's where it falls in."""
+        rays = trace_rays(self.camera, self.sky(turn, distance), "auto", tolerance, end=self.end)
+        assert rays.radius is not None
+        lost = np.where(rays.status == Status.CAPTURED, 2 / kerr.horizon(self.camera.spin), 0.0)
+        return np.where(np.isfinite(rays.radius), 1 / rays.radius, lost)
+
+    def curves(self, radius: float, *, time: bool) -> Sequence[Isoradial]:
+        """The image of a circle, as one curve if it is closed, or as one for each row of neighbouring lines."""
+        above = self.level > 1 / radius
+        line, place = np.nonzero(above[:, 1:] != above[:, :-1])
+        if not len(line):
+            return []
+        once = len(line) == len(self.turn) and np.array_equal(line, np.arange(len(line)))
+        points = self._points(radius, self.turn[line], self.distance[line, place], self.distance[line, place + 1])
+        if once:
+            return [self._curve(radius, points, closed=True, time=time)]
+        rows = _rows(line, points[1])
+        return [self._curve(radius, [part[row] for part in points], closed=False, time=time) for row in rows]
+
+    def _points(self, radius: float, turn: Array, low: Array, high: Array) -> list[Array]:
+        """Turn and distance of the points between places on lines."""
+
+        def over(distance: Array, turn: Array) -> Array:
+            return self.inverse(turn, distance, _FINE) - 1 / radius
+
+        found = elementwise.find_root(over, (low, high), args=(turn,), tolerances={"xrtol": 4e-16, "xatol": 1e-17})
+        return [turn, found.x]
+
+    def _curve(self, radius: float, points: list[Array], *, closed: bool, time: bool) -> Isoradial:
+        sky = self.sky(*points)
+        without = {"index": False, "crossings": False}
+        beams = trace_beams(self.camera, sky, "auto", _FINE, end=self.end, time=time, **without)
+        assert beams.radius is not None and beams.redshift is not None
+        with np.errstate(divide="ignore", invalid="ignore"):
+            width = 1 / np.linalg.norm(beams.jacobian[:, 0], axis=-1)
+            error = (np.abs(beams.radius - radius) + radius * beams.error) * width + 2e-16
+        of_points = sky, np.unwrap(beams.azimuth), error, beams.redshift, width, points[0]
+        return Isoradial(self.end.crossing, radius, *of_points, closed, beams.time)
+
+
+def _rows(line: Array, distance: Array) -> list[Array]:
+    """Points on lines, joined over neighbouring lines where each of them has one in reach; in order."""
+    rows: list[list[int]] = []
+    for point in range(len(line)):
+        near = [row for row in rows if line[row[-1]] == line[point] - 1]
+        near.sort(key=lambda row: abs(distance[row[-1]] - distance[point]))
+        if near:
+            near[0].append(point)
+        else:
+            rows.append([point])
+    return [np.array(row) for row in rows]

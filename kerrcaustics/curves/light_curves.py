@@ -1,0 +1,229 @@
+"""Light curves of a small spot on a circular orbit: all images of its orbit are known curves (isoradials.py).
+
+While the spot circles, its images run along them. Light that is seen at the time t left the point with the azimuth phi
+at t - T, when the spot was at Omega (t - T): so the flux is an integral along each curve,
+
+    F(t) = integral of g^4 w(phi - Omega (t - T)) |dN| / |dr / dN| dr,
+
+with w the spot's profile. It is smooth, also where images are created and destroyed, at extremes of phi + Omega T.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+
+from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.curves.isoradials import Isoradial, Lines, check_circles
+from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.checks import numbers, real_number, whole_number
+
+Array = np.ndarray
+
+# Points of the integrals for each deviation of the spot, and deviations that are heeded.
+_PER_DEVIATION, _DEVIATIONS = 4, 6
+_MOST_POINTS = 1 << 17
+# Points of an image are so close in phase (radians), unless that takes more lines or rounds than these.
+_LONGEST, _MOST_LINES, _ROUNDS = 0.03, 20_000, 6
+_MOTIONS = ("circular", "retrograde")
+
+
+@result("spot-event/1")
+class SpotEvent:
+    """Where two images of a spot are created, or destroyed."""
+
+    kind: str = quantity("", "", '"creation" or "annihilation"')
+    crossing: int = quantity("", "1", "which crossing of the plane, from 1")
+    time: float = quantity("", "GM/c^3", "of the camera, within the first orbit")
+    azimuth: float = quantity("", "rad", "of the spot when the light left it", json="azimuth_deg")
+    sky: Array = quantity("axis", "1", "N where it is seen")
+
+
+@result("light-curve/1", record="radius size period events", points="time flux error shares")
+class LightCurve:
+    """The light of a spot that circles the hole, as a camera receives it."""
+
+    camera: Camera = quantity("", "", "the camera", json="", column="")
+    radius: float = quantity("", "GM/c^2", "of the orbit")
+    size: float = quantity("", "GM/c^2", "deviation of the spot along its orbit")
+    period: float = quantity("", "GM/c^3", "of the orbit")
+    time: Array = quantity("time", "GM/c^3", "of the camera; at 0 the spot's own azimuth is 0")
+    flux: Array = quantity("time", "1", "solid angle times g^4, for a spot of unit intensity and area")
+    error: Array = quantity("time", "1", "estimated error of the flux, of all its crossings")
+    shares: Array = quantity("crossing time", "1", "what each crossing adds to the flux")
+    events: tuple[SpotEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
+
+
+class _Ring(NamedTuple):
+    """An isoradial as smooth functions of the parameter of the shadow edge: N, phi, phi + Omega T, and light along it.
+
+    winds: what both angles gain with the parameter, in whole turns; it is left out of them.
+    """
+
+    crossing: int
+    sky: CubicSpline
+    azimuth: CubicSpline
+    phase: CubicSpline
+    light: CubicSpline
+    winds: int
+
+
+@usual_warnings
+def light_curve(
+    camera: Camera,
+    radius: float,
+    times: ArrayLike | int = 200,
+    *,
+    size: float = 0.1,
+    crossings: int = 4,
+    motion: str = "circular",
+    points: int = 720,
+) -> LightCurve:
+    """The light of a small spot on a circular orbit in the equatorial plane, image by image.
+
+    Parameters
+    ----------
+    camera : Camera
+        At rest in Boyer-Lindquist coordinates, or anything else that stays at its place while the spot circles.
+    radius : float
+        Of the orbit, where there is one.
+    times : (t,) array or int
+        Times of the camera (units of the mass); a number: so many over one orbit.
+    size : float
+        Deviation of the spot's Gaussian profile along its orbit, in units of the mass. Across the orbit it is small.
+    crossings : int
+        How many crossings of the plane add to the light.
+    motion : str
+        "circular" (prograde) or "retrograde".
+    points : int
+        Points at which each image of the orbit is found at first; more follow where the azimuth changes fast along it.
+
+    Returns
+    -------
+    LightCurve
+        The flux of a spot of intensity I and area A, as r dr dphi in the frame that circles with it, is I A times its
+        `flux`.
+
+    Errors
+    ------
+    `LightCurve.error`: what half of the points give instead, and the points' own errors.
+
+    References
+    ----------
+    Cunningham & Bardeen 1973, ApJ 183, 237: a star that circles a Kerr hole.
+    """
+    if motion not in _MOTIONS:
+        raise ValueError(f"Argument `motion` must be one of {', '.join(_MOTIONS)}, but is {motion!r}.")
+    if not 0 < real_number("size", size) < math.inf:
+        raise ValueError(f"Argument `size` must be a positive length, but is {size!r}.")
+    crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
+    radius = float(check_circles(camera, "radius", [radius])[0])
+    found = EMITTERS[motion](camera.spin, float(radius), 0.0)
+    if not found.slowness > 0:
+        raise ValueError(f"Argument `radius` must be that of a circular orbit, but is {radius:g}.")
+    orbital = float(found.orbital)
+    period = 2 * math.pi / abs(orbital)
+    clock = np.arange(times) * (period / times) if isinstance(times, int) else numbers("times", times).ravel()
+    if not (len(clock) and np.isfinite(clock).all()):
+        raise ValueError("Argument `times` must be a number of times, or times.")
+    shares, coarse = np.zeros((2, crossings, len(clock)))
+    events: list[SpotEvent] = []
+    for crossing in range(1, crossings + 1):
+        curve = _image(camera, radius, EquatorialPlane(crossing, motion), orbital, points)
+        for step, total in ((1, shares), (2, coarse)):
+            ring = _ring(curve, orbital, step)
+            total[curve.crossing - 1] += _received(ring, orbital, clock, size / radius) / radius
+        events += _events(_ring(curve, orbital, 1), orbital, period)
+    flux = shares.sum(axis=0)
+    # Of half of the points the splines are off by the fourth power of two as much.
+    error = np.abs(shares - coarse).sum(axis=0) / 8 + 1e-12 * flux
+    ordered = tuple(sorted(events, key=lambda event: event.time))
+    return LightCurve(camera, float(radius), float(size), period, clock, flux, error, shares, ordered)
+
+
+def _image(camera: Camera, radius: float, end: EquatorialPlane, orbital: float, points: int) -> Isoradial:
+    """The image of an orbit, on as many lines as it takes that its phase changes little from one to the next."""
+    turn = 2 * math.pi * np.arange(points) / points
+    for _ in range(_ROUNDS):
+        found = _on_lines(camera, radius, end, turn)
+        parts = _parts(found, orbital)
+        if parts.max() == 1 or parts.sum() > _MOST_LINES:
+            return found
+        width = np.diff(turn, append=2 * math.pi)
+        turn = np.concatenate([t + w * np.arange(n) / n for t, w, n in zip(turn, width, parts, strict=True)])
+    return _on_lines(camera, radius, end, turn)
+
+
+def _on_lines(camera: Camera, radius: float, end: EquatorialPlane, turn: Array) -> Isoradial:
+    found = Lines(camera, turn, end).curves(radius, time=True)
+    if len(found) != 1 or not found[0].closed:
+        raise ValueError(
+            "Argument `radius` must be that of an orbit whose images are closed curves, but at crossing "
+            f"{end.crossing} they are not."
+        )
+    return found[0]
+
+
+def _parts(curve: Isoradial, orbital: float) -> Int[Array, " points"]:
+    """Into how many parts the ways from each point to the next must be divided."""
+    assert curve.time is not None
+    phase = curve.azimuth + orbital * curve.time
+    change = np.diff(phase, append=phase[0])
+    change -= 2 * math.pi * np.round(change / (2 * math.pi))
+    return np.clip(np.ceil(np.abs(change) / _LONGEST), 1, 8).astype(int)
+
+
+def _ring(curve: Isoradial, orbital: float, step: int) -> _Ring:
+    """An isoradial by every so many of its points."""
+    assert curve.time is not None
+    part = slice(None, None, step)
+    turn = curve.turn[part]
+
+    def spline(values: Array) -> CubicSpline:
+        return CubicSpline(np.append(turn, turn[0] + 2 * math.pi), [*values, values[0]], bc_type="periodic")
+
+    gained = curve.azimuth[-1] - curve.azimuth[0]
+    winds = round((gained + np.angle(np.exp(1j * (curve.azimuth[0] - curve.azimuth[-1])))) / (2 * math.pi))
+    azimuth = curve.azimuth[part] - winds * turn
+    sky = spline(curve.sky[part])
+    along = np.linalg.norm(sky(turn, 1), axis=-1)
+    light = spline(curve.redshift[part] ** 4 * curve.width[part] * along)
+    return _Ring(curve.crossing, sky, spline(azimuth), spline(azimuth + orbital * curve.time[part]), light, winds)
+
+
+def _received(ring: _Ring, orbital: float, time: Array, deviation: float) -> Float[Array, " times"]:
+    """Light at some times of a spot with a Gaussian profile of unit area in azimuth."""
+    count = int(min(max(_PER_DEVIATION * 2 * math.pi / deviation, 4096), _MOST_POINTS))
+    turn = 2 * math.pi * np.arange(count) / count
+    phase = np.mod(ring.phase(turn) + ring.winds * turn, 2 * math.pi)
+    light = ring.light(turn)
+    order = np.argsort(phase)
+    phase, light = phase[order], light[order]
+    phase = np.concatenate([phase - 2 * math.pi, phase, phase + 2 * math.pi])
+    light = np.tile(light, 3)
+    reach = min(_DEVIATIONS * deviation, math.pi)
+    total = np.zeros(len(time))
+    for i, now in enumerate(np.mod(orbital * time, 2 * math.pi)):
+        near = slice(*np.searchsorted(phase, [now - reach, now + reach]))
+        away = (phase[near] - now) / deviation
+        total[i] = light[near] @ np.exp(-(away**2) / 2)
+    return total * (2 * math.pi / count) / (math.sqrt(2 * math.pi) * deviation)
+
+
+def _events(ring: _Ring, orbital: float, period: float) -> list[SpotEvent]:
+    """Extremes of phi + Omega T along a curve: there two images of the spot are one."""
+    slope = ring.phase.derivative()
+    turns = np.unique(np.mod(slope.solve(-ring.winds, extrapolate=False), 2 * math.pi))
+    events = []
+    for turn in turns:
+        # A least value comes first: after it there are two points.
+        kind = "creation" if slope(turn, 1) * orbital > 0 else "annihilation"
+        phase, azimuth = (float(angle(turn)) + ring.winds * turn for angle in (ring.phase, ring.azimuth))
+        sky = ring.sky(turn)
+        events.append(SpotEvent(kind, ring.crossing, (phase / orbital) % period, azimuth, sky / np.linalg.norm(sky)))
+    return events

@@ -1,0 +1,116 @@
+"""Images of circles in the plane, and the light of a spot on one, against rays and images one by one."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import kerrcaustics as kc
+from kerrcaustics.spacetime.camera import photon
+
+PAPER = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
+CAMERAS = [PAPER, kc.Camera(0.999, 6.03, 1.3, "fiducial"), kc.Camera(0.9, 20.0, 0.0, "fiducial")]
+SPOT = kc.Camera(0.6, 50.0, math.radians(70), "static")
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=str)
+def test_points_of_rims_land_on_them(camera):
+    radii = [2.5, 9.26, 18.7]
+    found = kc.disk_images(camera, radii, crossings=4, points=60)
+    assert [(curve.crossing, curve.radius) for curve in found] == [(n, r) for n in (1, 2, 3, 4) for r in radii]
+    for curve in found:
+        assert curve.closed and len(curve.sky) == 60
+        end = kc.EquatorialPlane(curve.crossing)
+        beams = kc.trace_beams(camera, curve.sky, "integrated", 1e-12, end=end)
+        width = 1 / np.linalg.norm(beams.jacobian[:, 0], axis=1)
+        allowed = 2 * curve.error + beams.error * curve.radius * width
+        assert (np.abs(beams.radius - curve.radius) * width <= allowed).all()
+        assert curve.error.max() < 1e-12 and np.allclose(curve.width, width, rtol=1e-6)
+
+
+def test_frequencies_of_the_papers_disk_have_the_extremes_of_theory():
+    outer, inner = kc.disk_images(PAPER, [18.70, 9.26], crossings=1, points=720)
+    ratio = np.concatenate([outer.redshift, inner.redshift])
+    assert ratio.max() == pytest.approx(1.31, abs=0.005) and ratio.min() == pytest.approx(0.61, abs=0.005)
+
+
+def test_from_the_axis_circles_are_round():
+    for curve in kc.disk_images(CAMERAS[2], [4.0, 15.0], crossings=3, points=24):
+        assert np.ptp(curve.sky[:, 0]) < 1e-12 and np.ptp(curve.redshift) < 1e-12
+
+
+def test_circles_that_are_not_seen_are_left_out():
+    found = kc.disk_images(kc.Camera(0.5, 10.0, 0.4), [1e7], crossings=2, points=16)
+    assert all(curve.error.max() < 1e-6 for curve in found)
+
+
+def direct_sum(curve, orbital, times):
+    """Flux (t,) of a point, image by image: solid angle times g^4, from the beam at each image."""
+    turn = np.append(curve.turn, 2 * math.pi)
+    phase = curve.azimuth + orbital * curve.time
+    winds = round((phase[-1] - phase[0]) / (2 * math.pi))
+    along = CubicSpline(turn, np.append(phase, phase[0] + 2 * math.pi * winds))
+    sky = CubicSpline(turn, [*curve.sky, curve.sky[0]], bc_type="periodic")
+    least, most = np.floor(phase.min() / (2 * math.pi)) - 1, np.ceil(phase.max() / (2 * math.pi)) + 1
+    total = np.zeros(len(times))
+    for i, time in enumerate(times):
+        wanted = orbital * time % (2 * math.pi) + 2 * math.pi * np.arange(least, most)
+        places = np.concatenate([along.solve(level, extrapolate=False) for level in wanted])
+        if not len(places):
+            continue
+        n = sky(places)
+        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        beams = kc.trace_beams(SPOT, n, end=kc.EquatorialPlane(curve.crossing))
+        b = photon(SPOT.frame(), tuple(n.T)).b
+        total[i] = (beams.redshift**4 / np.abs(beams.determinant) / np.abs(1 - orbital * b)).sum()
+    return total
+
+
+@pytest.mark.slow
+def test_light_of_a_spot_is_that_of_its_images():
+    found = kc.light_curve(SPOT, 8.0, 40, size=0.02, crossings=3)
+    orbital = 2 * math.pi / found.period
+    images = kc.disk_images(SPOT, [8.0], 3, 1440, time=True)
+    shares = np.array([direct_sum(curve, orbital, found.time) for curve in images])
+    assert np.abs(found.flux / shares.sum(axis=0) - 1).max() < 1e-3
+    for curve, share, wanted in zip(images, found.shares, shares, strict=True):
+        far = np.ones(len(found.time), bool)
+        for event in found.events:
+            if event.crossing == curve.crossing:
+                away = (found.time - event.time + found.period / 2) % found.period - found.period / 2
+                far &= np.abs(away) > 2
+        assert np.abs(share[far] / wanted[far] - 1).max() < 3e-3
+    finer = kc.light_curve(SPOT, 8.0, 40, size=0.02, crossings=3, points=4000)
+    assert (np.abs(finer.flux - found.flux) <= 3 * found.error + 1e-6 * found.flux).all()
+
+
+@pytest.mark.slow
+def test_images_of_a_spot_are_born_where_beams_vanish():
+    camera = kc.Camera(0.998, 50.0, math.radians(85), "static")
+    found = kc.light_curve(camera, 6.0, 10, size=0.05, crossings=3)
+    kinds = [(event.kind, event.crossing) for event in found.events]
+    assert sorted(kinds) == [("annihilation", 2), ("annihilation", 3), ("creation", 2), ("creation", 3)]
+    for event in found.events:
+        beam = kc.trace_beams(camera, event.sky[None], end=kc.EquatorialPlane(event.crossing))
+        assert abs(beam.radius[0] - 6.0) < 0.01
+        assert abs(beam.delta_minus[0]) < 0.02 * beam.delta_plus[0]
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: kc.disk_images(SPOT, [1.5]), "`radii` must be larger than the horizon"),
+        (lambda: kc.disk_images(SPOT, []), "`radii` must be"),
+        (lambda: kc.disk_images(SPOT, [8.0], 0), "`crossings` must be a whole number"),
+        (lambda: kc.disk_images(SPOT, [8.0], motion="fast"), "`emitter` must be one of"),
+        (lambda: kc.light_curve(SPOT, 2.0), "`radius` must be that of a circular orbit"),
+        (lambda: kc.light_curve(SPOT, 8.0, size=0.0), "`size` must be a positive length"),
+        (lambda: kc.light_curve(SPOT, 8.0, [math.nan]), "`times` must be"),
+        (lambda: kc.light_curve(SPOT, 8.0, motion="static"), "`motion` must be one of"),
+    ],
+)
+def test_bad_input_is_one_line(ask, words):
+    with pytest.raises(ValueError, match=words) as told:
+        ask()
+    assert "\n" not in str(told.value)
