@@ -34,6 +34,7 @@ from .scenes.disk.emission import (
     Swatches as Swatches,
     Texture as Texture,
 )
+from .scenes.disk.spots import Spots as Spots
 from .scenes.footprint import Footprint as Footprint
 from .scenes.panorama import Panorama as Panorama
 from .scenes.render import celestial_picture as celestial_picture, render as render, trace_view as trace_view

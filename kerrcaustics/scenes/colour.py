@@ -107,6 +107,15 @@ def shifted_light(
     return factor
 
 
+def seen_black_body(
+    temperature: Float[Array, "*batch"], redshift: Float[Array, "*batch"], beaming: bool, colour_shift: bool
+) -> Float[Array, "*batch 3"]:
+    """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); switches as for `shifted_light`."""
+    if beaming and colour_shift:
+        return black_body(temperature * redshift)
+    return black_body(temperature) * shifted_light(redshift, beaming, colour_shift, temperature)
+
+
 def from_srgb(colour: str) -> Float[Array, "3"]:
     """Linear light (3,) of "#rrggbb"."""
     if not (isinstance(colour, str) and re.fullmatch("#[0-9a-fA-F]{6}", colour)):

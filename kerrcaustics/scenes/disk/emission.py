@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR
-from kerrcaustics.scenes.colour import black_body, from_srgb, shifted_light
+from kerrcaustics.scenes.colour import from_srgb, seen_black_body, shifted_light
 from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.scenes.panorama import read_picture
 from kerrcaustics.spacetime import kerr
@@ -36,8 +36,8 @@ class Glow:
     def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """That of a black body; seen with g and both shifts, that of one of g T."""
         temperature = self.temperature(places.spin, places.radius)
-        light = black_body(temperature) * (temperature > 0)[:, None]
-        return light * shifted_light(places.redshift, beaming, colour_shift, np.maximum(temperature, 1.0))
+        seen = seen_black_body(np.maximum(temperature, 1.0), places.redshift, beaming, colour_shift)
+        return seen * (temperature > 0)[:, None]
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """Two where a pixel sees much of the disk, else one."""

@@ -6,6 +6,7 @@ rims are covered to the exact part of a square on which the radius is linear.
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -107,25 +108,61 @@ def _asked(disk: Disk, cells: PlaneCells) -> Int[Array, " cells"]:
     return np.maximum(asked, np.where(pixels < 1, (1 / pixels).astype(int), 1))
 
 
+class _Sight(NamedTuple):
+    """Parts of pixels that see the plane at one crossing: all arrays are (m,), or (m, ...).
+
+    target, the number of the part; place (m, 2), 1 / r and phi; slope (m, 2, 2), their changes (rows) along the sides
+    of the part; cover, the part of it between the rims; extra (m, 5) as in `PlaneCells`; late (m, 2), the change of the
+    travel time along the sides.
+    """
+
+    target: Array
+    place: Array
+    slope: Array
+    cover: Array
+    extra: Array
+    late: Array
+
+
 def _chunk_lit(
     disk: Disk, layers: list[_Layer], width: int, looks: Looks, count: int, pixels: Array
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
     """Light and transmission of some pixels, divided into count x count parts."""
-    light = np.zeros((len(pixels), count, count, 3))
-    through = np.ones((len(pixels), count, count))
+    light = np.zeros((len(pixels) * count * count, 3))
+    through = np.ones(len(light))
     for layer in layers:
-        for rows, block, which, where in _groups(layer, width, count, pixels):
-            index = rows[:, None, None], *_grid(block)
-            shining, passing = _parts_lit(disk, layer.cells, which, where, looks, count)
-            behind = through[index]
-            light[index] += behind[..., None] * shining.reshape(*behind.shape, 3)
-            through[index] = behind * passing.reshape(behind.shape)
-    return light.mean(axis=(1, 2)), through.mean(axis=(1, 2))
+        found = [_sight(disk, layer.cells, *group, count) for group in _groups(layer, width, count, pixels)]
+        if not any(len(part.target) for part in found):
+            continue
+        sight = _Sight(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+        shining, passing = _parts_lit(disk, sight, looks)
+        light[sight.target] += through[sight.target, None] * shining
+        through[sight.target] *= passing
+    return light.reshape(len(pixels), -1, 3).mean(axis=1), through.reshape(len(pixels), -1).mean(axis=1)
 
 
-def _grid(block: tuple[slice, slice]) -> tuple[Array, Array]:
-    rows, columns = (np.arange(part.start, part.stop) for part in block)
-    return rows[None, :, None], columns[None, None, :]
+def _sight(
+    disk: Disk, cells: PlaneCells, rows: Array, block: tuple[slice, slice], which: Array, where: Weights, count: int
+) -> _Sight:
+    """What those parts see that see something; parameters as `_groups` yields them."""
+    down, right = (np.arange(part.start, part.stop) for part in block)
+    target = (rows[:, None, None] * count + down[:, None]) * count + right
+    # Lengths along a side of a part.
+    side = (FINEST / cells.size[which] / count)[:, None]
+    data, extra = cells.data[which], cells.extra[which]
+    place = [data[..., i] @ where.value for i in range(2)]
+    slope = [[(data[..., i] @ along) * side for along in (where.along_x, where.along_y)] for i in range(2)]
+    cover = _cover(place[0] - 1 / disk.outer, *slope[0]) - _cover(place[0] - 1 / disk.inner, *slope[0])
+    cover *= cells.cover[which, None]
+    late = [(extra[..., 4] @ mean) * side for mean in (where.mean_x, where.mean_y)]
+    others = [extra[..., i] @ where.mean for i in range(5)]
+    seen = np.flatnonzero(cover.ravel() > 0)
+
+    def chosen(values: object) -> Array:
+        array = np.asarray(values)
+        return np.moveaxis(array.reshape(*array.shape[:-2], -1)[..., seen], -1, 0)
+
+    return _Sight(target.ravel()[seen], *(chosen(part) for part in (place, slope, cover, others, late)))
 
 
 def _groups(
@@ -172,53 +209,40 @@ def _by(kinds: Array) -> Iterator[tuple[int, Array]]:
         yield int(value), chosen
 
 
-def _parts_lit(
-    disk: Disk, cells: PlaneCells, which: Array, where: Weights, looks: Looks, count: int
-) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:
-    """Light (m, 3) and transmission (m,) of parts of pixels, one after the other for each of the cells."""
-    data = cells.data[which]
-    # Lengths along a side of a part.
-    side = (FINEST / cells.size[which] / count)[:, None]
-    u, phi = (data[..., i] @ where.value for i in range(2))
-    slopes = [[(data[..., i] @ along) * side for along in (where.along_x, where.along_y)] for i in range(2)]
-    cover = _cover(u - 1 / disk.outer, *slopes[0]) - _cover(u - 1 / disk.inner, *slopes[0])
-    cover *= cells.cover[which, None]
-    seen = np.flatnonzero(cover.ravel() > 0)
-    light, through = np.zeros((u.size, 3)), np.ones(u.size)
-    if not len(seen):
-        return light, through
-    u, phi = u.ravel()[seen], phi.ravel()[seen]
-    (u_x, u_y), (phi_x, phi_y) = ((part.ravel()[seen] for part in pair) for pair in slopes)
-    at_infinity, b, q, outward, travel = ((cells.extra[which, :, i] @ where.mean).ravel()[seen] for i in range(5))
+def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:
+    """Light (m, 3) and transmission (m,) of parts of pixels."""
+    at_infinity, b, q, outward, _ = sight.extra.T
     # Parts on a rim are lit by what lies within.
-    radius = np.clip(1 / u, disk.inner, disk.outer)
-    r_x, r_y = -radius * radius * u_x, -radius * radius * u_y
-    emitted = looks.time - (travel if looks.delay else 0.0)
-    orbital = disk.orbital(looks.spin, radius)
-    azimuth = phi - orbital * emitted
-    if looks.delay:
-        t_x, t_y = (((cells.extra[which, :, 4] @ mean) * side).ravel()[seen] for mean in (where.mean_x, where.mean_y))
-        phi_x, phi_y = phi_x + orbital * t_x, phi_y + orbital * t_y
-    if np.any(emitted):
-        step = 1e-4 * radius
-        shear = (
-            (disk.orbital(looks.spin, radius + step) - disk.orbital(looks.spin, radius - step)) / (2 * step) * emitted
-        )
-        phi_x, phi_y = phi_x - shear * r_x, phi_y - shear * r_y
-    ratio = np.asarray(redshift(EMITTERS[disk.motion], looks.spin, (b, q), (radius, 0.0), at_infinity, outward > 0.5))
-    matrix = np.stack([r_x, r_y, radius * phi_x, radius * phi_y], axis=-1).reshape(-1, 2, 2)
-    width = disk.outer - disk.inner
-    spin = -looks.spin if disk.motion == "retrograde" else looks.spin
-    places = Places(radius, azimuth, (radius - disk.inner) / width, matrix, ratio, width, spin)
+    radius = np.clip(1 / sight.place[:, 0], disk.inner, disk.outer)
+    emitter = EMITTERS[disk.motion]
+    ratio = np.asarray(redshift(emitter, looks.spin, (b, q), (radius, 0.0), at_infinity, outward > 0.5))
+    places = _places(disk, sight, looks, radius, ratio)
     shining = disk.brightness * disk.emission.light(places, looks.beaming, looks.colour_shift)
     if looks.beaming or looks.colour_shift:
         shining = np.where(np.isfinite(ratio)[:, None], shining, 0.0)
     # p . normal over p . u of what shines, which in units of the energy at infinity is a ratio of the two ratios.
     cosine = np.sqrt(np.maximum(q, 0)) / radius * ratio / at_infinity
-    cover = cover.ravel()[seen]
-    light[seen] = cover[:, None] * shining
-    through[seen] = 1 - cover * (1 - disk.transmitted(places, cosine))
-    return light, through
+    return sight.cover[:, None] * shining, 1 - sight.cover * (1 - disk.transmitted(places, cosine))
+
+
+def _places(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Array) -> Places:
+    """Where the parts are on the disk, or on its pattern, which circles as light travels."""
+    along_radius = -(radius**2)[:, None] * sight.slope[:, 0]
+    azimuth, along_azimuth = sight.place[:, 1], sight.slope[:, 1]
+    emitted = looks.time - (sight.extra[:, 4] if looks.delay else np.zeros_like(radius))
+    orbital = disk.orbital(looks.spin, radius)
+    if looks.delay:
+        along_azimuth = along_azimuth + orbital[:, None] * sight.late
+    if not getattr(disk.emission, "keeps_shape", False) and np.any(emitted):
+        azimuth = azimuth - orbital * emitted
+        step = 1e-4 * radius
+        farther, nearer = (disk.orbital(looks.spin, radius + sign * step) for sign in (1, -1))
+        along_azimuth = along_azimuth - ((farther - nearer) / (2 * step) * emitted)[:, None] * along_radius
+    matrix = np.stack([along_radius, radius[:, None] * along_azimuth], axis=1)
+    width = disk.outer - disk.inner
+    spin = -looks.spin if disk.motion == "retrograde" else looks.spin
+    across = (radius - disk.inner) / width
+    return Places(radius, azimuth, across, matrix, ratio, width, spin, emitted, partial(disk.orbital, looks.spin))
 
 
 def _cover(over: Array, x: Array, y: Array) -> Array:

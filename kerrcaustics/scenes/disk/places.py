@@ -1,5 +1,6 @@
 """What the parts of pixels see of a disk."""
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -11,10 +12,11 @@ Array = np.ndarray
 class Places(NamedTuple):
     """What n parts of pixels see of a disk.
 
-    radius (n,); azimuth (n,) in the pattern, which circles with the disk; across (n,), 0 at the inner rim and 1 at the
-    outer one; matrix (n, 2, 2), dr and r dphi (rows) along the two sides of the part (columns); redshift (n,),
-    nu_camera / nu_emitter, NaN where it was not asked for or nothing can circle; width, from rim to rim; spin of the
-    hole, negative where the disk is retrograde.
+    radius (n,); azimuth (n,) in the pattern, which circles with the disk, or as it is for an emission that keeps its
+    shape; across (n,), 0 at the inner rim and 1 at the outer one; matrix (n, 2, 2), dr and r dphi (rows) along the two
+    sides of the part (columns); redshift (n,), nu_camera / nu_emitter, NaN where nothing can circle; width, from rim to
+    rim; spin of the hole, negative where the disk is retrograde; time (n,), when the light left; orbital, dphi / dt at
+    radii.
     """
 
     radius: Array
@@ -24,6 +26,8 @@ class Places(NamedTuple):
     redshift: Array
     width: float
     spin: float
+    time: Array
+    orbital: Callable[[Array], Array]
 
     def box(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Half sides (n,), along across and azimuth, of the box with the deviations of the part."""

@@ -1,0 +1,177 @@
+"""Hot spots that circle the hole, each with its streak: light of the few that are near a place."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.special import ndtr
+
+from kerrcaustics.scenes.colour import seen_black_body
+from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.spacetime.checks import numbers, real_number
+
+Array = np.ndarray
+
+# Spots are heeded within so many deviations.
+_DEVIATIONS = 3.5
+# Parts of pixels that see much of the disk see some spots for all: a spot is widened so many times, at most.
+_WIDEST = 6.0
+# Pairs of a place and a spot that are looked at together.
+_PAIRS = 1 << 18
+# Of a spot's peak: fainter parts are not lit.
+_FAINTEST = 1e-3
+# Parts of pixels are no larger than this part of a spot's deviation, to a limit.
+_FINE, _MOST_PARTS = 1.0, 4
+
+
+class _Ring(NamedTuple):
+    """Spots whose radii are close to each other, in order of their phases at one moment; phase (k,), number (k,)."""
+
+    orbital: float
+    drift: float
+    phase: Array
+    number: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Spots:
+    """Round spots on circular orbits, black bodies whose light falls off as a Gaussian; they keep their shape.
+
+    Parameters
+    ----------
+    radius, azimuth : (n,) arrays
+        Of their orbits, and of the spots at time 0.
+    temperature : float or (n,) array
+        Kelvin.
+    size : float
+        Deviation of a spot's profile, in units of the mass.
+    streak : float
+        Time over which a spot leaves a trace that fades evenly; 0 for none.
+
+    Notes
+    -----
+    A spot smaller than a part of a pixel is widened to it, and as much fainter: its light stays.
+    """
+
+    radius: Any
+    azimuth: Any
+    temperature: Any = 6504.0
+    size: float = 0.1
+    streak: float = 0.0
+
+    keeps_shape = True
+
+    def __post_init__(self) -> None:
+        """Refuse what are no spots."""
+        radius, azimuth = numbers("radius", self.radius).ravel(), numbers("azimuth", self.azimuth).ravel()
+        if not (len(radius) and np.isfinite(radius).all() and (radius > 0).all()):
+            raise ValueError("Argument `radius` must hold positive radii.")
+        if not (len(azimuth) == len(radius) and np.isfinite(azimuth).all()):
+            raise ValueError(f"Argument `azimuth` must hold {len(radius)} numbers, one for each spot.")
+        temperature = numbers("temperature", self.temperature).ravel()
+        if not (len(temperature) in (1, len(radius)) and ((temperature > 0) & (temperature <= 1e6)).all()):
+            raise ValueError("Argument `temperature` must hold temperatures above 0 and at most 1e6 kelvin.")
+        if not 0 < real_number("size", self.size) < math.inf:
+            raise ValueError(f"Argument `size` must be a positive length, but is {self.size!r}.")
+        if not 0 <= real_number("streak", self.streak) < math.inf:
+            raise ValueError(f"Argument `streak` must be a time from 0 on, but is {self.streak!r}.")
+        order = np.argsort(radius, kind="stable")
+        temperature = np.broadcast_to(temperature, radius.shape)
+        for name, values in (("radius", radius), ("azimuth", azimuth), ("temperature", temperature)):
+            object.__setattr__(self, name, values[order])
+
+    def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
+        """So many that a part is as small as a spot, to a limit."""
+        length = np.maximum(size[:, 0] * self._width, size[:, 1] * self.radius[-1])
+        wanted = np.maximum(length / (_FINE * self.size), 1)
+        return np.clip(2 ** np.ceil(np.log2(wanted)), 1, _MOST_PARTS).astype(int)
+
+    @cached_property
+    def _width(self) -> float:
+        return float(np.ptp(self.radius) + 1)
+
+    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """Linear sRGB light (n, 3)."""
+        light = np.zeros((len(places.radius), 3))
+        # Deviations with those of the parts, whose sides are boxes.
+        rows = np.moveaxis(places.matrix, 1, 0)
+        sizes = [np.minimum(np.hypot(self.size, _of_box(row)), _WIDEST * self.size) for row in rows]
+        time = float(np.median(places.time))
+        rates = places.orbital(self.radius)
+        for ring in self._rings(rates, time):
+            for place, spot in _pairs(self, ring, places, time, sizes):
+                profile = self._profile(places, place, spot, rates[spot], (sizes[0][place], sizes[1][place]))
+                bright = profile > _FAINTEST
+                place, spot, profile = place[bright], spot[bright], profile[bright]
+                seen = seen_black_body(self.temperature[spot], places.redshift[place], beaming, colour_shift)
+                coloured = profile[:, None] * seen
+                for channel in range(3):
+                    light[:, channel] += np.bincount(place, coloured[:, channel], minlength=len(light))
+        return light
+
+    def _rings(self, orbital: Float[Array, " spots"], time: float) -> list[_Ring]:
+        """The spots, by radius: each ring is as wide as a spot."""
+        edges = np.arange(self.radius[0], self.radius[-1] + 2 * self.size, 2 * self.size)
+        starts = np.searchsorted(self.radius, edges)
+        rings = []
+        for first, last in zip(starts, np.append(starts[1:], len(self.radius)), strict=True):
+            if first == last:
+                continue
+            rates = orbital[first:last]
+            middle = float(rates.mean())
+            phase = np.mod(self.azimuth[first:last] + rates * time, 2 * math.pi)
+            order = np.argsort(phase)
+            drift = float(np.abs(rates - middle).max())
+            rings.append(_Ring(middle, drift, phase[order], np.arange(first, last)[order]))
+        return rings
+
+    def _profile(
+        self, places: Places, place: Array, spot: Array, orbital: Array, sizes: tuple[Array, Array]
+    ) -> Float[Array, " pairs"]:
+        """Light (pairs,) at places of spots, in units of a spot's peak."""
+        across, along = sizes
+        radius = places.radius[place]
+        turn = places.azimuth[place] - self.azimuth[spot] - orbital * places.time[place]
+        length = radius * (np.mod(turn + math.pi, 2 * math.pi) - math.pi)
+        fall = np.exp(-(((radius - self.radius[spot]) / across) ** 2) / 2) * self.size**2 / (across * along)
+        if self.streak == 0:
+            return fall * np.exp(-((length / along) ** 2) / 2)
+        # The mean over the trace, behind the spot: of a Gaussian times 2 (1 - s) for s in 0 to 1.
+        way = radius * orbital * self.streak / along
+        behind = length / along
+        way = np.where(np.abs(way) < 1e-6, 1e-6, way)
+        whole = ndtr(behind + way) - ndtr(behind)
+        edges = np.exp(-(behind**2) / 2) - np.exp(-((behind + way) ** 2) / 2)
+        moment = edges / math.sqrt(2 * math.pi) - behind * whole
+        return fall * math.sqrt(2 * math.pi) * 2 * (whole / way - moment / way**2)
+
+
+def _of_box(row: Float[Array, "n 2"]) -> Float[Array, " n"]:
+    """Deviation (n,) of a component over parts of pixels."""
+    return np.sqrt((row**2).sum(axis=-1) / 12)
+
+
+def _pairs(
+    spots: Spots, ring: _Ring, places: Places, time: float, sizes: list[Array]
+) -> Iterator[tuple[Int[Array, " pairs"], Int[Array, " pairs"]]]:
+    """Places and spots of a ring that may be near each other."""
+    first, last = spots.radius[ring.number.min()], spots.radius[ring.number.max()]
+    across, along = (_DEVIATIONS * size for size in sizes)
+    near = np.flatnonzero((places.radius > first - across) & (places.radius < last + across))
+    late = places.time[near] - time
+    phase = np.mod(places.azimuth[near] - ring.orbital * late, 2 * math.pi)
+    half = along[near] / places.radius[near] + ring.drift * np.abs(late)
+    trace = abs(ring.orbital) * spots.streak
+    behind, ahead = (half, half + trace) if ring.orbital > 0 else (half + trace, half)
+    around = np.concatenate([ring.phase - 2 * math.pi, ring.phase, ring.phase + 2 * math.pi])
+    number = np.tile(ring.number, 3)
+    start, stop = np.searchsorted(around, phase - behind), np.searchsorted(around, phase + ahead)
+    count = np.minimum(stop - start, len(ring.number))
+    for part in np.array_split(np.arange(len(near)), count.sum() // _PAIRS + 1):
+        each = count[part]
+        within = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
+        yield np.repeat(near[part], each), number[np.repeat(start[part], each) + within]
