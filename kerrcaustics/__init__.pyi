@@ -35,9 +35,11 @@ from .scenes.disk.emission import (
     Texture as Texture,
 )
 from .scenes.disk.spots import Spots as Spots
+from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid
 from .scenes.footprint import Footprint as Footprint
 from .scenes.panorama import Panorama as Panorama
 from .scenes.render import celestial_picture as celestial_picture, render as render, trace_view as trace_view
+from .scenes.render_volume import render_volume as render_volume
 from .scenes.star_field import StarField as StarField
 from .scenes.turned import TurnedSky as TurnedSky
 from .scenes.view import View as View

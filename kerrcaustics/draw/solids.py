@@ -26,6 +26,7 @@ HORIZON_COLOUR = "#1a1a1a"
 ERGOSPHERE_COLOUR = "#7f7fb5"
 CAPTURED_COLOUR = "#a8a8a8"
 CAMERA_COLOUR = "#000000"
+DISK_COLOUR, DISK_RIM_COLOUR = "#e8dcc0", "#a08c5a"
 _MIDDLE, _FINE = 48, 96
 
 
@@ -147,6 +148,46 @@ def _ray(points: Float[Array, "n 3"], index: int, captured: bool) -> SpaceCurve:
     return SpaceCurve(f"ray of index {index}", points, style.order_colour(index + 1), 2.0)
 
 
+def disk_rays_model(camera: Camera, paths: RayPaths, crossing: Int[Array, " rays"], rims: tuple[float, float]) -> Model:
+    """Rays that end on a disk in the equatorial plane, one colour for each crossing of it at which they end.
+
+    Parameters
+    ----------
+    camera : Camera
+    paths : RayPaths
+        Of shape (rays, places), each at least as far as its crossing.
+    crossing : (rays,) array
+        Whole numbers: at which crossing each ray meets the disk.
+    rims : (float, float)
+        Radii of the inner and the outer rim, units of M.
+    """
+    turn = np.linspace(0, 2 * math.pi, 2 * _FINE)
+    circle = from_angles(np.full_like(turn, math.pi / 2), turn)
+    inner, outer = (math.hypot(rim, camera.spin) * circle for rim in rims)
+    surfaces = (*_hole(camera.spin), Surface("disk", np.stack([inner, outer]), DISK_COLOUR, 0.55))
+    reach = 1.6 * rims[1]
+    lines = [SpaceCurve("rim", rim, DISK_RIM_COLOUR, 2.0) for rim in (inner, outer)]
+    lines += [_spin_axis(0.7 * rims[1]), *_marked(_near(camera), 0.02 * reach)]
+    for position, number in zip(paths.position, crossing, strict=True):
+        ray = _until_plane(position, int(number))
+        ray = ray[np.linalg.norm(ray, axis=1) <= reach]
+        lines.append(SpaceCurve(f"ray to crossing {number}", ray, style.order_colour(number), 2.5))
+        lines += [SpaceCurve("end", dot, style.order_colour(number), 7.0) for dot in _cross(ray[-1], 0.008 * reach)]
+    names = {1: "first", 2: "second", 3: "third"}
+    key = [(f"{names.get(n, f'{n}th')} crossing", style.order_colour(n)) for n in sorted({int(n) for n in crossing})]
+    key += [("disk", DISK_RIM_COLOUR), ("ergosphere", ERGOSPHERE_COLOUR), ("horizon", HORIZON_COLOUR)]
+    title = f"Rays that end on a disk, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
+    return Model(title, surfaces, tuple(lines), tuple(key), (-62.0, 24.0), extent=0.72 * reach)
+
+
+def _until_plane(points: Float[Array, "n 3"], crossing: int) -> Float[Array, "m 3"]:
+    """A path up to where it crosses the plane z = 0 for the n-th time: a straight line between two of its places."""
+    height = points[:, 2]
+    last = np.flatnonzero(height[1:] * height[:-1] < 0)[crossing - 1]
+    part = height[last] / (height[last] - height[last + 1])
+    return np.concatenate([points[: last + 1], [points[last] + part * (points[last + 1] - points[last])]])
+
+
 def trapped_model(orbit: SpacePoints) -> Model:
     """A photon's orbit on its sphere: radius and angles drawn as if they were spherical coordinates (JTFT fig 11)."""
     radius = float(orbit.radius[0])
@@ -226,7 +267,12 @@ def _near(camera: Camera) -> Float[Array, "3"]:
 
 def _marked(place: Float[Array, "3"], size: float = 0.03) -> list[SpaceCurve]:
     """A camera: a small cross in space."""
-    return [SpaceCurve("camera", place + size * np.outer([-1, 1], axis), CAMERA_COLOUR, 4.0) for axis in np.eye(3)]
+    return [SpaceCurve("camera", bar, CAMERA_COLOUR, 4.0) for bar in _cross(place, size)]
+
+
+def _cross(place: Float[Array, "3"], size: float) -> Float[Array, "3 2 3"]:
+    """Three bars (3, 2, 3) along the axes, through a place."""
+    return place + size * np.stack([np.outer([-1, 1], axis) for axis in np.eye(3)])
 
 
 def _closed(points: Float[Array, "n 3"]) -> Float[Array, "n+1 3"]:

@@ -33,6 +33,7 @@ HOMES = {
     "scenes.view": "View",
     "scenes.footprint": "Footprint",
     "scenes.render": "Rendering TracedView",
+    "scenes.render_volume": "VolumeRendering",
     "sweeps.engine": "SweepResult",
 }
 """What a file can hold: the classes of each module. It is loaded when a file asks for it."""

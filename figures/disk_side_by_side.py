@@ -1,0 +1,46 @@
+"""
+A disk with the hole and without it
+===================================
+
+The same camera, stars and disk twice: in flat space, and round a hole of spin 0.6. The camera is at rest at r = 70, 3.9
+degrees above the plane of the disk, which reaches from r = 4 to r = 10. With the hole, the far side of the disk stands
+up over the shadow, its bottom shows below, and the stars give way.
+"""
+
+import math
+from pathlib import Path
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+import kerrcaustics as kc
+from kerrcaustics.draw import style
+from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.scenes import show_picture
+from kerrcaustics.scenes.disk.flat import render_flat
+
+CAMERA = kc.Camera(spin=0.6, radius=70, inclination=math.radians(90 - 180 / 46), velocity="static")
+VIEW = kc.View(936, 432, math.radians(39))
+SKY = kc.StarField()
+# White paint is somewhat darker than what the exposure of the stars makes white.
+EXPOSURE = 1 / 8_000
+DISK = kc.Disk(inner=4, outer=10, emission=kc.Swatches(rows=4, columns=36), brightness=0.35 / EXPOSURE)
+
+
+def main(output: Path) -> list[Path]:
+    lights = {
+        "without the hole": render_flat(CAMERA, VIEW, SKY, disk=DISK),
+        "with the hole": kc.render(CAMERA, VIEW, SKY, disk=DISK).light,
+    }
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 6.9), layout="constrained")
+        for ax, (name, light) in zip(figure.subplots(2, 1), lights.items(), strict=True):
+            show_picture(ax, VIEW, kc.tone_mapped(light, EXPOSURE, curve="asinh", softening=20))
+            ax.set_title(name)
+    return [write_picture(figure, output / "disk_side_by_side.png")]
+
+
+if __name__ == "__main__":
+    OUT = Path(__file__).parent / "out"
+    OUT.mkdir(exist_ok=True)
+    print(*main(OUT), sep="\n")

@@ -1,0 +1,98 @@
+"""The same picture without the hole: straight rays in flat space, to show beside what `render` makes."""
+
+import numpy as np
+from jaxtyping import Float
+
+from kerrcaustics.results.declared import usual_warnings
+from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.footprint import Footprint
+from kerrcaustics.scenes.render import Sky
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera, check_camera
+from kerrcaustics.spacetime.sphere import from_angles, polar_basis
+
+Array = np.ndarray
+
+# Each pixel of the disk is divided so many times in each direction, for its rims and its paint.
+_DIVISIONS = 6
+
+
+@usual_warnings
+def render_flat(
+    camera: Camera, view: View, sky: Sky | None = None, *, disk: Disk | None = None
+) -> Float[Array, "height width 3"]:
+    """Light (height, width, 3) of a sky and a disk as a camera at rest sees them where no hole is.
+
+    Parameters
+    ----------
+    camera : Camera
+        Its place (radius, inclination) counts as spherical coordinates, its axes stay; it does not move.
+    view : View
+    sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
+        At infinity, as the celestial sphere.
+    disk : Disk, optional
+        In the plane z = 0, between circles of its radii; no light is shifted.
+
+    Errors
+    ------
+    Pixels of the disk are the means of 36 places, and its rims are as good as these are many.
+    """
+    check_camera(camera)
+    y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
+    light = np.zeros((len(x), 3))
+    if sky is not None:
+        light = light + sky.light(_footprint(camera, view, x, y), False, False)
+    if disk is not None:
+        within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
+        total, through = np.zeros((len(x), 3)), np.zeros(len(x))
+        for right in within:
+            for down in within:
+                shining, passing = _disk_light(camera, view, disk, x + right, y + down)
+                total, through = total + shining, through + passing
+        light = (total + through[:, None] * light) / _DIVISIONS**2
+    return light.reshape(view.height, view.width, 3)
+
+
+def _looking(camera: Camera, view: View, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
+    """Directions (n, 3) in space, and their steps (n, 3, 2) per pixel, in Cartesian coordinates."""
+    sky, steps = view.directions(x, y)
+    outward = from_angles(camera.inclination, 0.0)
+    e_theta = from_angles(camera.inclination + np.pi / 2, 0.0)
+    axes = np.stack([outward, e_theta, np.array([0.0, 1.0, 0.0])])
+    turn = np.asarray(camera.frame().basis) @ axes
+    return sky @ turn, turn.T @ steps
+
+
+def _footprint(camera: Camera, view: View, x: Array, y: Array) -> Footprint:
+    """What pixels see of the sky: what lies in their direction."""
+    direction, steps = _looking(camera, view, x, y)
+    matrix = np.stack(polar_basis(direction), axis=-2) @ steps
+    return Footprint(direction, matrix, np.zeros(len(direction)), np.ones(len(direction)))
+
+
+def _disk_light(
+    camera: Camera, view: View, disk: Disk, x: Array, y: Array
+) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+    """The disk's light (n, 3) at parts of pixels, and the part (n,) of the light behind that comes through."""
+    direction, steps = _looking(camera, view, x, y)
+    steps = steps / _DIVISIONS
+    start = camera.radius * from_angles(camera.inclination, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        length = -start[2] / direction[:, 2]
+        place = start + length[:, None] * direction
+    radius = np.hypot(place[:, 0], place[:, 1])
+    on = np.flatnonzero((length > 0) & (radius >= disk.inner) & (radius <= disk.outer))
+    light, through = np.zeros((len(x), 3)), np.ones(len(x))
+    direction, place, radius = direction[on], place[on], radius[on]
+    # In the plane a direction's displacement is stretched along the ray.
+    slope = steps[on] - direction[:, :, None] * (steps[on, 2:] / direction[:, 2:, None])
+    along = place[:, :2] / radius[:, None]
+    frame = np.stack([along, np.stack([-along[:, 1], along[:, 0]], axis=-1)], axis=1)
+    matrix = length[on, None, None] * (frame @ slope[:, :2])
+    azimuth, width = np.arctan2(place[:, 1], place[:, 0]), disk.outer - disk.inner
+    still = np.zeros(len(on)), np.zeros_like
+    places = Places(radius, azimuth, (radius - disk.inner) / width, matrix, np.ones(len(on)), width, 0.0, *still)
+    light[on] = disk.brightness * disk.emission.light(places, False, False)
+    through[on] = disk.transmitted(places, np.abs(direction[:, 2]))
+    return light, through

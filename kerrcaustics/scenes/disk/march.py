@@ -1,0 +1,247 @@
+"""Rays marched through a volume, front to back: their paths in steps, and the light that each step adds.
+
+Paths are followed backward in Mino time, in the variables of docs/conventions.md: u = 1 / r, the unit vector m, and the
+angle psi by which m is turned about the spin axis. Steps are those of Nystroem's method of order 4. Where beams must
+know how wide they are, two neighbours are followed beside each ray, in the same steps.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from kerrcaustics.scenes.colour import black_body, shifted_light
+from kerrcaustics.scenes.disk.volume import Volume
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import Camera, photon, redshift as sky_redshift
+from kerrcaustics.spacetime.radial import potential_coefficients
+
+Array = np.ndarray
+
+# Radians of arc in a step, at most; and within the volume, times the step in scales, radians and change of log r.
+_ARC = 0.1
+_ARC_WITHIN, _CHANGE_WITHIN = 0.2, 0.4
+# A step that would end so much short of a rim, in steps, ends there all the same.
+_LEAST_STEP = 1e-3
+# What lets through less than this hides what is behind.
+_DARK = 1e-5
+# Whoever winds longer than any ray that a picture shows is left there.
+_MOST_STEPS = 20_000
+# No photon turns back on its way out beyond the outermost circular orbit of photons; a captured one ends above the
+# horizon, where its azimuth is infinite.
+_NO_RETURN, _ABOVE_HORIZON = 0.25, 1e-3
+# Neighbours are so far off, in pixels: near enough for a linear map, far enough for round-off.
+_APART = 1e-4
+# Gauss's places in a step.
+_GAUSS = (0.5 - 0.75**0.5 / 3, 0.5 + 0.75**0.5 / 3)
+
+
+@dataclass(frozen=True)
+class Marching:
+    """How rays are marched: the camera, the volume, switches of `render`, a step in scales of what changes."""
+
+    camera: Camera
+    volume: Volume
+    beaming: bool
+    colour_shift: bool
+    step: float
+
+
+class Marched(NamedTuple):
+    """Light (n, 3) of n rays, the part (n,) that what is behind sends through, and how many steps all took together."""
+
+    light: Array
+    through: Array
+    steps: int
+
+
+class _Rays(NamedTuple):
+    """Rays on their way; those of a beam (m,) are the ray itself and, where widths are wanted, two neighbours.
+
+    constants (5, m, n): a2, a1, a0, k, b; at_infinity (n,), nu_camera / nu_infinity; place, rate (4, m, n) of u and m;
+    psi (m, n).
+    """
+
+    constants: Array
+    at_infinity: Array
+    place: Array
+    rate: Array
+    psi: Array
+
+    def part(self, which: Array) -> "_Rays":
+        """Some of the rays."""
+        return _Rays(*(value[..., which] for value in self))
+
+
+def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Marched:
+    """Rays of directions N (n, 3), through the whole volume; steps, of the directions to the pixels' neighbours."""
+    light, through, taken = np.zeros((len(sky), 3)), np.ones(len(sky)), 0
+    rays = _begun(way, sky, steps)
+    # Photons that cannot come from infinity have no unit energy to be followed with.
+    number = np.flatnonzero(np.isfinite(rays.rate).all(axis=(0, 1)) & (rays.at_infinity > 0))
+    rays = rays.part(number)
+    for _ in range(_MOST_STEPS):
+        live = _on_the_way(way, rays) & (through[number] > _DARK)
+        if not live.all():
+            number, rays = number[live], rays.part(live)
+        if not len(number):
+            break
+        width = _width(way, rays)
+        h = _step(way, rays, width)
+        after = _advanced(way.camera.spin, rays, h)
+        middle = (rays.place[0, 0] + after.place[0, 0]) / 2
+        within = np.flatnonzero((middle > 1 / way.volume.outer) & (middle < 1 / way.volume.inner))
+        if len(within):
+            piece = _piece(way.camera.spin, rays.part(within), after.part(within), h[within])
+            _light_up(way, piece, width[within], number[within], light, through)
+        rays, taken = after, taken + len(number)
+    return Marched(way.volume.brightness * light, through, taken)
+
+
+def _begun(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Rays:
+    """Rays at the camera."""
+    found = sky[None]
+    if way.volume.grids:
+        beside = sky + _APART * np.moveaxis(steps, -1, 0)
+        found = np.concatenate([found, beside / np.linalg.norm(beside, axis=-1, keepdims=True)])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        light = photon(way.camera.frame(), tuple(np.moveaxis(found, -1, 0)))
+        at_infinity = sky_redshift(way.camera, sky)
+        constants = np.stack([*potential_coefficients(way.camera.spin, light), light.k, light.b])
+    place, rate = (np.stack(np.broadcast_arrays(*part)) for part in (light.position, light.rate))
+    return _Rays(constants, at_infinity, place, rate, np.zeros(found.shape[:2]))
+
+
+def _on_the_way(way: Marching, rays: _Rays) -> Bool[Array, " n"]:
+    """Which rays may come to the volume, or on in it."""
+    u, rate = rays.place[0, 0], rays.rate[0, 0]
+    gone = (rate <= 0) & (u <= min(_NO_RETURN, (1 - 1e-12) / way.volume.outer))
+    return ~gone & (u < (1 - _ABOVE_HORIZON) / kerr.horizon(way.camera.spin))
+
+
+def _step(way: Marching, rays: _Rays, width: Float[Array, " n"]) -> Float[Array, " n"]:
+    """The next step (n,) in Mino time: a part of the scale, a small arc, and no further than the next rim."""
+    a2, a1, a0, k, _ = rays.constants[:, 0]
+    u, rate = rays.place[0, 0], rays.rate[0, 0]
+    pace = np.sqrt(np.maximum(k, 0) + 3 + 3 * a1 * u)
+    # As in an empty space that is flat: Sigma, of which a radian^2 is a length.
+    length = way.step * way.volume.length(1 / u, width) * u * u
+    length = np.minimum(length, way.step * _ARC_WITHIN / pace)
+    length = np.minimum(length, way.step * _CHANGE_WITHIN * u / np.maximum(np.abs(rate), 1e-300))
+    inside = (u > (1 - 1e-9) / way.volume.outer) & (u < (1 + 1e-9) / way.volume.inner)
+    usual = np.where(inside, np.minimum(length, _ARC / pace), _ARC / pace)
+    pull = (a2 + (1.5 * a1 + 2 * a0 * u) * u) * u
+    wall = 1 / kerr.horizon(way.camera.spin)
+    nearest = np.minimum(usual, _ARC * wall / np.maximum(np.abs(rate), 1e-300))
+    for radius in (way.volume.outer, way.volume.inner):
+        nearest = np.minimum(nearest, _arrival(u - 1 / radius, rate, pull))
+    return np.maximum(nearest, _LEAST_STEP * usual)
+
+
+def _arrival(gap: Array, rate: Array, pull: Array) -> Array:
+    """The first time (n,) at which gap + rate t + pull t^2 / 2 is 0, inf where it is not again."""
+    root = rate * rate - 2 * pull * gap
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = -(rate + np.copysign(np.sqrt(root), rate))
+        times = np.stack([far / pull, 2 * gap / far])
+    return np.where(times > 1e-13, times, np.inf).min(axis=0, initial=np.inf, where=np.isfinite(times))
+
+
+def _rates(spin: float, constants: Array, place: Array) -> tuple[Array, Array]:
+    """Second derivatives (4, ...) of u and m, and the first one of psi."""
+    a2, a1, a0, k, b = constants
+    u, _, _, z = place
+    across = -(k + 2 * spin**2 * z * z) * place[1:]
+    across[2] += spin**2 * z
+    pull = (a2 + (1.5 * a1 + 2 * a0 * u) * u) * u
+    return np.concatenate([pull[None], across]), -spin * u * (2 - spin * b * u) / (1 - 2 * u + (spin * u) ** 2)
+
+
+def _advanced(spin: float, rays: _Rays, h: Float[Array, " n"]) -> _Rays:
+    """Rays a step (n,) later: Nystroem's method of order 4."""
+    place, rate = rays.place, rays.rate
+    first, turn = _rates(spin, rays.constants, place)
+    middle, turn_within = _rates(spin, rays.constants, place + h / 2 * (rate + h / 4 * first))
+    last, turn_after = _rates(spin, rays.constants, place + h * (rate + h / 2 * middle))
+    return rays._replace(
+        place=place + h * (rate + h / 6 * (first + 2 * middle)),
+        rate=rate + h / 6 * (first + 4 * middle + last),
+        psi=rays.psi + h / 6 * (turn + 4 * turn_within + turn_after),
+    )
+
+
+class _Piece(NamedTuple):
+    """A step within the volume: half of it in Mino time (n,); b, nu_camera / nu_infinity; two places in it."""
+
+    half: Array
+    b: Array
+    at_infinity: Array
+    places: tuple[tuple[Array, Array, Array], ...]
+
+
+def _piece(spin: float, before: _Rays, after: _Rays, h: Float[Array, " n"]) -> _Piece:
+    """Radius, theta and azimuth at Gauss's places of a step: cubics between its ends."""
+    places = []
+    start, end = ((rays.place[:, 0], h * rays.rate[:, 0], rays.psi[0]) for rays in (before, after))
+    turns = [h * _rates(spin, rays.constants[:, 0], rays.place[:, 0])[1] for rays in (before, after)]
+    for s in _GAUSS:
+        late = s * s * (3 - 2 * s)
+        early, leaving, arriving = 1 - late, s * (1 - s) ** 2, s * s * (s - 1)
+        u, x, y, z = early * start[0] + late * end[0] + leaving * start[1] + arriving * end[1]
+        psi = early * start[2] + late * end[2] + leaving * turns[0] + arriving * turns[1]
+        places.append((1 / u, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x) + psi))
+    return _Piece(h / 2, before.constants[4, 0], before.at_infinity, tuple(places))
+
+
+def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: Array, through: Array) -> None:
+    """Add the light of a step, and take away what it absorbs, of the rays with some numbers."""
+    spin = way.camera.spin
+    for radius, theta, azimuth in piece.places:
+        density, temperature = way.volume.matter(radius, theta, azimuth, width)
+        energy = way.volume.energy(spin, piece.b, radius, theta)
+        shines = np.flatnonzero((density > 0) & np.isfinite(energy))
+        if not len(shines):
+            continue
+        energy, which, hot = energy[shines], number[shines], temperature[shines]
+        # Matter measures the length -p.u d(lambda), and d(lambda) = Sigma d(tau).
+        sigma = radius[shines] ** 2 + (spin * np.cos(theta[shines])) ** 2
+        kept = np.exp(-density[shines] * energy * sigma * piece.half[shines])
+        ratio = piece.at_infinity[shines] / energy
+        glow = _glow(way, ratio, hot)
+        light[which] += (through[which] * (1 - kept))[:, None] * glow
+        through[which] *= kept
+
+
+def _glow(way: Marching, ratio: Float[Array, " n"], temperature: Float[Array, " n"]) -> Float[Array, "n 3"]:
+    """Light (n, 3) of black bodies that move, seen with nu_camera / nu_matter (n,)."""
+    dark = (temperature > 0)[:, None]
+    if way.beaming and way.colour_shift:
+        # I_nu / nu^3 is the same for all: a black body of g T.
+        return dark * black_body(ratio * temperature)
+    factor = shifted_light(ratio, way.beaming, way.colour_shift, np.maximum(temperature, 1.0))
+    return dark * black_body(temperature) * factor
+
+
+def _width(way: Marching, rays: _Rays) -> Float[Array, " n"]:
+    """The larger diameter (n,) of a pixel's beam, across the ray, with lengths as in a flat space; 0 for no neighbours.
+
+    In a flat space, so without frame dragging and the stretch of radii: it only chooses how coarse a grid is looked at.
+    """
+    if len(rays.psi) == 1:
+        return np.zeros(rays.psi.shape[1])
+    place = _position(way.camera.spin, rays.place, rays.psi)
+    ahead = _position(way.camera.spin, rays.place[:, :1] + 1e-6 * rays.rate[:, :1], rays.psi[:1]) - place[:, :1]
+    ahead = ahead / np.linalg.norm(ahead, axis=0)
+    beside = (place[:, 1:] - place[:, :1]) / _APART
+    beside = beside - (beside * ahead).sum(axis=0) * ahead
+    (xx, yy), xy = (beside**2).sum(axis=0), (beside[:, 0] * beside[:, 1]).sum(axis=0)
+    return np.sqrt((xx + yy) / 2 + np.hypot((xx - yy) / 2, xy))
+
+
+def _position(spin: float, place: Array, psi: Array) -> Float[Array, "3 m n"]:
+    """Cartesian Boyer-Lindquist coordinates."""
+    u, x, y, z = place
+    across = np.hypot(1 / u, spin)
+    c, s = np.cos(psi), np.sin(psi)
+    return np.stack([across * (x * c - y * s), across * (x * s + y * c), z / u])

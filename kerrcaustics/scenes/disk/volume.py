@@ -1,0 +1,257 @@
+"""Matter that fills space round the hole: how dense, how hot, how it moves."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.checks import numbers, real_number
+
+Array = np.ndarray
+Law = Callable[[Array, Array, Array], Any]
+
+VOLUME_MOTIONS = ("circular", "fiducial", "static")
+
+_MOST_CELLS = 512
+
+
+class VolumeGrid:
+    """Numbers on a grid in space: cells of equal size in log r, theta and phi.
+
+    Parameters
+    ----------
+    values : (radii, thetas, azimuths) array
+        From the inner to the outer radius, from the north pole to the south pole, once round from phi = 0; not
+        negative. One azimuth is enough for what has an axis.
+    inner, outer : float
+        Radii of the grid's ends, not of the middles of its cells.
+
+    Notes
+    -----
+    Linear between the middles of cells; round the axis the grid goes on from end to end. Means over a beam are taken in
+    a pyramid of grids, each half as fine as the one before: a beam as wide as 2^k cells sees the k-th one.
+    """
+
+    def __init__(self, values: ArrayLike, inner: float, outer: float) -> None:
+        """Make the pyramid."""
+        grid = numbers("values", values)
+        if grid.ndim != 3 or 0 in grid.shape or max(grid.shape) > _MOST_CELLS:
+            raise ValueError(
+                f"Argument `values` must have shape (radii, thetas, azimuths), each 1 to {_MOST_CELLS}, "
+                f"but has {grid.shape}."
+            )
+        if not (np.isfinite(grid).all() and grid.min() >= 0):
+            raise ValueError("Argument `values` must hold finite numbers that are not negative.")
+        _check_rims(inner, outer)
+        self.inner, self.outer, self.shape = float(inner), float(outer), grid.shape
+        self._levels = [grid]
+        while max(self._levels[-1].shape) > 1:
+            self._levels.append(_halved(self._levels[-1]))
+
+    def __repr__(self) -> str:
+        """One line: its size."""
+        return f"<VolumeGrid of {' x '.join(str(size) for size in self.shape)} cells>"
+
+    @property
+    def cell(self) -> float:
+        """Smallest side of a cell, in units of its radius; an axis with one cell has no side."""
+        sides = (math.log(self.outer / self.inner), math.pi, 2 * math.pi)
+        found = [side / count for side, count in zip(sides, self.shape, strict=True) if count > 1]
+        return min(found, default=sides[0])
+
+    def mean(
+        self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike = 0.0
+    ) -> Float[Array, " n"]:
+        """Values (n,) about places, averaged over the width (n,) of a beam, in units of the mass."""
+        place = (
+            np.log(radius / self.inner) / math.log(self.outer / self.inner),
+            theta / math.pi,
+            azimuth / (2 * math.pi) % 1.0,
+        )
+        size = np.broadcast_to(np.asarray(width) / (self.cell * radius), radius.shape)
+        level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(self._levels) - 1)
+        lower = level.astype(int)
+        found = np.empty(radius.shape)
+        for k in np.unique(lower):
+            which = lower == k
+            here = tuple(part[which] for part in place)
+            fine = _trilinear(self._levels[k], here)
+            if k + 1 < len(self._levels):
+                fine = fine + (level[which] - k) * (_trilinear(self._levels[k + 1], here) - fine)
+            found[which] = fine
+        return found
+
+
+def _halved(grid: Float[Array, "i j k"]) -> Float[Array, "_i _j _k"]:
+    """Means of pairs along each axis; the last one of an odd number counts twice."""
+    for axis in range(3):
+        count = grid.shape[axis]
+        if count > 1:
+            pad = [(0, count % 2 if along == axis else 0) for along in range(3)]
+            even = np.moveaxis(np.pad(grid, pad, mode="edge"), axis, 0)
+            grid = np.moveaxis((even[::2] + even[1::2]) / 2, 0, axis)
+    return grid
+
+
+def _trilinear(grid: Float[Array, "i j k"], place: Sequence[Array]) -> Float[Array, " n"]:
+    """Values (n,) at parts of the three axes; the last goes round."""
+    first, second, part = [], [], []
+    for axis, along in enumerate(place):
+        count = grid.shape[axis]
+        x = along * count - 0.5
+        if axis < 2:
+            x = np.clip(x, 0, count - 1)
+        start = np.floor(x).astype(int)
+        first.append(start % count)
+        second.append((start + 1) % count if axis == 2 else np.minimum(start + 1, count - 1))
+        part.append(x - start)
+    flat, found = grid.reshape(-1), np.zeros(len(place[0]))
+    # One azimuth is its own neighbour.
+    if grid.shape[2] == 1:
+        part[2] = np.zeros(len(part[2]))
+    for corner in range(8 if grid.shape[2] > 1 else 4):
+        ends = [(second if corner >> axis & 1 else first)[axis] for axis in range(3)]
+        share = [part[axis] if corner >> axis & 1 else 1 - part[axis] for axis in range(3)]
+        number = (ends[0] * grid.shape[1] + ends[1]) * grid.shape[2] + ends[2]
+        found += share[0] * share[1] * share[2] * flat[number]
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Volume:
+    """Matter between two radii that glows as a black body, and absorbs what it would emit.
+
+    Parameters
+    ----------
+    density : float, function of (radius, theta, azimuth), or VolumeGrid
+        Optical depth per length (units of the mass) that the matter measures, alike for all frequencies.
+    temperature : float, function of (radius, theta, azimuth), or VolumeGrid
+        Kelvin. A black body of 6504 K has luminance 1, and is white.
+    inner, outer : float
+        Radii, outside the horizon, beyond which there is nothing.
+    scale : float
+        Length over which density and temperature change, in units of the mass: rays are marched by a part of it. A
+        function needs one, a grid has its cells, a number needs none.
+    motion : str, or function of (radius, theta)
+        "circular" (as prograde circular geodesics of the equatorial plane do at the distance r sin theta from the
+        axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself.
+    brightness : float
+        Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
+
+    Notes
+    -----
+    Where nothing can move as asked for, there is nothing. What has no pressure cannot circle off the equatorial plane
+    at constant theta: "circular" is a choice, not a solution.
+    """
+
+    density: Any
+    temperature: Any
+    inner: float
+    outer: float
+    scale: float | None = None
+    motion: str | Callable[[Array, Array], Any] = "circular"
+    brightness: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no volume."""
+        _check_rims(self.inner, self.outer)
+        for name in ("density", "temperature"):
+            value = getattr(self, name)
+            if not (isinstance(value, VolumeGrid) or callable(value) or 0 <= real_number(name, value) < math.inf):
+                raise ValueError(
+                    f"Argument `{name}` must be a number from 0 on, a function, or a VolumeGrid, but is {value!r}."
+                )
+        self._check_scale()
+        if not (callable(self.motion) or self.motion in VOLUME_MOTIONS):
+            raise ValueError(
+                f"Argument `motion` must be one of {', '.join(VOLUME_MOTIONS)}, or a function, but is {self.motion!r}."
+            )
+        if not 0 <= real_number("brightness", self.brightness) < math.inf:
+            raise ValueError(f"Argument `brightness` must be a number from 0 on, but is {self.brightness!r}.")
+
+    def _check_scale(self) -> None:
+        if self.scale is None:
+            if any(callable(law) for law in (self.density, self.temperature)):
+                raise ValueError("Argument `scale` must be given where density or temperature is a function.")
+        elif not 0 < real_number("scale", self.scale) < math.inf:
+            raise ValueError(f"Argument `scale` must be a positive length, but is {self.scale!r}.")
+
+    def check(self, spin: float) -> None:
+        """Refuse a volume that reaches the horizon of a hole."""
+        if not self.inner > kerr.horizon(spin):
+            raise ValueError(
+                f"Argument `inner` must be larger than the horizon radius {kerr.horizon(spin):.12g}, "
+                f"but is {self.inner:.12g}."
+            )
+
+    @property
+    def grids(self) -> tuple[VolumeGrid, ...]:
+        """Those of density and temperature that are grids: only they need to know how wide beams are."""
+        return tuple(law for law in (self.density, self.temperature) if isinstance(law, VolumeGrid))
+
+    def length(self, radius: Float[Array, " n"], width: ArrayLike) -> Float[Array, " n"]:
+        """Length (n,) over which something changes, as a beam of a width sees it: no grid is finer than the beam."""
+        found = np.full(radius.shape, self.outer if self.scale is None else float(self.scale))
+        for grid in self.grids:
+            found = np.minimum(found, np.maximum(grid.cell * radius, width))
+        return found
+
+    def matter(
+        self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Density and temperature (n,) at places, averaged over the width of a beam where they are grids."""
+        return (
+            _of(self.density, "density", radius, theta, azimuth, width),
+            _of(self.temperature, "temperature", radius, theta, azimuth, width),
+        )
+
+    def energy(
+        self, spin: float, b: Float[Array, " n"], radius: Float[Array, " n"], theta: Float[Array, " n"]
+    ) -> Float[Array, " n"]:
+        """-p.u (n,) of photons of unit energy at infinity, as the matter measures; NaN where none can move so.
+
+        The matter circles: u = u^t (1, 0, 0, Omega), and u^t makes it a unit vector.
+        """
+        a, r = spin, radius
+        c2, s2 = np.cos(theta) ** 2, np.sin(theta) ** 2
+        sigma = r * r + a * a * c2
+        big = (r * r + a * a) ** 2 - a * a * (r * (r - 2) + a * a) * s2
+        orbital = self._orbital(spin, radius, theta, 2 * a * r / big)
+        # -(g_tt + 2 Omega g_tphi + Omega^2 g_phiphi).
+        slowness = 1 - 2 * r / sigma * (1 - a * s2 * orbital) ** 2 - (r * r + a * a) * s2 * orbital**2
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return (1 - orbital * b) / np.sqrt(np.where(slowness > 0, slowness, np.nan))
+
+    def _orbital(self, spin: float, radius: Array, theta: Array, shift: Array) -> Array:
+        """Angular velocity dphi / dt (n,)."""
+        if callable(self.motion):
+            return np.asarray(self.motion(radius, theta), float) + np.zeros_like(radius)
+        if self.motion == "circular":
+            return 1 / (spin + (radius * np.sin(theta)) ** 1.5)
+        return shift if self.motion == "fiducial" else np.zeros_like(radius)
+
+
+def _of(law: Any, name: str, radius: Array, theta: Array, azimuth: Array, width: ArrayLike) -> Array:
+    """Values (n,) of a number, a function or a grid."""
+    if isinstance(law, VolumeGrid):
+        inside = (radius >= law.inner) & (radius <= law.outer)
+        return np.where(inside, law.mean(radius, theta, azimuth, width), 0.0)
+    if not callable(law):
+        return np.full(radius.shape, float(law))
+    found = np.asarray(law(radius, theta, azimuth), float) + np.zeros_like(radius)
+    if not (np.isfinite(found).all() and (found >= 0).all()):
+        raise ValueError(f"Argument `{name}` must be a function whose values are finite and not negative.")
+    return found
+
+
+def _check_rims(inner: Any, outer: Any) -> None:
+    for name, value in (("inner", inner), ("outer", outer)):
+        if not 0 < real_number(name, value) < math.inf:
+            raise ValueError(f"Argument `{name}` must be a positive radius, but is {value!r}.")
+    if not inner < outer:
+        raise ValueError(f"Argument `inner` must be smaller than `outer` ({outer:g}), but is {inner:g}.")

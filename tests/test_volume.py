@@ -1,0 +1,261 @@
+"""Volumes: what must be seen of them, against closed forms, finer marches and other engines; and the flat twin."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.disk.flat import render_flat
+from kerrcaustics.scenes.disk.march import Marching, _advanced, _begun, _on_the_way, _position, _step, _width, marched
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import photon
+
+CAMERA = kc.Camera(0.6, 74.1, math.radians(80), "static")
+VIEW = kc.View(48, 36, math.radians(38))
+FAR = kc.Camera(0.0, 1e6, math.pi / 2, "static")
+
+
+def torus(radius, theta, azimuth):
+    return 0.3 * np.exp(-0.5 * (np.cos(theta) / 0.25) ** 2 - 0.5 * ((radius - 13) / 2.5) ** 2)
+
+
+def hot(radius, theta, azimuth):
+    return 6000 * (radius / 10) ** -0.5 * (1 + 0.2 * np.sin(2 * azimuth))
+
+
+TORUS = kc.Volume(torus, hot, 5.0, 22.0, scale=2.0, motion="fiducial")
+
+
+def test_the_error_is_honest_and_falls_with_the_step():
+    finest = kc.render_volume(CAMERA, VIEW, TORUS, beaming=True, colour_shift=True, step=0.1)
+    whole, errors = luminance(finest.light).max(), []
+    for step in (2.0, 0.5):
+        found = kc.render_volume(CAMERA, VIEW, TORUS, beaming=True, colour_shift=True, step=step)
+        wrong = np.maximum(
+            np.abs(luminance(found.light) - luminance(finest.light)) / whole,
+            np.abs(found.transmission - finest.transmission),
+        )
+        assert np.quantile(wrong, 0.98) < found.error and wrong.max() < 4 * found.error + 1e-6
+        errors.append(found.error)
+    assert errors[1] < errors[0] / 4 and errors[1] < 3e-4
+
+
+def test_an_opaque_volume_shows_its_source():
+    volume = kc.Volume(50.0, 5000.0, 4.0, 12.0, motion="static")
+    found = kc.render_volume(CAMERA, VIEW, volume)
+    within = found.transmission < 1e-5
+    assert within.sum() > 200
+    assert np.allclose(found.light[within], kc.black_body(5000.0), rtol=3e-5)
+
+
+def test_static_matter_shines_with_the_shift_of_its_depth():
+    """The first light comes from the surface: a black body of g T, with g by the lapse of a hole without spin."""
+    camera = kc.Camera(0.0, 50.0, 1.3, "static")
+    volume = kc.Volume(1e4, 5000.0, 4.0, 12.0, motion="static")
+    view = kc.View(8, 8, math.radians(2))
+    found = kc.render_volume(camera, view, volume, beaming=True, colour_shift=True)
+    ratio = math.sqrt((1 - 2 / 12) / (1 - 2 / 50))
+    assert np.allclose(found.light, kc.black_body(5000.0 * ratio), rtol=2e-4)
+
+
+def test_a_thin_ball_in_flat_space_is_as_bright_as_it_is_long():
+    """Far out nothing bends: along a chord of the ball the light is density times length, but for the hole in it."""
+    radius, density = 2e5, 1e-9
+    volume = kc.Volume(density, 6504.0, 1e3, radius, motion="static")
+    view = kc.View(200, 1, 2 * math.tan(0.15))
+    sky, steps = view.directions(np.arange(100, 200), np.zeros(100))
+    found = marched(Marching(FAR, volume, False, False, 0.5), sky, steps)
+    offset = 1e6 * np.sqrt(1 - sky[:, 0] ** 2)
+    chord = 2 * np.sqrt(np.maximum(radius**2 - offset**2, 0)) - 2 * np.sqrt(np.maximum(1e6 - offset**2, 0))
+    seen = (chord > 0) & (offset > 2e3)
+    assert seen.sum() > 30
+    assert np.allclose(luminance(found.light)[seen], -np.expm1(-density * chord[seen]), rtol=3e-4)
+    assert np.allclose(found.light[(chord <= 0)], 0)
+
+
+def test_a_thin_cloud_in_flat_space_is_an_integral():
+    """A Gaussian cloud off the axis, against its closed form along straight rays."""
+    centre, wide = np.array([0.0, 3e4, 2e4]), 5e3
+
+    def cloud(radius, theta, azimuth):
+        s = radius * np.sin(theta)
+        place = np.stack([s * np.cos(azimuth), s * np.sin(azimuth), radius * np.cos(theta)], axis=-1)
+        return 1e-9 * np.exp(-((place - centre) ** 2).sum(axis=-1) / (2 * wide**2))
+
+    volume = kc.Volume(cloud, 6504.0, 1e3, 1e5, scale=5e3, motion="static")
+    view = kc.View(40, 40, 0.12)
+    y, x = (place.ravel() for place in np.mgrid[:40, :40])
+    sky, steps = view.directions(x, y)
+    found = marched(Marching(FAR, volume, False, False, 0.5), sky, steps)
+    # N in Cartesian axes of space: e_r, e_phi, -e_theta of a camera on the equator at azimuth 0 are x, y, z.
+    from_camera = centre - np.array([1e6, 0, 0])
+    away = np.linalg.norm(np.cross(sky, from_camera), axis=-1)
+    expected = 1e-9 * wide * math.sqrt(2 * math.pi) * np.exp(-(away**2) / (2 * wide**2))
+    assert np.allclose(luminance(found.light), expected, rtol=2e-3, atol=1e-3 * expected.max())
+
+
+def test_captured_rays_are_black_only_behind_the_volume():
+    sky = kc.Checkerboard()
+    shell = kc.Volume(torus, hot, 8.0, 20.0, scale=2.0)
+    bare, found = kc.render(CAMERA, VIEW, sky), kc.render_volume(CAMERA, VIEW, shell, sky)
+    alone = kc.render_volume(CAMERA, VIEW, shell)
+    shadow = bare.open == 0
+    assert shadow.sum() > 30 and found.light[shadow].sum(axis=-1).max() > 0.01
+    through = found.transmission[..., None]
+    assert np.allclose(found.light, alone.light + through * bare.light, atol=1e-6)
+    assert np.array_equal(found.light[found.transmission == 1], bare.light[found.transmission == 1])
+
+
+@pytest.mark.parametrize("camera", [CAMERA, kc.Camera(0.95, 6.0, 1.0, "fiducial")], ids=["far", "near"])
+def test_paths_are_those_of_trace_beams(camera):
+    """Rays marched to nearly infinity come from where the closed form says."""
+    view = kc.View.toward_hole(camera, 12, 9, 0.3 if camera is CAMERA else 2.0)
+    y, x = (place.ravel() for place in np.mgrid[:9, :12])
+    sky, steps = view.directions(x, y)
+    beams = kc.trace_beams(camera, sky)
+    way = Marching(camera, kc.Volume(0.1, 5000.0, 3.0, 1e7), False, False, 0.5)
+    rays = _begun(way, sky, steps)
+    for _ in range(2000):
+        live = _on_the_way(way, rays)
+        if not live.any():
+            break
+        rays = _advanced(camera.spin, rays, np.where(live, _step(way, rays, np.zeros(len(sky))), 0.0))
+    u, mx, my, mz = rays.place[:, 0]
+    escaped = np.isfinite(beams.direction[:, 0])
+    assert 20 < escaped.sum() < 100
+    assert np.array_equal(u < 0.1, escaped)
+    # Where the beam is narrow the end is as good as the step.
+    turn = np.arctan2(my, mx) + rays.psi[0]
+    across = np.hypot(mx, my)
+    found = np.stack([across * np.cos(turn), across * np.sin(turn), mz], axis=-1)
+    wrong = np.linalg.norm(found - beams.direction, axis=-1)[escaped]
+    assert wrong.max() < 2e-3 and np.median(wrong) < 1e-5
+
+
+def test_energies_are_those_of_the_emitters():
+    spin, radius = 0.7, np.array([4.0, 9.0, 30.0])
+    light = photon(CAMERA.frame(), (np.array([-0.95] * 3), np.array([0.2, -0.2, 0.1]), np.array([0.1, 0.1, -0.1])))
+    for name in ("circular", "fiducial", "static"):
+        motion = EMITTERS[name](spin, radius, 0.0)
+        expected = (1 - motion.orbital * light.b) / np.sqrt(motion.slowness)
+        volume = kc.Volume(1.0, 5000.0, 3.0, 40.0, motion=name)
+        found = volume.energy(spin, light.b, radius, np.full(3, math.pi / 2))
+        assert np.allclose(found, expected, rtol=1e-13)
+    still = kc.Volume(1.0, 5000.0, 1.5, 40.0, motion="static")
+    assert np.isnan(still.energy(0.9, 0.0, np.array([1.6]), np.array([math.pi / 2]))).all()
+    given = kc.Volume(1.0, 5000.0, 3.0, 40.0, motion=lambda r, theta: 1 / (spin + r**1.5))
+    circle = kc.Volume(1.0, 5000.0, 3.0, 40.0)
+    at = spin, light.b, radius, np.full(3, math.pi / 2)
+    assert np.allclose(given.energy(*at), circle.energy(*at))
+
+
+def grid_of(law, shape, inner=5.0, outer=22.0):
+    sides = [(np.arange(count) + 0.5) / count for count in shape]
+    radius = inner * (outer / inner) ** sides[0]
+    return kc.VolumeGrid(law(*np.meshgrid(radius, np.pi * sides[1], 2 * np.pi * sides[2], indexing="ij")), inner, outer)
+
+
+def test_a_grid_is_seen_as_its_function():
+    grid = grid_of(torus, (24, 48, 1))
+    view = kc.View(36, 24, math.radians(38))
+    one = kc.render_volume(CAMERA, view, kc.Volume(grid, 5500.0, 5.0, 22.0))
+    other = kc.render_volume(CAMERA, view, kc.Volume(torus, 5500.0, 5.0, 22.0, scale=2.0))
+    wrong = np.abs(one.light - other.light).max(axis=-1) / other.light.max()
+    # Beams of pixels 1 degree wide see the coarser grids.
+    assert np.median(wrong) < 0.01 and np.quantile(wrong, 0.9) < 0.06 and one.light.max() > 0.1
+
+
+def test_a_wide_beam_sees_the_mean_of_a_grid():
+    rng = np.random.default_rng(3)
+    grid = kc.VolumeGrid(rng.uniform(0, 1, (16, 32, 64)), 5.0, 22.0)
+    place = rng.uniform(6, 20, 400), rng.uniform(0.3, 2.8, 400), rng.uniform(-9, 9, 400)
+    fine, coarse = grid.mean(*place), grid.mean(*place, width=16 * grid.cell * place[0])
+    assert fine.std() > 0.1 and coarse.std() < 0.02 and abs(coarse.mean() - 0.5) < 0.02
+    r, theta, phi = (np.array([value]) for value in (10.0, 1.2, 0.7))
+    assert np.allclose(grid.mean(r, theta, phi), grid.mean(r, theta, phi + 2 * np.pi))
+    middle = 5.0 * (22 / 5) ** (3.5 / 16), 4.5 * np.pi / 32, 6.5 * np.pi / 32
+    one = kc.VolumeGrid(np.eye(64)[6] * np.eye(32)[4][:, None] * np.eye(16)[3][:, None, None], 5.0, 22.0)
+    assert math.isclose(float(one.mean(*(np.array([value]) for value in middle))[0]), 1.0, rel_tol=1e-9)
+
+
+def test_far_out_beams_are_as_wide_as_they_are_long():
+    view = kc.View(9, 9, math.radians(30))
+    y, x = (place.ravel() for place in np.mgrid[:9, :9])
+    sky, steps = view.directions(x, y)
+    way = Marching(FAR, kc.Volume(grid_of(torus, (4, 4, 1)), 5000.0, 5.0, 22.0), False, False, 0.5)
+    rays = _begun(way, sky, steps)
+    late = _advanced(0.0, rays, np.full(len(sky), 1e-7))
+    start, end = (_position(0.0, part.place, part.psi)[:, 0] for part in (rays, late))
+    away = np.linalg.norm(end - start, axis=0)
+    major = np.linalg.norm(steps, 2, axis=(1, 2))
+    assert away.min() > 5e4
+    assert np.allclose(_width(way, late), major * away, rtol=1e-4)
+
+
+BAD = {
+    "density": lambda: kc.Volume(-1.0, 5000.0, 4.0, 9.0),
+    "temperature": lambda: kc.Volume(1.0, "hot", 4.0, 9.0),
+    "scale": lambda: kc.Volume(torus, 5000.0, 4.0, 9.0),
+    "motion": lambda: kc.Volume(1.0, 5000.0, 4.0, 9.0, motion="falling"),
+    "inner": lambda: kc.Volume(1.0, 5000.0, 9.0, 4.0),
+    "outer": lambda: kc.Volume(1.0, 5000.0, 9.0, math.inf),
+    "brightness": lambda: kc.Volume(1.0, 5000.0, 4.0, 9.0, brightness=math.nan),
+    "values": lambda: kc.VolumeGrid(np.zeros((3, 4)), 4.0, 9.0),
+    "volume": lambda: kc.render_volume(CAMERA, VIEW, kc.BlackBody(5000)),
+    "step": lambda: kc.render_volume(CAMERA, VIEW, TORUS, step=0.0),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_line(name):
+    with pytest.raises(ValueError, match=rf"^Argument `{name}` must ") as caught:
+        BAD[name]()
+    assert "\n" not in str(caught.value)
+
+
+def test_more_bad_input():
+    with pytest.raises(ValueError, match="horizon radius"):
+        kc.render_volume(CAMERA, VIEW, kc.Volume(1.0, 5000.0, 1.0, 9.0))
+    with pytest.raises(ValueError, match="not negative"):
+        kc.render_volume(CAMERA, VIEW, kc.Volume(lambda r, t, p: -r, 5000.0, 4.0, 9.0, scale=1.0))
+
+
+def test_without_a_hole_the_disk_is_an_ellipse_and_the_sky_stays():
+    camera = kc.Camera(0.6, 50.0, math.radians(60), "static")
+    view = kc.View(160, 120, math.radians(40))
+    disk = kc.Disk(5.0, 12.0, kc.BlackBody(6504))
+    light = render_flat(camera, view, disk=disk)[..., 0]
+    # Solid angle of a small disk far away: area times cosine over the square of the distance, corrected by its size.
+    y, x = np.mgrid[:120, :160]
+    angle = (light * view.solid_angle(view.directions(x, y)[1])).sum()
+    radius = np.linspace(5, 12, 401)
+    phi = np.linspace(0, 2 * np.pi, 400, endpoint=False)[:, None]
+    place = np.stack([radius * np.cos(phi), radius * np.sin(phi), 0 * radius * phi], axis=-1)
+    away = 50 * np.array([math.sin(math.radians(60)), 0, math.cos(math.radians(60))]) - place
+    density = away[..., 2] / np.linalg.norm(away, axis=-1) ** 3 * radius
+    expected = np.trapezoid(density.mean(axis=0), radius) * 2 * np.pi
+    assert math.isclose(angle, expected, rel_tol=2e-3)
+
+
+@pytest.mark.slow
+def test_far_from_the_hole_the_flat_picture_is_that_of_render():
+    camera = kc.Camera(0.0, 1e7, math.radians(70), "static")
+    view = kc.View(60, 40, math.radians(30), forward=(0.2, 0.9, 0.3))
+    sky = kc.Checkerboard()
+    assert np.allclose(render_flat(camera, view, sky), kc.render(camera, view, sky).light, atol=2e-3)
+    view = kc.View(80, 40, 2.4e-2)
+    disk = kc.Disk(3e4, 1e5, kc.Swatches(), opacity=0.7)
+    one, other = render_flat(camera, view, disk=disk), kc.render(camera, view, disk=disk).light
+    assert other.max() > 0.3 and np.abs(one - other).mean() < 0.003
+
+
+def test_the_horizon_is_not_in_the_volume():
+    """Rays that fall in through a volume that reaches down to the horizon end, with finite light."""
+    volume = kc.Volume(0.1, 5000.0, kerr.horizon(0.6) + 1e-3, 12.0, motion="fiducial")
+    found = kc.render_volume(CAMERA, kc.View(30, 20, math.radians(16)), volume, beaming=True, colour_shift=True)
+    assert np.isfinite(found.light).all() and found.transmission.min() < 0.5
+    falling = marched(Marching(CAMERA, volume, True, True, 0.5), np.array([[-1.0, 0.0, 0.0]]), np.zeros((1, 3, 2)))
+    assert 0 < falling.through[0] < 0.5 and falling.steps < 80
