@@ -34,6 +34,7 @@ from .scenes.disk.emission import (
     Swatches as Swatches,
     Texture as Texture,
 )
+from .scenes.disk.profile import LineProfile as LineProfile, line_profile as line_profile
 from .scenes.disk.spots import Spots as Spots
 from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid
 from .scenes.footprint import Footprint as Footprint

@@ -8,7 +8,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
-from kerrcaustics.scenes.disk.lighting import _cover
+from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.patches import doubt, weights
 from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.spacetime import kerr
@@ -247,8 +247,8 @@ def test_covered_part_of_a_square():
     x, y = np.meshgrid(within, within)
     for over, along_x, along_y in rng.uniform(-1, 1, (20, 3)):
         counted = np.mean(over + along_x * x + along_y * y > 0)
-        assert _cover(np.array(over), np.array(along_x), np.array(along_y)) == pytest.approx(counted, abs=2e-3)
-    assert _cover(np.array([1.0, -1.0]), np.zeros(2), np.zeros(2)) == pytest.approx([1, 0])
+        assert covered_part(np.array(over), np.array(along_x), np.array(along_y)) == pytest.approx(counted, abs=2e-3)
+    assert covered_part(np.array([1.0, -1.0]), np.zeros(2), np.zeros(2)) == pytest.approx([1, 0])
 
 
 def test_frequency_of_a_falling_emitter_is_that_of_its_four_velocity():

@@ -33,6 +33,14 @@ SETTINGS = {
     },
     # Programs that other tests compile too.
     "cost": {"directions": 64, "repeats": 1, "scenes": (("rays", False, {}), ("beams", True, {}))},
+    "disk_checks": {
+        "rings": ((0.9, 60.0),),
+        "turns": 96,
+        "nodes": ((8, 32),),
+        "sides": (32,),
+        "finest": (16, 64),
+        "rounds": 1,
+    },
     "far_camera": {
         "spins": (0.1, 0.2, 0.3, 0.4),
         "radii": Range(20.0, 200.0, 6, "log"),
@@ -82,6 +90,12 @@ def check_adversary(entry):
     assert all(int(row[2]) > 0 for row in rows)
 
 
+def check_disk_checks(entry):
+    assert len(entry["checks"]) == 17
+    assert [one["verdict"] for one in entry["checks"] if one["comparable"]] == ["holds"] * 16
+    assert all(one["error"] < 0.05 for one in entry["work"] if one["method"] == "beams at nodes")
+
+
 def check_orders(entry):
     for end in entry["ends"]:
         reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]
@@ -103,6 +117,7 @@ def check_stability(entry):
 CHECKS = {
     "adversary": check_adversary,
     "astroids": check_astroids,
+    "disk_checks": check_disk_checks,
     "orders": check_orders,
     "stability": check_stability,
 }
@@ -140,7 +155,8 @@ def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch)
 
 def test_unknown_study_is_one_line_and_status_2(assert_refused):
     names = (
-        "accuracy, adversary, astroids, cost, far_camera, inclination, open_questions, orders, spin_radius, stability"
+        "accuracy, adversary, astroids, cost, disk_checks, far_camera, inclination, open_questions, orders, "
+        "spin_radius, stability"
     )
     assert_refused(["study", "alchemy"], f"must be one of {names}, but is alchemy")
 

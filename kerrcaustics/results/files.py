@@ -34,6 +34,7 @@ HOMES = {
     "scenes.footprint": "Footprint",
     "scenes.render": "Rendering TracedView",
     "scenes.render_volume": "VolumeRendering",
+    "scenes.disk.profile": "LineProfile",
     "sweeps.engine": "SweepResult",
 }
 """What a file can hold: the classes of each module. It is loaded when a file asks for it."""

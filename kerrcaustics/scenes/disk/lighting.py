@@ -152,7 +152,7 @@ def _sight(
     data, extra = cells.data[which], cells.extra[which]
     place = [data[..., i] @ where.value for i in range(2)]
     slope = [[(data[..., i] @ along) * side for along in (where.along_x, where.along_y)] for i in range(2)]
-    cover = _cover(place[0] - 1 / disk.outer, *slope[0]) - _cover(place[0] - 1 / disk.inner, *slope[0])
+    cover = covered_part(place[0] - 1 / disk.outer, *slope[0]) - covered_part(place[0] - 1 / disk.inner, *slope[0])
     cover *= cells.cover[which, None]
     late = [(extra[..., 4] @ mean) * side for mean in (where.mean_x, where.mean_y)]
     others = [extra[..., i] @ where.mean for i in range(5)]
@@ -245,7 +245,7 @@ def _places(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Array
     return Places(radius, azimuth, across, matrix, ratio, width, spin, emitted, partial(disk.orbital, looks.spin))
 
 
-def _cover(over: Array, x: Array, y: Array) -> Array:
+def covered_part(over: Array, x: Array, y: Array) -> Array:
     """The part of a square in which a linear function is positive: its value in the middle, its changes along sides.
 
     A square's shadow along the gradient is a trapezoid; this is its integral.

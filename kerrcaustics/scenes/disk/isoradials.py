@@ -1,0 +1,108 @@
+"""Isoradials: where on the camera sky the image of each ring of a disk lies."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from kerrcaustics.beams.beam import Beams, Status
+from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.sphere import tangent_basis
+
+Array = np.ndarray
+
+_MOST_STEPS = 90
+# Wanted of ln r, what is taken where the angle has no more digits, and the last one of its logarithm.
+_CLOSE, _TAKEN, _LAST_DIGIT = 1e-11, 1e-6, 4e-16
+# What directions in double precision leave open of ln r, for each unit of the camera's radius.
+_DOUBT = 4e-16
+# The innermost angle that is asked, in units of 1 / the camera's radius.
+_INNERMOST = 1e-6
+
+
+class Isoradials(NamedTuple):
+    """Places of n rings on the camera sky, each at one turn about the middle of the horizon's image.
+
+    sky (n, 3), directions N; angle (n,), radians from the middle; slope (n,), dr / d angle at this turn; redshift (n,),
+    nu_camera / nu_emitter; NaN where none was found. rays, how many were traced in all.
+    """
+
+    sky: Array
+    angle: Array
+    slope: Array
+    redshift: Array
+    rays: int
+
+
+def middle(camera: Camera) -> Float[Array, "3"]:
+    """Direction N (3,) of the principal null ray, which falls in at the camera's own inclination: it meets no plane."""
+    frame = camera.frame()
+    scale, momentum = frame.cylindrical_scale, frame.spin * frame.sin_theta
+    along_phi = momentum * frame.lapse / (scale * (1 - frame.shift * frame.sin_theta * momentum))
+    return sky_from_fido(frame, np.array([math.sqrt(1 - along_phi**2), 0.0, along_phi]))
+
+
+class _Ways:
+    """Great circles of the camera sky that leave the middle, and what is seen along them."""
+
+    def __init__(self, camera: Camera, turn: Float[Array, " n"], end: EquatorialPlane) -> None:
+        """From the turns at which they leave it."""
+        self._camera, self._end, self._middle = camera, end, middle(camera)
+        first, second = tangent_basis(self._middle)
+        self._ahead = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
+
+    def sky(self, which: Array, angle: Array) -> Float[Array, "n 3"]:
+        """Directions at angles from the middle, on some of the ways."""
+        return np.cos(angle)[:, None] * self._middle + np.sin(angle)[:, None] * self._ahead[which]
+
+    def beams(self, which: Array, angle: Array) -> tuple[Beams, Array]:
+        """The beams there, and dr / d angle."""
+        sky = self.sky(which, angle)
+        beams = trace_beams(self._camera, sky, end=self._end, index=False, crossings=False)
+        outward = np.cos(angle)[:, None] * self._ahead[which] - np.sin(angle)[:, None] * self._middle
+        first, second = (np.einsum("ij,ij->i", tangent, outward) for tangent in tangent_basis(sky))
+        return beams, beams.jacobian[:, 0, 0] * first + beams.jacobian[:, 0, 1] * second
+
+
+def isoradials(
+    camera: Camera, radius: Float[Array, " n"], turn: Float[Array, " n"], image: int, motion: str
+) -> Isoradials:
+    """Where the image-th crossing of the plane lies at radii (n,), at turns (n,) about the middle.
+
+    The radius is taken to grow with the angle from the middle. The angle is bracketed by what falls in and what goes
+    beyond, and refined by Newton's method with the beam's Jacobian to 1e-11 of ln r, or as far as doubles go.
+    """
+    ways, wanted = _Ways(camera, turn, EquatorialPlane(image, motion)), np.log(radius)
+    low, high = np.full(len(turn), math.log(_INNERMOST / camera.radius)), np.full(len(turn), math.log(math.pi))
+    at, found = (low + high) / 2, np.full((3, len(turn)), np.nan)
+    left, rays, close = np.arange(len(turn)), 0, max(_CLOSE, _DOUBT * camera.radius)
+    for step in range(_MOST_STEPS):
+        angle = np.exp(at[left])
+        beams, slope = ways.beams(left, angle)
+        rays += len(left)
+        beyond = _beyond(beams, wanted[left])
+        low[left], high[left] = np.where(beyond < 0, at[left], low[left]), np.where(beyond < 0, high[left], at[left])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            newton = at[left] - beyond * beams.radius / (slope * angle)
+        closed = high[left] - low[left] <= _LAST_DIGIT * np.abs(at[left])
+        done = np.abs(beyond) < np.where(closed, _TAKEN, close)
+        for row, values in zip(found, (angle, slope, beams.redshift), strict=True):
+            row[left[done]] = np.asarray(values)[done]
+        # Now and then the bracket is halved: Newton's steps may creep.
+        inside = (newton > low[left]) & (newton < high[left]) & (step % 4 != 3)
+        at[left] = np.where(inside, newton, (low[left] + high[left]) / 2)
+        left = left[~done & ~closed]
+        if not len(left):
+            break
+    angle, slope, redshift = found
+    return Isoradials(ways.sky(np.arange(len(turn)), angle), angle, slope, redshift, rays)
+
+
+def _beyond(beams: Beams, wanted: Array) -> Array:
+    """How far beyond a radius rays cross the plane, in ln r; -1 for those that fall in before, 1 for those that go."""
+    assert beams.radius is not None
+    without = np.where(beams.status == Status.CAPTURED, -1.0, 1.0)
+    return np.where(np.isfinite(beams.radius), np.log(beams.radius) - wanted, without)

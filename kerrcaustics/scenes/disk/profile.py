@@ -1,0 +1,227 @@
+"""Line profiles: the light of a disk by its frequency, which every part of the disk emits as one and the same line."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.scenes.disk.disk import MOTIONS
+from kerrcaustics.scenes.disk.isoradials import isoradials
+from kerrcaustics.scenes.disk.lighting import covered_part
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import Camera, check_camera
+from kerrcaustics.spacetime.checks import numbers, real_number, whole_number
+
+Array = np.ndarray
+Emissivity = float | Callable[[Array], ArrayLike]
+
+# Cells of the sum in each direction for each interval between nodes.
+_CELLS = 16
+_MOST_BINS = 10_000
+
+
+@result("line-profile/1")
+class LineProfile:
+    """The light of a line, by frequency. Sums over bins are sums of light."""
+
+    edges: Array = quantity("edge", "1", "of the bins, ascending: nu_camera / nu_emitter")
+    flux: Array = quantity(
+        "bin", "sr", "light in each bin: g^4 times the emissivity, integrated over the camera sky; NaN where unknown"
+    )
+    error: Array = quantity("bin", "sr", "estimated error of flux; infinite where unknown")
+    rays: int = quantity("", "1", "how many beams it took")
+
+
+@usual_warnings
+def line_profile(
+    camera: Camera,
+    inner: float,
+    outer: float,
+    emissivity: Emissivity = 3.0,
+    *,
+    image: int = 1,
+    motion: str = "circular",
+    bins: int | ArrayLike = 100,
+    radii: int = 16,
+    turns: int = 128,
+) -> LineProfile:
+    """The profile of a line that a disk emits, as one of its images shows it.
+
+    Parameters
+    ----------
+    camera : Camera
+        Off the equatorial plane. For an observer at infinity take a static one at r = 1e8: it sees frequencies off by
+        2 / r or so, and solid angles times r^2 are as off.
+    inner, outer : float
+        Radii of the disk's rims.
+    emissivity : float, or function of the radius
+        What the disk emits per area dr r dphi, in all frequencies: radius ** -emissivity, or the function's values.
+    image : int
+        Which crossing of the plane counts, as if no other part of the disk were in the way.
+    motion : str
+        As for `Disk`.
+    bins : int or (n + 1,) array
+        How many bins there are from the least to the largest frequency that is found, or their edges.
+    radii, turns : int
+        Even numbers of intervals from rim to rim (Chebyshev nodes in ln r) and round the middle. Beams are traced at
+        their corners alone; what lies between is interpolated with all of them.
+
+    Returns
+    -------
+    LineProfile
+
+    Errors
+    ------
+    `LineProfile.error`: the largest change in the bin and its neighbours when every second node is left out, and, where
+    nodes are so few that this tells little, the square of the largest one over the highest bin.
+
+    References
+    ----------
+    Cunningham 1975, ApJ 202, 788, section II: the same integral, over frequency and radius.
+    """
+    check_request(camera, inner, outer, motion)
+    image = whole_number("image", image, 1)
+    counts = [_even("radii", radii), _even("turns", turns)]
+    law, wanted = _law(emissivity), _bins(bins)
+    node = np.log(inner) + math.log(outer / inner) * (1 - np.cos(math.pi * np.arange(counts[0] + 1) / counts[0])) / 2
+    turn = 2 * math.pi * np.arange(counts[1]) / counts[1]
+    places = np.repeat(np.exp(node), counts[1]), np.tile(turn, len(node))
+    found = isoradials(camera, *places, image, motion)
+    # The solid angle of d ln r and of the turn.
+    per_cell = np.sin(found.angle) * places[0] / found.slope
+    fields = np.stack([found.redshift, np.log(found.redshift**4 * per_cell)]).reshape(2, len(node), counts[1])
+    edges = _edges(wanted, fields[0])
+    if not np.isfinite(fields).all():
+        unknown = np.full(len(edges) - 1, np.nan)
+        return LineProfile(edges, unknown, np.full(len(unknown), np.inf), found.rays)
+    fine = _Sampled(node, fields).summed(law, edges)
+    coarse = _Sampled(node[::2], fields[:, ::2, ::2]).summed(law, edges)
+    return LineProfile(edges, fine, _error(fine, coarse), found.rays)
+
+
+def check_request(camera: Camera, inner: float, outer: float, motion: str) -> None:
+    """Refuse cameras that see no ring, and rings that are none."""
+    check_camera(camera)
+    if camera.on_equator:
+        raise ValueError("Argument `camera` must lie off the equatorial plane, but is in it.")
+    if motion not in MOTIONS:
+        raise ValueError(f"Argument `motion` must be one of {', '.join(MOTIONS)}, but is {motion!r}.")
+    horizon = kerr.horizon(camera.spin)
+    if not horizon < real_number("inner", inner) < math.inf:
+        raise ValueError(f"Argument `inner` must be larger than the horizon radius {horizon:.12g}, but is {inner!r}.")
+    if not inner < real_number("outer", outer) < math.inf:
+        raise ValueError(f"Argument `outer` must be larger than `inner` ({inner:g}), but is {outer!r}.")
+    if not EMITTERS[motion](camera.spin, np.array(float(inner)), 0.0).slowness > 0:
+        raise ValueError(f"Argument `inner` must be a radius where `motion` {motion!r} is possible, but is {inner:g}.")
+
+
+def _error(fine: Array, coarse: Array) -> Float[Array, " bins"]:
+    """The error of the light in bins, from what it was with half as many nodes in either direction."""
+    change = np.pad(np.abs(fine - coarse), 1)
+    near = np.maximum(np.maximum(change[:-2], change[2:]), change[1:-1])
+    return near + change.max() ** 2 / max(fine.max(), np.finfo(float).tiny)
+
+
+def _even(name: str, value: Any) -> int:
+    if whole_number(name, value, 4, 4096) % 2:
+        raise ValueError(f"Argument `{name}` must be an even whole number from 4 to 4096, but is {value!r}.")
+    return int(value)
+
+
+def _bins(bins: Any) -> int | Array:
+    """How many bins, or their edges."""
+    if np.ndim(bins) == 0:
+        return whole_number("bins", bins, 1, _MOST_BINS)
+    edges = numbers("bins", bins)
+    if edges.ndim != 1 or len(edges) < 2 or not (np.isfinite(edges).all() and (np.diff(edges) > 0).all()):
+        raise ValueError("Argument `bins` must be a whole number, or ascending edges, an array of shape (n + 1,).")
+    return edges
+
+
+def _edges(bins: int | Array, redshift: Array) -> Float[Array, " edges"]:
+    """The edges of the bins; what the nodes leave out at the extremes is added."""
+    if not isinstance(bins, int):
+        return bins
+    known = redshift[np.isfinite(redshift)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    beyond = 0.01 * (high - low) + 1e-12 * high
+    return np.linspace(low - beyond, high + beyond, bins + 1)
+
+
+def _law(emissivity: Any) -> Callable[[Array], Array]:
+    """The emissivity as a function of the radius."""
+    if not callable(emissivity):
+        power = real_number("emissivity", emissivity)
+        if not math.isfinite(power):
+            raise ValueError(f"Argument `emissivity` must be a number or a function, but is {emissivity!r}.")
+        return lambda radius: radius**-power
+
+    def values(radius: Array) -> Array:
+        light = np.asarray(emissivity(radius), float) + np.zeros_like(radius)
+        if not (np.isfinite(light).all() and (light >= 0).all()):
+            raise ValueError("Argument `emissivity` must be a function whose values are numbers from 0 on.")
+        return light
+
+    return values
+
+
+class _Sampled(NamedTuple):
+    """Frequency, and the logarithm of g^4 and the solid angle, (2, radii, turns), at nodes of ln r."""
+
+    node: Array
+    fields: Array
+
+    def summed(self, law: Callable[[Array], Array], edges: Array) -> Float[Array, " bins"]:
+        """The light between edges, from cells in which the frequency is linear."""
+        steps, turns = _CELLS * (len(self.node) - 1), _CELLS * self.fields.shape[2]
+        width = (self.node[-1] - self.node[0]) / steps
+        at = self.node[0] + width * (np.arange(steps) + 0.5)
+        across, slope = barycentric(self.node, at)
+        shift, weight = across @ round_about(self.fields, _CELLS)
+        along = (np.roll(shift, -1, axis=1) - np.roll(shift, 1, axis=1)) / 2
+        light = np.exp(weight) * (law(np.exp(at)) * width * 2 * math.pi / turns)[:, None]
+        radial = slope @ round_about(self.fields[0], _CELLS) * width
+        return binned(shift.ravel(), radial.ravel(), along.ravel(), light.ravel(), edges)
+
+
+def binned(shift: Array, one: Array, other: Array, light: Array, edges: Array) -> Float[Array, " bins"]:
+    """The light of cells between edges: `shift` (n,) in their middles, its changes (n,) along two sides, the light."""
+    reach = (np.abs(one) + np.abs(other)) / 2
+    first, last = np.searchsorted(edges, shift - reach), np.searchsorted(edges, shift + reach)
+    # Below each edge: all of the cells that end there, and part of those that it cuts.
+    below = np.cumsum(np.bincount(last, light, len(edges) + 1))[: len(edges)]
+    cut = np.flatnonzero(first < last)
+    for k in range(int(np.max(last - first, initial=0))):
+        cut = cut[first[cut] + k < last[cut]]
+        edge = first[cut] + k
+        part = covered_part(edges[edge] - shift[cut], one[cut], other[cut])
+        below += np.bincount(edge, part * light[cut], len(edges))
+    return np.diff(below)
+
+
+def round_about(values: Float[Array, "*batch turns"], parts: int) -> Float[Array, "*batch _more"]:
+    """Values of a periodic function in the middles of so many parts of each interval, exact for its Fourier series."""
+    count = values.shape[-1]
+    waves = np.fft.rfft(values, axis=-1)
+    order = np.arange(waves.shape[-1])
+    # The last wave is known at the nodes alone, half of it for either sense.
+    waves = waves * np.where(order == count / 2, 0.5, 1.0) * np.exp(1j * math.pi * order / (count * parts))
+    return np.fft.irfft(waves, count * parts, axis=-1) * parts
+
+
+def barycentric(node: Float[Array, " nodes"], at: Float[Array, " n"]) -> tuple[Array, Array]:
+    """Matrices (n, nodes) of the polynomial through Chebyshev nodes and of its slope, at places that are no nodes."""
+    sign = (-1.0) ** np.arange(len(node))
+    sign[[0, -1]] /= 2
+    gap = at[:, None] - node
+    parts = sign / gap
+    total = parts.sum(axis=1, keepdims=True)
+    value = parts / total
+    # d/dx of (w / gap) / sum(w / gap).
+    steep = (parts / gap).sum(axis=1, keepdims=True) / total
+    return value, value * (steep - 1 / gap)
