@@ -37,6 +37,8 @@ from .scenes.disk.emission import (
 from .scenes.disk.profile import LineProfile as LineProfile, line_profile as line_profile
 from .scenes.disk.spots import Spots as Spots
 from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid
+from .scenes.disk.wisps import Wisps as Wisps
+from .scenes.flare import flared as flared, halo as halo
 from .scenes.footprint import Footprint as Footprint
 from .scenes.panorama import Panorama as Panorama
 from .scenes.render import celestial_picture as celestial_picture, render as render, trace_view as trace_view

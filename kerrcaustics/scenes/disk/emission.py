@@ -303,10 +303,10 @@ class Texture:
         light = np.empty((len(level), 3), np.float32)
         for k in np.unique(lower):
             which = lower == k
-            fine = _bilinear(self._levels[k], down[which], right[which])
+            fine = bilinear(self._levels[k], down[which], right[which])
             if k + 1 < len(self._levels):
                 part = (level[which] - k)[:, None].astype(np.float32)
-                fine = fine + part * (_bilinear(self._levels[k + 1], down[which], right[which]) - fine)
+                fine = fine + part * (bilinear(self._levels[k + 1], down[which], right[which]) - fine)
             light[which] = fine
         return light * shifted_light(places.redshift, beaming, colour_shift)
 
@@ -323,7 +323,7 @@ def _halved(picture: Float[Array, "h w 3"]) -> Float[Array, "_h _w 3"]:
     return (even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]) / 4
 
 
-def _bilinear(picture: Float[Array, "h w 3"], down: Float[Array, " n"], right: Float[Array, " n"]) -> Any:
+def bilinear(picture: Float[Array, "h w 3"], down: Float[Array, " n"], right: Float[Array, " n"]) -> Any:
     """Light (n, 3) at parts of the height and of the way round."""
     rows, columns = picture.shape[:2]
     y = np.clip(down * rows - 0.5, 0, rows - 1)

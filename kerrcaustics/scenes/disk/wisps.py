@@ -1,0 +1,96 @@
+"""Thin glowing gas of one temperature and of uneven depth, drawn out into wisps along its orbits."""
+
+import math
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.scenes.colour import black_body, shifted_light
+from kerrcaustics.scenes.disk.emission import BlackBody, Texture, bilinear
+from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.spacetime.checks import real_number, whole_number
+
+Array = np.ndarray
+
+_ROWS, _COLUMNS = 512, 2048
+# Waves from rim to rim, and once round, up to which all are equally strong; finer ones fall with this power.
+_ACROSS, _ROUND, _FALL = 5.0, 2.5, 1.55
+# The inner rim is ahead of the outer one by this angle (radians): wisps trail.
+_TRAIL = 2.0
+# Part of the width, from each rim, over which the gas thins out.
+_SOFT = 0.14
+
+
+class Wisps(Texture):
+    """Glowing gas of one temperature that lets light through, in wisps along its orbits, and thins out at both rims.
+
+    Parameters
+    ----------
+    peak : float
+        Kelvin.
+    inner, outer : float
+        Radii of the disk's rims.
+    depth : float
+        Mean optical depth along the axis, away from the rims.
+    contrast : float
+        Standard deviation of the logarithm of the depth; 0 for an even disk.
+    seed : int
+        Another number makes other wisps.
+
+    Notes
+    -----
+    As gas of a temperature does, it shines with that part of a black body's light that it keeps of the light behind:
+    Disk(inner, outer, wisps, opacity=wisps.opacity, slant=False). With `slant` more light would be kept, and not more
+    of it would shine. The depth is the exponential of a random field, periodic in azimuth, with a spectrum that falls
+    as a power: it looks like turbulence, and is no model of it.
+    """
+
+    def __init__(
+        self, peak: float, inner: float, outer: float, depth: float = 1.0, contrast: float = 1.0, seed: int = 0
+    ) -> None:
+        """Draw the wisps; see the class."""
+        if not 0 < real_number("inner", inner) < real_number("outer", outer) < math.inf:
+            raise ValueError(f"Arguments `inner` and `outer` must be growing radii, but are {inner!r} and {outer!r}.")
+        for name, value in (("depth", depth), ("contrast", contrast)):
+            if not 0 <= real_number(name, value) <= 100:
+                raise ValueError(f"Argument `{name}` must be a number from 0 to 100, but is {value!r}.")
+        self.peak, self.inner, self.outer = BlackBody(peak).peak, float(inner), float(outer)
+        across = 1 - (np.arange(_ROWS) + 0.5)[:, None] / _ROWS
+        field = _random_field(whole_number("seed", seed, 0), across)
+        tau = depth * _soft(across) * np.exp(contrast * field - contrast**2 / 2)
+        self._opacity = -np.expm1(-tau)[..., None]
+        super().__init__(self._opacity * black_body(peak))
+
+    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """That of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
+        light = super().light(places, False, False)
+        return light * shifted_light(places.redshift, beaming, colour_shift, self.peak)
+
+    def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
+        """Half as many as for any picture, whose finest features are stronger."""
+        return np.maximum(super().parts(low, high, size) // 2, 2)
+
+    def opacity(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The part (n,) of the light behind that is kept from one who looks along the axis."""
+        across = (radius - self.inner) / (self.outer - self.inner)
+        found: Any = bilinear(self._opacity, 1 - across, azimuth / (2 * math.pi))
+        # Its single precision may take it beyond 1.
+        return np.clip(found[..., 0], 0, 1)
+
+
+def _soft(across: Array) -> Array:
+    """From 0 at both rims to 1 between them, smoothly."""
+    near = np.clip(np.minimum(across, 1 - across) / _SOFT, 0, 1)
+    return near * near * (3 - 2 * near)
+
+
+def _random_field(seed: int, across: Float[Array, "rows 1"]) -> Float[Array, "rows columns"]:
+    """A Gaussian random field of variance 1, periodic in azimuth, with features long in azimuth and trailing."""
+    # Twice as many rows as are used: the field is not periodic from rim to rim.
+    waves = np.fft.rfft2(np.random.default_rng(seed).normal(size=(2 * _ROWS, _COLUMNS)))
+    k, m = np.fft.fftfreq(2 * _ROWS, 1 / _ROWS)[:, None], np.arange(_COLUMNS // 2 + 1)
+    waves *= (1 + (k / _ACROSS) ** 2 + (m / _ROUND) ** 2) ** (-_FALL / 2)
+    rows = np.fft.ifft(waves, axis=0)[:_ROWS] * np.exp(1j * m * _TRAIL * across)
+    field = np.fft.irfft(rows, _COLUMNS, axis=1)
+    return (field - field.mean()) / field.std()

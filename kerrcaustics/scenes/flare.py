@@ -1,0 +1,129 @@
+"""The flare of a camera's lens: light that falls beside its place, by a point spread function."""
+
+import math
+import os
+
+import numpy as np
+import scipy.signal
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from kerrcaustics.results.declared import usual_warnings
+from kerrcaustics.scenes.panorama import read_picture
+from kerrcaustics.spacetime.checks import numbers, real_number, whole_number
+
+Array = np.ndarray
+
+# A halo goes on for so many times its width.
+_REACH = 20
+_LARGEST = 8192
+
+
+@usual_warnings
+def flared(
+    light: ArrayLike, spread: ArrayLike | str | os.PathLike[str], framed: bool = False
+) -> Float[Array, "_height _width 3"]:
+    """Light as a lens with flare gives it to a picture: every point of it becomes the point spread function.
+
+    Parameters
+    ----------
+    light : (h, w, 3) array
+        Linear light, as in `Rendering.light`: before `tone_mapped`, which has no place for what is brighter than white.
+    spread : (p, q) or (p, q, 3) array, or path of a file
+        The point spread function, for all channels or for each of them, any unit: it is divided by its sum. Its pixels
+        are those of the picture, and pixel p // 2, q // 2 stands for the point itself. `halo` makes one. Values of PNG
+        and JPEG files count as sRGB, of which the faint end of a halo is lost, those of OpenEXR as linear.
+    framed : bool
+        Whether what falls beside the picture is returned too, in a frame round it.
+
+    Returns
+    -------
+    (h, w, 3) array, or (h + p - 1, w + q - 1, 3) when framed
+        In its frame, the picture begins in row p // 2 and column q // 2.
+
+    Errors
+    ------
+    The light of each channel is kept to 1e-12 of it, that of the frame included: what leaves the picture is lost, and
+    does not come back at the opposite edge. A pixel is good to about 1e-15 of the brightest one.
+
+    References
+    ----------
+    JTFT section 4 (fig 16): a picture convolved with the point spread function of a lens.
+    """
+    picture = _numbers("light", light)
+    if picture.ndim != 3 or picture.shape[2] != 3:
+        raise ValueError(f"Argument `light` must have shape (h, w, 3), but has {picture.shape}.")
+    shape = _point(spread)
+    middle = shape.shape[0] // 2, shape.shape[1] // 2
+    if not framed:
+        shape, middle = _within(shape, middle, picture.shape[:2])
+    whole = np.stack([_convolved(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)], axis=-1)
+    rows, columns = (slice(start, start + size) for start, size in zip(middle, picture.shape[:2], strict=True))
+    return whole if framed else whole[rows, columns]
+
+
+def halo(share: float, width: float, falloff: float = 3.0, reach: int | None = None) -> Float[Array, "n n"]:
+    """A point spread function (n, n) whose sum is one: most of the light in place, the rest in a round halo about it.
+
+    Parameters
+    ----------
+    share : float
+        Part of the light that is in the halo, 0 to 1.
+    width : float
+        Pixels. The halo goes as (1 + (distance / width)**2) ** (-falloff / 2), less what this is at its end.
+    falloff : float
+        Above 0; far out, the halo falls with this power of the distance. In the eye, glare falls with 2 to 3.
+    reach : int
+        Pixels from the middle to the end of the halo, n = 2 reach + 1; left out, twenty widths.
+    """
+    if not 0 <= real_number("share", share) <= 1:
+        raise ValueError(f"Argument `share` must lie in [0, 1], but is {share!r}.")
+    for name, value in (("width", width), ("falloff", falloff)):
+        if not 0 < real_number(name, value) < math.inf:
+            raise ValueError(f"Argument `{name}` must be a positive number, but is {value!r}.")
+    most = (_LARGEST - 1) // 2
+    reach = whole_number("reach", math.ceil(min(_REACH * width, most)) if reach is None else reach, 0, most)
+    square = (np.arange(-reach, reach + 1) / width) ** 2
+    # One pixel beyond the end the halo is zero, so that no edge of it is seen.
+    end = (1 + ((reach + 1) / width) ** 2) ** (-falloff / 2)
+    found = np.maximum((1 + square[:, None] + square) ** (-falloff / 2) - end, 0)
+    found *= share / found.sum()
+    found[reach, reach] += 1 - share
+    return found
+
+
+def _point(spread: ArrayLike | str | os.PathLike[str]) -> Float[Array, "p q channels"]:
+    """The point spread function of an argument `spread`, with 1 or 3 channels, the sum of each of them 1."""
+    values = read_picture(spread) if isinstance(spread, str | os.PathLike) else spread
+    shape = _numbers("spread", values)
+    if shape.ndim == 2:
+        shape = shape[..., None]
+    if shape.ndim != 3 or shape.shape[2] not in (1, 3):
+        raise ValueError(f"Argument `spread` must be a picture, (p, q) or (p, q, 3), but has shape {np.shape(values)}.")
+    total = shape.sum(axis=(0, 1))
+    if not (total > 0).all():
+        raise ValueError("Argument `spread` must have light in all of its channels.")
+    return shape / total
+
+
+def _numbers(name: str, value: ArrayLike) -> Float[Array, "*shape"]:
+    """The argument as an array that holds light."""
+    found = numbers(name, value)
+    if found.size == 0 or not (np.isfinite(found).all() and found.min() >= 0):
+        raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative.")
+    return found
+
+
+def _within(
+    shape: Float[Array, "p q channels"], middle: tuple[int, int], size: tuple[int, ...]
+) -> tuple[Float[Array, "_p _q channels"], tuple[int, int]]:
+    """What of a point spread function leads from one pixel of a picture to another, and its middle."""
+    first = [max(place - (pixels - 1), 0) for place, pixels in zip(middle, size, strict=True)]
+    last = [place + pixels for place, pixels in zip(middle, size, strict=True)]
+    return shape[first[0] : last[0], first[1] : last[1]], (middle[0] - first[0], middle[1] - first[1])
+
+
+def _convolved(light: Float[Array, "h w"], shape: Float[Array, "p q"]) -> Float[Array, "h+p-1 w+q-1"]:
+    """Light (h, w) with every point of it spread, and with a frame for all that falls beside it."""
+    # Round-off leaves dark pixels a little below zero, of which a tone curve would make anything.
+    return np.maximum(scipy.signal.fftconvolve(light, shape), 0)
