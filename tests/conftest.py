@@ -48,10 +48,14 @@ def memory_given_back():
 @pytest.fixture(scope="module")
 def compiled_code():
     """JAX as the package's programs have it: for modules that call their parts themselves."""
+    import jax
+
     from kerrcaustics.spacetime.settings import own_settings
 
     with own_settings():
         yield
+    # What JAX keeps of them is of no use to other modules.
+    jax.clear_caches()
 
 
 @pytest.fixture

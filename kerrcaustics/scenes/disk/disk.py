@@ -25,7 +25,7 @@ class Disk:
     ----------
     inner, outer : float
         Radii of its rims, outside the horizon.
-    emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or anything else with their methods
+    emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or anything else with their methods
         What it shines with; both faces alike.
     opacity : float, or function of (radius, azimuth)
         The part of the light behind that the disk keeps from one who looks along its axis, 0 to 1: 1 - exp(-tau). It
