@@ -28,7 +28,7 @@ _FAINTEST = 1e-3
 _FINE, _MOST_PARTS = 1.0, 4
 
 
-class _Ring(NamedTuple):
+class _Band(NamedTuple):
     """Spots whose radii are close to each other, in order of their phases at one moment; phase (k,), number (k,)."""
 
     orbital: float
@@ -113,7 +113,7 @@ class Spots:
                     light[:, channel] += np.bincount(place, coloured[:, channel], minlength=len(light))
         return light
 
-    def _rings(self, orbital: Float[Array, " spots"], time: float) -> list[_Ring]:
+    def _rings(self, orbital: Float[Array, " spots"], time: float) -> list[_Band]:
         """The spots, by radius: each ring is as wide as a spot."""
         edges = np.arange(self.radius[0], self.radius[-1] + 2 * self.size, 2 * self.size)
         starts = np.searchsorted(self.radius, edges)
@@ -126,7 +126,7 @@ class Spots:
             phase = np.mod(self.azimuth[first:last] + rates * time, 2 * math.pi)
             order = np.argsort(phase)
             drift = float(np.abs(rates - middle).max())
-            rings.append(_Ring(middle, drift, phase[order], np.arange(first, last)[order]))
+            rings.append(_Band(middle, drift, phase[order], np.arange(first, last)[order]))
         return rings
 
     def _profile(
@@ -156,7 +156,7 @@ def _of_box(row: Float[Array, "n 2"]) -> Float[Array, " n"]:
 
 
 def _pairs(
-    spots: Spots, ring: _Ring, places: Places, time: float, sizes: list[Array]
+    spots: Spots, ring: _Band, places: Places, time: float, sizes: list[Array]
 ) -> Iterator[tuple[Int[Array, " pairs"], Int[Array, " pairs"]]]:
     """Places and spots of a ring that may be near each other."""
     first, last = spots.radius[ring.number.min()], spots.radius[ring.number.max()]
