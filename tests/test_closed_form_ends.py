@@ -260,6 +260,7 @@ BRIEF_WAYS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BRIEF_WAYS)
 def test_brief_ways_keep_their_digits(name):
     camera, sky, radius, exact = BRIEF_WAYS[name]

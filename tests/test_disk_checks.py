@@ -53,6 +53,7 @@ def test_the_twin_agrees_with_the_closed_form(crossing):
     assert twin.Screen(0.0, inclination).isoradial(8.0, turn, crossing) == pytest.approx(b, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "image", "motion"),
     [
@@ -103,6 +104,7 @@ def test_profile_is_that_of_many_rays(image):
     assert found.flux.sum() == pytest.approx(told.sum(), rel=2e-3 if image == 1 else 1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spin", "inclination", "inner", "outer", "image"),
     [
@@ -126,6 +128,7 @@ def test_reported_errors_of_profiles_are_honest_and_fall(spin, inclination, inne
     assert best.error.max() < 0.05 * best.flux.max()
 
 
+@pytest.mark.slow
 def test_profiles_of_laws_and_bins():
     power = kc.line_profile(NEAR, 4.0, 12.0, 2.0, bins=20, radii=8, turns=64)
     law = kc.line_profile(NEAR, 4.0, 12.0, lambda r: 3 / r**2, bins=power.edges, radii=8, turns=64)

@@ -29,6 +29,7 @@ def hot(radius, theta, azimuth):
 TORUS = kc.Volume(torus, hot, 5.0, 22.0, scale=2.0, motion="fiducial")
 
 
+@pytest.mark.slow
 def test_the_error_is_honest_and_falls_with_the_step():
     finest = kc.render_volume(CAMERA, VIEW, TORUS, beaming=True, colour_shift=True, step=0.1)
     whole, errors = luminance(finest.light).max(), []
@@ -97,6 +98,7 @@ def test_a_thin_cloud_in_flat_space_is_an_integral():
     assert np.allclose(luminance(found.light), expected, rtol=2e-3, atol=1e-3 * expected.max())
 
 
+@pytest.mark.slow
 def test_captured_rays_are_black_only_behind_the_volume():
     sky = kc.Checkerboard()
     shell = kc.Volume(torus, hot, 8.0, 20.0, scale=2.0)
@@ -158,6 +160,7 @@ def grid_of(law, shape, inner=5.0, outer=22.0):
     return kc.VolumeGrid(law(*np.meshgrid(radius, np.pi * sides[1], 2 * np.pi * sides[2], indexing="ij")), inner, outer)
 
 
+@pytest.mark.slow
 def test_a_grid_is_seen_as_its_function():
     grid = grid_of(torus, (24, 48, 1))
     view = kc.View(36, 24, math.radians(38))
