@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -18,11 +19,33 @@ Array = np.ndarray
 COLOURS = ("#B04000", "#E8821E", "#F5D547", "#A8DDB5", "#56B4E9", "#0072B2", "#3B2F80")
 GAP_COLOUR = "#F4F4F0"
 # Every second swatch is so much darker.
-_DARKER = 0.5
+DARKER = 0.5
 # Rows or columns.
 _MOST = 720
 # A box of this half width, in units of a size, has the deviation that `averaged` asks for.
 _HALF_WIDTH = DEVIATION * math.sqrt(3)
+
+
+def check_pattern(pattern: Any, least_rows: int) -> None:
+    """Refuse rows, columns, gaps and colours that make no pattern of swatches."""
+    whole_number("rows", pattern.rows, least_rows, _MOST)
+    if whole_number("columns", pattern.columns, 2, _MOST) % 2:
+        raise ValueError(
+            f"Argument `columns` must be an even whole number from 2 to {_MOST}, but is {pattern.columns!r}."
+        )
+    if not 0 <= real_number("gap", pattern.gap) < 1:
+        raise ValueError(f"Argument `gap` must lie in [0, 1), but is {pattern.gap!r}.")
+    if len(pattern.colours) == 0:
+        raise ValueError("Argument `colours` must hold at least one colour.")
+    for colour in (*pattern.colours, pattern.gap_colour):
+        from_srgb(colour)
+
+
+def mixed(colours: tuple[str, ...], rows: int) -> Float[Array, "rows 3"]:
+    """Linear light (rows, 3) of rows of swatches: from the first colour to the last one, mixed in between."""
+    stops = np.stack([from_srgb(colour) for colour in colours])
+    place = (np.arange(rows) + 0.5) / rows * (len(stops) - 1)
+    return np.stack([np.interp(place, np.arange(len(stops)), channel) for channel in stops.T], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,17 +76,7 @@ class Checkerboard:
 
     def __post_init__(self) -> None:
         """Refuse what is no checkerboard."""
-        whole_number("rows", self.rows, 2, _MOST)
-        if whole_number("columns", self.columns, 2, _MOST) % 2:
-            raise ValueError(
-                f"Argument `columns` must be an even whole number from 2 to {_MOST}, but is {self.columns!r}."
-            )
-        if not 0 <= real_number("gap", self.gap) < 1:
-            raise ValueError(f"Argument `gap` must lie in [0, 1), but is {self.gap!r}.")
-        if len(self.colours) == 0:
-            raise ValueError("Argument `colours` must hold at least one colour.")
-        for colour in (*self.colours, self.gap_colour):
-            from_srgb(colour)
+        check_pattern(self, least_rows=2)
 
     @cached_property
     def _background(self) -> Float[Array, "3"]:
@@ -72,11 +85,9 @@ class Checkerboard:
     @cached_property
     def _swatches(self) -> Float[Array, "rows 2 3"]:
         """Colours (rows, 2, 3), above the background, of the swatch that begins at phi' = 0 and of the one after it."""
-        stops = np.stack([from_srgb(colour) for colour in self.colours])
-        place = (np.arange(self.rows) + 0.5) / self.rows * (len(stops) - 1)
-        bright = np.stack([np.interp(place, np.arange(len(stops)), channel) for channel in stops.T], axis=-1)
+        bright = mixed(self.colours, self.rows)
         even = (np.arange(self.rows) % 2 == 0)[:, None]
-        ones, others = np.where(even, bright, _DARKER * bright), np.where(even, _DARKER * bright, bright)
+        ones, others = np.where(even, bright, DARKER * bright), np.where(even, DARKER * bright, bright)
         return np.stack([ones, others], axis=1) - self._background
 
     @cached_property

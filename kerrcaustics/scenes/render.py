@@ -220,7 +220,8 @@ def trace_view(
     on_disk, cells = sum(found.beams), [tuple(part) for part in found.cells]
     if not sky:
         return TracedView(camera, view, None, 0, on_disk, clock() - began, found.beams, about, cells, [], [])
-    whole, reached, long = _whole_pixels(camera, view, redshift, hidden)
+    untraced = _inner(hidden) if hidden.any() else hidden
+    whole, reached, long = _whole_pixels(camera, view, redshift, untraced)
     opened = reached.astype(np.float32)
     divided = np.flatnonzero((_at_edge(reached) | long) & ~hidden)
     parts = []
@@ -228,7 +229,7 @@ def trace_view(
         which = divided[start : start + _CHUNK // _DIVISIONS**2]
         part, opened.flat[which] = _divided_pixels(camera, view, which, redshift)
         parts.append(part)
-    beams = on_disk + reached.size - int(_inner(hidden).sum()) + len(divided) * _DIVISIONS**2
+    beams = on_disk + reached.size - int(untraced.sum()) + len(divided) * _DIVISIONS**2
     counts = len(divided), beams, clock() - began, found.beams
     return TracedView(camera, view, opened, *counts, about, cells, whole, parts)
 
@@ -247,11 +248,11 @@ def _moment(time: float) -> float:
 
 
 def _whole_pixels(
-    camera: Camera, view: View, redshift: bool, hidden: Bool[Array, "height width"]
+    camera: Camera, view: View, redshift: bool, untraced: Bool[Array, "height width"]
 ) -> tuple[list[Part], Bool[Array, "height width"], Bool[Array, "height width"]]:
     """Footprints of all pixels, some rows at a time; which pixels are not in the shadow, and which are too long.
 
-    Pixels that the disk hides, as it does all around them, are as if in the shadow.
+    untraced: pixels that the disk hides, as it does all around them; they are as if in the shadow.
     """
     reached, long = np.zeros((2, view.height, view.width), bool)
     rows = min(max(_CHUNK // view.width, 2), view.height)
@@ -261,7 +262,7 @@ def _whole_pixels(
         first = max(min(top, view.height - rows), 0)
         x, y = np.meshgrid(np.arange(view.width), np.arange(first, first + rows))
         part = slice(first, first + rows)
-        footprint, inside = _traced(camera, view, x[None], y[None], 1.0, redshift, _inner(hidden)[None, part])
+        footprint, inside = _traced(camera, view, x[None], y[None], 1.0, redshift, untraced[None, part])
         reached[part] = inside.reshape(-1, view.width)
         long[part].flat[np.flatnonzero(inside)] = singular_values(footprint.matrix)[0] > _LONG
         whole.append((np.flatnonzero(inside) + first * view.width, footprint))
@@ -296,14 +297,14 @@ def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"
 
 
 def _traced(
-    camera: Camera, view: View, x: Array, y: Array, size: float, redshift: bool, hidden: Array | None = None
+    camera: Camera, view: View, x: Array, y: Array, size: float, redshift: bool, untraced: Array | None = None
 ) -> tuple[Footprint, Bool[Array, "k h w"]]:
     """Footprints of those pixels (k, h, w) of a size that are not in the shadow, and which those are (k, h, w).
 
-    hidden (k, h, w): which are not to be traced, and are none of them.
+    untraced (k, h, w): which are not to be traced, and are none of them.
     """
     sky, steps = view.directions(x, y)
-    some = np.s_[...] if hidden is None or not hidden.any() else ~hidden
+    some = np.s_[...] if untraced is None or not untraced.any() else ~untraced
     beams = trace_beams(camera, sky[some], "auto", _TOLERANCE, index=False, crossings=False, redshift=redshift)
     # Captured beams are NaN, and so are those that are not traced.
     direction, matrix = np.full(sky.shape, np.nan), np.full((*x.shape, 2, 2), np.nan)

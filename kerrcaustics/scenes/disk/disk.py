@@ -1,6 +1,5 @@
 """Thin disks: how large, what they shine with, how they let light through, how they move."""
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +8,7 @@ from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scenes.disk.places import Emission, Places
-from kerrcaustics.spacetime import kerr
+from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
 from kerrcaustics.spacetime.checks import real_number
 
 Array = np.ndarray
@@ -55,11 +54,7 @@ class Disk:
 
     def __post_init__(self) -> None:
         """Refuse what is no disk."""
-        for name in ("inner", "outer"):
-            if not 0 < real_number(name, getattr(self, name)) < math.inf:
-                raise ValueError(f"Argument `{name}` must be a positive radius, but is {getattr(self, name)!r}.")
-        if not self.inner < self.outer:
-            raise ValueError(f"Argument `inner` must be smaller than `outer` ({self.outer:g}), but is {self.inner:g}.")
+        check_rims(self.inner, self.outer)
         if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
             raise ValueError(
                 "Argument `emission` must be a BlackBody, PowerLaw, PageThorne, Swatches, Texture or Spots, "
@@ -69,18 +64,13 @@ class Disk:
             raise ValueError(
                 f"Argument `opacity` must be a number from 0 to 1, or a function, but is {self.opacity!r}."
             )
-        if not 0 <= real_number("brightness", self.brightness) < math.inf:
-            raise ValueError(f"Argument `brightness` must be a number from 0 on, but is {self.brightness!r}.")
+        check_brightness(self.brightness)
         if self.motion not in MOTIONS:
             raise ValueError(f"Argument `motion` must be one of {', '.join(MOTIONS)}, but is {self.motion!r}.")
 
     def check(self, spin: float) -> None:
         """Refuse a disk that reaches the horizon of a hole."""
-        if not self.inner > kerr.horizon(spin):
-            raise ValueError(
-                f"Argument `inner` must be larger than the horizon radius {kerr.horizon(spin):.12g}, "
-                f"but is {self.inner:.12g}."
-            )
+        check_above_horizon(self.inner, spin)
 
     @property
     def opaque(self) -> bool:

@@ -11,12 +11,12 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR
+from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
 from kerrcaustics.scenes.colour import from_srgb, seen_black_body, shifted_light
 from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.scenes.panorama import read_picture
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import real_number, whole_number
+from kerrcaustics.spacetime.checks import real_number
 
 Array = np.ndarray
 
@@ -183,23 +183,12 @@ class Swatches:
 
     def __post_init__(self) -> None:
         """Refuse what is no pattern."""
-        whole_number("rows", self.rows, 1, 720)
-        if whole_number("columns", self.columns, 2, 720) % 2:
-            raise ValueError(f"Argument `columns` must be an even whole number from 2 to 720, but is {self.columns!r}.")
-        if not 0 <= real_number("gap", self.gap) < 1:
-            raise ValueError(f"Argument `gap` must lie in [0, 1), but is {self.gap!r}.")
-        if len(self.colours) == 0:
-            raise ValueError("Argument `colours` must hold at least one colour.")
-        for colour in (*self.colours, self.gap_colour):
-            from_srgb(colour)
+        check_pattern(self, least_rows=1)
 
     @cached_property
     def _paint(self) -> tuple[Float[Array, "3"], Float[Array, "rows 3"]]:
         """The gaps' colour, and those of the brighter swatches of each row."""
-        stops = np.stack([from_srgb(colour) for colour in self.colours])
-        place = (np.arange(self.rows) + 0.5) / self.rows * (len(stops) - 1)
-        bright = np.stack([np.interp(place, np.arange(len(stops)), channel) for channel in stops.T], axis=-1)
-        return from_srgb(self.gap_colour), bright
+        return from_srgb(self.gap_colour), mixed(self.colours, self.rows)
 
     def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3), as of paint in daylight."""
@@ -225,10 +214,6 @@ class Swatches:
             plain &= inside
             coarse |= size[:, axis] > 0.3 * period
         return np.where(plain, 1, np.where(coarse, 2 * _PARTS, _PARTS))
-
-
-DARKER = 0.5
-"""Every second swatch is so much darker."""
 
 
 def _covered(place: Array, half: Array, gap: float, rows: int) -> list[tuple[int, Array]]:

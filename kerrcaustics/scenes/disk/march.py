@@ -56,7 +56,7 @@ class Marched(NamedTuple):
     steps: int
 
 
-class _Marched(NamedTuple):
+class _Underway(NamedTuple):
     """Rays on their way; those of a beam (m,) are the ray itself and, where widths are wanted, two neighbours.
 
     constants (5, m, n): a2, a1, a0, k, b; at_infinity (n,), nu_camera / nu_infinity; place, rate (4, m, n) of u and m;
@@ -69,9 +69,9 @@ class _Marched(NamedTuple):
     rate: Array
     psi: Array
 
-    def part(self, which: Array) -> "_Marched":
+    def part(self, which: Array) -> "_Underway":
         """Some of the rays."""
-        return _Marched(*(value[..., which] for value in self))
+        return _Underway(*(value[..., which] for value in self))
 
 
 def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Marched:
@@ -99,7 +99,7 @@ def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"
     return Marched(way.volume.brightness * light, through, taken)
 
 
-def _begun(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Marched:
+def _begun(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Underway:
     """Rays at the camera."""
     found = sky[None]
     if way.volume.grids:
@@ -110,17 +110,17 @@ def _begun(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]
         at_infinity = sky_redshift(way.camera, sky)
         constants = np.stack([*potential_coefficients(way.camera.spin, light), light.k, light.b])
     place, rate = (np.stack(np.broadcast_arrays(*part)) for part in (light.position, light.rate))
-    return _Marched(constants, at_infinity, place, rate, np.zeros(found.shape[:2]))
+    return _Underway(constants, at_infinity, place, rate, np.zeros(found.shape[:2]))
 
 
-def _on_the_way(way: Marching, rays: _Marched) -> Bool[Array, " n"]:
+def _on_the_way(way: Marching, rays: _Underway) -> Bool[Array, " n"]:
     """Which rays may come to the volume, or on in it."""
     u, rate = rays.place[0, 0], rays.rate[0, 0]
     gone = (rate <= 0) & (u <= min(_NO_RETURN, (1 - 1e-12) / way.volume.outer))
     return ~gone & (u < (1 - _ABOVE_HORIZON) / kerr.horizon(way.camera.spin))
 
 
-def _step(way: Marching, rays: _Marched, width: Float[Array, " n"]) -> Float[Array, " n"]:
+def _step(way: Marching, rays: _Underway, width: Float[Array, " n"]) -> Float[Array, " n"]:
     """The next step (n,) in Mino time: a part of the scale, a small arc, and no further than the next rim."""
     a2, a1, a0, k, _ = rays.constants[:, 0]
     u, rate = rays.place[0, 0], rays.rate[0, 0]
@@ -158,7 +158,7 @@ def _rates(spin: float, constants: Array, place: Array) -> tuple[Array, Array]:
     return np.concatenate([pull[None], across]), -spin * u * (2 - spin * b * u) / (1 - 2 * u + (spin * u) ** 2)
 
 
-def _advanced(spin: float, rays: _Marched, h: Float[Array, " n"]) -> _Marched:
+def _advanced(spin: float, rays: _Underway, h: Float[Array, " n"]) -> _Underway:
     """Rays a step (n,) later: Nystroem's method of order 4."""
     place, rate = rays.place, rays.rate
     first, turn = _rates(spin, rays.constants, place)
@@ -180,7 +180,7 @@ class _Piece(NamedTuple):
     places: tuple[tuple[Array, Array, Array], ...]
 
 
-def _piece(spin: float, before: _Marched, after: _Marched, h: Float[Array, " n"]) -> _Piece:
+def _piece(spin: float, before: _Underway, after: _Underway, h: Float[Array, " n"]) -> _Piece:
     """Radius, theta and azimuth at Gauss's places of a step: cubics between its ends."""
     places = []
     start, end = ((rays.place[:, 0], h * rays.rate[:, 0], rays.psi[0]) for rays in (before, after))
@@ -223,7 +223,7 @@ def _glow(way: Marching, ratio: Float[Array, " n"], temperature: Float[Array, " 
     return dark * black_body(temperature) * factor
 
 
-def _width(way: Marching, rays: _Marched) -> Float[Array, " n"]:
+def _width(way: Marching, rays: _Underway) -> Float[Array, " n"]:
     """The larger diameter (n,) of a pixel's beam, across the ray, with lengths as in a flat space; 0 for no neighbours.
 
     In a flat space, so without frame dragging and the stretch of radii: it only chooses how coarse a grid is looked at.

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.spacetime import kerr
+from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
 from kerrcaustics.spacetime.checks import numbers, real_number
 
 Array = np.ndarray
@@ -47,7 +47,7 @@ class VolumeGrid:
             )
         if not (np.isfinite(grid).all() and grid.min() >= 0):
             raise ValueError("Argument `values` must hold finite numbers that are not negative.")
-        _check_rims(inner, outer)
+        check_rims(inner, outer)
         self.inner, self.outer, self.shape = float(inner), float(outer), grid.shape
         self._levels = [grid]
         while max(self._levels[-1].shape) > 1:
@@ -159,7 +159,7 @@ class Volume:
 
     def __post_init__(self) -> None:
         """Refuse what is no volume."""
-        _check_rims(self.inner, self.outer)
+        check_rims(self.inner, self.outer)
         for name in ("density", "temperature"):
             value = getattr(self, name)
             if not (isinstance(value, VolumeGrid) or callable(value) or 0 <= real_number(name, value) < math.inf):
@@ -171,8 +171,7 @@ class Volume:
             raise ValueError(
                 f"Argument `motion` must be one of {', '.join(VOLUME_MOTIONS)}, or a function, but is {self.motion!r}."
             )
-        if not 0 <= real_number("brightness", self.brightness) < math.inf:
-            raise ValueError(f"Argument `brightness` must be a number from 0 on, but is {self.brightness!r}.")
+        check_brightness(self.brightness)
 
     def _check_scale(self) -> None:
         if self.scale is None:
@@ -183,11 +182,7 @@ class Volume:
 
     def check(self, spin: float) -> None:
         """Refuse a volume that reaches the horizon of a hole."""
-        if not self.inner > kerr.horizon(spin):
-            raise ValueError(
-                f"Argument `inner` must be larger than the horizon radius {kerr.horizon(spin):.12g}, "
-                f"but is {self.inner:.12g}."
-            )
+        check_above_horizon(self.inner, spin)
 
     @property
     def grids(self) -> tuple[VolumeGrid, ...]:
@@ -247,11 +242,3 @@ def _of(law: Any, name: str, radius: Array, theta: Array, azimuth: Array, width:
     if not (np.isfinite(found).all() and (found >= 0).all()):
         raise ValueError(f"Argument `{name}` must be a function whose values are finite and not negative.")
     return found
-
-
-def _check_rims(inner: Any, outer: Any) -> None:
-    for name, value in (("inner", inner), ("outer", outer)):
-        if not 0 < real_number(name, value) < math.inf:
-            raise ValueError(f"Argument `{name}` must be a positive radius, but is {value!r}.")
-    if not inner < outer:
-        raise ValueError(f"Argument `inner` must be smaller than `outer` ({outer:g}), but is {inner:g}.")
