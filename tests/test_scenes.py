@@ -7,6 +7,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.scenes.colour import decoded, encoded, luminance, shifted_light, star_temperature
+from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.scenes.footprint import bend_of, singular_values
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -210,6 +211,64 @@ def test_shift_of_a_black_body_is_another_black_body():
     assert luminance(colour) == pytest.approx(np.full(3, luminance(kc.black_body(5000.0))))
     assert shifted_light(ratio, True, False)[:, 1] == pytest.approx(ratio**4)
     assert (shifted_light(ratio, False, False) == 1).all()
+
+
+def of_film(temperature):
+    """A finer sum over more of Planck's law."""
+    wavelength = np.linspace(250e-9, 1000e-9, 20_001)
+    layers = np.exp(-(((wavelength - np.array([[640e-9], [545e-9], [445e-9]])) / 25e-9) ** 2) / 2)
+    return layers @ (wavelength**-5 / np.expm1(0.01438776877 / (wavelength * temperature)))
+
+
+def test_film_has_a_white_and_sees_the_hotter_bluer():
+    assert kc.black_body(6504.0, response="film") == pytest.approx([1, 1, 1], abs=1e-12)
+    assert kc.black_body(3200.0, white=3200.0, response="film") == pytest.approx([1, 1, 1], abs=1e-12)
+    light = kc.black_body(np.geomspace(1500, 30000, 40), response="film")
+    assert (light > 0).all() and (np.diff(light[:, 2] / light[:, 0]) > 0).all() and (np.diff(light, axis=0) > 0).all()
+    for temperature in (3000.0, 10000.0):
+        expected = of_film(temperature) / of_film(6504.0)
+        # The sum's edges, and the table of temperatures: 2.3e-4 measured.
+        assert kc.black_body(temperature, response="film") == pytest.approx(expected, rel=4e-4)
+    # Blue is what the eye's functions and the film's tell apart.
+    assert kc.black_body(3000.0, response="film")[2] > 1.15 * kc.black_body(3000.0)[2]
+
+
+@pytest.mark.parametrize("response", ["cie", "film"])
+def test_what_shines_goes_by_its_response(response):
+    """Disks, spots and stars: seen with a frequency ratio, black bodies are black bodies."""
+    ratio, one = np.array([0.6, 1.0, 1.7]), np.ones(3)
+    places = Places(10 * one, 0 * one, 0.5 * one, np.full((3, 2, 2), 1e-12), ratio, 5.0, 0.5, 0 * one, np.zeros_like)
+    shining = kc.BlackBody(5000.0, response), kc.PowerLaw(5000.0, response=response)
+    for emission in (*shining, kc.Spots([10.0], [0.0], 5000.0, response=response)):
+        seen = emission.light(places, True, True)
+        assert seen == pytest.approx(kc.black_body(5000.0 * ratio, response=response), rel=1e-6)
+    assert kc.PageThorne(5000.0, response).light(places, True, True)[0].argmax() == 0
+    both = shifted_light(ratio, True, True, 5000.0, response) * kc.black_body(5000.0, response=response)
+    assert both == pytest.approx(kc.black_body(5000.0 * ratio, response=response))
+    star = kc.StarCatalogue(np.array([[1.0, 0, 0]]), np.zeros(1), np.full(1, 1.5))
+    colour = kc.black_body(star_temperature(1.5), response=response)
+    field = kc.StarField(star, np.eye(3), band=0, response=response)
+    view = kc.View(16, 16, 0.1, forward=(1, 0, 0))
+    seen = kc.render(FAR, view, field).light.sum(axis=(0, 1))
+    assert seen / seen[1] == pytest.approx(colour / colour[1], rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda response: kc.black_body(5000.0, response=response),
+        lambda response: kc.BlackBody(5000.0, response),
+        lambda response: kc.PageThorne(5000.0, response),
+        lambda response: kc.PowerLaw(5000.0, response=response),
+        lambda response: kc.Spots([10.0], [0.0], response=response),
+        lambda response: kc.Wisps(5000.0, 9.0, 18.0, response=response),
+        lambda response: kc.Volume(1.0, 5000.0, 9.0, 18.0, response=response),
+        lambda response: kc.StarField(response=response),
+    ],
+)
+def test_other_responses_are_refused(make):
+    with pytest.raises(ValueError, match="Argument `response` must be one of cie, film, but is 'eye'"):
+        make("eye")
 
 
 def test_tone_curves():

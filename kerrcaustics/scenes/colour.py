@@ -14,6 +14,7 @@ from kerrcaustics.spacetime.checks import real_number
 Array = np.ndarray
 
 CURVES = ("linear", "asinh")
+RESPONSES = ("cie", "film")
 
 DAYLIGHT = 6504.0
 """Temperature (K) of the black body that stands for the white of sRGB."""
@@ -28,13 +29,15 @@ _LOBES = (
     ((0.821, 568.8, 46.9, 40.5), (0.286, 530.9, 16.3, 31.1)),
     ((1.217, 437.0, 11.8, 36.0), (0.681, 459.0, 26.0, 13.8)),
 )
+# Sensitivities (centre, deviation; nm) of the layers of the model film that become red, green and blue.
+_LAYERS = ((640.0, 25.0), (545.0, 25.0), (445.0, 25.0))
 # From XYZ to linear sRGB, IEC 61966-2-1.
 _TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 @usual_warnings
-def black_body(temperature: ArrayLike, white: float = DAYLIGHT) -> Float[Array, "*batch 3"]:
+def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = "cie") -> Float[Array, "*batch 3"]:
     """Linear sRGB (..., 3) of black bodies, per area and solid angle, with a white balance.
 
     Parameters
@@ -43,6 +46,9 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT) -> Float[Array, 
         Kelvin; below 300 and above 1e6 those are used.
     white : float
         Temperature (K) of the black body that looks white, and has luminance 1.
+    response : str
+        What turns a spectrum into three channels. "cie": the eye, by the CIE functions. "film": a colour film, whose
+        layers see red, green and blue alone, and whose three dyes are shown as the channels of the screen.
 
     Returns
     -------
@@ -51,14 +57,17 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT) -> Float[Array, 
 
     Errors
     ------
-    The colour-matching functions are the analytic fit of the reference, about 1 % of the maximum.
+    The colour-matching functions are the analytic fit of the reference, about 1 % of the maximum. The film is a model
+    of this package, and none that is sold: Gaussians of deviation 25 nm about 640, 545 and 445 nm, linear in the light.
 
     References
     ----------
     Wyman, Sloan & Shirley 2013, J. Comput. Graph. Tech. 2(2), eq. 4: the CIE 1931 functions.
     """
     _check_white(white)
-    return np.exp(_interpolated(np.asarray(temperature, float)) - _interpolated(np.array(float(white))))
+    check_response(response)
+    seen, of_white = (_interpolated(np.asarray(kelvin, float), response) for kelvin in (temperature, white))
+    return np.exp(seen - of_white)
 
 
 def luminance(light: ArrayLike) -> Float[Array, "*batch"]:
@@ -76,7 +85,11 @@ def star_temperature(colour_index: ArrayLike) -> Float[Array, "*batch"]:
 
 
 def shifted_light(
-    redshift: Float[Array, "*batch"], beaming: bool, colour_shift: bool, temperature: ArrayLike = DAYLIGHT
+    redshift: Float[Array, "*batch"],
+    beaming: bool,
+    colour_shift: bool,
+    temperature: ArrayLike = DAYLIGHT,
+    response: str = "cie",
 ) -> Float[Array, "*batch 3"]:
     """Factors (..., 3) of linear sRGB light that comes with frequency ratios g = nu_camera / nu_source (...,).
 
@@ -89,6 +102,8 @@ def shifted_light(
         The spectrum moves by g: a black body of temperature T looks like one of g T.
     temperature : float or (...,) array
         Of the light's source; pictures and swatches count as lit by daylight.
+    response : str
+        As for `black_body`.
 
     Notes
     -----
@@ -99,8 +114,8 @@ def shifted_light(
         return np.ones((*np.shape(redshift), 3))
     if not colour_shift:
         return np.repeat((np.asarray(redshift) ** 4)[..., None], 3, axis=-1)
-    before = black_body(np.broadcast_to(temperature, np.shape(redshift)))
-    after = black_body(np.asarray(temperature) * redshift)
+    before = black_body(np.broadcast_to(temperature, np.shape(redshift)), response=response)
+    after = black_body(np.asarray(temperature) * redshift, response=response)
     factor = after / before
     if not beaming:
         factor *= (luminance(before) / luminance(after))[..., None]
@@ -108,12 +123,17 @@ def shifted_light(
 
 
 def seen_black_body(
-    temperature: Float[Array, "*batch"], redshift: Float[Array, "*batch"], beaming: bool, colour_shift: bool
+    temperature: Float[Array, "*batch"],
+    redshift: Float[Array, "*batch"],
+    beaming: bool,
+    colour_shift: bool,
+    response: str = "cie",
 ) -> Float[Array, "*batch 3"]:
     """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); switches as for `shifted_light`."""
     if beaming and colour_shift:
-        return black_body(temperature * redshift)
-    return black_body(temperature) * shifted_light(redshift, beaming, colour_shift, temperature)
+        return black_body(temperature * redshift, response=response)
+    factor = shifted_light(redshift, beaming, colour_shift, temperature, response)
+    return black_body(temperature, response=response) * factor
 
 
 def from_srgb(colour: str) -> Float[Array, "3"]:
@@ -180,24 +200,33 @@ def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Arra
     return light + (wanted - light) * pale
 
 
+def check_response(response: str) -> None:
+    """Refuse what turns no spectrum into a colour."""
+    if response not in RESPONSES:
+        raise ValueError(f"Argument `response` must be one of {', '.join(RESPONSES)}, but is {response!r}.")
+
+
 def _check_white(white: float) -> None:
     if not 1000 <= real_number("white", white) <= 40000:
         raise ValueError(f"Argument `white` must lie in [1000, 40000] kelvin, but is {white!r}.")
 
 
-def _interpolated(temperature: Float[Array, "*batch"]) -> Float[Array, "*batch 3"]:
+def _interpolated(temperature: Float[Array, "*batch"], response: str) -> Float[Array, "*batch 3"]:
     """Logarithms (..., 3) of the channels."""
-    grid, channels = _table()
+    grid, channels = _table(response)
     place = np.log(np.clip(temperature, _COOLEST, _HOTTEST))
     return np.stack([np.interp(place, grid, channel) for channel in channels], axis=-1)
 
 
 @cache
-def _table() -> tuple[Float[Array, " n"], Float[Array, "3 n"]]:
+def _table(response: str) -> tuple[Float[Array, " n"], Float[Array, "3 n"]]:
     """Logarithms of temperatures (n,), and of the channels (3, n) of their black bodies."""
     grid = np.linspace(math.log(_COOLEST), math.log(_HOTTEST), _TEMPERATURES)
     ratio = _HC_OVER_K / (_WAVELENGTHS * np.exp(grid)[:, None])
     spectrum = (_WAVELENGTHS / 560.0) ** -5 * np.exp(-ratio) / -np.expm1(-ratio)
+    if response == "film":
+        layers = np.stack([_lobe(1.0, centre, width, width) for centre, width in _LAYERS])
+        return grid, np.log(spectrum @ layers.T).T
     matching = np.stack([sum(_lobe(*lobe) for lobe in lobes) for lobes in _LOBES])
     light = spectrum @ matching.T @ _TO_SRGB.T
     # A red or blue outside what a screen shows keeps a trace, so that ratios of it stay finite.

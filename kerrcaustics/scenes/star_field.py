@@ -56,6 +56,8 @@ class StarField:
     sweep : float
         Angle (radians) by which the stars turn about the spin axis while the picture is exposed, half of it on either
         side: motion blur. The band is too smooth to need any.
+    response : str
+        "cie" or "film", as for `black_body`; the band's shifts go by the CIE functions.
 
     Notes
     -----
@@ -73,6 +75,7 @@ class StarField:
     band: float = 1.0
     white: float = DAYLIGHT
     sweep: float = 0.0
+    response: str = "cie"
 
     def __post_init__(self) -> None:
         """Refuse what is no star field."""
@@ -84,7 +87,7 @@ class StarField:
             raise ValueError(f"Argument `sweep` must be an angle from 0 to pi radians, but is {self.sweep!r}.")
         turn = tilted_galaxy(math.radians(25), math.radians(-60), math.radians(60))
         object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))
-        black_body(DAYLIGHT, self.white)
+        black_body(DAYLIGHT, self.white, self.response)
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels, stars of magnitude 0 per steradian."""
@@ -95,7 +98,8 @@ class StarField:
         for pixel, star, weight in self._pairs(footprint.direction, matrix):
             flux = self._flux[star] * (weight * density[pixel])[:, None]
             if beaming or colour_shift:
-                flux *= shifted_light(footprint.redshift[pixel], beaming, colour_shift, self._temperature[star])
+                about = self._temperature[star], self.response
+                flux *= shifted_light(footprint.redshift[pixel], beaming, colour_shift, *about)
             for channel in range(3):
                 light[:, channel] += np.bincount(pixel, flux[:, channel], minlength=len(footprint))
         return light
@@ -116,7 +120,7 @@ class StarField:
     @cached_property
     def _flux(self) -> Float[Array, "stars 3"]:
         """Linear sRGB light (n, 3) with the luminance of the magnitude."""
-        colour = black_body(self._temperature, self.white)
+        colour = black_body(self._temperature, self.white, self.response)
         return colour * (10 ** (-0.4 * self.catalogue.magnitude) / luminance(colour))[:, None]
 
     @cached_property
@@ -124,7 +128,7 @@ class StarField:
         rows = _BAND_ROWS
         theta = (np.arange(rows) + 0.5)[:, None] * math.pi / rows
         light = milky_way(from_angles(theta, (np.arange(2 * rows) + 0.5) * math.pi / rows))
-        tint = black_body(4800.0, self.white)
+        tint = black_body(4800.0, self.white, self.response)
         light = self.band * light[..., None] * (tint / luminance(tint))
         return Panorama(light, self.orientation @ galactic_axes().T)
 

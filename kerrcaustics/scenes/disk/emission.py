@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
-from kerrcaustics.scenes.colour import from_srgb, seen_black_body, shifted_light
+from kerrcaustics.scenes.colour import check_response, from_srgb, seen_black_body, shifted_light
 from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.scenes.panorama import read_picture
 from kerrcaustics.spacetime import kerr
@@ -29,6 +29,8 @@ _LARGEST_PICTURE = 8192
 class Glow:
     """Light of a temperature that depends on the radius alone; it is smooth, so that a pixel needs no division."""
 
+    response: str
+
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """In kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
         raise NotImplementedError
@@ -36,7 +38,8 @@ class Glow:
     def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """That of a black body; seen with g and both shifts, that of one of g T."""
         temperature = self.temperature(places.spin, places.radius)
-        seen = seen_black_body(np.maximum(temperature, 1.0), places.redshift, beaming, colour_shift)
+        shifts = beaming, colour_shift
+        seen = seen_black_body(np.maximum(temperature, 1.0), places.redshift, *shifts, self.response)
         return seen * (temperature > 0)[:, None]
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
@@ -52,13 +55,17 @@ class BlackBody(Glow):
     ----------
     peak : float
         Kelvin. A black body of 6504 K has luminance 1, and is white.
+    response : str
+        "cie" or "film", as for `black_body`.
     """
 
     peak: float
+    response: str = "cie"
 
     def __post_init__(self) -> None:
-        """Refuse what is no temperature."""
+        """Refuse what is no temperature, or no response."""
         _check_temperature("peak", self.peak)
+        check_response(self.response)
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """The same everywhere."""
@@ -76,15 +83,19 @@ class PowerLaw(Glow):
     exponent : float
         Temperature goes as radius ** -exponent; 3/4 far out in any disk that radiates what falling in sets free.
     at : float
+    response : str
+        "cie" or "film", as for `black_body`.
     """
 
     peak: float
     exponent: float = 0.75
     at: float = 10.0
+    response: str = "cie"
 
     def __post_init__(self) -> None:
-        """Refuse what is no temperature, or no law."""
+        """Refuse what is no temperature, no law, or no response."""
         _check_temperature("peak", self.peak)
+        check_response(self.response)
         if not math.isfinite(real_number("exponent", self.exponent)):
             raise ValueError(f"Argument `exponent` must be a number, but is {self.exponent!r}.")
         if not 0 < real_number("at", self.at) < math.inf:
@@ -103,6 +114,8 @@ class PageThorne(Glow):
     ----------
     peak : float
         Kelvin, where the disk is hottest.
+    response : str
+        "cie" or "film", as for `black_body`.
 
     References
     ----------
@@ -110,10 +123,12 @@ class PageThorne(Glow):
     """
 
     peak: float
+    response: str = "cie"
 
     def __post_init__(self) -> None:
-        """Refuse what is no temperature."""
+        """Refuse what is no temperature, or no response."""
         _check_temperature("peak", self.peak)
+        check_response(self.response)
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """Kelvin: the fourth root of the flux."""

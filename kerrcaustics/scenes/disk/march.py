@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from kerrcaustics.scenes.colour import black_body, shifted_light
+from kerrcaustics.scenes.colour import seen_black_body
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, photon, redshift as sky_redshift
@@ -215,12 +215,9 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: 
 
 def _glow(way: Marching, ratio: Float[Array, " n"], temperature: Float[Array, " n"]) -> Float[Array, "n 3"]:
     """Light (n, 3) of black bodies that move, seen with nu_camera / nu_matter (n,)."""
-    dark = (temperature > 0)[:, None]
-    if way.beaming and way.colour_shift:
-        # I_nu / nu^3 is the same for all: a black body of g T.
-        return dark * black_body(ratio * temperature)
-    factor = shifted_light(ratio, way.beaming, way.colour_shift, np.maximum(temperature, 1.0))
-    return dark * black_body(temperature) * factor
+    shifts = way.beaming, way.colour_shift
+    seen = seen_black_body(np.maximum(temperature, 1.0), ratio, *shifts, way.volume.response)
+    return (temperature > 0)[:, None] * seen
 
 
 def _width(way: Marching, rays: _Underway) -> Float[Array, " n"]:

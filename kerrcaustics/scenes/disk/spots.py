@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import ndtr
 
-from kerrcaustics.scenes.colour import seen_black_body
+from kerrcaustics.scenes.colour import check_response, seen_black_body
 from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.spacetime.checks import numbers, real_number
 
@@ -51,6 +51,8 @@ class Spots:
         Deviation of a spot's profile, in units of the mass.
     streak : float
         Time over which a spot leaves a trace that fades evenly; 0 for none.
+    response : str
+        "cie" or "film", as for `black_body`.
 
     Notes
     -----
@@ -62,6 +64,7 @@ class Spots:
     temperature: Any = 6504.0
     size: float = 0.1
     streak: float = 0.0
+    response: str = "cie"
 
     keeps_shape = True
 
@@ -79,6 +82,7 @@ class Spots:
             raise ValueError(f"Argument `size` must be a positive length, but is {self.size!r}.")
         if not 0 <= real_number("streak", self.streak) < math.inf:
             raise ValueError(f"Argument `streak` must be a time from 0 on, but is {self.streak!r}.")
+        check_response(self.response)
         order = np.argsort(radius, kind="stable")
         temperature = np.broadcast_to(temperature, radius.shape)
         for name, values in (("radius", radius), ("azimuth", azimuth), ("temperature", temperature)):
@@ -107,7 +111,8 @@ class Spots:
                 profile = self._profile(places, place, spot, rates[spot], (sizes[0][place], sizes[1][place]))
                 bright = profile > _FAINTEST
                 place, spot, profile = place[bright], spot[bright], profile[bright]
-                seen = seen_black_body(self.temperature[spot], places.redshift[place], beaming, colour_shift)
+                shifts = places.redshift[place], beaming, colour_shift
+                seen = seen_black_body(self.temperature[spot], *shifts, self.response)
                 coloured = profile[:, None] * seen
                 for channel in range(3):
                     light[:, channel] += np.bincount(place, coloured[:, channel], minlength=len(light))

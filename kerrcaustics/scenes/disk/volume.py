@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.scenes.colour import check_response
 from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
 from kerrcaustics.spacetime.checks import numbers, real_number
 
@@ -142,6 +143,8 @@ class Volume:
         axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself.
     brightness : float
         Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
+    response : str
+        "cie" or "film", as for `black_body`.
 
     Notes
     -----
@@ -156,6 +159,7 @@ class Volume:
     scale: float | None = None
     motion: str | Callable[[Array, Array], Any] = "circular"
     brightness: float = 1.0
+    response: str = "cie"
 
     def __post_init__(self) -> None:
         """Refuse what is no volume."""
@@ -172,6 +176,7 @@ class Volume:
                 f"Argument `motion` must be one of {', '.join(VOLUME_MOTIONS)}, or a function, but is {self.motion!r}."
             )
         check_brightness(self.brightness)
+        check_response(self.response)
 
     def _check_scale(self) -> None:
         if self.scale is None:

@@ -37,6 +37,8 @@ class Wisps(Texture):
         Standard deviation of the logarithm of the depth; 0 for an even disk.
     seed : int
         Another number makes other wisps.
+    response : str
+        "cie" or "film", as for `black_body`.
 
     Notes
     -----
@@ -47,7 +49,14 @@ class Wisps(Texture):
     """
 
     def __init__(
-        self, peak: float, inner: float, outer: float, depth: float = 1.0, contrast: float = 1.0, seed: int = 0
+        self,
+        peak: float,
+        inner: float,
+        outer: float,
+        depth: float = 1.0,
+        contrast: float = 1.0,
+        seed: int = 0,
+        response: str = "cie",
     ) -> None:
         """Draw the wisps; see the class."""
         if not 0 < real_number("inner", inner) < real_number("outer", outer) < math.inf:
@@ -55,17 +64,18 @@ class Wisps(Texture):
         for name, value in (("depth", depth), ("contrast", contrast)):
             if not 0 <= real_number(name, value) <= 100:
                 raise ValueError(f"Argument `{name}` must be a number from 0 to 100, but is {value!r}.")
-        self.peak, self.inner, self.outer = BlackBody(peak).peak, float(inner), float(outer)
+        self.peak, self.inner, self.outer = BlackBody(peak, response).peak, float(inner), float(outer)
+        self.response = response
         across = 1 - (np.arange(_ROWS) + 0.5)[:, None] / _ROWS
         field = _random_field(whole_number("seed", seed, 0), across)
         tau = depth * _soft(across) * np.exp(contrast * field - contrast**2 / 2)
         self._opacity = -np.expm1(-tau)[..., None]
-        super().__init__(self._opacity * black_body(peak))
+        super().__init__(self._opacity * black_body(peak, response=response))
 
     def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """That of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
         light = super().light(places, False, False)
-        return light * shifted_light(places.redshift, beaming, colour_shift, self.peak)
+        return light * shifted_light(places.redshift, beaming, colour_shift, self.peak, self.response)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """Half as many as for any picture, whose finest features are stronger."""
