@@ -50,7 +50,8 @@ def test_rays_to_a_sphere(case, end, direction, time):
 @pytest.mark.parametrize(
     ("camera", "sky", "end", "time"),
     [
-        (
+        # Of small k, with a program of its own, which takes long to compile.
+        pytest.param(
             kc.Camera(
                 0.9999999999675456,
                 495.95084891816026,
@@ -60,6 +61,7 @@ def test_rays_to_a_sphere(case, end, direction, time):
             [0.8778610077202129, 0.32139925945780684, 0.35505290752847757],
             42489.49636727473,
             42002.45457985269,
+            marks=pytest.mark.slow,
         ),
         (
             kc.Camera(0.0, 2.000003585842417, 0.0, (0.8985210250067921, 0.23034968416100243, 0.3736291307000642)),

@@ -78,6 +78,7 @@ def test_places_on_the_way_are_those_of_a_slow_integration(paths, beams, sky):
         assert abs(slow[2] - paths.azimuth[ray, i]) < 1e-9
 
 
+@pytest.mark.slow
 def test_radial_and_polar_equations_hold_along_a_path(sky):
     # r'^2 = R(r) in Mino time, from the places alone: a fourth-order difference.
     paths = kc.ray_paths(CAMERA, sky[:20], 801, end=20.0)

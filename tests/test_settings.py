@@ -10,7 +10,7 @@ import pytest
 
 import kerrcaustics as kc
 
-CAMERA = kc.Camera(0.9, 6.0)
+CAMERA, HIGHER = kc.Camera(0.9, 6.0), kc.Camera(0.9, 6.0, 1.0, (0.0, 0.0, 0.4))
 # Toward the hole, past it, and away from it: NaN, and rays by both formulas.
 SKY = np.array([[-0.9, 0.3, 0.3], [-0.7, 0.1, 0.7], [0.3, -0.9, 0.2], [0.98, 0.1, 0.1]])
 SETTINGS = {
@@ -29,7 +29,7 @@ SETTINGS = {
 
 
 def answers():
-    rays = kc.trace_rays(CAMERA, SKY, end=np.array(20.0))
+    rays = kc.trace_rays(HIGHER, SKY, end=np.array(20.0))
     return [kc.trace_beams(CAMERA, SKY), rays, kc.trace_beams(CAMERA, SKY, "integrated")]
 
 
@@ -109,8 +109,8 @@ def test_traced_arguments_are_refused(call):
 def test_numbers_of_any_kind(number):
     camera = kc.Camera(number(0.5), number(8.0), number(1.0))
     assert camera == kc.Camera(0.5, 8.0, 1.0) and type(camera.radius) is float
-    rays = kc.trace_rays(CAMERA, SKY, tolerance=number(2.0**-20), end=number(16.0))
-    assert rays == kc.trace_rays(CAMERA, SKY, tolerance=2.0**-20, end=16.0)
+    rays = kc.trace_rays(HIGHER, SKY, tolerance=number(2.0**-20), end=number(16.0))
+    assert rays == kc.trace_rays(HIGHER, SKY, tolerance=2.0**-20, end=16.0)
 
 
 @pytest.mark.parametrize("tolerance", [True, "1e-10", [1e-10], np.nan, 1j, None])
