@@ -15,22 +15,22 @@ import numpy as np
 import kerrcaustics as kc
 from kerrcaustics.draw.films import Film
 
-SPIN, RADIUS, INCLINATION, ROLL = 0.0, 12.0, 85.0, 15.0
-INNER, OUTER, SPOTS, SIZE, TRACE = 6.0, 9.0, 5000, 0.03, 6.0
+RADIUS, INCLINATION, ROLL = 12.0, 85.0, 15.0
+OUTER, SPOTS, SIZE, TRACE = 9.0, 5000, 0.03, 6.0
 WIDTH, HEIGHT, FIELD = 960, 540, 2 * math.atan(1.28)
 SEED, PER_FRAME = 2015, 0.8
 
 
-def spots() -> kc.Spots:
+def spots(inner: float) -> kc.Spots:
     rng = np.random.default_rng(SEED)
     # As many on each area of the disk.
-    radius = np.sqrt(rng.uniform(INNER**2, OUTER**2, SPOTS))
+    radius = np.sqrt(rng.uniform(inner**2, OUTER**2, SPOTS))
     return kc.Spots(radius, rng.uniform(0, 2 * math.pi, SPOTS), rng.uniform(4000, 10_000, SPOTS), SIZE, TRACE)
 
 
-def film(frames: int = 150) -> Film:
-    camera = kc.Camera(SPIN, RADIUS, math.radians(INCLINATION), "static")
-    disk = kc.Disk(INNER - 0.2, OUTER + 0.2, spots(), opacity=0.0)
+def film(frames: int = 150, name: str = "hot_spots", spin: float = 0.0, inner: float = 6.0) -> Film:
+    camera = kc.Camera(spin, RADIUS, math.radians(INCLINATION), "static")
+    disk = kc.Disk(inner - 0.2, OUTER + 0.2, spots(inner), opacity=0.0)
     roll = math.radians(ROLL)
     view = kc.View(WIDTH, HEIGHT, FIELD, up=(0.0, math.sin(roll), math.cos(roll)))
     traced = kc.trace_view(camera, view, sky=False, disk=disk, delay=True)
@@ -40,5 +40,5 @@ def film(frames: int = 150) -> Film:
         light = traced.show(disk=disk, time=PER_FRAME * number, **switches).light
         return kc.tone_mapped(light, exposure=0.35, curve="asinh", softening=8)
 
-    settings = {"spin": SPIN, "radius": RADIUS, "spots": SPOTS, "size": (WIDTH, HEIGHT), "seed": SEED}
-    return Film("hot_spots", settings, frames, 25, draw)
+    settings = {"spin": spin, "inner": inner, "radius": RADIUS, "spots": SPOTS, "size": (WIDTH, HEIGHT), "seed": SEED}
+    return Film(name, settings, frames, 25, draw)

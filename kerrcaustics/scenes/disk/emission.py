@@ -29,7 +29,7 @@ _LARGEST_PICTURE = 8192
 class Glow:
     """Light of a temperature that depends on the radius alone; it is smooth, so that a pixel needs no division."""
 
-    response: str
+    response: str = "cie"
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """In kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
