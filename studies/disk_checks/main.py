@@ -74,7 +74,9 @@ def isoradial_panel(ax: Axes, turns: int = 48) -> None:
             ax.plot(line * np.cos(fine), line * np.sin(fine), color=colour, linewidth=0.8, label=label)
             found = isoradials(camera, np.full(turns, radius), coarse, crossing, "circular").sky
             ax.plot(*(camera.radius * found[:, 1:].T), ".", color=colour, markersize=2.5)
-    ax.set(aspect="equal", xlabel="α (M)", ylabel="β (M)", xlim=(-23, 23))
+    ax.set(xlabel="α (M)", ylabel="β (M)", xlim=(-23, 23))
+    # As high as the panel beside it.
+    ax.set_aspect("equal", adjustable="datalim")
     ax.set_title("isoradials 6, 10, 20 at a = 0, 80°")
     ax.legend(loc="lower right")
 
@@ -104,7 +106,8 @@ def work_panel(ax: Axes, found: list[work.Work]) -> None:
         here = [one for one in found if one.method == method]
         seconds, errors = [one.seconds for one in here], [one.error for one in here]
         ax.plot(seconds, errors, marker="o", markersize=3, color=PALETTE[k], label=method)
-        ax.plot(seconds, [one.reported for one in here], "o", color=PALETTE[k], markersize=3, fillstyle="none")
+        told, name = [one.reported for one in here], None if k else "its reported error"
+        ax.plot(seconds, told, "o", color=PALETTE[k], markersize=3, fillstyle="none", label=name)
     ax.set(xscale="log", yscale="log", xlabel="time (s)", ylabel="error of the worst bin / peak")
     ax.set(xlim=(0.01, 2), ylim=(1e-6, 2))
     ax.xaxis.set_minor_formatter(NullFormatter())

@@ -1,4 +1,9 @@
-"""Isoradials: where on the camera sky the image of each ring of a disk lies."""
+"""Isoradials: where on the camera sky the image of each ring of a disk lies, one place for each ring and turn.
+
+For sums over a disk: a few beams lead to each place, and give the solid angle about it, but the camera must lie off the
+plane, and the radius must grow outward from the middle. Whole curves of one ring, wherever the camera is and however
+often a line meets them, come from curves/isoradials.py, which looks along every line first.
+"""
 
 import math
 from typing import NamedTuple
