@@ -180,6 +180,23 @@ def test_a_uniform_disk_is_uniform():
     assert np.allclose(rendering.light[whole], kc.black_body(6504), rtol=2e-6)
 
 
+@pytest.mark.parametrize("time", [0.0, 30.0])
+def test_an_opacity_with_edges_is_averaged_over_pixels(time):
+    """Of a plain disk, whose light asks for no division of pixels: stripes, as they are now and after they circled."""
+
+    def stripes(radius, azimuth):
+        return 0.8 * (np.sin(6 * azimuth) > 0)
+
+    disk = kc.Disk(9.26, 18.7, kc.BlackBody(4500), stripes, slant=False)
+    rendering = kc.render(PAPER, kc.View(120, 60, math.radians(40)), disk=disk, time=time)
+    within = np.flatnonzero((rendering.transmission.ravel() < 0.9) & (rendering.transmission.ravel() > 0.05))
+    pixels = np.random.default_rng(3).choice(within, 60)
+    _, through = light_of_rays(PAPER, rendering.view, disk, pixels, 16, time=time)
+    wrong = np.abs(rendering.transmission.ravel()[pixels] - through)
+    # By 1/16 of the stripes along an edge; 0.004 and 0.007 measured, twice as much where edges are not looked for.
+    assert wrong.mean() < 0.01 and wrong.max() < 0.1
+
+
 @pytest.mark.slow
 def test_what_the_disk_hides_is_not_traced():
     view = kc.View(100, 60, math.radians(20), forward=(-0.96, 0.0, -0.28))

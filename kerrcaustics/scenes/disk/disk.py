@@ -86,14 +86,18 @@ class Disk:
         """dphi / dt (n,) at radii; 0 where nothing can circle."""
         return np.nan_to_num(np.asarray(EMITTERS[self.motion](spin, radius, 0.0).orbital) + np.zeros_like(radius))
 
+    def opacity_at(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The part (n,) of the light behind that is kept from one who looks along the axis."""
+        if not callable(self.opacity):
+            return np.full(len(radius), float(self.opacity))
+        opacity = np.asarray(self.opacity(radius, azimuth), float) + np.zeros_like(radius)
+        if not (np.isfinite(opacity) & (opacity >= 0) & (opacity <= 1)).all():
+            raise ValueError("Argument `opacity` must be a function whose values lie in 0 to 1.")
+        return opacity
+
     def transmitted(self, places: Places, cosine: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that comes through; cosine, of the angle from the axis."""
-        if callable(self.opacity):
-            opacity = np.asarray(self.opacity(places.radius, places.azimuth), float) + np.zeros_like(places.radius)
-            if not (np.isfinite(opacity) & (opacity >= 0) & (opacity <= 1)).all():
-                raise ValueError("Argument `opacity` must be a function whose values lie in 0 to 1.")
-        else:
-            opacity = np.full(len(places.radius), float(self.opacity))
+        opacity = self.opacity_at(places.radius, places.azimuth)
         if not self.slanting:
             return 1 - opacity
         with np.errstate(divide="ignore", invalid="ignore"):

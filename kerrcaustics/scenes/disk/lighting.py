@@ -10,7 +10,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
@@ -25,6 +25,9 @@ Array = np.ndarray
 _LIT = 1 << 18
 # Pixels with a rim in sight are divided so finely in each direction: one crossing's rim may lie before another's.
 _AT_RIM = 4
+# And so finely where an opacity that is a function changes by more than this over a cell, of which it is looked at in
+# so many places in each direction.
+_AT_CHANGE, _UNEVEN, _LOOKED_AT = 8, 1 / 64, 4
 
 
 class Looks(NamedTuple):
@@ -52,7 +55,7 @@ def lit(
     """Linear light of the pixels of a picture, and the part of the light behind that comes through."""
     light, through = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
     parts = np.zeros(shape[0] * shape[1], np.uint8)
-    layers = [_layer(disk, cells, shape, parts) for cells in crossings]
+    layers = [_layer(disk, cells, shape, looks, parts) for cells in crossings]
     chunks = []
     for count in np.unique(parts[parts > 0]):
         pixels = np.flatnonzero(parts == count)
@@ -67,10 +70,10 @@ def lit(
     return light.reshape(*shape, 3), through.reshape(shape)
 
 
-def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], parts: Array) -> _Layer:
+def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
     """The cells of a crossing by pixels; `parts` of each pixel grows to what they ask for."""
     height, width = shape
-    asked = _asked(disk, cells)
+    asked = _asked(disk, cells, looks)
     large = np.full(height * width, -1)
     for size in np.unique(cells.size[cells.size >= FINEST]):
         pixels, which = size // FINEST, np.flatnonzero(cells.size == size)
@@ -91,7 +94,7 @@ def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], parts: Array) 
     return _Layer(cells, large, pixel[order], small[order])
 
 
-def _asked(disk: Disk, cells: PlaneCells) -> Int[Array, " cells"]:
+def _asked(disk: Disk, cells: PlaneCells, looks: Looks) -> Int[Array, " cells"]:
     """Into how many parts, in each direction, cells ask their pixels to be divided: a power of two, and at most 16."""
     pixels = cells.size / FINEST
     width = disk.outer - disk.inner
@@ -103,9 +106,26 @@ def _asked(disk: Disk, cells: PlaneCells) -> Int[Array, " cells"]:
     size = np.stack([slope[:, 0] / np.maximum(cells.low[:, 0], 1 / disk.outer) ** 2 / width, slope[:, 1]], axis=-1)
     size = np.minimum(size, [1.0, 2 * np.pi])
     asked = disk.emission.parts(low, high, size)
+    asked = np.maximum(asked, np.where(_uneven(disk, cells, low, high, looks), _AT_CHANGE, 1))
     rim = (cells.low[:, 0] < 1 / disk.outer) | (cells.high[:, 0] > 1 / disk.inner)
     asked = np.maximum(asked, np.where(rim, _AT_RIM, 1))
     return np.maximum(asked, np.where(pixels < 1, (1 / pixels).astype(int), 1))
+
+
+def _uneven(disk: Disk, cells: PlaneCells, low: Array, high: Array, looks: Looks) -> Bool[Array, " cells"]:
+    """Cells in which an opacity that is a function changes; low, high (n, 2), between which across and azimuth lie."""
+    if not callable(disk.opacity):
+        return np.zeros(len(low), bool)
+    step = (np.arange(_LOOKED_AT) / (_LOOKED_AT - 1))[:, None, None]
+    across, azimuth = np.moveaxis(low + step * (high - low), -1, 0)
+    radius = disk.inner + (disk.outer - disk.inner) * np.clip(across, 0, 1)
+    azimuth = np.broadcast_to(azimuth[:, None], (_LOOKED_AT, *azimuth.shape))
+    radius = np.broadcast_to(radius, azimuth.shape)
+    if not getattr(disk.emission, "keeps_shape", False):
+        emitted = looks.time - cells.extra[..., 4].mean(axis=1) * looks.delay
+        azimuth = azimuth - disk.orbital(looks.spin, radius) * emitted
+    opacity = disk.opacity_at(radius.ravel(), azimuth.ravel()).reshape(_LOOKED_AT**2, -1)
+    return np.ptp(opacity, axis=0) > _UNEVEN
 
 
 class _Sight(NamedTuple):
