@@ -95,7 +95,8 @@ def histogram(camera, inner, outer, power, edges, image, side, half):
     )
 
 
-@pytest.mark.parametrize("image", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("image", [1, 2])
 def test_profile_is_that_of_many_rays(image):
     edges = np.linspace(0.3, 1.5, 13)
     found = kc.line_profile(NEAR, 4.0, 12.0, 2.0, image=image, bins=edges)

@@ -86,6 +86,7 @@ def recovered(camera: kc.Camera, sky: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return gap <= size, ~found.certified, beams.magnification
 
 
+@pytest.mark.slow
 def test_chosen_images_are_found_again():
     again, flagged, _ = recovered(NEAR, chosen_images(NEAR, 200, 0, 1e-6))
     assert again.all()
@@ -134,6 +135,7 @@ def fold_crossings(camera: kc.Camera, count: int, seed: int) -> None:
         assert {-1, 1} == set(inside[here])
 
 
+@pytest.mark.slow
 def test_a_fold_changes_two_counts_by_one():
     fold_crossings(FAR, 20, 0)
 

@@ -28,9 +28,13 @@ def test_it_shines_with_what_it_takes(wisps):
     opacity = wisps.opacity(places.radius, places.azimuth)
     assert opacity.min() >= 0 and opacity.max() <= 1 and opacity.std() > 0.1
     assert wisps.light(places, False, False) == pytest.approx(opacity[:, None] * kc.black_body(4500), abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_picture_shines_with_what_it_takes(wisps):
     disk = kc.Disk(9.26, 18.70, wisps, opacity=wisps.opacity, slant=False)
     left = -math.cos(math.radians(12)), -math.sin(math.radians(12)), 0.0
-    rendering = kc.render(CAMERA, kc.View(80, 40, math.radians(4), forward=left), disk=disk)
+    rendering = kc.render(CAMERA, kc.View(120, 60, math.radians(4), forward=left), disk=disk)
     wanted = (1 - rendering.transmission)[..., None] * kc.black_body(4500)
     wrong = np.abs(rendering.light - wanted) / wanted.max()
     assert rendering.transmission.min() < 0.5
