@@ -1,5 +1,7 @@
 """Files that are never half-written."""
 
+import fcntl
+import glob
 import os
 import tempfile
 from collections.abc import Iterator
@@ -7,15 +9,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-# Temporary files of `writing` that are open now: who ends the process at once must remove them.
+# Temporary files of `writing` that are open now.
 UNFINISHED: set[str] = set()
+_PART = ".part"
 
 
 @contextmanager
-def writing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
+def writing(path: str | os.PathLike[str], lasting: bool = False) -> Iterator[IO[bytes]]:
     """A binary file that takes its name only when it is complete: `with writing(path) as file`.
 
-    Through a link the file it points to is replaced; a device or a pipe is written to directly.
+    Through a link the file it points to is replaced; a device or a pipe is written to directly. lasting: it is on the
+    disk before it takes its name, whatever becomes of the machine.
     """
     path = Path(path)
     if path.exists() and not path.is_file():
@@ -24,13 +28,16 @@ def writing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
         return
     path = Path(os.path.realpath(path))
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=_PART)
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None
     UNFINISHED.add(name)
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
+            if lasting:
+                file.flush()
+                os.fsync(file.fileno())
         # A temporary file is private; the finished one gets the permissions an ordinary file would have.
         mask = os.umask(0)
         os.umask(mask)
@@ -41,3 +48,32 @@ def writing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
         raise
     finally:
         UNFINISHED.discard(name)
+
+
+def remove_unfinished() -> None:
+    """Remove temporary files of this process: for who ends it at once."""
+    for name in list(UNFINISHED):
+        Path(name).unlink(missing_ok=True)
+
+
+def remove_abandoned(folder: Path, name: str = "") -> None:
+    """Remove temporary files in a folder that processes left behind when they were killed, of one name or of all."""
+    for part in folder.glob(f".{glob.escape(name) or '*'}.*{_PART}"):
+        part.unlink(missing_ok=True)
+
+
+@contextmanager
+def locked(folder: Path, refusal: str) -> Iterator[None]:
+    """While no other process has this folder: else a ValueError says so. It goes with the process, however that ends."""
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ValueError(refusal) from None
+        except OSError:
+            # A file system without locks.
+            pass
+        yield
+    finally:
+        os.close(opened)

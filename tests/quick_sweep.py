@@ -5,10 +5,11 @@ import os
 from sweeping import slowly_made_up
 
 from kerrcaustics import cli
-from kerrcaustics.sweeps import engine, losses
+from kerrcaustics.sweeps import engine
+from kerrcaustics.workers import losses
 
 engine.computed = slowly_made_up
-losses._WITH_A_BLOCK = int(os.environ.get("DEATHS", losses._WITH_A_BLOCK))
+losses._WITH_A_JOB = int(os.environ.get("DEATHS", losses._WITH_A_JOB))
 
 if __name__ == "__main__":
     cli.main()

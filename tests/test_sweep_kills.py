@@ -19,7 +19,7 @@ import pytest
 from command_line import run
 from sweeping import PLAIN, files, opened, written
 
-from kerrcaustics.sweeps import cluster
+from kerrcaustics.workers import cluster
 
 # Enough blocks that the ten moments at which something dies lie between the first and the last.
 LONG = """

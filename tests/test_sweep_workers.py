@@ -7,9 +7,9 @@ from command_line import run
 from sweeping import PLAIN, written
 
 import kerrcaustics as kc
-from kerrcaustics.sweeps import cluster, losses
-from kerrcaustics.sweeps.losses import Losses, WorkersLost
 from kerrcaustics.sweeps.store import Block
+from kerrcaustics.workers import cluster, losses
+from kerrcaustics.workers.losses import Losses, WorkersLost
 
 FIRST, SECOND, THIRD = (Block(0, (i, i + 1), 0) for i in range(3))
 

@@ -4,12 +4,11 @@ import os
 import signal
 import sys
 from importlib.metadata import version
-from pathlib import Path
 from typing import NoReturn
 
 import cyclopts
 
-from kerrcaustics.files import UNFINISHED
+from kerrcaustics.files import remove_unfinished
 
 app = cyclopts.App(
     name="kerrcaustics",
@@ -45,8 +44,7 @@ def one_line(text: str) -> str:
 
 def _interrupted(*_: object) -> None:
     """End at once: an exception could be swallowed inside a compiled library."""
-    for name in list(UNFINISHED):
-        Path(name).unlink(missing_ok=True)
+    remove_unfinished()
     # A progress bar hides the cursor while it runs.
     show_cursor = "\x1b[?25h\n" if sys.stderr.isatty() else ""
     sys.stderr.write(f"{show_cursor}kerrcaustics: Interrupted: nothing was left half-written.\n")

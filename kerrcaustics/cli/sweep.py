@@ -85,7 +85,7 @@ def _swept(scene: Path, store: Path, workers: int | None, scheduler: str | None,
 
 
 def _run(scene: Path, store: Path, workers: int | None, scheduler: str | None, retry: bool) -> "SweepResult":
-    from kerrcaustics.sweeps.losses import WorkersLost
+    from kerrcaustics.workers.losses import WorkersLost
 
     try:
         with plain_errors(), progress(left=True) as report:

@@ -11,13 +11,13 @@ import numpy as np
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import quantity, result
-from kerrcaustics.sweeps.losses import Compute, Finished, Losses
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
 from kerrcaustics.sweeps.store import Block, Store, open_store
+from kerrcaustics.workers.losses import Compute, Finished, Losses
+from kerrcaustics.workers.places import check_place, place
 
 Progress = Callable[[str, float], None]
-Run = Callable[[Compute, list[Block], Losses], Finished]
 
 _DIED = "the process that computed it died each time (too little memory?)"
 
@@ -74,10 +74,7 @@ def sweep(
         Workers died again and again without computing anything, a cluster had none for five minutes, or its scheduler
         went away. The store holds what was computed till then.
     """
-    if workers is not None and scheduler is not None:
-        raise ValueError("Arguments `workers` and `scheduler`: only one of them can be given.")
-    if workers is not None and workers < 1:
-        raise ValueError(f"Argument `workers` must be 1 or more, but is {workers}.")
+    check_place(workers, scheduler)
     began = time.perf_counter()
     total = int(np.prod(scene.shape))
     store = open_store(Path(path), checked(scene, "that is given"))
@@ -89,7 +86,7 @@ def sweep(
         progress(f"{done} of {total} points", done / total)
         if missing:
             losses = Losses(lambda what: progress(f"{done} of {total} points, {what}", done / total))
-            compute, run = partial(compute_block, str(store.path.absolute())), _runner(workers, scheduler)
+            compute, run = partial(compute_block, str(store.path.absolute())), place(workers, scheduler, _in_threads)
             with closing(run(compute, missing, losses)) as finished:
                 for block, known in finished:
                     if not known:
@@ -121,19 +118,6 @@ def compute_block(path: str, block: Block) -> None:
             point = " ".join(f"{error}".split()) or type(error).__name__
         points.append(point)
     store.write(block, points)
-
-
-def _runner(workers: int | None, scheduler: str | None) -> Run:
-    """What runs blocks, and yields each that is done with whether it is computed."""
-    if scheduler is not None:
-        from kerrcaustics.sweeps.cluster import on_cluster
-
-        return partial(on_cluster, scheduler)
-    if workers is not None:
-        from kerrcaustics.sweeps.processes import in_processes
-
-        return partial(in_processes, workers)
-    return _in_threads
 
 
 def _in_threads(compute: Compute, blocks: list[Block], _losses: Losses) -> Finished:

@@ -5,14 +5,11 @@ and all its chunks can be read. Every chunk carries a checksum. A point's number
 store that was interrupted, wherever and however often, ends up the same to the bit.
 """
 
-import fcntl
 import json
 import math
-import os
 import shutil
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +20,7 @@ import zarr
 from jaxtyping import UInt8
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
+from kerrcaustics.files import locked
 from kerrcaustics.results.declared import Quantity
 from kerrcaustics.sweeps.quantities import dimensions, variables
 from kerrcaustics.sweeps.scene import AXES, Scene, differences, from_record
@@ -93,21 +91,9 @@ class Store:
             for j in range(0, radii, size)
         ]
 
-    @contextmanager
-    def locked(self) -> Iterator[None]:
+    def locked(self) -> AbstractContextManager[None]:
         """While no other sweep writes to this store; the lock goes with the process, however that ends."""
-        folder = os.open(self.path, os.O_RDONLY)
-        try:
-            try:
-                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise ValueError(f"The store {self.path} is in use: another sweep is writing to it.") from None
-            except OSError:
-                # A file system without locks.
-                pass
-            yield
-        finally:
-            os.close(folder)
+        return locked(self.path, f"The store {self.path} is in use: another sweep is writing to it.")
 
     def clean(self) -> None:
         """Remove chunks that were being written when a process was killed."""

@@ -1,4 +1,4 @@
-"""Blocks on processes of this machine, of one core each; one that dies is replaced at once."""
+"""Jobs on processes of this machine, of one core each; one that dies is replaced at once."""
 
 import os
 import signal
@@ -12,45 +12,49 @@ from multiprocessing.process import BaseProcess
 from threading import Thread
 from typing import cast
 
-from kerrcaustics.sweeps.losses import Compute, Finished, Losses, WorkersLost
-from kerrcaustics.sweeps.store import Block
+from kerrcaustics.files import remove_unfinished
+from kerrcaustics.workers.losses import Compute, Finished, Job, Losses
 
 Crew = dict[Connection, BaseProcess]
 
+# Below zero a process was killed; above, Python has said on standard error what is wrong.
+_NO_START = 'A worker could not start (exit status {}; does a script call this without `if __name__ == "__main__":`?)'
 # Seconds between looks at whether there are workers.
 _LOOK = 1.0
-# How long a sweep takes then depends on the number of workers alone.
+# How long all takes then depends on the number of workers alone.
 _ONE_CORE: dict[str, str] = dict.fromkeys(("NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
-def in_processes(workers: int, compute: Compute, blocks: list[Block], losses: Losses) -> Finished:
-    """Compute blocks in so many processes."""
-    waiting = deque(blocks)
+def in_processes(workers: int, compute: Compute, jobs: list[Job], losses: Losses) -> Finished:
+    """Compute jobs in so many processes."""
+    waiting = deque(jobs)
     # A process that is starting is in the crew, and not at work.
     crew: Crew = {}
-    at_work: dict[Connection, Block] = {}
+    at_work: dict[Connection, Job] = {}
     try:
         while waiting or at_work:
             _fill_up(crew, min(workers, len(waiting) + len(at_work)), compute, losses)
             losses.there_are(len(at_work), starting=len(crew) - len(at_work))
             for pipe in cast("list[Connection]", wait(list(crew), _LOOK)):
-                block = at_work.pop(pipe, None)
+                job = at_work.pop(pipe, None)
                 if _answered(pipe):
                     if waiting:
                         at_work[pipe] = waiting.popleft()
                         _give(pipe, at_work[pipe])
                     else:
                         _end(pipe, crew.pop(pipe))
-                    if block is not None:
+                    if job is not None:
                         losses.computed()
-                        yield block, True
+                        yield job, True
                 else:
-                    _end(pipe, crew.pop(pipe), failed=block is None)
-                    again = losses.died(block)
-                    if block is not None and again:
-                        waiting.append(block)
-                    elif block is not None:
-                        yield block, False
+                    status = _end(pipe, crew.pop(pipe))
+                    if job is None and status > 0:
+                        losses.end(_NO_START.format(status))
+                    again = losses.died(job)
+                    if job is not None and again:
+                        waiting.append(job)
+                    elif job is not None:
+                        yield job, False
     finally:
         for pipe, process in crew.items():
             _end(pipe, process)
@@ -70,7 +74,7 @@ def _fill_up(crew: Crew, wanted: int, compute: Compute, losses: Losses) -> None:
 
 
 def _started(compute: Compute) -> tuple[Connection, BaseProcess]:
-    """A new process, and what it is given blocks through."""
+    """A new process, and what it is given jobs through."""
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_work, args=(theirs, compute), daemon=True)
@@ -97,7 +101,7 @@ def _surroundings() -> Iterator[None]:
 
 
 def _work(pipe: Connection, compute: Compute) -> None:
-    """What a process does: says that it is there, and after each block None, or what went wrong."""
+    """What a process does: says that it is there, and after each job None, or what went wrong."""
     Thread(target=_end_with_parent, daemon=True).start()
     # When the other end is closed there is nobody to work for.
     with suppress(EOFError, OSError):
@@ -106,9 +110,9 @@ def _work(pipe: Connection, compute: Compute) -> None:
             pipe.send(_complaint(compute, pipe.recv()))
 
 
-def _complaint(compute: Compute, block: Block) -> Exception | None:
+def _complaint(compute: Compute, job: Job) -> Exception | None:
     try:
-        compute(block)
+        compute(job)
     except Exception as error:
         return error
     return None
@@ -118,17 +122,18 @@ def _end_with_parent() -> None:
     parent = parent_process()
     if parent is not None:
         wait([parent.sentinel])
+    remove_unfinished()
     os._exit(1)
 
 
-def _give(pipe: Connection, block: Block) -> None:
+def _give(pipe: Connection, job: Job) -> None:
     # One that has just died is noticed when it is listened to.
     with suppress(OSError):
-        pipe.send(block)
+        pipe.send(job)
 
 
 def _answered(pipe: Connection) -> bool:
-    """Whether a process is there to be given a block; raises what its last one raised."""
+    """Whether a process is there to be given a job; raises what its last one raised."""
     try:
         error = pipe.recv()
     except (EOFError, OSError):
@@ -138,14 +143,11 @@ def _answered(pipe: Connection) -> bool:
     return True
 
 
-def _end(pipe: Connection, process: BaseProcess, failed: bool = False) -> None:
-    """End a process that has nothing to do; failed: it came to an end before it could do anything."""
+def _end(pipe: Connection, process: BaseProcess) -> int:
+    """End a process that has nothing to do, and return its exit status."""
     process.kill()
     process.join()
     status = process.exitcode or 0
     process.close()
     pipe.close()
-    # Below zero it was killed; above, Python has said on standard error what is wrong.
-    if failed and status > 0:
-        hint = 'does a script call this without `if __name__ == "__main__":`?'
-        raise WorkersLost(f"A worker could not start (exit status {status}; {hint})")
+    return status

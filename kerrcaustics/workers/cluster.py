@@ -1,4 +1,4 @@
-"""Blocks on the workers of a Dask cluster that is there already."""
+"""Jobs on the workers of a Dask cluster that is there already."""
 
 import logging
 from collections.abc import Iterator
@@ -7,42 +7,41 @@ from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from kerrcaustics.sweeps.losses import Compute, Finished, Losses, WorkersLost
-from kerrcaustics.sweeps.store import Block
+from kerrcaustics.workers.losses import Compute, Finished, Job, Losses
 
-# Blocks that the scheduler holds at a time.
+# Jobs that the scheduler holds at a time.
 _IN_FLIGHT = 20_000
 # Seconds without news after which it is asked for its workers, and that it has for an answer, at first and then.
 _LOOK, _FIRST_ANSWER, _ANSWER = 5.0, 30.0, 10.0
 
 
-def on_cluster(scheduler: str, compute: Compute, blocks: list[Block], losses: Losses) -> Finished:
-    """Compute blocks on the workers of a scheduler at this address."""
-    waiting = iter(blocks)
-    at_work: dict[Any, Block] = {}
+def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], losses: Losses) -> Finished:
+    """Compute jobs on the workers of a scheduler at this address."""
+    waiting = iter(jobs)
+    at_work: dict[Any, Job] = {}
     done: SimpleQueue[Any] = SimpleQueue()
     with _client_of(scheduler) as client:
 
-        def submit(block: Block) -> None:
-            future = client.submit(compute, block, pure=False)
-            at_work[future.key] = block
+        def submit(job: Job) -> None:
+            future = client.submit(compute, job, pure=False)
+            at_work[future.key] = job
             future.add_done_callback(done.put)
 
-        for block in islice(waiting, _IN_FLIGHT):
-            submit(block)
+        for job in islice(waiting, _IN_FLIGHT):
+            submit(job)
         while at_work:
             try:
                 future = done.get(timeout=_LOOK)
             except Empty:
                 losses.there_are(_workers(client))
                 continue
-            block, deaths = at_work.pop(future.key), _deaths(future)
+            job, deaths = at_work.pop(future.key), _deaths(future, losses)
             if not deaths:
                 losses.computed()
-            elif losses.died(block, deaths):
-                submit(block)
+            elif losses.died(job, deaths):
+                submit(job)
                 continue
-            yield block, not deaths
+            yield job, not deaths
             for following in islice(waiting, 1):
                 submit(following)
 
@@ -69,19 +68,19 @@ def _client_of(scheduler: str) -> Iterator[Any]:
 
 
 def _workers(client: Any) -> int:
-    """How many workers take blocks; none that can be known of where the scheduler does not answer."""
+    """How many workers take jobs; none that can be known of where the scheduler does not answer."""
     try:
         return len(client.sync(client.scheduler.ncores_running, callback_timeout=_ANSWER))
     except OSError:
         return 0
 
 
-def _deaths(future: Any) -> int:
-    """How many workers died with a block before the scheduler gave it up; 0: it is done."""
+def _deaths(future: Any, losses: Losses) -> int:
+    """How many workers died with a job before the scheduler gave it up; 0: it is done."""
     from distributed import KilledWorker
 
     if future.status == "cancelled":
-        raise WorkersLost("The Dask scheduler went away")
+        losses.end("The Dask scheduler went away")
     # The result is in the store: nothing is asked of the worker, which may be dead.
     error = None if future.status == "finished" else future.exception()
     if isinstance(error, KilledWorker):
@@ -93,7 +92,7 @@ def _deaths(future: Any) -> int:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Dask's remarks about its own workings are no news to who waits for a sweep."""
+    """Dask's remarks about its own workings are no news to who waits."""
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     levels = [logger.level for logger in loggers]
     for logger in loggers:
