@@ -64,7 +64,7 @@ def remove_abandoned(folder: Path, name: str = "") -> None:
 
 @contextmanager
 def locked(folder: Path, refusal: str) -> Iterator[None]:
-    """While no other process has this folder: else a ValueError says so. It goes with the process, however that ends."""
+    """While no other process has this folder, else a ValueError; the lock goes with the process, however that ends."""
     opened = os.open(folder, os.O_RDONLY)
     try:
         try:

@@ -10,9 +10,14 @@ import re
 import subprocess
 import sys
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kerrcaustics.films.film import Film
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 """Folder of the checkout, where this package was not installed out of one."""
@@ -63,6 +68,26 @@ class ScriptFolder:
         done = subprocess.run([sys.executable, "-m", "kerrcaustics.scripts", *arguments], check=False)
         if done.returncode:
             raise RuntimeError(f"The {self.word} {name} ended with status {done.returncode}.")
+
+
+@dataclass(frozen=True)
+class ScriptFrames:
+    """The frames of a film's script, for other processes: they load it themselves."""
+
+    scripts: ScriptFolder
+    name: str
+    count: int | None = None
+
+    def __call__(self, number: int) -> Any:
+        """The picture (height, width, 3) of a frame."""
+        return script_film(self.scripts, self.name, self.count).draw(number)
+
+
+@lru_cache(maxsize=1)
+def script_film(scripts: ScriptFolder, name: str, count: int | None = None) -> "Film":
+    """The film of a script, of so many frames, or of as many as it likes."""
+    script = scripts.load(name)
+    return script.film() if count is None else script.film(count)
 
 
 FIGURES = ScriptFolder("figure", CHECKOUT / "figures")

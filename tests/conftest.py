@@ -24,8 +24,9 @@ BEAMS = (
     "rehearsal",
 )
 CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
+FILMS = ("frame_store", "video")
 STARS = ("fold", "level_curves", "newton", "search", "sheets")
-ROOMS = {"spacetime": SPACETIME, "beams": BEAMS, "curves": CURVES, "stars": STARS}
+ROOMS = {"films": FILMS, "spacetime": SPACETIME, "beams": BEAMS, "curves": CURVES, "stars": STARS}
 CHECKED = ["kerrcaustics.draw", *(f"kerrcaustics.{room}.{name}" for room, names in ROOMS.items() for name in names)]
 
 

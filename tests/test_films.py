@@ -13,9 +13,10 @@ from PIL import Image
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.caustic_films import Mapping, caustics_frame
-from kerrcaustics.draw.films import SIZE, Film, frames_folder, write_film
+from kerrcaustics.draw.films import SIZE, Film, write_film
 from kerrcaustics.draw.orbit_films import Orbit
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
+from kerrcaustics.films.film import FramesFailed, frames_folder
 from kerrcaustics.scripts import FILMS
 
 FRAMES = 12
@@ -89,7 +90,7 @@ def test_an_interrupted_film_goes_on(tmp_path):
     assert path.read_bytes() == undisturbed.read_bytes()
 
 
-def test_frames_of_other_settings_are_not_taken(tmp_path):
+def test_frames_of_other_settings_are_not_taken_and_not_thrown_away(tmp_path):
     path, drawn = tmp_path / "bar.gif", []
 
     def broken(number: int) -> np.ndarray:
@@ -97,10 +98,15 @@ def test_frames_of_other_settings_are_not_taken(tmp_path):
             raise RuntimeError
         return np.zeros((48, 96, 3), np.uint8)
 
-    with pytest.raises(RuntimeError):
+    with pytest.raises(FramesFailed, match="1 of 12 frames failed: frame 5: RuntimeError"):
         write_film(path, small_film(broken, {"speed": 1}))
     film = small_film()
-    write_film(path, Film(film.name, film.settings, FRAMES, 25, lambda n: drawn.append(n) or film.draw(n)))
+    counted = Film(film.name, film.settings, FRAMES, 25, lambda n: drawn.append(n) or film.draw(n))
+    kept = sorted(frames_folder(path).iterdir())
+    with pytest.raises(ValueError, match=r"of another film \(speed: 8 here, 1 there\). Restart"):
+        write_film(path, counted)
+    assert drawn == [] and set(kept) - set(frames_folder(path).iterdir()) == {frames_folder(path) / "000005.failed"}
+    write_film(path, counted, restart=True)
     assert drawn == list(range(FRAMES))
 
 

@@ -4,7 +4,6 @@ Nothing here waits for a number of seconds: what is killed is killed after a blo
 that hangs.
 """
 
-import json
 import os
 import random
 import signal
@@ -17,6 +16,7 @@ from pathlib import Path
 import psutil
 import pytest
 from command_line import run
+from killing import GUARD, dask, scheduler, workers_of
 from sweeping import PLAIN, files, opened, written
 
 from kerrcaustics.workers import cluster
@@ -31,8 +31,6 @@ compute = ["geometry", "cusps", "areas", "curves"]
 """
 # What runs the command line: with the physics, and with numbers that cost nothing but the time to kill a process.
 REAL, QUICK = ("-m", "kerrcaustics"), (str(Path(__file__).parent / "quick_sweep.py"),)
-# Seconds after which a sweep hangs, however busy the machine is.
-GUARD = 3000
 
 
 def started(program, path, target, *arguments, **settings):
@@ -49,16 +47,6 @@ def wait_for_more(process, target):
     before = blocks_done(target)
     while process.poll() is None and blocks_done(target) == before:
         time.sleep(0.01)
-
-
-def workers_of(process):
-    """The processes that compute for it; what is dead is none."""
-    found = []
-    with suppress(psutil.NoSuchProcess):
-        for child in psutil.Process(process.pid).children(recursive=True):
-            with suppress(psutil.NoSuchProcess):
-                found += [child] if "spawn_main" in " ".join(child.cmdline()) else []
-    return found
 
 
 def check_finished(process):
@@ -177,33 +165,6 @@ def test_an_interrupt_ends_a_sweep_and_its_workers_in_one_line(tmp_path, undistu
     assert workers and not alive
     check_finished(started(QUICK, path, target))
     assert files(target) == good[QUICK]
-
-
-@contextmanager
-def dask(folder, name, *options):
-    """A scheduler or a worker of a cluster, until it is killed with all its processes."""
-    told = ("--scheduler-file", folder / "scheduler.json", "--no-dashboard")
-    command = [sys.executable, "-m", f"distributed.cli.dask_{name}", *told, *options]
-    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    # Where workers find the tests' own modules.
-    paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
-    process = psutil.Popen(list(map(str, command)), cwd=folder, env={**os.environ, "PYTHONPATH": paths}, **silent)
-    try:
-        yield process
-    finally:
-        for one in (*process.children(recursive=True), process):
-            one.kill()
-        process.wait()
-
-
-@contextmanager
-def scheduler(folder):
-    """The address of a scheduler."""
-    told = folder / "scheduler.json"
-    with dask(folder, "scheduler", "--host", "127.0.0.1", "--port", 0):
-        while not told.exists() or not told.read_text().strip():
-            time.sleep(0.1)
-        yield json.loads(told.read_text())["address"]
 
 
 @pytest.mark.slow

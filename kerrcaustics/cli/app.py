@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from functools import partial
 from importlib.metadata import version
 from typing import NoReturn
 
@@ -24,7 +25,7 @@ class BadInput(ValueError):
 
 def main() -> None:
     """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
-    signal.signal(signal.SIGINT, _interrupted)
+    on_interrupt(1, "nothing was left half-written.")
     try:
         app(sys.argv[1:], exit_on_error=False, print_error=False)
     except cyclopts.CycloptsError as error:
@@ -42,14 +43,19 @@ def one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-def _interrupted(*_: object) -> None:
+def on_interrupt(status: int, line: str) -> None:
+    """From now on Ctrl-C ends the program with this status and line."""
+    signal.signal(signal.SIGINT, partial(_interrupted, status, line))
+
+
+def _interrupted(status: int, line: str, *_: object) -> None:
     """End at once: an exception could be swallowed inside a compiled library."""
     remove_unfinished()
     # A progress bar hides the cursor while it runs.
     show_cursor = "\x1b[?25h\n" if sys.stderr.isatty() else ""
-    sys.stderr.write(f"{show_cursor}kerrcaustics: Interrupted: nothing was left half-written.\n")
+    sys.stderr.write(f"{show_cursor}kerrcaustics: Interrupted: {line}\n")
     sys.stderr.flush()
-    os._exit(1)
+    os._exit(status)
 
 
 def stop(status: int, line: str) -> NoReturn:

@@ -1,42 +1,160 @@
 """The command `film`."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
-from kerrcaustics.cli.app import BadInput, app
+from kerrcaustics.cli.app import BadInput, app, on_interrupt, one_line, stop
 from kerrcaustics.cli.checkout import script_names
-from kerrcaustics.cli.options import WholeNumber
-from kerrcaustics.cli.outputs import check_film, check_outputs
-from kerrcaustics.cli.terminal import console, progress, say
+from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
+from kerrcaustics.cli.outputs import check_film
+from kerrcaustics.cli.terminal import plain_errors, progress, say
+
+if TYPE_CHECKING:
+    from kerrcaustics.films.film import Film, FilmResult
+
+Quality = Literal["draft", "normal", "high"]
 
 
 @app.command
-def film(name: str, /, *, output: Path | None = None, frames: WholeNumber | None = None) -> None:
-    """Make a film of this checkout (a script of its folder figures/films/).
+def film(
+    name: str,
+    /,
+    *,
+    output: Path | None = None,
+    frames: str | None = None,
+    quality: Quality | None = None,
+    workers: WholeNumber | None = None,
+    scheduler: str | None = None,
+    restart: Flag = False,
+    common: CommonOptions = COMMON,
+) -> None:
+    """Make a film of a scene file, or one of this checkout (a script of its folder figures/films/).
 
     It takes minutes. Interrupted and started again, it goes on where it stopped.
 
     Parameters
     ----------
     name
-        Which film, by the name of its script.
+        The scene, a TOML file, or which film of the checkout, by the name of its script.
     output
-        The file, .mp4 (H.264) or .gif; by default NAME.mp4 in this folder.
+        The file, .mp4 (H.264) or .gif; by default in this folder, named like the scene or the script, .mp4.
     frames
-        How many frames, 2 or more; by default as the script says.
+        A:B for a clip of frames A to B - 1 alone; or, for a script, how many frames, 2 or more.
+    quality
+        Of the pictures of a scene: draft, normal or high; by default as the scene says.
+    workers
+        Draw in so many processes of this machine. By default in this one.
+    scheduler
+        Draw on the Dask cluster with this scheduler, such as tcp://host:8786, whose workers see the same files.
+    restart
+        Throw away the frames that are there, and draw all anew.
     """
+    if workers is not None and scheduler is not None:
+        raise BadInput("Arguments --workers and --scheduler: only one of them can be given.")
+    count, only = _frames(frames)
+    path = output or Path(f"{Path(name).stem}.mp4")
+    check_film(path, "--output")
+    common.check({"--output": path})
+    _check_name(name, count, quality)
+    on_interrupt(130, "the frames that are drawn are kept; start again to go on.")
+    with progress(left=True, lines=True) as report:
+        if _is_scene(name):
+            made = _scene_film(Path(name), quality)
+        else:
+            made = _script_film(name, count, workers is not None or scheduler is not None)
+        options = {"frames": only, "workers": workers, "scheduler": scheduler, "restart": restart}
+        result = filmed(path, made, report, **options)
+    _tell(result, common)
+
+
+def filmed(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult":
+    """Make a film; whatever is in the way is one line."""
+    from kerrcaustics.films.film import frames_folder, make_film
+    from kerrcaustics.workers.losses import WorkersLost
+
+    try:
+        with plain_errors():
+            return make_film(path, film, report, **options)
+    except ImportError as error:
+        raise BadInput(one_line(str(error))) from None
+    except WorkersLost as lost:
+        stop(1, str(lost))
+    except OSError as error:
+        kept = f"Frames that are drawn are kept in {frames_folder(path)}; start again to go on."
+        stop(1, f"The film {path} cannot be written: {error.strerror or one_line(str(error))}. {kept}")
+    except BadInput:
+        raise
+    except ValueError as error:
+        raise BadInput(one_line(str(error))) from None
+
+
+def _tell(result: "FilmResult", common: CommonOptions) -> None:
+    from kerrcaustics.results.records import record
+
+    common.write(record(result))
+    if result.output is None:
+        stop(1, result.complaint)
+    out = common.console()
+    say(out, f"{result.frames} frames: {result.reused} drawn before, {result.drawn} now; {result.seconds:.1f} s")
+    say(out, f"Film: {result.output}")
+    if result.folder.exists():
+        say(out, f"Its frames are kept for the whole film in {result.folder}")
+
+
+def _is_scene(name: str) -> bool:
+    return Path(name).suffix.lower() == ".toml"
+
+
+def _frames(frames: str | None) -> tuple[int | None, range | None]:
+    """How many frames, or which."""
+    if frames is None:
+        return None, None
+    clip = re.fullmatch(r"(\d+):(\d+)", frames)
+    if clip and int(clip[1]) < int(clip[2]):
+        return None, range(int(clip[1]), int(clip[2]))
+    if clip or not re.fullmatch(r"-?\d+", frames):
+        raise BadInput(f"Argument --frames must be A:B with A less than B, or a whole number, but is {frames}.")
+    if int(frames) < 2:
+        raise BadInput(f"Argument --frames must be 2 or more, but is {frames}.")
+    return int(frames), None
+
+
+def _check_name(name: str, count: int | None, quality: Quality | None) -> None:
+    """Refuse scenes and scripts that are not there, and what is given for the other kind."""
+    if _is_scene(name):
+        if not Path(name).is_file():
+            raise BadInput(f"Argument NAME must be a scene file or the name of a film, but there is no file {name}.")
+        if count is not None:
+            raise BadInput(f"Argument --frames must be A:B for a scene, which says how many there are, but is {count}.")
+        return
     from kerrcaustics.scripts import FILMS
 
     known = script_names(FILMS, "Films")
     if name not in known:
-        raise BadInput(f"Argument NAME must be one of {', '.join(known)}, but is {name}.")
-    if frames is not None and frames < 2:
-        raise BadInput(f"Argument --frames must be 2 or more, but is {frames}.")
-    path = output or Path(f"{name}.mp4")
-    check_film(path, "--output")
-    check_outputs({"--output": path})
-    from kerrcaustics.draw.films import write_film
+        raise BadInput(f"Argument NAME must be one of {', '.join(known)}, or a scene (.toml), but is {name}.")
+    if quality is not None:
+        raise BadInput(f"Argument --quality must come with a scene (.toml), but {name} is a script.")
 
-    with progress(left=True) as report:
-        script = FILMS.load(name)
-        write_film(path, script.film() if frames is None else script.film(frames), report)
-    say(console(), f"Film: {path}")
+
+def _scene_film(path: Path, quality: Quality | None) -> "Film":
+    from kerrcaustics.films.scene_films import FilmedScene, scene_film
+
+    try:
+        from kerrcaustics.scene_files.reading import read_scene
+
+        scene = read_scene(path)
+        if not isinstance(scene, FilmedScene):
+            raise BadInput(f"Argument NAME must be a scene to be shown, but {path} says what to sweep over.")
+        return scene_film(scene, quality)
+    except (OSError, ValueError, ImportError) as error:
+        raise BadInput(one_line(str(error))) from None
+
+
+def _script_film(name: str, count: int | None, elsewhere: bool) -> "Film":
+    """The film of a script; elsewhere: other processes draw it."""
+    from kerrcaustics.scripts import FILMS, ScriptFrames, script_film
+
+    film = script_film(FILMS, name, count)
+    return replace(film, draw=ScriptFrames(FILMS, name, count)) if elsewhere else film

@@ -2,6 +2,7 @@
 
 import math
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -14,6 +15,9 @@ from kerrcaustics.cli.app import BadInput
 
 if TYPE_CHECKING:
     from kerrcaustics.spacetime.camera import Camera
+
+# Seconds between lines about progress where there is no terminal.
+_PAUSE = 20.0
 
 WIDE = 112
 """Characters a line of tables with directions."""
@@ -68,11 +72,14 @@ def plain_errors() -> Iterator[None]:
 
 
 @contextmanager
-def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, float], None]]:
-    """A progress bar on standard error while it is a terminal, and nothing otherwise; left: with the time left."""
+def progress(prefix: str = "", left: bool = False, lines: bool = False) -> Iterator[Callable[[str, float], None]]:
+    """A progress bar on standard error while it is a terminal; left: with the time left.
+
+    Elsewhere nothing, or a line now and then where `lines` are wanted.
+    """
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda _what, _part: None
+        yield _lines_now_and_then() if lines else lambda _what, _part: None
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -84,3 +91,29 @@ def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, fl
     with Progress(*columns, console=console, transient=True, **settings) as bar:
         task = bar.add_task(f"{prefix}loading and compiling", total=1.0)
         yield lambda what, part: bar.update(task, description=f"{prefix}{what}", completed=part)
+
+
+def _lines_now_and_then() -> Callable[[str, float], None]:
+    """What writes a line on standard error when there was none for a while."""
+    said = time.monotonic()
+    first: tuple[float, float] | None = None
+
+    def report(what: str, part: float) -> None:
+        nonlocal said, first
+        now = time.monotonic()
+        # What was done before says nothing about how long the rest takes.
+        first = first or (now, part)
+        if now - said >= _PAUSE:
+            said = now
+            sys.stderr.write(f"{what}{_left(now - first[0], part - first[1], 1 - part)}\n")
+            sys.stderr.flush()
+
+    return report
+
+
+def _left(seconds: float, done: float, rest: float) -> str:
+    """The time left in words, where so much was done in so many seconds and so much is not."""
+    if done <= 0 or rest <= 0:
+        return ""
+    left = round(seconds * rest / done)
+    return f", {left // 3600}:{left // 60 % 60:02}:{left % 60:02} left"

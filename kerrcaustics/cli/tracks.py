@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from kerrcaustics.cli.app import BadInput, app, stop
-from kerrcaustics.cli.options import COMMON, Angle, CameraOptions, CommonOptions, MaxIndex
+from kerrcaustics.cli.options import COMMON, Angle, CameraOptions, CommonOptions, Flag, MaxIndex
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.terminal import WIDE, place_of, plain_errors, plain_table, progress, say, sure
 
@@ -25,6 +25,7 @@ def tracks(
     max_index: MaxIndex = 2,
     figure: Path | None = None,
     film: Path | None = None,
+    restart: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
     """Follow all images of a star over one orbit of the camera, with the creation and annihilation of pairs.
@@ -40,6 +41,8 @@ def tracks(
     film
         Write a film of the orbit into this file: .mp4 or .gif. It takes minutes; started again after an interruption,
         it goes on where it stopped.
+    restart
+        Throw away frames of an unfinished film that are there, and draw all anew.
     """
     if not 0 <= star_theta <= 180:
         raise BadInput(f"Argument --star-theta must lie in [0, 180] degrees, but is {star_theta:g}.")
@@ -59,7 +62,7 @@ def tracks(
             report("drawing", 0.9)
             _draw(found, figure)
     if film is not None:
-        _write_film(found, film)
+        _write_film(found, film, restart)
     common.write_found(record(found), seconds, None)
     _print_tracks(found, common.console(WIDE))
     if not found.certified:
@@ -73,13 +76,16 @@ def _draw(found: "StarTracks", path: Path) -> None:
     write_figure(tracks_figure(found, caustics(found.camera, found.max_index + 1)), path)
 
 
-def _write_film(found: "StarTracks", path: Path) -> None:
+def _write_film(found: "StarTracks", path: Path, restart: bool) -> None:
+    from kerrcaustics.cli.film import filmed
     from kerrcaustics.curves.caustic import caustics
-    from kerrcaustics.draw.films import write_film
     from kerrcaustics.draw.orbit_films import orbit_film
 
-    with progress(left=True) as report:
-        write_film(path, orbit_film(found, caustics(found.camera, found.max_index + 1)), report)
+    with progress(left=True, lines=True) as report:
+        film = orbit_film(found, caustics(found.camera, found.max_index + 1))
+        made = filmed(path, film, report, restart=restart)
+    if made.output is None:
+        stop(1, made.complaint)
 
 
 def _check_orbit(camera: "Camera") -> None:

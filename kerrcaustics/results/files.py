@@ -35,6 +35,7 @@ HOMES = {
     "scenes.render": "Rendering TracedView",
     "scenes.render_volume": "VolumeRendering",
     "scenes.disk.profile": "LineProfile",
+    "films.film": "FilmResult",
     "sweeps.engine": "SweepResult",
 }
 """What a file can hold: the classes of each module. It is loaded when a file asks for it."""

@@ -1,0 +1,203 @@
+"""Films: frames kept until the film is complete, then written as MP4 (H.264) or GIF.
+
+A film that is interrupted goes on where it stopped: each frame is a file of its own beside the film until then.
+"""
+
+import shutil
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from kerrcaustics.files import remove_abandoned
+from kerrcaustics.films.frame_store import Draw, FrameStore, draw_frame, film_record, open_frames, store_lock
+from kerrcaustics.films.video import check_film_path, write_pictures
+from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.workers.losses import Compute, Finished, Losses
+from kerrcaustics.workers.places import check_place, place
+
+Progress = Callable[[str, float], None]
+
+# Frames that failed, besides the first, that are named in a line.
+_TOLD = 10
+_DIED = "the process that drew it died each time (too little memory?)"
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film that can be drawn frame by frame, in any order.
+
+    Attributes
+    ----------
+    name : str
+        What it shows, in a word.
+    settings : dict
+        All that its frames depend on (numbers and strings): a film is continued only from frames of equal settings.
+    frames : int
+        How many.
+    rate : int
+        Frames per second.
+    draw : callable
+        Frame number, from 0, to a picture (height, width, 3) of bytes; both lengths even. For workers one that can be
+        pickled.
+    """
+
+    name: str
+    settings: dict[str, Any]
+    frames: int
+    rate: int
+    draw: Draw
+
+
+@result("film/1", record="frames drawn reused failed failures seconds output")
+class FilmResult:
+    """What making a film did."""
+
+    output: Path | None = quantity("", "", "the film; None where frames failed, and there is none yet")
+    folder: Path = quantity("", "", "where its frames are kept until it is complete")
+    frames: int = quantity("", "1", "frames that were wanted")
+    drawn: int = quantity("", "1", "how many of them were drawn now")
+    reused: int = quantity("", "1", "how many were there at the start")
+    failures: tuple[str, ...] = quantity("", "", "a line for each frame that failed, with its number and why")
+    seconds: float = quantity("", "s", "time it took")
+
+    @property
+    @derived("", "1")
+    def failed(self) -> int:
+        """How many frames failed."""
+        return len(self.failures)
+
+    @property
+    def complaint(self) -> str:
+        """What failed and how to go on, in one line."""
+        others = [failure.split(":")[0] for failure in self.failures[1:]]
+        more = f" So did {', '.join(others[:_TOLD])}{', ...' if others[_TOLD:] else ''}." if others else ""
+        kept = f"The other {self.drawn + self.reused} are kept in {self.folder}; start again to go on."
+        return f"{self.failed} of {self.frames} frames failed: {self.failures[0]}.{more} {kept}"
+
+
+class FramesFailed(RuntimeError):
+    """Frames of a film could not be drawn; the others are kept."""
+
+
+def write_film(
+    path: str | Path, film: Film, progress: Progress = lambda _what, _part: None, *, restart: bool = False
+) -> Path:
+    """Draw the frames that are not there yet, write the film and return its path.
+
+    Parameters and notes as for `make_film`.
+
+    Raises
+    ------
+    FramesFailed
+        Frames could not be drawn; the others were, and are kept.
+    """
+    made = make_film(path, film, progress, restart=restart)
+    if made.output is None:
+        raise FramesFailed(made.complaint)
+    return made.output
+
+
+def make_film(
+    path: str | Path,
+    film: Film,
+    progress: Progress = lambda _what, _part: None,
+    *,
+    frames: range | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    restart: bool = False,
+) -> FilmResult:
+    """Draw the frames that are not there yet, and write the film where all could be drawn.
+
+    Interrupted at any moment, it is started again and goes on; the film ends up the same to the byte, whoever draws
+    its frames. Errors of the disk end it, and leave the frames that are there.
+
+    Parameters
+    ----------
+    path : str or path
+        Ends in .mp4 (H.264, yuv420p: plays everywhere) or .gif (256 colours a frame, plays for ever).
+    film : Film
+    progress : callable
+        Called with what is being done, and which part of all frames is done.
+    frames : range
+        A clip: these frames alone.
+    workers : int
+        So many processes of this machine, of one core each; None, this process.
+    scheduler : str
+        Instead: address of a Dask scheduler whose workers see the same file system, such as "tcp://host:8786".
+    restart : bool
+        Frames that are there already are thrown away.
+
+    Returns
+    -------
+    FilmResult
+        Among others a line for each frame that failed. It costs no other, and is tried again by the next call.
+
+    Raises
+    ------
+    kerrcaustics.workers.losses.WorkersLost
+        Workers died again and again, or there were none. The frames that were drawn are kept.
+
+    Notes
+    -----
+    Frames wait in a hidden folder beside the film, which goes when the whole film is complete. Those of a film with
+    other settings are refused, with a ValueError that says what differs.
+    """
+    path, began = Path(path), time.perf_counter()
+    check_place(workers, scheduler)
+    check_film_path(path)
+    wanted = range(film.frames) if frames is None else frames
+    if not wanted or wanted[0] < 0 or wanted[-1] >= film.frames:
+        clip = f"{wanted.start}:{wanted.stop}"
+        raise ValueError(f"Argument `frames` must lie within 0:{film.frames}, which are all, but is {clip}.")
+    folder = frames_folder(path)
+    with store_lock(folder):
+        store = open_frames(folder, film_record(film.name, film.frames, film.settings), restart)
+        remove_abandoned(path.resolve().parent, path.resolve().name)
+        missing = [number for number in wanted if not store.has(number)]
+        _draw(store, film.draw, missing, len(wanted), place(workers, scheduler, _one_by_one), progress)
+        reasons = {number: store.failure(number) for number in missing}
+        failures = tuple(f"frame {number}: {reason}" for number, reason in reasons.items() if reason)
+        if not failures:
+            progress("writing the film", 1.0)
+            write_pictures(path, map(store.read, wanted), film.rate)
+            if len(wanted) == film.frames:
+                shutil.rmtree(folder)
+    reused, drawn = len(wanted) - len(missing), len(missing) - len(failures)
+    output = None if failures else path
+    return FilmResult(output, folder, len(wanted), drawn, reused, failures, time.perf_counter() - began)
+
+
+def _draw(store: FrameStore, draw: Draw, missing: list[int], total: int, run: Any, progress: Progress) -> None:
+    """Draw what is missing of so many frames, or keep why it cannot be drawn."""
+    done = total - len(missing)
+
+    def tell(more: str = "") -> None:
+        progress(f"{done} of {total} frames{more}", done / total)
+
+    tell()
+    if not missing:
+        return
+    compute = partial(draw_frame, str(store.folder.absolute()), store.mark, draw)
+    losses = Losses(lambda what: tell(f", {what}"), "film")
+    with closing(run(compute, missing, losses)) as finished:
+        for number, known in finished:
+            if not known:
+                store.fail(number, _DIED)
+            done += 1
+            tell()
+
+
+def _one_by_one(compute: Compute, numbers: list[int], _losses: Losses) -> Finished:
+    for number in numbers:
+        compute(number)
+        yield number, True
+
+
+def frames_folder(path: Path) -> Path:
+    """Where the frames of an unfinished film are kept."""
+    return path.with_name(f".{path.name}.frames")

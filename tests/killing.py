@@ -1,0 +1,51 @@
+"""What tests share that kill processes, and that start clusters."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import psutil
+
+# Seconds after which a program hangs, however busy the machine is.
+GUARD = 3000
+
+
+def workers_of(process):
+    """The processes that compute for it; what is dead is none."""
+    found = []
+    with suppress(psutil.NoSuchProcess):
+        for child in psutil.Process(process.pid).children(recursive=True):
+            with suppress(psutil.NoSuchProcess):
+                found += [child] if "spawn_main" in " ".join(child.cmdline()) else []
+    return found
+
+
+@contextmanager
+def dask(folder, name, *options):
+    """A scheduler or a worker of a cluster, until it is killed with all its processes."""
+    told = ("--scheduler-file", folder / "scheduler.json", "--no-dashboard")
+    command = [sys.executable, "-m", f"distributed.cli.dask_{name}", *told, *options]
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    # Where workers find the tests' own modules.
+    paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    process = psutil.Popen(list(map(str, command)), cwd=folder, env={**os.environ, "PYTHONPATH": paths}, **silent)
+    try:
+        yield process
+    finally:
+        for one in (*process.children(recursive=True), process):
+            one.kill()
+        process.wait()
+
+
+@contextmanager
+def scheduler(folder):
+    """The address of a scheduler."""
+    told = folder / "scheduler.json"
+    with dask(folder, "scheduler", "--host", "127.0.0.1", "--port", 0):
+        while not told.exists() or not told.read_text().strip():
+            time.sleep(0.1)
+        yield json.loads(told.read_text())["address"]
