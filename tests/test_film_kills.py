@@ -109,8 +109,9 @@ def test_workers_that_are_killed_change_nothing(tmp_path, scene, good):
     for _ in range(10):
         wait_for_more(process, target)
         time.sleep(chance.uniform(0, 0.1))
-        while not (workers := workers_of(process)):
+        while process.poll() is None and not (workers := workers_of(process)):
             time.sleep(0.01)
+        assert process.poll() is None, process.communicate()
         with suppress(psutil.NoSuchProcess):
             chance.choice(workers).kill()
     assert frames_done(target) < FRAMES

@@ -193,8 +193,9 @@ def test_command_makes_a_film(tmp_path, scripts_at, capsys):
     status, out, err = run(capsys, "film", "grey", "--output", path)
     assert (status, err) == (0, "") and str(path) in out
     assert [int(frame.mean()) for frame in decoded(path)] == [60, 80, 100, 120, 140]
-    assert run(capsys, "film", "grey", "--frames", 3, "--output", path)[0] == 0
-    assert len(decoded(path)) == 3
+    # Its frames are drawn by another process, which loads the script itself.
+    assert run(capsys, "film", "grey", "--frames", 3, "--workers", 1, "--output", path)[0] == 0
+    assert [int(frame.mean()) for frame in decoded(path)] == [60, 80, 100]
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,19 @@ from pathlib import Path
 from typing import Any
 
 from kerrcaustics.files import remove_abandoned
-from kerrcaustics.films.frame_store import Draw, FrameStore, draw_frame, film_record, open_frames, store_lock
+from kerrcaustics.films.frame_store import (
+    Draw,
+    FrameStore,
+    draw_frame,
+    draw_frame_again,
+    film_record,
+    open_frames,
+    store_lock,
+)
 from kerrcaustics.films.video import check_film_path, write_pictures
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.workers.losses import Compute, Finished, Losses
-from kerrcaustics.workers.places import check_place, place
+from kerrcaustics.workers.places import Run, check_place, place
 
 Progress = Callable[[str, float], None]
 
@@ -159,7 +167,9 @@ def make_film(
         store = open_frames(folder, film_record(film.name, film.frames, film.settings), restart)
         remove_abandoned(path.resolve().parent, path.resolve().name)
         missing = [number for number in wanted if not store.has(number)]
-        _draw(store, film.draw, missing, len(wanted), place(workers, scheduler, _one_by_one), progress)
+        draw = draw_frame if scheduler is None else draw_frame_again
+        job = partial(draw, str(folder.absolute()), store.mark, film.draw)
+        _draw(store, job, missing, len(wanted), place(workers, scheduler, _one_by_one), progress)
         reasons = {number: store.failure(number) for number in missing}
         failures = tuple(f"frame {number}: {reason}" for number, reason in reasons.items() if reason)
         if not failures:
@@ -172,7 +182,7 @@ def make_film(
     return FilmResult(output, folder, len(wanted), drawn, reused, failures, time.perf_counter() - began)
 
 
-def _draw(store: FrameStore, draw: Draw, missing: list[int], total: int, run: Any, progress: Progress) -> None:
+def _draw(store: FrameStore, job: Compute, missing: list[int], total: int, run: Run, progress: Progress) -> None:
     """Draw what is missing of so many frames, or keep why it cannot be drawn."""
     done = total - len(missing)
 
@@ -182,9 +192,8 @@ def _draw(store: FrameStore, draw: Draw, missing: list[int], total: int, run: An
     tell()
     if not missing:
         return
-    compute = partial(draw_frame, str(store.folder.absolute()), store.mark, draw)
     losses = Losses(lambda what: tell(f", {what}"), "film")
-    with closing(run(compute, missing, losses)) as finished:
+    with closing(run(job, missing, losses)) as finished:
         for number, known in finished:
             if not known:
                 store.fail(number, _DIED)

@@ -30,6 +30,8 @@ _SAYS = "film.json"
 _OF = "kerrcaustics"
 # Differences that are told, and how much of each value.
 _TOLD, _LONGEST = 3, 40
+# What drew the last frame for `draw_frame_again`, by the mark of its film.
+_LAST: dict[str, Draw] = {}
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,15 @@ def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
         store.fail(number, f"{type(error).__name__}: {' '.join(str(error).split())}")
         return
     store.write(number, picture)
+
+
+def draw_frame_again(folder: str, mark: str, draw: Draw, number: int) -> None:
+    """The same, where `draw` arrives anew with each frame: what it has found out for one film is kept for the next."""
+    kept = _LAST.get(mark)
+    if kept is None:
+        _LAST.clear()
+        _LAST[mark] = kept = draw
+    draw_frame(folder, mark, kept, number)
 
 
 def write_frame(path: Path, picture: Array, says: dict[str, str] | None = None) -> None:
