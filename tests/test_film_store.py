@@ -151,7 +151,10 @@ def test_another_version_draws_into_another_store(path, monkeypatch):
 
 
 def test_a_clip_shares_its_frames_with_the_film(path, whole):
+    frames_folder(path).mkdir()
+    (frames_folder(path) / ".000004.png.x.part").write_bytes(b"half")
     result, drawn = gone_on(path, frames=range(4, 7))
+    assert sorted(file.name for file in frames_folder(path).iterdir())[0] == "000004.png"
     assert drawn == [4, 5, 6] and (result.frames, result.drawn) == (3, 3) and path.read_bytes() != whole
     result, drawn = gone_on(path)
     assert drawn == [0, 1, 2, 3, *range(7, 12)] and path.read_bytes() == whole
