@@ -17,6 +17,8 @@ from .results.files import (
     save_caustics as save_caustics,
 )
 from .results.records import record as record
+from .scene_files.reading import read_scene as read_scene
+from .scene_files.scene_file import SceneFile as SceneFile
 from .scenes.catalogue import (
     StarCatalogue as StarCatalogue,
     hipparcos as hipparcos,
@@ -57,6 +59,5 @@ from .stars.images import StarImages as StarImages, star_images as star_images
 from .stars.lines import crossings_of_line as crossings_of_line
 from .stars.tracks import StarTracks as StarTracks, star_tracks as star_tracks
 from .sweeps.engine import sweep as sweep
-from .sweeps.scene import read_scene as read_scene
 
 __version__: str

@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 STAGES = [
     "files",
     "workers",
+    "toml_files",
     "results",
     "films",
     "spacetime",

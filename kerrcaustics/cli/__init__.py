@@ -6,6 +6,8 @@ from kerrcaustics.cli import (
     figures as figures,
     film as film,
     images as images,
+    render as render,
+    scene as scene,
     study as study,
     sweep as sweep,
     tracks as tracks,

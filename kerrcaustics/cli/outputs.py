@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FIGURE_ENDINGS = (".png", ".pdf", ".svg")
+_PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".exr")
 _FILM_ENDINGS = (".mp4", ".gif")
 
 
@@ -46,6 +47,15 @@ def check_ending(figure: Path | None) -> None:
     """Refuse pictures of other formats."""
     if figure is not None and figure.suffix.lower() not in _FIGURE_ENDINGS:
         raise BadInput(f"Argument --figure must end in {', '.join(_FIGURE_ENDINGS)}, but is {figure}.")
+
+
+def check_picture(output: Path) -> None:
+    """Refuse rendered pictures of other formats, or that cannot be written here."""
+    ending = output.suffix.lower()
+    if ending not in _PICTURE_ENDINGS:
+        raise BadInput(f"Argument --output must end in {', '.join(_PICTURE_ENDINGS)}, but is {output}.")
+    if ending == ".exr" and find_spec("OpenEXR") is None:
+        raise BadInput('Argument --output: .exr needs the package OpenEXR (pip install "kerrcaustics[exr]").')
 
 
 def check_film(film: Path | None, argument: str = "--film") -> None:

@@ -1,6 +1,8 @@
 """Pictures of the sky seen through the hole: as files, and on axes with the critical curves."""
 
 import os
+import shutil
+import tempfile
 from typing import Any
 
 import numpy as np
@@ -33,6 +35,23 @@ def save_picture(path: str | os.PathLike[str], picture: Array) -> None:
         raise ValueError("Argument `picture` must be an array (height, width, 3) of uint8.")
     with writing(path) as file:
         Image.fromarray(picture).save(file, endings[ending])
+
+
+def save_light(path: str | os.PathLike[str], light: Array) -> None:
+    """Write linear light (height, width, 3) as an OpenEXR file, single precision; needs the package of that name."""
+    if os.path.splitext(os.fspath(path))[1].lower() != ".exr":
+        raise ValueError(f"Argument `path` must end in .exr, but is {os.fspath(path)!r}.")
+    try:
+        import OpenEXR
+    except ImportError:
+        raise ImportError('OpenEXR pictures need the package OpenEXR: pip install "kerrcaustics[exr]"') from None
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    # The library writes to names alone.
+    with tempfile.TemporaryDirectory() as folder, writing(path) as file:
+        whole = os.path.join(folder, "light.exr")
+        OpenEXR.File(header, {"RGB": np.ascontiguousarray(light, np.float32)}).write(whole)
+        with open(whole, "rb") as made:
+            shutil.copyfileobj(made, file)
 
 
 def show_picture(ax: Axes, view: View, picture: UInt8[Array, "height width 3"]) -> Axes:

@@ -2,6 +2,5 @@
 
 from importlib.util import find_spec
 
-for _name in ("msgspec", "zarr"):
-    if find_spec(_name) is None:
-        raise ImportError(f'Sweeps need the package {_name}: pip install "kerrcaustics[sweep]"', name=_name)
+if find_spec("zarr") is None:
+    raise ImportError('Sweeps need the package zarr: pip install "kerrcaustics[sweep]"', name="zarr")

@@ -10,6 +10,8 @@ import msgspec
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.toml_files import as_struct, read_toml
+
 Array = np.ndarray
 Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
 Velocity = Literal["circular", "fiducial", "static"]
@@ -83,13 +85,7 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 def read_scene(path: str | Path) -> Scene:
     """The scene in a TOML file; a ValueError of one line names what is wrong and where."""
-    path = Path(path)
-    try:
-        return checked(msgspec.toml.decode(path.read_bytes(), type=Scene), str(path))
-    except OSError as error:
-        raise ValueError(f"Argument SCENE must name a file that can be read: {path}: {error.strerror}.") from None
-    except (msgspec.ValidationError, msgspec.DecodeError) as error:
-        raise ValueError(f"Scene {path}: {_plainly(str(error))}.") from None
+    return checked(as_struct(read_toml(path), Scene, path, _WORDS), str(path))
 
 
 def from_record(record: dict[str, Any]) -> Scene:
@@ -105,22 +101,6 @@ def differences(scene: Scene, other: Scene) -> list[str]:
         for name in first
         if first[name] != second[name] and name != "title"
     ]
-
-
-def _plainly(message: str) -> str:
-    """What msgspec complains about, the path first: "spin.count: expected `int`, got `str`"."""
-    what, _, path = message.partition(" - at `$")
-    what = what[:1].lower() + what[1:]
-    for theirs, ours in (
-        ("object contains unknown field", "unknown key"),
-        ("object missing required field", "missing key"),
-        ("object", "table"),
-    ):
-        what = what.replace(theirs, ours)
-    place = path.rstrip("`").lstrip(".")
-    if what.startswith("invalid enum value"):
-        what += f", expected {' or '.join(_WORDS[place.rpartition('.')[2].partition('[')[0]])}"
-    return f"{place}: {what}" if place else what
 
 
 def checked(scene: Scene, name: str) -> Scene:

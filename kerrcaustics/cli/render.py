@@ -1,0 +1,126 @@
+"""The command `render`."""
+
+import math
+from pathlib import Path
+from time import perf_counter as clock
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import cyclopts
+
+from kerrcaustics.cli.app import BadInput, app, one_line, stop
+from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
+from kerrcaustics.cli.outputs import check_picture
+from kerrcaustics.cli.terminal import place_of, progress, say
+
+if TYPE_CHECKING:
+    from kerrcaustics.scene_files.scene_file import SceneFile
+    from kerrcaustics.scenes.render import Rendering
+
+# Pixels across a preview.
+_PREVIEW = 320
+
+
+@app.command
+def render(
+    scene: Path,
+    /,
+    *,
+    output: Path | None = None,
+    frame: WholeNumber = 0,
+    quality: Literal["draft", "normal", "high"] | None = None,
+    preview: Flag = False,
+    changes: Annotated[list[str] | None, cyclopts.Parameter(name="--set", negative=())] = None,
+    common: CommonOptions = COMMON,
+) -> None:
+    """Render a scene file: hole, camera, sky, disk and light as one picture, or one frame of a film.
+
+    Parameters
+    ----------
+    scene
+        The scene, a TOML file: see docs/scene_files.md; `kerrcaustics scene --template disk` prints one.
+    output
+        The picture: .png, .jpg, or .exr with linear light; by default in this folder, named like the scene.
+    frame
+        Which frame, from 0 on.
+    quality
+        How well; by default as the scene says.
+    preview
+        A small picture, 320 pixels wide, as a draft.
+    changes
+        Set an entry otherwise than the file does, as --set camera.radius=5; may be repeated.
+    """
+    path = output or Path(f"{scene.stem}.png")
+    check_picture(path)
+    common.check({"--output": path})
+    if scene.absolute() == path.absolute():
+        raise BadInput(f"Argument --output must name another file than the scene, but both are {path}.")
+    began = clock()
+    with progress() as report:
+        read = _read(scene, changes or [])
+        if not 0 <= frame < read.frames:
+            raise BadInput(f"Argument --frame must be a whole number from 0 to {read.frames - 1}, but is {frame}.")
+        report("tracing and lighting", 0.1)
+        wanted = quality or ("draft" if preview else read.quality)
+        rendering = _written(read, frame, wanted, preview, path, report)
+    entry = {
+        "schema": "kerrcaustics/render/1",
+        "scene": str(scene),
+        "frame": frame,
+        "time": read.moment(frame),
+        "spin": rendering.camera.spin,
+        "radius": rendering.camera.radius,
+        "inclination_deg": math.degrees(rendering.camera.inclination),
+        "velocity": list(rendering.camera.fido_velocity()),
+        "size": [rendering.view.width, rendering.view.height],
+        "quality": wanted,
+        "beams": rendering.beams,
+        "seconds": clock() - began,
+        "output": str(path),
+    }
+    common.write(entry)
+    out = common.console()
+    say(out, f"{_where(rendering)}, t = {entry['time']:.6g}")
+    size = f"{rendering.view.width} x {rendering.view.height} pixels"
+    say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
+    say(out, f"Picture: {path}")
+
+
+def _where(rendering: "Rendering") -> str:
+    """The camera, in words; a velocity in three numbers by its size."""
+    velocity = rendering.camera.velocity
+    words = place_of(rendering.camera)
+    if isinstance(velocity, str):
+        return words
+    return words.replace(f"{velocity} camera", f"a camera with {math.hypot(*velocity or ()):.6g} of the speed of light")
+
+
+def _read(scene: Path, changes: list[str]) -> "SceneFile":
+    from kerrcaustics.scene_files.scene_file import SceneFile
+
+    try:
+        return SceneFile.read(scene, changes)
+    except ImportError as error:
+        raise BadInput(one_line(str(error))) from None
+    except ValueError as error:
+        raise BadInput(one_line(str(error))) from None
+
+
+def _written(
+    scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path, report: Any
+) -> "Rendering":
+    """Render a frame and write its picture."""
+    from kerrcaustics.draw.scenes import save_light, save_picture
+
+    scale = min(_PREVIEW / scene.size[0], 1.0) if preview else 1.0
+    try:
+        rendering = scene.rendering(frame, quality=quality, scale=scale)
+        report("flare, tones and lines", 0.9)
+        if path.suffix.lower() == ".exr":
+            save_light(path, scene.light(rendering, scale))
+        else:
+            save_picture(path, scene.developed(frame, rendering, scale))
+    except ValueError as error:
+        raise BadInput(one_line(str(error))) from None
+    except OSError as error:
+        stop(1, f"The picture {path} cannot be written: {error.strerror or one_line(str(error))}.")
+    return rendering

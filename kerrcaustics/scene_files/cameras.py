@@ -1,0 +1,168 @@
+"""The way of a scene's camera, from the tables that describe it."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from kerrcaustics.scene_files.complaints import SceneError, about, refuse
+from kerrcaustics.scene_files.contents import (
+    Contents,
+    CsvTable,
+    ExpressionsTable,
+    GeodesicTable,
+    KeyframesTable,
+    Varied,
+)
+from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
+from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
+from kerrcaustics.scene_files.motion import (
+    PLACE_NAMES,
+    Formulated,
+    Motion,
+    Place,
+    Splined,
+    Staying,
+    fido_velocity,
+    phi_rate,
+    read_places,
+)
+from kerrcaustics.spacetime.camera import Camera, Velocity
+
+# Conservation of E, L_z and Q along a geodesic, below which its integration is good.
+_GOOD = 1e-8
+
+
+@dataclass(frozen=True)
+class Way:
+    """The camera of a scene at every time: its motion, its velocity (None: that of the motion), and all formulas."""
+
+    spin: float
+    motion: Motion
+    velocity: Velocity | None
+    formulas: dict[str, Formula]
+
+    def camera(self, time: float) -> tuple[Camera, Place]:
+        """The camera at a time, and where it is."""
+        low, high = self.motion.span
+        if not low <= time <= high:
+            refuse("camera.path", f"reach to the time {time:.12g}", f"from {low:.12g} to {high:.12g}")
+        place = self.motion.place(time)
+        if not 0 <= place.theta <= math.pi:
+            refuse("camera.path", "keep the inclination in [0, 180] degrees", f"{math.degrees(place.theta):g} at {time:g}")
+        try:
+            velocity = self.velocity or fido_velocity(self.spin, _outside(self.spin, place))
+            if not isinstance(velocity, str) and math.hypot(*velocity) >= 1:
+                velocity_word = f"{math.hypot(*velocity):.4g} at t = {time:g} (give camera.velocity to look from another)"
+                refuse("camera.path", "move slower than light", velocity_word)
+            return Camera(self.spin, place.radius, place.theta, velocity), place
+        except SceneError:
+            raise
+        except ValueError as error:
+            raise SceneError(f"camera.path at t = {time:g}: {_as_text(error)}") from None
+
+    def at(self, time: float) -> Moment:
+        """The values of all names at a time."""
+        return Moment(time, self.formulas, self.motion.place(time).named())
+
+
+def _outside(spin: float, place: Place) -> Place:
+    """The place, which a Camera refuses in words where it is none outside the horizon."""
+    Camera(spin, place.radius, place.theta, "fiducial")
+    return place
+
+
+def _as_text(error: Exception) -> str:
+    return str(error).replace("Argument ", "", 1).replace("`", "")
+
+
+def way_of(contents: Contents, folder: Path, span: tuple[float, float] | None) -> Way:
+    """The way of the camera. span: of the film, over which a geodesic is followed; None, the camera's own."""
+    formulas = _definitions(contents)
+    table, spin = contents.camera, contents.hole.spin
+    velocity = None if table.velocity == "path" else table.velocity
+    if table.path is None:
+        motion, velocity = _staying(contents)
+        return Way(spin, motion, velocity, formulas)
+    match table.path:
+        case KeyframesTable(keyframes=keys):
+            rows = np.array([[key.time, key.radius, key.inclination_deg, key.azimuth_deg] for key in keys])
+            motion = _splined(rows.reshape(-1, 4), "camera.path.keyframes")
+        case CsvTable(file=name):
+            motion = _of_file(folder / name)
+        case ExpressionsTable() as path:
+            formulas |= {name: formula(f"camera.path.{name}", getattr(path, name)) for name in PLACE_NAMES}
+            check_names((), formulas, ())
+            motion = Formulated(formulas)
+        case GeodesicTable() as path:
+            motion = _falling(spin, path, span or (path.time, path.time))
+    return Way(spin, motion, velocity, formulas)
+
+
+def varied(entry: str, value: Varied, way: Way) -> "Formula | Splined":
+    """What gives a value that may change with time: a formula, or a spline of one column."""
+    if isinstance(value, tuple):
+        rows = np.array([[key.time, key.value, 0.0, 0.0] for key in value]).reshape(-1, 4)
+        return _splined(rows, entry)
+    found = formula(entry, value)
+    check_names((found,), way.formulas, PLACE_NAMES)
+    return found
+
+
+def value_at(given: "Formula | Splined", moment: Moment) -> float:
+    """What `varied` gives at a time; before the first of its values and after the last one, these."""
+    if isinstance(given, Splined):
+        return given.place(min(max(moment.time, given.span[0]), given.span[1])).radius
+    return moment.of(given).value
+
+
+def _definitions(contents: Contents) -> dict[str, Formula]:
+    for name in contents.definitions:
+        if not name.isidentifier() or name in RESERVED or name in PLACE_NAMES:
+            refuse("definitions", "have names that are not taken, of letters, digits and _", name)
+    found = {name: formula(f"definitions.{name}", text) for name, text in contents.definitions.items()}
+    check_names((), found, PLACE_NAMES)
+    return found
+
+
+def _staying(contents: Contents) -> tuple[Staying, Velocity]:
+    """A camera without a path goes round as its velocity says."""
+    table, spin = contents.camera, contents.hole.spin
+    theta = math.radians(90.0 if table.inclination_deg is None else table.inclination_deg)
+    with about("camera", spin="hole.spin"):
+        camera = Camera(spin, table.radius or 0.0, theta, table.velocity)
+        rate = phi_rate(spin, camera.radius, theta, camera.fido_velocity()[2])
+    # What is static stays to the last digit.
+    rate = 0.0 if camera.velocity == "static" else rate
+    start = Place(camera.radius, theta, math.radians(table.azimuth_deg or 0.0), 0.0, 0.0, rate)
+    return Staying(start), camera.velocity or "fiducial"
+
+
+def _splined(rows: np.ndarray, entry: str) -> Splined:
+    if len(rows) < 2:
+        refuse(entry, "hold two times or more", f"a list of {len(rows)}")
+    for i in np.flatnonzero(np.diff(rows[:, 0]) <= 0).tolist():
+        refuse(f"{entry}[{i + 1}].time", f"be later than that before it ({rows[i, 0]:g})", float(rows[i + 1, 0]))
+    return Splined.through(rows)
+
+
+def _of_file(path: Path) -> Splined:
+    try:
+        rows = read_places(path)
+    except ValueError as error:
+        raise SceneError(f"camera.path.file {error}.") from None
+    return _splined(rows, "camera.path.file")
+
+
+def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Motion:
+    theta = math.radians(path.inclination_deg)
+    with about("camera.path", spin="hole.spin"):
+        velocity = path.velocity
+        if velocity == "circular":
+            velocity = circular_velocity(spin, path.radius, theta, math.radians(path.heading_deg))
+        camera = Camera(spin, path.radius, theta, velocity)
+    found = free_fall(camera, math.radians(path.azimuth_deg), path.time, span)
+    if not found.error < _GOOD:
+        refuse("camera.path", f"be followed with E, L_z and Q kept to {_GOOD:g}", found.error)
+    return found

@@ -1,0 +1,275 @@
+"""What a scene file may say: its tables and keys, as structs. docs/scene_files.md tells what each of them means."""
+
+from typing import Literal
+
+import msgspec
+
+from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR
+from kerrcaustics.scenes.colour import DAYLIGHT
+
+Velocity = str | tuple[float, float, float]
+Quality = Literal["draft", "normal", "high"]
+Motion = Literal["circular", "retrograde", "static", "plunging"]
+ProjectionName = Literal["pinhole", "fisheye", "equirectangular"]
+
+
+class _Table(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """A table of a scene file."""
+
+
+class HoleTable(_Table, kw_only=True):
+    """The hole."""
+
+    spin: float
+
+
+class ValueAt(_Table, kw_only=True):
+    """One value of what changes with time."""
+
+    time: float
+    value: float
+
+
+Varied = float | str | tuple[ValueAt, ...]
+"""A number, an expression of t, or values at times, which a spline joins."""
+
+
+class PlaceAt(_Table, kw_only=True):
+    """Where the camera is at a time."""
+
+    time: float
+    radius: float
+    inclination_deg: float = 90.0
+    azimuth_deg: float = 0.0
+
+
+class KeyframesTable(_Table, kw_only=True, tag="keyframes", tag_field="kind"):
+    """A path through places at times."""
+
+    keyframes: tuple[PlaceAt, ...]
+
+
+class ExpressionsTable(_Table, kw_only=True, tag="expressions", tag_field="kind"):
+    """A path by expressions of the time t."""
+
+    radius: float | str
+    inclination_deg: float | str = 90.0
+    azimuth_deg: float | str = 0.0
+
+
+class GeodesicTable(_Table, kw_only=True, tag="geodesic", tag_field="kind"):
+    """A path in free fall, from a place and a velocity."""
+
+    radius: float
+    inclination_deg: float = 90.0
+    azimuth_deg: float = 0.0
+    velocity: Velocity = "circular"
+    heading_deg: float = 0.0
+    time: float = 0.0
+
+
+class CsvTable(_Table, kw_only=True, tag="csv", tag_field="kind"):
+    """A path through the places of a CSV file."""
+
+    file: str
+
+
+PathTable = KeyframesTable | ExpressionsTable | GeodesicTable | CsvTable
+
+
+class CameraTable(_Table, kw_only=True):
+    """The camera: at a radius, or on a path."""
+
+    radius: float | None = None
+    inclination_deg: float | None = None
+    azimuth_deg: float | None = None
+    velocity: Velocity | None = None
+    path: PathTable | None = None
+
+
+class ViewTable(_Table, kw_only=True):
+    """The picture, and where the camera looks."""
+
+    width: int = 1280
+    height: int = 720
+    field_of_view_deg: Varied = 90.0
+    projection: ProjectionName = "pinhole"
+    look: Velocity = "hole"
+    tilt_deg: Varied = 0.0
+    yaw_deg: Varied = 0.0
+    pitch_deg: Varied = 0.0
+
+
+class NoSky(_Table, kw_only=True, tag="none", tag_field="kind"):
+    """A black sky."""
+
+
+class StarsTable(_Table, kw_only=True, tag="stars", tag_field="kind"):
+    """Stars and the galactic band; the catalogue of the package, with that of a Tycho-2 file where one is named."""
+
+    band: float = 1.0
+    white: float = DAYLIGHT
+    galaxy_tilt_deg: float = 25.0
+    galaxy_node_deg: float = -60.0
+    galaxy_centre_deg: float = 60.0
+    tycho2: str | None = None
+
+
+class CheckerboardTable(_Table, kw_only=True, tag="checkerboard", tag_field="kind"):
+    """Paint swatches."""
+
+    rows: int = 15
+    columns: int = 30
+    gap: float = 0.16
+    colours: tuple[str, ...] = COLOURS
+    gap_colour: str = GAP_COLOUR
+
+
+class PanoramaTable(_Table, kw_only=True, tag="panorama", tag_field="kind"):
+    """A picture of the whole sky."""
+
+    file: str
+
+
+SkyTable = NoSky | StarsTable | CheckerboardTable | PanoramaTable
+
+
+class BlackBodyTable(_Table, kw_only=True, tag="black-body", tag_field="kind"):
+    """One temperature, kelvin."""
+
+    peak: float
+
+
+class PowerLawTable(_Table, kw_only=True, tag="power-law", tag_field="kind"):
+    """A temperature that falls with the radius."""
+
+    peak: float
+    exponent: float = 0.75
+    at: float = 10.0
+
+
+class PageThorneTable(_Table, kw_only=True, tag="page-thorne", tag_field="kind"):
+    """Steady accretion."""
+
+    peak: float
+
+
+class SwatchesTable(_Table, kw_only=True, tag="swatches", tag_field="kind"):
+    """Paint."""
+
+    rows: int = 5
+    columns: int = 40
+    gap: float = 0.16
+    colours: tuple[str, ...] = COLOURS
+    gap_colour: str = GAP_COLOUR
+
+
+class TextureTable(_Table, kw_only=True, tag="texture", tag_field="kind"):
+    """A picture."""
+
+    file: str
+
+
+class SpotsTable(_Table, kw_only=True, tag="spots", tag_field="kind"):
+    """Hot spots at random places between the rims, their temperatures between two."""
+
+    number: int
+    temperature: tuple[float, float] = (4000.0, 10000.0)
+    size: float = 0.1
+    streak: float = 0.0
+    seed: int = 0
+
+
+class WispsTable(_Table, kw_only=True, tag="wisps", tag_field="kind"):
+    """Gas of one temperature, kelvin, and uneven depth."""
+
+    peak: float
+    depth: float = 1.0
+    contrast: float = 1.0
+    seed: int = 0
+
+
+EmissionTable = (
+    BlackBodyTable | PowerLawTable | PageThorneTable | SwatchesTable | TextureTable | SpotsTable | WispsTable
+)
+
+
+class DiskTable(_Table, kw_only=True):
+    """The disk; opacity and slant left out are 1 and true, and what wisps ask for with these."""
+
+    inner: float
+    outer: float
+    emission: EmissionTable
+    opacity: float | None = None
+    slant: bool | None = None
+    motion: Motion = "circular"
+    brightness: float = 1.0
+
+
+class FlareTable(_Table, kw_only=True):
+    """One halo of the lens, widths in pixels of the whole picture, or a point spread function from a file."""
+
+    share: float | None = None
+    width: float | None = None
+    falloff: float = 3.0
+    file: str | None = None
+
+
+class LightTable(_Table, kw_only=True):
+    """Physics of the light, and how it becomes a picture."""
+
+    exposure: Varied = 1.0
+    curve: Literal["linear", "asinh"] = "linear"
+    softening: float = 30.0
+    beaming: bool = False
+    colour_shift: bool = False
+    delay: bool = False
+    flare: tuple[FlareTable, ...] = ()
+
+
+class FilmTable(_Table, kw_only=True):
+    """How many frames, and when."""
+
+    frames: int | None = None
+    duration: float | None = None
+    rate: int = 24
+    start: float | None = None
+    end: float | None = None
+    shutter_deg: float = 0.0
+
+
+class OverlaysTable(_Table, kw_only=True):
+    """What is drawn onto the picture."""
+
+    critical_curves: int = 0
+    tracks: tuple[float, ...] = ()
+    labels: bool = False
+    caption: str = ""
+
+
+class Contents(_Table, kw_only=True):
+    """All of a scene file."""
+
+    hole: HoleTable
+    camera: CameraTable
+    title: str = ""
+    quality: Quality = "normal"
+    definitions: dict[str, float | str] = {}
+    view: ViewTable = ViewTable()
+    sky: SkyTable = NoSky()
+    disk: DiskTable | None = None
+    light: LightTable = LightTable()
+    film: FilmTable | None = None
+    overlays: OverlaysTable = OverlaysTable()
+
+
+WORDS: dict[str, tuple[str, ...]] = {
+    "camera.path.kind": ("keyframes", "expressions", "geodesic", "csv"),
+    "sky.kind": ("stars", "checkerboard", "panorama", "none"),
+    "disk.emission.kind": ("black-body", "power-law", "page-thorne", "swatches", "texture", "spots", "wisps"),
+    "quality": ("draft", "normal", "high"),
+    "projection": ("pinhole", "fisheye", "equirectangular"),
+    "motion": ("circular", "retrograde", "static", "plunging"),
+    "curve": ("linear", "asinh"),
+}
+"""The words that an entry may be."""

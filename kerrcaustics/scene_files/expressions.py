@@ -1,0 +1,168 @@
+"""Expressions of the time t in a small language, with their derivatives; whatever else Python can say is refused."""
+
+import ast
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+_LONGEST = 2000
+_ALLOWED = (
+    "numbers, t, + - * / **, "
+    "sin cos tan exp log sqrt abs min max radians degrees, pi, and names of the table definitions"
+)
+CONSTANTS = {"pi": math.pi}
+
+
+class Dual(NamedTuple):
+    """A value and its derivative with respect to t."""
+
+    value: float
+    rate: float
+
+
+def _square_root(x: Dual) -> Dual:
+    root = math.sqrt(x.value)
+    return Dual(root, 0.0 if x.rate == 0 else x.rate / (2 * root))
+
+
+def _raised(x: Dual, y: Dual) -> Dual:
+    value = math.pow(x.value, y.value)
+    slope = 0.0 if x.rate == 0 or y.value == 0 else y.value * math.pow(x.value, y.value - 1) * x.rate
+    return Dual(value, slope + (0.0 if y.rate == 0 else value * math.log(x.value) * y.rate))
+
+
+_OPERATORS: dict[type, Callable[[Dual, Dual], Dual]] = {
+    ast.Add: lambda x, y: Dual(x.value + y.value, x.rate + y.rate),
+    ast.Sub: lambda x, y: Dual(x.value - y.value, x.rate - y.rate),
+    ast.Mult: lambda x, y: Dual(x.value * y.value, x.rate * y.value + x.value * y.rate),
+    ast.Div: lambda x, y: Dual(x.value / y.value, (x.rate - x.value / y.value * y.rate) / y.value),
+    ast.Pow: _raised,
+}
+_FUNCTIONS: dict[str, Callable[[Dual], Dual]] = {
+    "sin": lambda x: Dual(math.sin(x.value), math.cos(x.value) * x.rate),
+    "cos": lambda x: Dual(math.cos(x.value), -math.sin(x.value) * x.rate),
+    "tan": lambda x: Dual(math.tan(x.value), x.rate / math.cos(x.value) ** 2),
+    "exp": lambda x: Dual(math.exp(x.value), math.exp(x.value) * x.rate),
+    "log": lambda x: Dual(math.log(x.value), x.rate / x.value),
+    "sqrt": _square_root,
+    "abs": lambda x: Dual(abs(x.value), math.copysign(1, x.value) * x.rate),
+    "radians": lambda x: Dual(math.radians(x.value), math.radians(x.rate)),
+    "degrees": lambda x: Dual(math.degrees(x.value), math.degrees(x.rate)),
+}
+_EXTREMES: dict[str, Callable[..., Dual]] = {"min": min, "max": max}
+RESERVED = {"t", *CONSTANTS, *_FUNCTIONS, *_EXTREMES}
+"""Names that no definition may have."""
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An expression that was read: its entry in the file, its text, and the names that it asks for."""
+
+    entry: str
+    text: str
+    names: frozenset[str]
+    tree: ast.expr = field(compare=False, repr=False)
+
+
+def formula(entry: str, text: float | str) -> Formula:
+    """The formula in an entry of a scene file, or a number; a ValueError of one line where it is none."""
+    if not isinstance(text, str):
+        return Formula(entry, str(text), frozenset(), ast.Constant(float(text)))
+    if len(text) > _LONGEST:
+        raise ValueError(f"{entry} must be at most {_LONGEST} characters long, but has {len(text)}.")
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+        names = frozenset(_names(tree))
+    except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
+        reason = str(error) if type(error) is ValueError else "cannot be read"
+        shown = text if len(text) < 80 else f"{text[:77]}..."
+        raise ValueError(f"{entry} must be made of {_ALLOWED}, but {shown!r}: {' '.join(reason.split())}.") from None
+    return Formula(entry, text, names, tree)
+
+
+def _names(tree: ast.expr) -> Iterable[str]:
+    """Names in an expression that are neither functions nor constants; refuses all that is not of the language."""
+    match tree:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            return ()
+        case ast.Name(id=name):
+            if name in _FUNCTIONS or name in _EXTREMES:
+                raise ValueError(f"{name} is a function")
+            return () if name in CONSTANTS else (name,)
+        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=part):
+            return _names(part)
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
+            return (*_names(left), *_names(right))
+        case ast.Call(func=ast.Name(id=name), args=parts, keywords=[]) if name in _FUNCTIONS or name in _EXTREMES:
+            if (len(parts) != 1) if name in _FUNCTIONS else (len(parts) < 2):
+                raise ValueError(f"{name} takes {'one number' if name in _FUNCTIONS else 'two numbers or more'}")
+            return tuple(found for part in parts for found in _names(part))
+        case _:
+            raise ValueError(f"{ast.unparse(tree)[:40]!r} is none of these")
+
+
+class Moment:
+    """The values of formulas at one time; each is found when it is first asked for.
+
+    given: values that are known, as those of t; formulas: by their names.
+    """
+
+    def __init__(self, time: float, formulas: dict[str, Formula], given: dict[str, Dual] | None = None) -> None:
+        self.time = time
+        self._formulas = formulas
+        self._found = {"t": Dual(time, 1.0), **{name: Dual(v, 0.0) for name, v in CONSTANTS.items()}, **(given or {})}
+
+    def of(self, wanted: Formula) -> Dual:
+        """Value and derivative of a formula; a ValueError of one line where it has none."""
+        try:
+            found = self._of_tree(wanted.tree)
+        except (ArithmeticError, ValueError, RecursionError) as error:
+            if isinstance(error, _NoValueError):
+                raise
+            raise _NoValueError(f"{wanted.entry} must have a value at t = {self.time:g}, but: {error}.") from None
+        if not (math.isfinite(found.value) and math.isfinite(found.rate)):
+            raise _NoValueError(f"{wanted.entry} must be finite at t = {self.time:g}, but is {found.value:g}.")
+        return found
+
+    def _of_tree(self, tree: ast.expr) -> Dual:
+        match tree:
+            case ast.Constant(value=int() | float() as value):
+                return Dual(float(value), 0.0)
+            case ast.Name(id=name):
+                return self.named(name)
+            case ast.UnaryOp(op=op, operand=part):
+                found = self._of_tree(part)
+                return Dual(-found.value, -found.rate) if isinstance(op, ast.USub) else found
+            case ast.BinOp(left=left, op=op, right=right):
+                return _OPERATORS[type(op)](self._of_tree(left), self._of_tree(right))
+            case ast.Call(func=ast.Name(id=name), args=parts):
+                found = [self._of_tree(part) for part in parts]
+                return _FUNCTIONS[name](found[0]) if name in _FUNCTIONS else _EXTREMES[name](found)
+        raise ValueError(f"{ast.dump(tree)} is no expression")
+
+    def named(self, name: str) -> Dual:
+        """Value and derivative of what has a name."""
+        if name not in self._found:
+            self._found[name] = self.of(self._formulas[name])
+        return self._found[name]
+
+
+class _NoValueError(ValueError):
+    """A formula has no value at some time, in one line."""
+
+
+def check_names(formulas: Iterable[Formula], named: dict[str, Formula], given: Iterable[str]) -> None:
+    """Refuse formulas that ask for names which nobody defines, or that go round in a circle."""
+    known = {"t", *named, *given}
+    for one in (*named.values(), *formulas):
+        for name in sorted(one.names - known):
+            raise ValueError(f"{one.entry} must use names that are defined, but {name} is not.")
+    settled = {"t", *given} - set(named)
+    left = dict(named)
+    while ready := [name for name, one in left.items() if one.names <= settled]:
+        settled.update(ready)
+        for name in ready:
+            del left[name]
+    for one in left.values():
+        raise ValueError(f"{one.entry} must not depend on itself, by way of {', '.join(sorted(one.names & set(left)))}.")

@@ -1,0 +1,122 @@
+"""What is drawn onto a picture: critical curves, tracks of stars, names, a caption."""
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+from jaxtyping import UInt8
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+
+from kerrcaustics.curves.caustic import caustics
+from kerrcaustics.draw import style
+from kerrcaustics.draw.films import pixels
+from kerrcaustics.draw.scenes import show_critical_curves
+from kerrcaustics.scene_files.cameras import Way
+from kerrcaustics.scene_files.complaints import SceneError, about
+from kerrcaustics.scene_files.contents import OverlaysTable
+from kerrcaustics.scene_files.expressions import Moment
+from kerrcaustics.scene_files.motion import PLACE_NAMES
+from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera, orbital_velocity
+from kerrcaustics.stars.tracks import star_tracks
+
+Array = np.ndarray
+
+_DPI = 100
+# Lines and type are made for pictures so many pixels high, and grow with them.
+_HEIGHT = 720
+_DARK = withStroke(linewidth=2.2, foreground="black", alpha=0.75)
+# {name} or {name:.2f} in a caption.
+_BLANK = re.compile(r"\{(\w+)(?::([^{}]*))?\}")
+
+
+def overlaid(
+    picture: UInt8[Array, "height width 3"], overlays: OverlaysTable, rendering: Rendering, moment: Moment
+) -> UInt8[Array, "height width 3"]:
+    """The picture of a rendering with what is drawn onto it."""
+    if not (overlays.critical_curves or overlays.tracks or overlays.caption):
+        return picture
+    height, width = picture.shape[:2]
+    # Bright lines do with dark rims what dark ones cannot on a black shadow.
+    with rc_context(style.FILM_RC):
+        figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI * max(height / _HEIGHT, 0.5))
+        figure.set_size_inches(width / figure.dpi, height / figure.dpi)
+        ax = figure.add_axes((0, 0, 1, 1))
+        ax.set_axis_off()
+        extent = (-0.5, width - 0.5, height - 0.5, -0.5)
+        ax.imshow(picture, interpolation="nearest", extent=extent, aspect="auto")
+        _draw(ax, overlays, rendering.camera, rendering.view)
+        if overlays.caption:
+            _write(ax, _filled(overlays.caption, moment))
+        drawn = pixels(figure)
+    return drawn[:height, :width]
+
+
+def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None:
+    lines: list[Line2D] = []
+    if overlays.tracks:
+        _draw_tracks(ax, overlays.tracks, camera, view)
+        lines.append(Line2D([], [], color="white", linewidth=0.9, label="star tracks"))
+    if overlays.critical_curves:
+        found = caustics(camera, overlays.critical_curves)
+        show_critical_curves(ax, view, found, linewidth=1.6)
+        lines += [
+            Line2D([], [], linewidth=1.6, label=style.order_name(caustic.order), **style.order_line(caustic.order))
+            for caustic in found
+        ]
+    if overlays.labels and lines:
+        legend: Any = ax.legend(handles=lines, loc="lower left", frameon=True, facecolor="black", framealpha=0.6)
+        legend.get_frame().set_linewidth(0)
+        for text in legend.get_texts():
+            text.set_color("white")
+
+
+def _draw_tracks(ax: Axes, stars: tuple[float, ...], camera: Camera, view: View) -> None:
+    limits = ax.get_xlim(), ax.get_ylim()
+    for i, theta in enumerate(stars):
+        with about("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
+            tracks = star_tracks(camera, math.radians(theta)).tracks
+        for track in tracks:
+            sky = np.concatenate([track.sky, track.sky[:1]]) if track.closed else track.sky
+            places = view.pixels(sky)
+            jump = np.flatnonzero(np.hypot(*np.diff(places, axis=0).T) > view.width / 2) + 1
+            line = {"color": "white", "linewidth": 0.9, "path_effects": [_DARK]}
+            ax.plot(*np.insert(places, jump, np.nan, axis=0).T, **line)
+    ax.set(xlim=limits[0], ylim=limits[1])
+
+
+def _write(ax: Axes, text: str) -> None:
+    box = {"boxstyle": "square,pad=0.35", "facecolor": "black", "edgecolor": "none", "alpha": 0.6}
+    ax.text(0.015, 0.975, text, transform=ax.transAxes, color="white", va="top", ha="left", bbox=box, parse_math=False)
+
+
+def _filled(caption: str, moment: Moment) -> str:
+    """A caption with the values of the names in braces."""
+
+    def value(found: re.Match[str]) -> str:
+        name = "t" if found[1] == "time" else found[1]
+        return format(moment.named(name).value, found[2] or "g")
+
+    return _BLANK.sub(value, caption)
+
+
+def check_overlays(overlays: OverlaysTable, way: Way, span: tuple[float, float]) -> None:
+    """Refuse captions with names that are none, and tracks of cameras that do not circle the axis."""
+    known = {"time", "t", *PLACE_NAMES, *way.formulas}
+    for found in _BLANK.finditer(overlays.caption):
+        if found[1] not in known:
+            raise SceneError(f"overlays.caption must name {', '.join(sorted(known))} in braces, but names {found[1]}.")
+        try:
+            format(1.0, found[2] or "g")
+        except ValueError:
+            raise SceneError(f"overlays.caption must have formats of numbers, but has {found[0]}.") from None
+    if overlays.tracks:
+        with about("overlays", camera="overlays.tracks"):
+            for time in span:
+                orbital_velocity(way.camera(time)[0])

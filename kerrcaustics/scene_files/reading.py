@@ -1,0 +1,30 @@
+"""Scene files of either kind: what is shown, and what is swept over."""
+
+from pathlib import Path
+from typing import Any
+
+from kerrcaustics.scene_files.scene_file import SceneFile
+from kerrcaustics.toml_files import read_toml
+
+# Only the scene of a sweep has these outside of all tables.
+_SWEPT = {"spin", "radius"}
+
+
+def read_scene(path: str | Path) -> Any:
+    """The scene in a TOML file; a ValueError of one line names file, key and what it must be.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Returns
+    -------
+    SceneFile
+        What `kerrcaustics render` and `kerrcaustics film` show. For a file that says what to sweep over, with `spin`
+        and `radius` outside of all tables, the `Scene` that `sweep` takes.
+    """
+    if _SWEPT & set(read_toml(path)):
+        from kerrcaustics.sweeps.scene import read_scene as read_sweep
+
+        return read_sweep(path)
+    return SceneFile.read(path)

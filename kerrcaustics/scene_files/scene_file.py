@@ -1,0 +1,279 @@
+"""A scene from a file: what each of its frames shows, and all that this depends on."""
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from kerrcaustics.scene_files.cameras import Way, value_at, varied, way_of
+from kerrcaustics.scene_files.changes import changed
+from kerrcaustics.scene_files.complaints import SceneError, about, check_numbers, refuse, told_of
+from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable
+from kerrcaustics.scene_files.looking import axes_of
+from kerrcaustics.scene_files.overlays import check_overlays, overlaid
+from kerrcaustics.scene_files.renderer import Exposed, rendered, star_sweep
+from kerrcaustics.scene_files.things import disk_of, flared_by, point_spread, sky_of
+from kerrcaustics.scenes.colour import tone_mapped
+from kerrcaustics.scenes.disk.turned import turned_disk
+from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.turned import TurnedSky
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.checks import real_number, whole_number
+from kerrcaustics.toml_files import as_struct, not_finite, read_toml
+
+Array = np.ndarray
+
+QUALITIES = ("draft", "normal", "high")
+_VARIED_VIEW = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pitch_deg")
+# Of a film's frames, so many are looked at before any is drawn.
+_LOOKED_AT = 100
+
+
+@dataclass(frozen=True)
+class SceneFile:
+    """A scene: one picture, or the frames of a film.
+
+    Parameters
+    ----------
+    contents : Contents
+        What the file says.
+    folder : Path
+        Where files lie that it names.
+    name : str
+        Of the file, for complaints.
+    files : tuple of (str, str)
+        Files that it names, each with the SHA-256 of what is in it.
+
+    Notes
+    -----
+    `SceneFile.read` and `read_scene` make one, and refuse what is wrong in it with a ValueError of one line that names
+    the file, the key by its path and what it must be. It can be pickled; what it makes is made anew elsewhere.
+    """
+
+    contents: Contents
+    folder: Path
+    name: str
+    files: tuple[tuple[str, str], ...] = ()
+
+    @classmethod
+    def read(cls, path: str | Path, changes: Sequence[str] = ()) -> "SceneFile":
+        """The scene in a TOML file. changes: entries to be set otherwise, as "camera.radius=5"."""
+        path = Path(path)
+        table = read_toml(path)
+        with told_of(str(path)):
+            table = changed(table, changes)
+            for entry, value in not_finite(table):
+                refuse(entry, "be a finite number", value)
+            contents = as_struct(table, Contents, path, WORDS)
+            check_numbers(contents)
+            folder = path.absolute().parent
+            files = tuple((name, _hash(entry, folder, name)) for entry, name in _named_files(contents))
+            scene = cls(contents, folder, str(path), files)
+            scene._check()
+        return scene
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Without what was made of it."""
+        return SceneFile, (self.contents, self.folder, self.name, self.files)
+
+    def __repr__(self) -> str:
+        """One line: file, size, frames."""
+        return f"<SceneFile {self.name}: {self.size[0]} x {self.size[1]} pixels, {self.frames} frames>"
+
+    @property
+    def frames(self) -> int:
+        """How many frames: 1 for a picture."""
+        film = self._film
+        return film.frames or max(round((film.duration or 0.0) * film.rate), 1)
+
+    @property
+    def rate(self) -> int:
+        """Frames per second."""
+        return self._film.rate
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height, pixels."""
+        return self.contents.view.width, self.contents.view.height
+
+    @property
+    def quality(self) -> str:
+        """The quality that the file asks for."""
+        return self.contents.quality
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Times of the first frame and of one beyond the last, coordinate time of the hole."""
+        low, high = self._way.motion.span if self.contents.camera.path is not None else (0.0, 0.0)
+        film = self._film
+        start = film.start if film.start is not None else low if math.isfinite(low) else 0.0
+        end = film.end if film.end is not None else high if math.isfinite(high) else start
+        return start, end
+
+    @property
+    def step(self) -> float:
+        """Time from one frame to the next."""
+        return (self.span[1] - self.span[0]) / self.frames
+
+    def moment(self, number: int) -> float:
+        """Time of a frame, from 0 on: that in the middle of its exposure."""
+        number = whole_number("number", number, 0, self.frames - 1)
+        return self.span[0] + self.step * number
+
+    def record(self) -> dict[str, Any]:
+        """All that the frames depend on, as plain data that JSON can hold; files that it names by what is in them."""
+        entry = msgspec.to_builtins(self.contents)
+        for key in ("title", "film"):
+            entry.pop(key)
+        shown = {"frames": self.frames, "span": list(self.span), "shutter_deg": self._film.shutter_deg}
+        return {"schema": "kerrcaustics/scene-file/1", **entry, "shown": shown, "files": dict(self.files)}
+
+    def camera(self, time: float) -> Camera:
+        """The camera at a time."""
+        return self._seen(time)[0]
+
+    def azimuth(self, time: float) -> float:
+        """Azimuth phi (radians) of the camera at a time: by so much sky and disk are turned back."""
+        with told_of(self.name):
+            return self._way.camera(time)[1].phi
+
+    def view(self, time: float, scale: float = 1.0) -> View:
+        """What the camera looks at, at a time; scale: of the picture's width and height."""
+        return self._seen(time, scale)[1]
+
+    def rendering(self, number: int, *, quality: str | None = None, scale: float = 1.0) -> Rendering:
+        """A frame in linear light.
+
+        Parameters
+        ----------
+        number : int
+            From 0 to `frames` - 1.
+        quality : str, optional
+            "draft", "normal" or "high"; left out, what the file says.
+        scale : float
+            Of width and height.
+        """
+        quality = self.quality if quality is None else quality
+        if quality not in QUALITIES:
+            raise ValueError(f"Argument `quality` must be one of {', '.join(QUALITIES)}, but is {quality!r}.")
+        time = self.moment(number)
+        camera, view = self._seen(time, scale)
+        with told_of(self.name):
+            place = self._way.camera(time)[1]
+            length = self.step * self._film.shutter_deg / 360
+            exposed = Exposed(time, length, place.phi_rate * length)
+            sky = sky_of(self.contents.sky, self.folder, self.files, star_sweep(exposed))
+            if sky is not None and place.phi != 0:
+                sky = TurnedSky(sky, -place.phi)
+            disk = None if self._disk is None else turned_disk(self._disk, -place.phi)
+            return rendered(camera, view, sky, disk, self.contents.light, exposed, quality)
+
+    def light(self, rendering: Rendering, scale: float = 1.0) -> Float[Array, "height width 3"]:
+        """Linear light of a frame, with the flare of the lens; in a picture of this scale."""
+        return np.asarray(flared_by(rendering.light, self.contents.light.flare, self.folder, scale), np.float32)
+
+    def developed(self, number: int, rendering: Rendering, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
+        """The picture of a frame that was rendered: flare, tone curve, overlays."""
+        light, time = self.contents.light, self.moment(number)
+        with told_of(self.name):
+            exposure = value_at(self._varied["light.exposure"], self._way.at(time))
+            with about("light"):
+                picture = tone_mapped(self.light(rendering, scale), exposure, light.curve, light.softening)
+            return overlaid(picture, self.contents.overlays, rendering, self._way.at(time))
+
+    def picture(
+        self, number: int, *, quality: str | None = None, scale: float = 1.0
+    ) -> UInt8[Array, "height width 3"]:
+        """A frame as a picture (height, width, 3) of bytes; parameters as for `rendering`."""
+        return self.developed(number, self.rendering(number, quality=quality, scale=scale), scale)
+
+    @cached_property
+    def _film(self) -> FilmTable:
+        return self.contents.film or FilmTable(frames=1)
+
+    @cached_property
+    def _way(self) -> Way:
+        film = self.contents.film
+        span = None
+        if film is not None and (film.start is not None or film.end is not None):
+            start = film.start or 0.0
+            span = start, start if film.end is None else film.end
+        return way_of(self.contents, self.folder, span)
+
+    @cached_property
+    def _varied(self) -> dict[str, Any]:
+        """What may change with time, by the path of its key."""
+        view = {f"view.{key}": getattr(self.contents.view, key) for key in _VARIED_VIEW}
+        given = {**view, "light.exposure": self.contents.light.exposure}
+        return {entry: varied(entry, value, self._way) for entry, value in given.items()}
+
+    @cached_property
+    def _disk(self) -> Any:
+        table = self.contents.disk
+        return None if table is None else disk_of(table, self.contents.hole.spin, self.folder, self.files)
+
+    def _seen(self, time: float, scale: float = 1.0) -> tuple[Camera, View]:
+        if not math.isfinite(real_number("time", time)):
+            raise ValueError(f"Argument `time` must be a finite number, but is {time!r}.")
+        if not 0 < real_number("scale", scale) <= 16:
+            raise ValueError(f"Argument `scale` must be more than 0 and at most 16, but is {scale!r}.")
+        with told_of(self.name):
+            camera = self._way.camera(time)[0]
+            moment = self._way.at(time)
+            field, *turns = (value_at(self._varied[f"view.{key}"], moment) for key in _VARIED_VIEW)
+            return camera, self._view(camera, field, turns, scale)
+
+    def _view(self, camera: Camera, field: float, turns: Sequence[float] | None, scale: float) -> View:
+        """A view; turns None: straight on, to try the rest without looking for the shadow."""
+        table = self.contents.view
+        width, height = (max(round(scale * pixels), 1) for pixels in self.size)
+        with about("view"):
+            axes = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)) if turns is None else axes_of(camera, table.look, turns)
+            return View(width, height, math.radians(field), table.projection, *axes)
+
+    def _check(self) -> None:
+        """Make all that costs little, so that what is wrong is told before anything is traced."""
+        start, end = self.span
+        if not (end > start or (self.frames == 1 and end == start)):
+            refuse("film.end", f"be given, and be later than film.start ({start:g})", end)
+        sky_of(self.contents.sky, self.folder, self.files)
+        for i, one in enumerate(self.contents.light.flare):
+            with about(f"light.flare[{i}]"):
+                point_spread(one, self.folder, 1.0)
+        _ = self._disk
+        for number in sorted({*range(0, self.frames, max(self.frames // _LOOKED_AT, 1)), self.frames - 1}):
+            self._check_frame(self.moment(number))
+        check_overlays(self.contents.overlays, self._way, self.span)
+
+    def _check_frame(self, time: float) -> None:
+        camera = self._way.camera(time)[0]
+        moment = self._way.at(time)
+        values = {entry: value_at(given, moment) for entry, given in self._varied.items()}
+        self._view(camera, values["view.field_of_view_deg"], None, 1.0)
+        with about("light"):
+            tone_mapped(np.zeros((1, 3)), values["light.exposure"], softening=self.contents.light.softening)
+
+
+def _named_files(contents: Contents) -> list[tuple[str, str]]:
+    """Files that a scene names, by the paths of their keys."""
+    found = [("camera.path.file", getattr(contents.camera.path, "file", None))]
+    found += [("sky.file", getattr(contents.sky, "file", None)), ("sky.tycho2", getattr(contents.sky, "tycho2", None))]
+    if contents.disk is not None:
+        found.append(("disk.emission.file", getattr(contents.disk.emission, "file", None)))
+    found += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare)]
+    return [(entry, name) for entry, name in found if name is not None]
+
+
+def _hash(entry: str, folder: Path, name: str) -> str:
+    try:
+        return hashlib.sha256((folder / name).read_bytes()).hexdigest()
+    except OSError as error:
+        raise SceneError(f"{entry} must name a file that can be read, but {name}: {error.strerror}.") from None

@@ -1,0 +1,16 @@
+"""Scene files to begin with, which come with the package."""
+
+from pathlib import Path
+
+_FOLDER = Path(__file__).parent / "templates"
+
+
+def first_lines() -> dict[str, str]:
+    """What each template shows, by its name: its first line, a comment."""
+    names = sorted(path.stem for path in _FOLDER.glob("*.toml"))
+    return {name: template_text(name).partition("\n")[0].lstrip("# ") for name in names}
+
+
+def template_text(name: str) -> str:
+    """A template as it is in its file."""
+    return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")

@@ -1,0 +1,134 @@
+"""The sky and the disk of a scene, from the tables that describe them."""
+
+import math
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from kerrcaustics.scene_files.complaints import about, refuse
+from kerrcaustics.scene_files.contents import (
+    BlackBodyTable,
+    CheckerboardTable,
+    DiskTable,
+    EmissionTable,
+    FlareTable,
+    NoSky,
+    PageThorneTable,
+    PanoramaTable,
+    PowerLawTable,
+    SkyTable,
+    SpotsTable,
+    StarsTable,
+    SwatchesTable,
+    TextureTable,
+    WispsTable,
+)
+from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
+from kerrcaustics.scenes.checkerboard import Checkerboard
+from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
+from kerrcaustics.scenes.disk.places import Emission
+from kerrcaustics.scenes.disk.rims import check_above_horizon, check_rims
+from kerrcaustics.scenes.disk.spots import Spots
+from kerrcaustics.scenes.disk.wisps import Wisps
+from kerrcaustics.scenes.flare import flared, halo
+from kerrcaustics.scenes.panorama import Panorama, read_picture
+from kerrcaustics.scenes.render import Sky
+from kerrcaustics.scenes.star_field import StarField
+
+Array = np.ndarray
+
+_MOST_SPOTS = 1_000_000
+
+
+@lru_cache(maxsize=4)
+def sky_of(table: SkyTable, folder: Path, files: tuple[tuple[str, str], ...], sweep: float = 0.0) -> Sky | None:
+    """The sky, None for a black one.
+
+    files: names and hashes, so that a file that changed is read anew; sweep: of stars, radians, for motion blur.
+    """
+    with about("sky"):
+        match table:
+            case NoSky():
+                return None
+            case StarsTable():
+                return _stars(table, folder, sweep)
+            case CheckerboardTable():
+                return Checkerboard(table.rows, table.columns, table.gap, table.colours, table.gap_colour)
+            case PanoramaTable():
+                return Panorama.read(folder / table.file)
+
+
+def _stars(table: StarsTable, folder: Path, sweep: float) -> StarField:
+    angles = table.galaxy_tilt_deg, table.galaxy_node_deg, table.galaxy_centre_deg
+    turn = tilted_galaxy(*(math.radians(angle) for angle in angles))
+    catalogue = hipparcos()
+    if table.tycho2 is not None:
+        with about("sky", path="sky.tycho2"):
+            catalogue = merged_catalogues(catalogue, tycho2(folder / table.tycho2))
+    return StarField(catalogue, turn, table.band, table.white, min(sweep, math.pi))
+
+
+@lru_cache(maxsize=4)
+def disk_of(table: DiskTable, spin: float, folder: Path, files: tuple[tuple[str, str], ...]) -> Disk:
+    """The disk; everything that can be wrong with its numbers is refused. files: as for `sky_of`."""
+    with about("disk"):
+        check_rims(table.inner, table.outer)
+        check_above_horizon(table.inner, spin)
+    with about("disk.emission"):
+        emission = _emission(table.emission, table, folder)
+    opacity, slant = table.opacity, table.slant
+    if isinstance(emission, Wisps):
+        opacity, slant = emission.opacity if opacity is None else opacity, bool(slant)
+    with about("disk"):
+        opacity = 1.0 if opacity is None else opacity
+        return Disk(table.inner, table.outer, emission, opacity, table.motion, slant is not False, table.brightness)
+
+
+def _emission(table: EmissionTable, disk: DiskTable, folder: Path) -> Emission:
+    match table:
+        case BlackBodyTable():
+            return BlackBody(table.peak)
+        case PowerLawTable():
+            return PowerLaw(table.peak, table.exponent, table.at)
+        case PageThorneTable():
+            return PageThorne(table.peak)
+        case SwatchesTable():
+            return Swatches(table.rows, table.columns, table.gap, table.colours, table.gap_colour)
+        case TextureTable():
+            return Texture.read(folder / table.file)
+        case SpotsTable():
+            return _spots(table, disk)
+        case WispsTable():
+            return Wisps(table.peak, disk.inner, disk.outer, table.depth, table.contrast, table.seed)
+
+
+def _spots(table: SpotsTable, disk: DiskTable) -> Spots:
+    """Spots as many on each area, with temperatures that are evenly spread."""
+    if not 1 <= table.number <= _MOST_SPOTS:
+        refuse("disk.emission.number", f"be a whole number from 1 to {_MOST_SPOTS}", table.number)
+    if table.seed < 0:
+        refuse("disk.emission.seed", "be a whole number from 0", table.seed)
+    low, high = table.temperature
+    if not 0 < low <= high:
+        refuse("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))
+    random = np.random.default_rng(table.seed)
+    square, azimuth, warmth = random.random((3, table.number))
+    radius = np.sqrt(disk.inner**2 + square * (disk.outer**2 - disk.inner**2))
+    return Spots(radius, 2 * math.pi * azimuth, low + warmth * (high - low), table.size, table.streak)
+
+
+def flared_by(light: Array, flare: tuple[FlareTable, ...], folder: Path, scale: float) -> Array:
+    """Light (h, w, 3) after the halos of the lens, one after the other; scale: of the picture, widths go with it."""
+    for i, one in enumerate(flare):
+        with about(f"light.flare[{i}]"):
+            light = flared(light, point_spread(one, folder, scale))
+    return light
+
+
+def point_spread(one: FlareTable, folder: Path, scale: float) -> Array:
+    """A point spread function. One from a file has the pixels of the whole picture."""
+    if one.file is not None:
+        return read_picture(folder / one.file)
+    return halo(one.share or 0.0, (one.width or 0.0) * scale, one.falloff)

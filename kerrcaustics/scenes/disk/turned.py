@@ -1,0 +1,52 @@
+"""A disk's pattern turned about the spin axis, as a camera at another azimuth sees it."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.places import Emission, Places
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class TurnedEmission:
+    """What a disk shines with, turned by an angle (radians, toward larger phi)."""
+
+    emission: Emission
+    angle: float
+
+    @property
+    def keeps_shape(self) -> bool:
+        """Whether the pattern is one of spots, which circle without being sheared."""
+        return getattr(self.emission, "keeps_shape", False)
+
+    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """Linear sRGB light (n, 3)."""
+        return self.emission.light(places._replace(azimuth=places.azimuth - self.angle), beaming, colour_shift)
+
+    def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
+        """As many as the pattern itself wants."""
+        back = np.array([0.0, self.angle])
+        return self.emission.parts(low - back, high - back, size)
+
+
+def turned_disk(disk: Disk, angle: float) -> Disk:
+    """A disk with its pattern, opacity included, turned by an angle (radians, toward larger phi)."""
+    # Whole turns leave it as it is, and small angles keep their digits.
+    angle = math.remainder(angle, 2 * math.pi)
+    if angle == 0:
+        return disk
+    opacity = _turned_back(disk.opacity, angle) if callable(disk.opacity) else disk.opacity
+    return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
+
+
+def _turned_back(opacity: Callable[[Array, Array], Array], angle: float) -> Callable[[Array, Array], Array]:
+    def turned(radius: Array, azimuth: Array) -> Array:
+        return opacity(radius, azimuth - angle)
+
+    return turned

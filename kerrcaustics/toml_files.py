@@ -1,0 +1,69 @@
+"""TOML files as frozen structs, with one line that says what is wrong in them, and where."""
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+Kind = TypeVar("Kind")
+
+_OURS = (
+    ("object contains unknown field", "unknown key"),
+    ("object missing required field", "missing key"),
+    ("object", "table"),
+    ("array", "list"),
+)
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """What a TOML file says, as plain data; a ValueError of one line tells why it cannot be read."""
+    path = Path(path)
+    try:
+        return msgspec.toml.decode(path.read_bytes())
+    except OSError as error:
+        raise ValueError(f"Argument SCENE must name a file that can be read: {path}: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"Scene {path}: it is no text in UTF-8.") from None
+    except (msgspec.DecodeError, RecursionError) as error:
+        what = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise ValueError(f"Scene {path}: {' '.join((what[:1].lower() + what[1:]).split())}.") from None
+
+
+def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path, words: dict[str, tuple[str, ...]]) -> Kind:
+    """Plain data as a struct.
+
+    words: which ones an entry may hold, by its path without numbers of lists, or by the last part of it.
+    """
+    try:
+        return msgspec.convert(table, kind)
+    except msgspec.ValidationError as error:
+        raise ValueError(f"Scene {path}: {_plainly(str(error), words)}.") from None
+
+
+def not_finite(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
+    """Entries that are no finite numbers, each with its path."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield from not_finite(part, f"{place}.{key}" if place else key)
+    elif isinstance(value, list):
+        for i, part in enumerate(value):
+            yield from not_finite(part, f"{place}[{i}]")
+    elif isinstance(value, float) and not math.isfinite(value):
+        yield place, value
+
+
+def _plainly(message: str, words: dict[str, tuple[str, ...]]) -> str:
+    """What msgspec complains about, the path first: "spin.count: expected `int`, got `str`"."""
+    what, _, path = message.partition(" - at `$")
+    what = what[:1].lower() + what[1:]
+    for theirs, ours in _OURS:
+        what = what.replace(theirs, ours)
+    place = path.rstrip("`").lstrip(".")
+    if what.startswith("invalid"):
+        plain = re.sub(r"\[[^]]*\]", "", place)
+        known = words.get(plain) or words.get(plain.rpartition(".")[2])
+        what += f", expected {' or '.join(known)}" if known else ""
+    return f"{place}: {what}" if place else what
