@@ -302,7 +302,7 @@ def test_bad_arguments_are_one_line(tmp_path, capsys, monkeypatch):
         kc.sweep(Scene(2.0, 3.0), tmp_path / "s.zarr")
 
 
-@pytest.mark.parametrize("package", ["msgspec", "zarr", "distributed"])
+@pytest.mark.parametrize("package", ["zarr", "distributed"])
 def test_a_missing_package_is_named(package, tmp_path, capsys, monkeypatch):
     for name in [name for name in sys.modules if name.startswith("kerrcaustics.sweeps")]:
         monkeypatch.delitem(sys.modules, name)

@@ -62,6 +62,8 @@ def render(
         report("tracing and lighting", 0.1)
         wanted = quality or ("draft" if preview else read.quality)
         rendering = _written(read, frame, wanted, preview, path, report)
+    from kerrcaustics.results.records import in_degrees
+
     entry = {
         "schema": "kerrcaustics/render/1",
         "scene": str(scene),
@@ -69,7 +71,7 @@ def render(
         "time": read.moment(frame),
         "spin": rendering.camera.spin,
         "radius": rendering.camera.radius,
-        "inclination_deg": math.degrees(rendering.camera.inclination),
+        "inclination_deg": in_degrees(rendering.camera.inclination),
         "velocity": list(rendering.camera.fido_velocity()),
         "size": [rendering.view.width, rendering.view.height],
         "quality": wanted,
@@ -105,9 +107,7 @@ def _read(scene: Path, changes: list[str]) -> "SceneFile":
         raise BadInput(one_line(str(error))) from None
 
 
-def _written(
-    scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path, report: Any
-) -> "Rendering":
+def _written(scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path, report: Any) -> "Rendering":
     """Render a frame and write its picture."""
     from kerrcaustics.draw.scenes import save_light, save_picture
 

@@ -1,1 +1,1 @@
-"""Scene files: a hole, a camera on its way, a view, a sky, a disk and their light, said in TOML and made pictures of."""
+"""Scene files: hole, camera on its way, view, sky, disk and light, said in TOML and made pictures of."""

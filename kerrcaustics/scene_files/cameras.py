@@ -19,8 +19,8 @@ from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, chec
 from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
 from kerrcaustics.scene_files.motion import (
     PLACE_NAMES,
+    CameraMotion,
     Formulated,
-    Motion,
     Place,
     Splined,
     Staying,
@@ -32,14 +32,16 @@ from kerrcaustics.spacetime.camera import Camera, Velocity
 
 # Conservation of E, L_z and Q along a geodesic, below which its integration is good.
 _GOOD = 1e-8
+# Orbits next to the hole are followed for so long in half a minute.
+_LONGEST_FALL = 1e5
 
 
 @dataclass(frozen=True)
-class Way:
+class CameraWay:
     """The camera of a scene at every time: its motion, its velocity (None: that of the motion), and all formulas."""
 
     spin: float
-    motion: Motion
+    motion: CameraMotion
     velocity: Velocity | None
     formulas: dict[str, Formula]
 
@@ -50,11 +52,15 @@ class Way:
             refuse("camera.path", f"reach to the time {time:.12g}", f"from {low:.12g} to {high:.12g}")
         place = self.motion.place(time)
         if not 0 <= place.theta <= math.pi:
-            refuse("camera.path", "keep the inclination in [0, 180] degrees", f"{math.degrees(place.theta):g} at {time:g}")
+            refuse(
+                "camera.path", "keep the inclination in [0, 180] degrees", f"{math.degrees(place.theta):g} at {time:g}"
+            )
         try:
             velocity = self.velocity or fido_velocity(self.spin, _outside(self.spin, place))
             if not isinstance(velocity, str) and math.hypot(*velocity) >= 1:
-                velocity_word = f"{math.hypot(*velocity):.4g} at t = {time:g} (give camera.velocity to look from another)"
+                velocity_word = (
+                    f"{math.hypot(*velocity):.4g} at t = {time:g} (give camera.velocity to look from another)"
+                )
                 refuse("camera.path", "move slower than light", velocity_word)
             return Camera(self.spin, place.radius, place.theta, velocity), place
         except SceneError:
@@ -77,14 +83,14 @@ def _as_text(error: Exception) -> str:
     return str(error).replace("Argument ", "", 1).replace("`", "")
 
 
-def way_of(contents: Contents, folder: Path, span: tuple[float, float] | None) -> Way:
+def way_of(contents: Contents, folder: Path, span: tuple[float, float] | None) -> CameraWay:
     """The way of the camera. span: of the film, over which a geodesic is followed; None, the camera's own."""
     formulas = _definitions(contents)
     table, spin = contents.camera, contents.hole.spin
     velocity = None if table.velocity == "path" else table.velocity
     if table.path is None:
         motion, velocity = _staying(contents)
-        return Way(spin, motion, velocity, formulas)
+        return CameraWay(spin, motion, velocity, formulas)
     match table.path:
         case KeyframesTable(keyframes=keys):
             rows = np.array([[key.time, key.radius, key.inclination_deg, key.azimuth_deg] for key in keys])
@@ -97,10 +103,10 @@ def way_of(contents: Contents, folder: Path, span: tuple[float, float] | None) -
             motion = Formulated(formulas)
         case GeodesicTable() as path:
             motion = _falling(spin, path, span or (path.time, path.time))
-    return Way(spin, motion, velocity, formulas)
+    return CameraWay(spin, motion, velocity, formulas)
 
 
-def varied(entry: str, value: Varied, way: Way) -> "Formula | Splined":
+def varied(entry: str, value: Varied, way: CameraWay) -> "Formula | Splined":
     """What gives a value that may change with time: a formula, or a spline of one column."""
     if isinstance(value, tuple):
         rows = np.array([[key.time, key.value, 0.0, 0.0] for key in value]).reshape(-1, 4)
@@ -120,7 +126,7 @@ def value_at(given: "Formula | Splined", moment: Moment) -> float:
 def _definitions(contents: Contents) -> dict[str, Formula]:
     for name in contents.definitions:
         if not name.isidentifier() or name in RESERVED or name in PLACE_NAMES:
-            refuse("definitions", "have names that are not taken, of letters, digits and _", name)
+            refuse("definitions", "have names that are not taken, of letters, digits and _", repr(name))
     found = {name: formula(f"definitions.{name}", text) for name, text in contents.definitions.items()}
     check_names((), found, PLACE_NAMES)
     return found
@@ -155,13 +161,16 @@ def _of_file(path: Path) -> Splined:
     return _splined(rows, "camera.path.file")
 
 
-def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Motion:
+def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> CameraMotion:
     theta = math.radians(path.inclination_deg)
     with about("camera.path", spin="hole.spin"):
         velocity = path.velocity
         if velocity == "circular":
             velocity = circular_velocity(spin, path.radius, theta, math.radians(path.heading_deg))
         camera = Camera(spin, path.radius, theta, velocity)
+    longest = max(abs(end - path.time) for end in span)
+    if longest > _LONGEST_FALL:
+        refuse("camera.path", f"be followed over a time of at most {_LONGEST_FALL:g}", longest)
     found = free_fall(camera, math.radians(path.azimuth_deg), path.time, span)
     if not found.error < _GOOD:
         refuse("camera.path", f"be followed with E, L_z and Q kept to {_GOOD:g}", found.error)

@@ -43,12 +43,19 @@ def _value(text: str) -> Any:
         return text
 
 
-def _set(table: Any, steps: list[str | int], value: Any, path: str) -> None:
-    for step, following in zip(steps, [*steps[1:], None], strict=True):
-        within = isinstance(table, list) and isinstance(step, int) and step < len(table)
-        if not (within or (isinstance(table, dict) and isinstance(step, str))):
-            raise SceneError(f"a change must name an entry of the scene, but {path} is none.")
-        if following is None:
-            table[step] = value
-        else:
-            table = table[step] if within else table.setdefault(step, {})
+def _set(table: dict[str, Any], steps: list[str | int], value: Any, path: str) -> None:
+    """Set an entry; tables on the way to it are made where they are not there."""
+    here: Any = table
+    for step in steps[:-1]:
+        _check_entry(here, step, path)
+        if isinstance(step, str):
+            here.setdefault(step, {})
+        here = here[step]
+    _check_entry(here, steps[-1], path)
+    here[steps[-1]] = value
+
+
+def _check_entry(here: Any, step: str | int, path: str) -> None:
+    within = isinstance(here, list) and isinstance(step, int) and step < len(here)
+    if not (within or (isinstance(here, dict) and isinstance(step, str))):
+        raise SceneError(f"a change must name an entry of the scene, but {path} is none.")

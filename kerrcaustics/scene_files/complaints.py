@@ -13,6 +13,7 @@ _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg",
 _KEYS |= {"tilt": "galaxy_tilt_deg", "node": "galaxy_node_deg", "centre": "galaxy_centre_deg", "spread": "file"}
 _KEYS |= {"path": "file", "light": "file", "radius": "radius"}
 _LARGEST = 16384
+_LONGEST = 1e9
 
 
 class SceneError(ValueError):
@@ -20,8 +21,8 @@ class SceneError(ValueError):
 
 
 def refuse(entry: str, must: str, value: Any) -> NoReturn:
-    """Refuse an entry."""
-    shown = f"{value:.12g}" if isinstance(value, float) else repr(value) if isinstance(value, str) else value
+    """Refuse an entry; value: what it is, a number or words."""
+    shown = f"{value:.12g}" if isinstance(value, float) else value
     raise SceneError(f"{entry} must {must}, but is {shown}.")
 
 
@@ -83,7 +84,7 @@ def _check_camera(contents: Contents) -> None:
     for entry, velocity in (("camera", camera.velocity), ("camera.path", getattr(camera.path, "velocity", None))):
         names = ("circular", "fiducial", "static") + ("path",) * (entry == "camera" and camera.path is not None)
         if isinstance(velocity, str) and velocity not in names:
-            refuse(f"{entry}.velocity", f"be {', '.join(names)} or three numbers", velocity)
+            refuse(f"{entry}.velocity", f"be {', '.join(names)} or three numbers", repr(velocity))
     if camera.inclination_deg is not None and not 0 <= camera.inclination_deg <= 180:
         refuse("camera.inclination_deg", "lie in [0, 180] degrees", camera.inclination_deg)
     if isinstance(camera.path, GeodesicTable) and not 0 <= camera.path.inclination_deg <= 180:
@@ -96,7 +97,7 @@ def _check_view(contents: Contents) -> None:
             refuse(f"view.{key}", f"be a whole number from 1 to {_LARGEST}", getattr(contents.view, key))
     look = contents.view.look
     if isinstance(look, str) and look not in ("hole", "forward"):
-        refuse("view.look", "be hole, forward or three numbers", look)
+        refuse("view.look", "be hole, forward or three numbers", repr(look))
     if not isinstance(look, str) and math.hypot(*look) == 0:
         refuse("view.look", "be three numbers that are not all zero", list(look))
 
@@ -111,6 +112,10 @@ def _check_film(contents: Contents) -> None:
         value = getattr(film, key)
         if value is not None and not least <= value <= 1_000_000:
             refuse(f"film.{key}", f"be a whole number from {least} to 1000000", value)
+    for key in ("start", "end"):
+        value = getattr(film, key)
+        if value is not None and abs(value) > _LONGEST:
+            refuse(f"film.{key}", f"lie in [{-_LONGEST:g}, {_LONGEST:g}]", value)
     if film.duration is not None and not 0 < film.duration <= 1e5:
         refuse("film.duration", "be more than 0 seconds and at most 1e5", film.duration)
     if not 0 <= film.shutter_deg <= 360:

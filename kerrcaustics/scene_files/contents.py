@@ -13,17 +13,17 @@ Motion = Literal["circular", "retrograde", "static", "plunging"]
 ProjectionName = Literal["pinhole", "fisheye", "equirectangular"]
 
 
-class _Table(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+class SceneTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """A table of a scene file."""
 
 
-class HoleTable(_Table, kw_only=True):
+class HoleTable(SceneTable, kw_only=True, frozen=True):
     """The hole."""
 
     spin: float
 
 
-class ValueAt(_Table, kw_only=True):
+class ValueAt(SceneTable, kw_only=True, frozen=True):
     """One value of what changes with time."""
 
     time: float
@@ -34,7 +34,7 @@ Varied = float | str | tuple[ValueAt, ...]
 """A number, an expression of t, or values at times, which a spline joins."""
 
 
-class PlaceAt(_Table, kw_only=True):
+class PlaceAt(SceneTable, kw_only=True, frozen=True):
     """Where the camera is at a time."""
 
     time: float
@@ -43,13 +43,13 @@ class PlaceAt(_Table, kw_only=True):
     azimuth_deg: float = 0.0
 
 
-class KeyframesTable(_Table, kw_only=True, tag="keyframes", tag_field="kind"):
+class KeyframesTable(SceneTable, kw_only=True, frozen=True, tag="keyframes", tag_field="kind"):
     """A path through places at times."""
 
     keyframes: tuple[PlaceAt, ...]
 
 
-class ExpressionsTable(_Table, kw_only=True, tag="expressions", tag_field="kind"):
+class ExpressionsTable(SceneTable, kw_only=True, frozen=True, tag="expressions", tag_field="kind"):
     """A path by expressions of the time t."""
 
     radius: float | str
@@ -57,7 +57,7 @@ class ExpressionsTable(_Table, kw_only=True, tag="expressions", tag_field="kind"
     azimuth_deg: float | str = 0.0
 
 
-class GeodesicTable(_Table, kw_only=True, tag="geodesic", tag_field="kind"):
+class GeodesicTable(SceneTable, kw_only=True, frozen=True, tag="geodesic", tag_field="kind"):
     """A path in free fall, from a place and a velocity."""
 
     radius: float
@@ -68,7 +68,7 @@ class GeodesicTable(_Table, kw_only=True, tag="geodesic", tag_field="kind"):
     time: float = 0.0
 
 
-class CsvTable(_Table, kw_only=True, tag="csv", tag_field="kind"):
+class CsvTable(SceneTable, kw_only=True, frozen=True, tag="csv", tag_field="kind"):
     """A path through the places of a CSV file."""
 
     file: str
@@ -77,7 +77,7 @@ class CsvTable(_Table, kw_only=True, tag="csv", tag_field="kind"):
 PathTable = KeyframesTable | ExpressionsTable | GeodesicTable | CsvTable
 
 
-class CameraTable(_Table, kw_only=True):
+class CameraTable(SceneTable, kw_only=True, frozen=True):
     """The camera: at a radius, or on a path."""
 
     radius: float | None = None
@@ -87,7 +87,7 @@ class CameraTable(_Table, kw_only=True):
     path: PathTable | None = None
 
 
-class ViewTable(_Table, kw_only=True):
+class ViewTable(SceneTable, kw_only=True, frozen=True):
     """The picture, and where the camera looks."""
 
     width: int = 1280
@@ -100,11 +100,11 @@ class ViewTable(_Table, kw_only=True):
     pitch_deg: Varied = 0.0
 
 
-class NoSky(_Table, kw_only=True, tag="none", tag_field="kind"):
+class NoSky(SceneTable, kw_only=True, frozen=True, tag="none", tag_field="kind"):
     """A black sky."""
 
 
-class StarsTable(_Table, kw_only=True, tag="stars", tag_field="kind"):
+class StarsTable(SceneTable, kw_only=True, frozen=True, tag="stars", tag_field="kind"):
     """Stars and the galactic band; the catalogue of the package, with that of a Tycho-2 file where one is named."""
 
     band: float = 1.0
@@ -115,7 +115,7 @@ class StarsTable(_Table, kw_only=True, tag="stars", tag_field="kind"):
     tycho2: str | None = None
 
 
-class CheckerboardTable(_Table, kw_only=True, tag="checkerboard", tag_field="kind"):
+class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard", tag_field="kind"):
     """Paint swatches."""
 
     rows: int = 15
@@ -125,7 +125,7 @@ class CheckerboardTable(_Table, kw_only=True, tag="checkerboard", tag_field="kin
     gap_colour: str = GAP_COLOUR
 
 
-class PanoramaTable(_Table, kw_only=True, tag="panorama", tag_field="kind"):
+class PanoramaTable(SceneTable, kw_only=True, frozen=True, tag="panorama", tag_field="kind"):
     """A picture of the whole sky."""
 
     file: str
@@ -134,13 +134,13 @@ class PanoramaTable(_Table, kw_only=True, tag="panorama", tag_field="kind"):
 SkyTable = NoSky | StarsTable | CheckerboardTable | PanoramaTable
 
 
-class BlackBodyTable(_Table, kw_only=True, tag="black-body", tag_field="kind"):
+class BlackBodyTable(SceneTable, kw_only=True, frozen=True, tag="black-body", tag_field="kind"):
     """One temperature, kelvin."""
 
     peak: float
 
 
-class PowerLawTable(_Table, kw_only=True, tag="power-law", tag_field="kind"):
+class PowerLawTable(SceneTable, kw_only=True, frozen=True, tag="power-law", tag_field="kind"):
     """A temperature that falls with the radius."""
 
     peak: float
@@ -148,13 +148,13 @@ class PowerLawTable(_Table, kw_only=True, tag="power-law", tag_field="kind"):
     at: float = 10.0
 
 
-class PageThorneTable(_Table, kw_only=True, tag="page-thorne", tag_field="kind"):
+class PageThorneTable(SceneTable, kw_only=True, frozen=True, tag="page-thorne", tag_field="kind"):
     """Steady accretion."""
 
     peak: float
 
 
-class SwatchesTable(_Table, kw_only=True, tag="swatches", tag_field="kind"):
+class SwatchesTable(SceneTable, kw_only=True, frozen=True, tag="swatches", tag_field="kind"):
     """Paint."""
 
     rows: int = 5
@@ -164,13 +164,13 @@ class SwatchesTable(_Table, kw_only=True, tag="swatches", tag_field="kind"):
     gap_colour: str = GAP_COLOUR
 
 
-class TextureTable(_Table, kw_only=True, tag="texture", tag_field="kind"):
+class TextureTable(SceneTable, kw_only=True, frozen=True, tag="texture", tag_field="kind"):
     """A picture."""
 
     file: str
 
 
-class SpotsTable(_Table, kw_only=True, tag="spots", tag_field="kind"):
+class SpotsTable(SceneTable, kw_only=True, frozen=True, tag="spots", tag_field="kind"):
     """Hot spots at random places between the rims, their temperatures between two."""
 
     number: int
@@ -180,7 +180,7 @@ class SpotsTable(_Table, kw_only=True, tag="spots", tag_field="kind"):
     seed: int = 0
 
 
-class WispsTable(_Table, kw_only=True, tag="wisps", tag_field="kind"):
+class WispsTable(SceneTable, kw_only=True, frozen=True, tag="wisps", tag_field="kind"):
     """Gas of one temperature, kelvin, and uneven depth."""
 
     peak: float
@@ -194,7 +194,7 @@ EmissionTable = (
 )
 
 
-class DiskTable(_Table, kw_only=True):
+class DiskTable(SceneTable, kw_only=True, frozen=True):
     """The disk; opacity and slant left out are 1 and true, and what wisps ask for with these."""
 
     inner: float
@@ -206,7 +206,7 @@ class DiskTable(_Table, kw_only=True):
     brightness: float = 1.0
 
 
-class FlareTable(_Table, kw_only=True):
+class FlareTable(SceneTable, kw_only=True, frozen=True):
     """One halo of the lens, widths in pixels of the whole picture, or a point spread function from a file."""
 
     share: float | None = None
@@ -215,7 +215,7 @@ class FlareTable(_Table, kw_only=True):
     file: str | None = None
 
 
-class LightTable(_Table, kw_only=True):
+class LightTable(SceneTable, kw_only=True, frozen=True):
     """Physics of the light, and how it becomes a picture."""
 
     exposure: Varied = 1.0
@@ -227,7 +227,7 @@ class LightTable(_Table, kw_only=True):
     flare: tuple[FlareTable, ...] = ()
 
 
-class FilmTable(_Table, kw_only=True):
+class FilmTable(SceneTable, kw_only=True, frozen=True):
     """How many frames, and when."""
 
     frames: int | None = None
@@ -238,7 +238,7 @@ class FilmTable(_Table, kw_only=True):
     shutter_deg: float = 0.0
 
 
-class OverlaysTable(_Table, kw_only=True):
+class OverlaysTable(SceneTable, kw_only=True, frozen=True):
     """What is drawn onto the picture."""
 
     critical_curves: int = 0
@@ -247,7 +247,7 @@ class OverlaysTable(_Table, kw_only=True):
     caption: str = ""
 
 
-class Contents(_Table, kw_only=True):
+class Contents(SceneTable, kw_only=True, frozen=True):
     """All of a scene file."""
 
     hole: HoleTable

@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from kerrcaustics.scene_files.complaints import SceneError
+
 _LONGEST = 2000
 _ALLOWED = (
     "numbers, t, + - * / **, "
-    "sin cos tan exp log sqrt abs min max radians degrees, pi, and names of the table definitions"
+    "sin cos tan atan exp log sqrt abs min max radians degrees, pi, and names of the table definitions"
 )
 CONSTANTS = {"pi": math.pi}
 
@@ -46,6 +48,7 @@ _FUNCTIONS: dict[str, Callable[[Dual], Dual]] = {
     "exp": lambda x: Dual(math.exp(x.value), math.exp(x.value) * x.rate),
     "log": lambda x: Dual(math.log(x.value), x.rate / x.value),
     "sqrt": _square_root,
+    "atan": lambda x: Dual(math.atan(x.value), x.rate / (1 + x.value**2)),
     "abs": lambda x: Dual(abs(x.value), math.copysign(1, x.value) * x.rate),
     "radians": lambda x: Dual(math.radians(x.value), math.radians(x.rate)),
     "degrees": lambda x: Dual(math.degrees(x.value), math.degrees(x.rate)),
@@ -70,14 +73,14 @@ def formula(entry: str, text: float | str) -> Formula:
     if not isinstance(text, str):
         return Formula(entry, str(text), frozenset(), ast.Constant(float(text)))
     if len(text) > _LONGEST:
-        raise ValueError(f"{entry} must be at most {_LONGEST} characters long, but has {len(text)}.")
+        raise SceneError(f"{entry} must be at most {_LONGEST} characters long, but has {len(text)}.")
     try:
         tree = ast.parse(text.strip(), mode="eval").body
         names = frozenset(_names(tree))
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         reason = str(error) if type(error) is ValueError else "cannot be read"
         shown = text if len(text) < 80 else f"{text[:77]}..."
-        raise ValueError(f"{entry} must be made of {_ALLOWED}, but {shown!r}: {' '.join(reason.split())}.") from None
+        raise SceneError(f"{entry} must be made of {_ALLOWED}, but {shown!r}: {' '.join(reason.split())}.") from None
     return Formula(entry, text, names, tree)
 
 
@@ -148,7 +151,7 @@ class Moment:
         return self._found[name]
 
 
-class _NoValueError(ValueError):
+class _NoValueError(SceneError):
     """A formula has no value at some time, in one line."""
 
 
@@ -157,7 +160,7 @@ def check_names(formulas: Iterable[Formula], named: dict[str, Formula], given: I
     known = {"t", *named, *given}
     for one in (*named.values(), *formulas):
         for name in sorted(one.names - known):
-            raise ValueError(f"{one.entry} must use names that are defined, but {name} is not.")
+            raise SceneError(f"{one.entry} must use names that are defined, but {name} is not.")
     settled = {"t", *given} - set(named)
     left = dict(named)
     while ready := [name for name, one in left.items() if one.names <= settled]:
@@ -165,4 +168,6 @@ def check_names(formulas: Iterable[Formula], named: dict[str, Formula], given: I
         for name in ready:
             del left[name]
     for one in left.values():
-        raise ValueError(f"{one.entry} must not depend on itself, by way of {', '.join(sorted(one.names & set(left)))}.")
+        raise ValueError(
+            f"{one.entry} must not depend on itself, by way of {', '.join(sorted(one.names & set(left)))}."
+        )

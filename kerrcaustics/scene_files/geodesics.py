@@ -29,7 +29,7 @@ _FASTEST = 1 - 1e-9
 
 
 @dataclass(frozen=True)
-class Constants:
+class FallConstants:
     """Of a geodesic, per rest mass: energy E, axial angular momentum L_z, Carter constant Q."""
 
     spin: float
@@ -70,7 +70,7 @@ class Geodesic:
     error: the largest relative change of E, L_z and Q over it, as `drift` measures it.
     """
 
-    constants: Constants
+    constants: FallConstants
     span: tuple[float, float]
     error: float
     _parts: tuple[tuple[float, float, Callable[[Any], Array]], ...]
@@ -112,19 +112,19 @@ def circular_velocity(spin: float, radius: float, theta: float, heading: float) 
 
     heading: radians on the FIDO's sky, from the direction of growing phi toward the spin axis.
     """
-    along = (0.0, -math.sin(heading), math.cos(heading))
+    south, east = -math.sin(heading), math.cos(heading)
 
     def pull(speed: float) -> float:
-        camera = Camera(spin, radius, theta, tuple(speed * part for part in along))
+        camera = Camera(spin, radius, theta, (0.0, speed * south, speed * east))
         return _start(camera, 0.0)[0].radial(radius)[1] / radius**3
 
     if not pull(0.0) < 0 < pull(_FASTEST):
         raise ValueError("Argument `velocity` must not be circular where no orbit keeps its radius.")
     speed = float(brentq(pull, 0.0, _FASTEST, xtol=1e-16, rtol=1e-15))
-    return 0.0, speed * along[1], speed * along[2]
+    return 0.0, speed * south, speed * east
 
 
-def _start(camera: Camera, azimuth: float) -> tuple[Constants, Float[Array, "5"]]:
+def _start(camera: Camera, azimuth: float) -> tuple[FallConstants, Float[Array, "5"]]:
     """Constants of the motion of a camera, and its state."""
     v_r, v_theta, v_phi = camera.fido_velocity()
     frame = camera.frame()
@@ -137,11 +137,11 @@ def _start(camera: Camera, azimuth: float) -> tuple[Constants, Float[Array, "5"]
     carter = polar_rate**2 + frame.cos_theta**2 * (frame.spin**2 * (1 - energy**2) + turn)
     latitude = math.pi / 2 - camera.inclination
     state = np.array([camera.radius, gamma * frame.root_sigma_delta * v_r, latitude, -polar_rate, azimuth])
-    return Constants(camera.spin, energy, momentum, carter), state
+    return FallConstants(camera.spin, energy, momentum, carter), state
 
 
 def _integrated(
-    constants: Constants, state: Float[Array, "5"], time: float, end: float
+    constants: FallConstants, state: Float[Array, "5"], time: float, end: float
 ) -> tuple[float, float, Callable[[Any], Array]]:
     """First and last time of one direction of the integration, and its dense output."""
 
@@ -153,13 +153,13 @@ def _integrated(
     def above(_: float, y: Array) -> float:
         return y[0] - kerr.horizon(constants.spin) * (1 + _NEAREST)
 
-    above.terminal = True
+    setattr(above, "terminal", True)  # noqa: B010
     found = solve_ivp(slope, (time, end), state, "DOP853", None, True, above, rtol=_TOLERANCE, atol=_TOLERANCE)
     reached = float(found.t[-1])
     return min(time, reached), max(time, reached), found.sol or (lambda _: state)
 
 
-def _drift(constants: Constants, part: tuple[float, float, Callable[[Any], Array]]) -> float:
+def _drift(constants: FallConstants, part: tuple[float, float, Callable[[Any], Array]]) -> float:
     """Largest relative change of the constants over a part of the integration.
 
     The squares of both rates are held against the potentials, which have E, L_z and Q in them; that of the radial one

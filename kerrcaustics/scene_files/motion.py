@@ -36,7 +36,7 @@ class Place(NamedTuple):
         return dict(zip(PLACE_NAMES, parts, strict=True))
 
 
-class Motion(Protocol):
+class CameraMotion(Protocol):
     """A camera on its way: from a first to a last time, which may be infinite."""
 
     @property
@@ -115,7 +115,7 @@ def fido_velocity(spin: float, place: Place) -> tuple[float, float, float]:
 
 
 def phi_rate(spin: float, radius: float, theta: float, v_phi: float) -> float:
-    """dphi / dt of a camera with the velocity v_phi round the axis, measured by the fiducial observer; 0 on the axis."""
+    """dphi / dt of a camera whose velocity has the component v_phi, measured by the FIDO; 0 on the axis."""
     at = kerr.metric(spin, radius, _cosine(theta))
     scale = at.cylindrical_scale * math.sin(theta)
     return at.shift + at.lapse * v_phi / scale if scale > 1e-12 else 0.0

@@ -16,7 +16,7 @@ from kerrcaustics.curves.caustic import caustics
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import pixels
 from kerrcaustics.draw.scenes import show_critical_curves
-from kerrcaustics.scene_files.cameras import Way
+from kerrcaustics.scene_files.cameras import CameraWay
 from kerrcaustics.scene_files.complaints import SceneError, about
 from kerrcaustics.scene_files.contents import OverlaysTable
 from kerrcaustics.scene_files.expressions import Moment
@@ -106,7 +106,7 @@ def _filled(caption: str, moment: Moment) -> str:
     return _BLANK.sub(value, caption)
 
 
-def check_overlays(overlays: OverlaysTable, way: Way, span: tuple[float, float]) -> None:
+def check_overlays(overlays: OverlaysTable, way: CameraWay, span: tuple[float, float]) -> None:
     """Refuse captions with names that are none, and tracks of cameras that do not circle the axis."""
     known = {"time", "t", *PLACE_NAMES, *way.formulas}
     for found in _BLANK.finditer(overlays.caption):

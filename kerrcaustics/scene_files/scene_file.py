@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from kerrcaustics.scene_files.cameras import Way, value_at, varied, way_of
+from kerrcaustics.scene_files.cameras import CameraWay, value_at, varied, way_of
 from kerrcaustics.scene_files.changes import changed
 from kerrcaustics.scene_files.complaints import SceneError, about, check_numbers, refuse, told_of
 from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable
@@ -35,6 +35,8 @@ QUALITIES = ("draft", "normal", "high")
 _VARIED_VIEW = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pitch_deg")
 # Of a film's frames, so many are looked at before any is drawn.
 _LOOKED_AT = 100
+# Beyond it single precision ends.
+_BRIGHTEST = 1e30
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ class SceneFile:
 
     def record(self) -> dict[str, Any]:
         """All that the frames depend on, as plain data that JSON can hold; files that it names by what is in them."""
-        entry = msgspec.to_builtins(self.contents)
+        entry = msgspec.json.decode(msgspec.json.encode(self.contents))
         for key in ("title", "film"):
             entry.pop(key)
         shown = {"frames": self.frames, "span": list(self.span), "shutter_deg": self._film.shutter_deg}
@@ -189,9 +191,7 @@ class SceneFile:
                 picture = tone_mapped(self.light(rendering, scale), exposure, light.curve, light.softening)
             return overlaid(picture, self.contents.overlays, rendering, self._way.at(time))
 
-    def picture(
-        self, number: int, *, quality: str | None = None, scale: float = 1.0
-    ) -> UInt8[Array, "height width 3"]:
+    def picture(self, number: int, *, quality: str | None = None, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
         """A frame as a picture (height, width, 3) of bytes; parameters as for `rendering`."""
         return self.developed(number, self.rendering(number, quality=quality, scale=scale), scale)
 
@@ -200,7 +200,7 @@ class SceneFile:
         return self.contents.film or FilmTable(frames=1)
 
     @cached_property
-    def _way(self) -> Way:
+    def _way(self) -> CameraWay:
         film = self.contents.film
         span = None
         if film is not None and (film.start is not None or film.end is not None):
@@ -258,6 +258,8 @@ class SceneFile:
         moment = self._way.at(time)
         values = {entry: value_at(given, moment) for entry, given in self._varied.items()}
         self._view(camera, values["view.field_of_view_deg"], None, 1.0)
+        if not values["light.exposure"] <= _BRIGHTEST:
+            refuse("light.exposure", f"be at most {_BRIGHTEST:g}", values["light.exposure"])
         with about("light"):
             tone_mapped(np.zeros((1, 3)), values["light.exposure"], softening=self.contents.light.softening)
 
@@ -275,5 +277,6 @@ def _named_files(contents: Contents) -> list[tuple[str, str]]:
 def _hash(entry: str, folder: Path, name: str) -> str:
     try:
         return hashlib.sha256((folder / name).read_bytes()).hexdigest()
-    except OSError as error:
-        raise SceneError(f"{entry} must name a file that can be read, but {name}: {error.strerror}.") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "it is no name of a file"
+        raise SceneError(f"{entry} must name a file that can be read, but {name!r}: {reason}.") from None

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -45,7 +46,7 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
     return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
 
 
-def _turned_back(opacity: Callable[[Array, Array], Array], angle: float) -> Callable[[Array, Array], Array]:
+def _turned_back(opacity: Callable[..., Any], angle: float) -> Callable[[Array, Array], Array]:
     def turned(radius: Array, azimuth: Array) -> Array:
         return opacity(radius, azimuth - angle)
 

@@ -1,0 +1,536 @@
+"""Scene files: what they say, how cameras move in them, what is refused, and pictures of some."""
+
+import json
+import math
+import pickle
+
+import numpy as np
+import pytest
+from command_line import run
+from PIL import Image
+from scipy.integrate import solve_ivp
+
+import kerrcaustics as kc
+from kerrcaustics.scene_files import scene_file
+from kerrcaustics.scene_files.expressions import Moment, formula
+from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
+from kerrcaustics.scene_files.motion import fido_velocity
+from kerrcaustics.scene_files.templates import first_lines, template_text
+from kerrcaustics.scenes.disk.turned import turned_disk
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.sweeps.scene import Scene
+
+PLAIN = """
+[hole]
+spin = 0.6
+[camera]
+radius = 20
+[view]
+width = 64
+height = 36
+field_of_view_deg = 60
+"""
+DISK = """
+[disk]
+inner = 5
+outer = 12
+emission = {kind = "black-body", peak = 4500}
+"""
+ON_A_PATH = """
+[hole]
+spin = 0.6
+[view]
+width = 64
+height = 36
+[film]
+frames = 10
+start = 0
+end = 50
+[camera.path]
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A scene file from text, read with some changes."""
+
+    def made(text, *changes):
+        (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+        return kc.SceneFile.read(tmp_path / "scene.toml", changes)
+
+    return made
+
+
+def four_velocity(camera):
+    """Components (t, r, theta, phi) of a camera's velocity, from that which the fiducial observer measures."""
+    at = kerr.metric(camera.spin, camera.radius, camera.cos_theta)
+    v = camera.fido_velocity()
+    gamma = 1 / math.sqrt(1 - np.dot(v, v))
+    root = math.sqrt(at.sigma)
+    scale = at.cylindrical_scale * camera.sin_theta
+    along_phi = at.shift / at.lapse + v[2] / scale
+    return gamma * np.array([1 / at.lapse, v[0] * math.sqrt(at.delta) / root, v[1] / root, along_phi])
+
+
+def metric(spin, r, theta):
+    """g_mu_nu (4, 4) in Boyer-Lindquist coordinates, as textbooks write it."""
+    sigma, delta = r**2 + (spin * np.cos(theta)) ** 2, r**2 - 2 * r + spin**2
+    s = np.sin(theta) ** 2
+    g = np.diag([-(1 - 2 * r / sigma), sigma / delta, sigma, s * (r**2 + spin**2 + 2 * spin**2 * r * s / sigma)])
+    g[0, 3] = g[3, 0] = -2 * spin * r * s / sigma
+    return g
+
+
+def constants(camera):
+    """u . u, E, L_z and Q of a camera."""
+    g, u = metric(camera.spin, camera.radius, camera.inclination), four_velocity(camera)
+    p = g @ u
+    axial = (p[3] / camera.sin_theta) ** 2 + camera.spin**2 * (1 - p[0] ** 2)
+    return np.array([u @ g @ u, -p[0], p[3], p[2] ** 2 + camera.cos_theta**2 * axial])
+
+
+def test_a_scene_says_size_frames_and_moments(scene):
+    plain = scene(PLAIN)
+    assert (plain.size, plain.frames, plain.rate, plain.moment(0)) == ((64, 36), 1, 24, 0.0)
+    film = scene(PLAIN + "[film]\nduration = 2.5\nrate = 20\nstart = 10\nend = 60\n")
+    assert film.frames == 50 and film.moment(0) == 10 and film.moment(49) == 59
+    for number in (-1, 50, 1.5):
+        with pytest.raises(ValueError, match="Argument `number` must be a whole number from 0 to 49"):
+            film.moment(number)
+
+
+def test_the_record_tells_what_frames_depend_on_and_no_more(scene, tmp_path):
+    Image.new("RGB", (8, 4), "red").save(tmp_path / "sky.png")
+    text = f'title = "one"\n{PLAIN}[sky]\nkind = "panorama"\nfile = "sky.png"\n'
+    first = scene(text).record()
+    assert json.loads(json.dumps(first)) == first
+    assert scene(text.replace("one", "other")).record() == first
+    assert scene(text, "camera.radius=21").record() != first
+    Image.new("RGB", (8, 4), "blue").save(tmp_path / "sky.png")
+    assert scene(text).record() != first
+
+
+def test_a_scene_can_be_sent_to_other_processes(scene):
+    there = pickle.loads(pickle.dumps(scene(PLAIN + DISK)))
+    assert there.record() == scene(PLAIN + DISK).record() and there.camera(0) == scene(PLAIN + DISK).camera(0)
+
+
+def test_one_word_reads_both_kinds_of_scenes(scene, tmp_path):
+    scene(PLAIN)
+    assert isinstance(kc.read_scene(tmp_path / "scene.toml"), kc.SceneFile)
+    (tmp_path / "sweep.toml").write_text("spin = 0.5\nradius = 6")
+    assert isinstance(kc.read_scene(tmp_path / "sweep.toml"), Scene)
+
+
+@pytest.mark.parametrize("name", first_lines())
+def test_templates_are_scenes(name, scene):
+    read = scene(template_text(name))
+    for number in (0, read.frames // 2, read.frames - 1):
+        time = read.moment(number)
+        assert read.camera(time).radius > 1 and read.view(time, 0.1).width == round(read.size[0] / 10)
+
+
+def test_changes_are_as_if_written(scene):
+    assert scene(PLAIN, "camera.radius=5").record() == scene(PLAIN.replace("20", "5")).record()
+    assert scene(PLAIN, "camera.velocity=static").camera(0).velocity == "static"
+    for change, words in (("camera.radius", "KEY=VALUE"), ("camera.radius[0]=1", "must name an entry")):
+        with pytest.raises(ValueError, match=words):
+            scene(PLAIN, change)
+
+
+EXPRESSIONS = [
+    ("2 + 3 * t ** 2", 3.0, 29.0, 18.0),
+    ("-sqrt(t) / 2", 4.0, -1.0, -0.125),
+    ("exp(sin(t)) * cos(t)", 0.0, 1.0, 1.0),
+    ("log(t) + max(t, 2) - min(t, 1, 7)", 5.0, math.log(5) + 4, 1.2),
+    ("2 ** t", 3.0, 8.0, 8 * math.log(2)),
+    ("(t - 3) ** 20 + abs(-t) + degrees(radians(t)) + 0 * pi", 2.0, 5.0, -18.0),
+    ("atan(t) + tan(t)", 0.0, 0.0, 2.0),
+]
+
+
+@pytest.mark.parametrize(("text", "time", "value", "rate"), EXPRESSIONS)
+def test_expressions_have_values_and_derivatives(text, time, value, rate):
+    found = Moment(time, {}).of(formula("x", text))
+    assert (found.value, found.rate) == pytest.approx((value, rate), abs=1e-14)
+
+
+OUTSIDE = [
+    "__import__('os').system('true')",
+    "t.real",
+    "(lambda: 1)()",
+    "[1][0]",
+    "'a' * 3",
+    "True",
+    "1 if t else 2",
+    "t < 3",
+    "sin",
+    "sin(t, t)",
+    "min(t)",
+    "open('x')",
+    "sin(x=t)",
+    "(t := 3)",
+    "",
+    "1 +",
+    "(" * 500,
+    "t" * 3000,
+    "1j",
+    "t ^ 2",
+]
+
+
+@pytest.mark.parametrize("text", OUTSIDE)
+def test_all_else_that_python_can_say_is_refused(text):
+    with pytest.raises(ValueError, match=r"^x must be ") as caught:
+        formula("x", text)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["1 / t", "log(t - 1)", "(t - 1) ** 0.5", "10.0 ** 400", "9 ** 9 ** 9 ** 9", "exp(1e4)"]
+)
+def test_expressions_without_a_value_say_when(text):
+    with pytest.raises(ValueError, match=r"^x must .* at t = 0, but"):
+        Moment(0.0, {}).of(formula("x", text))
+
+
+def test_definitions_may_use_each_other_and_the_place_but_not_go_round(scene):
+    path = 'kind = "expressions"\nradius = "start - 0.1 * t"\n'
+    read = scene(ON_A_PATH + path + '[definitions]\nstart = "10 * two"\ntwo = 2\nslow = "radius / 10"\n')
+    assert read.camera(10.0).radius == 19
+    with pytest.raises(ValueError, match=r"definitions.start must not depend on itself, by way of two"):
+        scene(ON_A_PATH + path + '[definitions]\nstart = "two"\ntwo = "start"\n')
+    with pytest.raises(ValueError, match=r"camera.path.radius must use names that are defined, but start is not"):
+        scene(ON_A_PATH + path)
+
+
+CIRCLES = [(0.0, 10.0), (0.6, 6.0), (0.999, 2.6)]
+
+
+@pytest.mark.parametrize(("spin", "radius"), CIRCLES)
+def test_paths_of_a_circular_orbit_have_its_velocity(spin, radius, scene):
+    rate = math.degrees(1 / (spin + radius**1.5))
+    expected = kc.Camera(spin, radius, velocity="circular").fido_velocity()
+    start = ON_A_PATH.replace("0.6", str(spin))
+    times = [{"time": t, "radius": radius, "azimuth_deg": rate * t} for t in (0.0, 20.0, 50.0)]
+    keys = ", ".join("{" + ", ".join(f"{k} = {v!r}" for k, v in key.items()) + "}" for key in times)
+    for path in (
+        f'kind = "expressions"\nradius = {radius}\nazimuth_deg = "{rate!r} * t"\n',
+        f'kind = "geodesic"\nradius = {radius}\n',
+        f'kind = "keyframes"\nkeyframes = [{keys}]\n',
+    ):
+        camera = scene(start + path).camera(33.0)
+        assert camera.radius == pytest.approx(radius, rel=1e-11)
+        assert camera.fido_velocity() == pytest.approx(expected, abs=1e-10)
+        assert constants(camera)[0] == pytest.approx(-1, abs=1e-12)
+
+
+# Inclined, plunging, fly-by, through the axis without spin and with it, retrograde.
+FALLS = [
+    (0.9, 8.0, 90.0, "circular", 40.0, 400.0),
+    (0.9, 8.0, 60.0, "circular", 180.0, 400.0),
+    (0.5, 12.0, 70.0, (-0.1, 0.02, 0.1), 0.0, 60.0),
+    (0.998, 30.0, 80.0, (-0.3, 0.1, 0.25), 0.0, 300.0),
+    (0.7, 10.0, 90.0, (0.0, 0.33, 0.0), 0.0, 300.0),
+    (0.0, 9.0, 40.0, (0.0, 0.4, 0.05), 0.0, 300.0),
+]
+
+
+def fallen(spin, radius, degrees, velocity, heading, end):
+    theta = math.radians(degrees)
+    if velocity == "circular":
+        velocity = circular_velocity(spin, radius, theta, math.radians(heading))
+    return free_fall(kc.Camera(spin, radius, theta, velocity), 0.3, 0.0, (0.0, end))
+
+
+@pytest.mark.parametrize("fall", FALLS)
+def test_geodesics_keep_energy_momentum_and_carters_constant(fall):
+    found = fallen(*fall)
+    assert found.error < 1e-9
+    spin, told = fall[0], []
+    for time in np.linspace(*found.span, 40):
+        place = found.place(time)
+        told.append(constants(kc.Camera(spin, place.radius, place.theta, fido_velocity(spin, place))))
+    told = np.array(told)
+    assert np.abs(told[:, 0] + 1).max() < 1e-8
+    assert np.abs(told - told[0]).max() < 1e-7
+    if fall[3] == "circular":
+        assert found.state(found.span[1])[0] == pytest.approx(fall[1], rel=1e-7)
+
+
+def hamilton(spin):
+    """Right-hand side of Hamilton's equations in coordinate time, the metric's derivatives by differences."""
+
+    def energy(r, theta, p):
+        return p @ np.linalg.inv(metric(spin, r, theta)) @ p / 2
+
+    def slope(_, y):
+        r, theta, _, *p = y
+        p, step = np.array(p), 1e-5
+        rates = np.linalg.inv(metric(spin, r, theta)) @ p
+        forces = (
+            -(energy(r + step, theta, p) - energy(r - step, theta, p)) / (2 * step),
+            -(energy(r, theta + step, p) - energy(r, theta - step, p)) / (2 * step),
+        )
+        return np.array([*rates[1:], 0.0, *forces, 0.0]) / rates[0]
+
+    return slope
+
+
+@pytest.mark.parametrize("fall", FALLS[:4])
+def test_geodesics_are_those_of_hamiltons_equations(fall):
+    found = fallen(*fall)
+    spin, last = fall[0], min(found.span[1], 40.0)
+    start = found.place(0.0)
+    camera = kc.Camera(spin, start.radius, start.theta, fido_velocity(spin, start))
+    p = metric(spin, camera.radius, camera.inclination) @ four_velocity(camera)
+    twin = solve_ivp(hamilton(spin), (0, last), [*start[:3], *p], rtol=1e-9, atol=1e-9).y[:3, -1]
+    # The differences of the twin are good to 1e-10 a step.
+    assert found.place(last)[:3] == pytest.approx(twin.tolist(), abs=2e-6)
+
+
+def test_a_fall_ends_at_the_hole_and_says_so(scene):
+    text = ON_A_PATH + 'kind = "geodesic"\nradius = 8\nvelocity = [-0.5, 0, 0]\n'
+    with pytest.raises(ValueError, match=r"camera.path must reach to the time .*, but is from 0 to "):
+        scene(text.replace("end = 50", "end = 500"))
+
+
+def test_a_path_from_a_file_is_that_of_its_keyframes(scene, tmp_path):
+    rows = "time,azimuth_deg,radius,inclination_deg\n0, 0, 20, 80\n25, 10, 15, 90\n\n50, 30, 12, 95\n"
+    (tmp_path / "way.csv").write_text(rows)
+    keys = "{time = 0, radius = 20, inclination_deg = 80}, {time = 25, radius = 15, azimuth_deg = 10}, "
+    keys += "{time = 50, radius = 12, inclination_deg = 95, azimuth_deg = 30}"
+    one = scene(ON_A_PATH + 'kind = "csv"\nfile = "way.csv"\n')
+    other = scene(ON_A_PATH + f'kind = "keyframes"\nkeyframes = [{keys}]\n')
+    assert one.camera(31.0) == other.camera(31.0) and one.camera(25.0).inclination == math.pi / 2
+    (tmp_path / "way.csv").write_text("time,radius\n0,20\n")
+    with pytest.raises(ValueError, match=r"camera.path.file must name a file whose first line is time,radius,"):
+        scene(ON_A_PATH + 'kind = "csv"\nfile = "way.csv"\n')
+
+
+def test_a_camera_without_a_path_goes_round_as_it_moves(scene):
+    assert scene(PLAIN).azimuth(100.0) == pytest.approx(100 / (0.6 + 20**1.5), rel=1e-12)
+    assert scene(PLAIN, "camera.velocity=static", "camera.azimuth_deg=30").azimuth(100.0) == math.radians(30)
+
+
+def test_the_view_turns_as_it_is_told(scene):
+    still = ("camera.velocity=fiducial", "view.look=[-1, 0, 0]")
+    plain = scene(PLAIN, *still).view(0)
+    assert plain.forward == pytest.approx([-1, 0, 0], abs=1e-15) and plain.up == pytest.approx([0, 0, 1], abs=1e-15)
+    right = scene(PLAIN, *still, "view.yaw_deg=90").view(0)
+    assert right.forward == pytest.approx(plain.right, abs=1e-15)
+    above = scene(PLAIN, *still, "view.pitch_deg=90").view(0)
+    assert above.forward == pytest.approx(plain.up, abs=1e-15)
+    rolled = scene(PLAIN, *still, "view.tilt_deg=90").view(0)
+    assert rolled.up == pytest.approx(plain.right, abs=1e-15)
+    assert scene(PLAIN, "view.look=forward").view(0).forward.tolist() == [0, 1, 0]
+    moving = scene(PLAIN + "[film]\nframes = 2\nend = 9\n", 'view.field_of_view_deg="60 + t"')
+    assert math.degrees(moving.view(3.0).field_of_view) == pytest.approx(63)
+
+
+def test_a_turned_disk_is_seen_as_from_another_azimuth():
+    disk = kc.Disk(5, 12, kc.Swatches(), opacity=lambda r, phi: 0.5 + 0.4 * np.sin(phi))
+    turned = turned_disk(disk, 0.3)
+    radius, phi = np.full(50, 8.0), np.linspace(0, 6, 50)
+    assert turned.opacity(radius, phi) == pytest.approx(disk.opacity(radius, phi - 0.3))
+    low = np.stack([np.full(50, 0.3), phi], axis=-1)
+    size = np.full((50, 2), 0.01)
+    back = low - [0, 0.3]
+    assert (turned.emission.parts(low, low + size, size) == disk.emission.parts(back, back + size, size)).all()
+    assert turned_disk(disk, 2 * math.pi) is disk
+
+
+BAD = [
+    ("hole.spin=1", "hole.spin must lie in [0, 1), but is 1."),
+    ("hole.charge=1", "hole: unknown key `charge`"),
+    ("camera.radius=1.2", "camera.radius must be larger than the horizon radius 1.8, but is 1.2."),
+    ("camera.radius=far", "camera.radius: expected `float | null`, got `str`"),
+    ("camera.radius=nan", "camera.radius must be a finite number, but is nan."),
+    ("camera.inclination_deg=181", "camera.inclination_deg must lie in [0, 180] degrees, but is 181."),
+    ("camera.velocity=warp", "camera.velocity must be circular, fiducial, static or three numbers, but is 'warp'."),
+    ("camera.velocity=[1, 0, 0]", "camera.velocity must have a speed below 1 (light), but has 1."),
+    ("camera.path={kind='road'}", "camera.path.kind: invalid value 'road', expected keyframes or expressions or"),
+    ("camera.path={kind='csv', file='x.csv'}", "camera must have either radius or path, but is both."),
+    ("view.width=0", "view.width must be a whole number from 1 to 16384, but is 0."),
+    ("view.width=2.5", "view.width: expected `int`, got `float`"),
+    ("view.field_of_view_deg=175", "view.field_of_view_deg must be at most 170 degrees"),
+    ("view.projection=flat", "view.projection: invalid enum value 'flat', expected pinhole or fisheye"),
+    ("view.look=away", "view.look must be hole, forward or three numbers, but is 'away'."),
+    ("view.tilt_deg=[{time=0, value=1}]", "view.tilt_deg must hold two times or more"),
+    ("view.tilt_deg=[{time=0, value=1}, {time=0, value=2}]", "view.tilt_deg[1].time must be later than that before it"),
+    ("view.tilt_deg=[{time=0}]", "view.tilt_deg[0]: missing key `value`"),
+    ("sky.kind=cloud", "sky.kind: invalid value 'cloud', expected stars or checkerboard"),
+    ("sky={kind='checkerboard', columns=3}", "sky.columns must be an even whole number from 2 to 720, but is 3."),
+    ("sky={kind='panorama', file='none.png'}", "sky.file must name a file that can be read, but 'none.png': No such"),
+    ("disk.inner=1.5", "disk.inner must be larger than the horizon radius 1.8, but is 1.5."),
+    ("disk.inner=1.8", "disk.inner must be larger than the horizon radius 1.8, but is 1.8."),
+    ("disk.inner=14", "disk.inner must be smaller than disk.outer (12), but is 14."),
+    ("disk.inner=-3", "disk.inner must be a positive radius, but is -3.0."),
+    ("disk.opacity=1.5", "disk.opacity must be a number from 0 to 1, or a function, but is 1.5."),
+    ("disk.motion=wild", "disk.motion: invalid enum value 'wild', expected circular or retrograde"),
+    ("disk.emission.peak=-4500", "disk.emission.peak must be a temperature above 0"),
+    ("disk.emission={kind='texture', file='scene.toml'}", "disk.emission.file must end in .png"),
+    ("disk.emission={kind='texture', file='no.png'}", "disk.emission.file must name a picture that can be read"),
+    ("disk.emission={kind='spots', number=0}", "disk.emission.number must be a whole number from 1"),
+    ("light.exposure=0", "light.exposure must be a positive number, but is 0."),
+    ("light.flare=[{share=2, width=3}]", "light.flare[0].share must lie in [0, 1], but is 2.0."),
+    ("film={frames=3}", "film.end must be given, and be later than film.start (0), but is 0."),
+    ("film={rate=3}", "film must have either frames or duration, but is neither."),
+    ("overlays.critical_curves=11", "overlays.critical_curves must be a whole number from 0 to 10, but is 11."),
+    (
+        "overlays.caption='{speed}'",
+        "overlays.caption must name azimuth_deg, inclination_deg, radius, t, time in braces",
+    ),
+    ("quality=best", "quality: invalid enum value 'best', expected draft or normal or high"),
+    ("colour=red", "unknown key `colour`"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), BAD)
+def test_what_cannot_be_is_told_with_file_and_key(change, words, tmp_path, assert_refused):
+    (tmp_path / "scene.toml").write_text(PLAIN + DISK)
+    (tmp_path / "no.png").write_text("no picture")
+    assert_refused(("render", "scene.toml", "--set", change), f"Scene scene.toml: {words}")
+
+
+BAD_PATHS = [
+    ('kind = "expressions"\nradius = "20 - 2 * t"\n', "camera.path must move slower than light, but is 2."),
+    ('kind = "expressions"\nradius = "eval(t)"\n', "camera.path.radius must be made of numbers, t, + - * / **"),
+    ('kind = "expressions"\nradius = "9 + 20 / (20 - t)"\n', "camera.path.radius must have a value at t = 20, but"),
+    ('kind = "expressions"\nradius = 20\ninclination_deg = "5 - t / 8"\n', "keep the inclination in [0, 180] degrees"),
+    ('kind = "geodesic"\nradius = 2\n', "camera.path.velocity must not be circular where no orbit keeps its radius."),
+    ('kind = "geodesic"\nradius = 1\n', "camera.path.radius must be larger than the horizon radius"),
+    ('kind = "csv"\nfile = "none.csv"\n', "camera.path.file must name a file that can be read, but 'none.csv'"),
+    (
+        'kind = "keyframes"\nkeyframes = [{time = 0, radius = 9}, {time = 60, radius = "near"}]\n',
+        "camera.path.keyframes[1].radius: expected `float`, got `str`",
+    ),
+    (
+        'kind = "keyframes"\nkeyframes = [{time = 0, radius = 9}, {time = 20, radius = 8}]\n',
+        "camera.path must reach to the time",
+    ),
+]
+
+
+@pytest.mark.parametrize(("path", "words"), BAD_PATHS)
+def test_paths_that_cannot_be_are_told_with_file_and_key(path, words, tmp_path, assert_refused):
+    (tmp_path / "scene.toml").write_text(ON_A_PATH + path)
+    assert_refused(("render", "scene.toml"), words)
+
+
+def test_files_that_are_no_scenes_and_bad_options_are_told(tmp_path, assert_refused):
+    (tmp_path / "scene.toml").write_text(PLAIN)
+    (tmp_path / "binary.toml").write_bytes(b"\x89PNG\xff\x00")
+    (tmp_path / "broken.toml").write_text("[hole\nspin = 1")
+    for arguments, words in (
+        (("binary.toml",), "Scene binary.toml: it is no text"),
+        (("broken.toml",), "Scene broken.toml: expected"),
+        (("none.toml",), "none.toml: No such file or directory"),
+        (("scene.toml", "--output", "x.gif"), "--output must end in .png, .jpg, .jpeg, .exr"),
+        (("scene.toml", "--output", "none/x.png"), "--output must name a file in a folder that exists"),
+        (("scene.toml", "--frame", "1"), "--frame must be a whole number from 0 to 0, but is 1."),
+        (("scene.toml", "--quality", "best"), "--quality"),
+        (("scene.toml", "--set", "camera"), "KEY=VALUE"),
+    ):
+        assert_refused(("render", *arguments), words)
+    assert_refused(("scene", "--template", "moon"), "--template must be one of approach, checkerboard, disk")
+
+
+def test_templates_are_listed_and_printed(capsys):
+    status, out, err = run(capsys, "scene")
+    assert (status, err) == (0, "") and all(f"  {name} " in out for name in first_lines())
+    status, out, _ = run(capsys, "scene", "--template", "disk")
+    assert status == 0 and out == template_text("disk")
+
+
+@pytest.fixture
+def painted(monkeypatch):
+    """A renderer that costs nothing: what it was asked for, and a grey picture."""
+    asked = []
+
+    def rendered(camera, view, sky, disk, light, exposed, quality):
+        asked.append({"camera": camera, "view": view, "sky": sky, "disk": disk, "exposed": exposed, "quality": quality})
+        grey = np.full((view.height, view.width, 3), 0.25, np.float32)
+        return scene_file.Rendering(camera, view, grey, None, 0, 7, 0.0)
+
+    monkeypatch.setattr(scene_file, "rendered", rendered)
+    return asked
+
+
+def test_the_renderer_is_asked_for_the_frame(scene, painted):
+    text = PLAIN + DISK + '[sky]\nkind = "checkerboard"\n[film]\nframes = 4\nend = 100\nshutter_deg = 180\n'
+    read = scene(text)
+    read.rendering(2, quality="draft", scale=0.5)
+    asked = painted[0]
+    azimuth = read.azimuth(50.0)
+    assert asked["quality"] == "draft" and asked["exposed"].time == 50 and asked["exposed"].length == 12.5
+    assert (asked["view"].width, asked["view"].height) == (32, 18)
+    # Sky and disk are turned back by the camera's azimuth.
+    assert asked["sky"].angle == -azimuth and asked["disk"].emission.angle == pytest.approx(-azimuth)
+    with pytest.raises(ValueError, match="Argument `quality` must be one of draft, normal, high"):
+        read.rendering(0, quality="best")
+
+
+def test_overlays_leave_the_rest_of_the_picture_as_it_is(scene, painted):
+    plain = scene(PLAIN).picture(0)
+    drawn = scene(PLAIN, "view.width=320", "view.height=180", "overlays.caption='r = {radius:.1f}'").picture(0)
+    assert drawn.shape == (180, 320, 3) and (drawn[40:] == plain[0, 0]).all() and (drawn != plain[0, 0]).any()
+
+
+def test_a_picture_is_written_with_its_numbers(tmp_path, capsys, monkeypatch, painted):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(PLAIN, encoding="utf-8")
+    for name, kind in (("a.png", "PNG"), ("b.jpg", "JPEG")):
+        status, out, err = run(capsys, "render", "scene.toml", "--output", name, "--json", "-")
+        entry = json.loads(out)
+        assert status == 0 and "Picture" in err and entry["schema"] == "kerrcaustics/render/1"
+        assert (entry["size"], entry["beams"], entry["output"]) == ([64, 36], 7, name) and entry["seconds"] > 0
+        with Image.open(name) as picture:
+            assert picture.format == kind and picture.size == (64, 36)
+    assert run(capsys, "render", "scene.toml")[0] == 0 and (tmp_path / "scene.png").exists()
+    status, out, _ = run(
+        capsys, "render", "scene.toml", "--preview", "--set", "view.width=640", "--set", "view.height=360"
+    )
+    assert status == 0 and "320 x 180 pixels" in out and painted[-1]["quality"] == "draft"
+
+
+def test_an_openexr_picture_has_linear_light(tmp_path, capsys, monkeypatch, painted):
+    exr = pytest.importorskip("OpenEXR")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(PLAIN, encoding="utf-8")
+    assert run(capsys, "render", "scene.toml", "--output", "c.exr")[0] == 0
+    with exr.File("c.exr") as file:
+        assert (np.asarray(file.channels()["RGB"].pixels) == 0.25).all()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["c.exr", "scene.toml"]
+
+
+@pytest.mark.slow
+def test_a_scene_is_what_python_renders(scene):
+    text = PLAIN + DISK + '[sky]\nkind = "checkerboard"\n[light]\nbeaming = true\ndelay = true\n'
+    read = scene(text.replace('"black-body", peak = 4500', '"swatches"') + "[film]\nframes = 2\nend = 80\n")
+    camera = kc.Camera(0.6, 20.0)
+    view = kc.View.toward_hole(camera, 64, 36, math.radians(60))
+    shifts = {"beaming": True, "delay": True}
+    plain = kc.render(camera, view, kc.Checkerboard(), disk=kc.Disk(5, 12, kc.Swatches()), **shifts)
+    assert np.array_equal(read.rendering(0).light, plain.light)
+    assert not np.array_equal(read.rendering(1).light, plain.light)
+
+
+@pytest.mark.slow
+def test_another_azimuth_is_the_sky_and_the_disk_turned(scene):
+    # A camera that is turned with the period of the patterns sees the same.
+    text = PLAIN + '[sky]\nkind = "checkerboard"\n[disk]\ninner = 5\nouter = 12\nemission = {kind = "swatches"}\n'
+    first = scene(text, "disk.opacity=0.5").rendering(0).light
+    same = scene(text, "disk.opacity=0.5", "camera.azimuth_deg=72").rendering(0).light
+    other = scene(text, "disk.opacity=0.5", "camera.azimuth_deg=12").rendering(0).light
+    assert np.abs(same - first).max() < 1e-4 < 0.1 < np.abs(other - first).max()
+
+
+@pytest.mark.slow
+def test_tracks_and_critical_curves_are_drawn(scene):
+    drawn = scene(PLAIN, "overlays={critical_curves=2, tracks=[80], labels=true}", "view.width=320", "view.height=180")
+    picture = drawn.picture(0)
+    plain = scene(PLAIN, "view.width=320", "view.height=180").picture(0)
+    assert 0.005 < (picture != plain).any(axis=-1).mean() < 0.25
+    with pytest.raises(ValueError, match=r"overlays.tracks must orbit the spin axis"):
+        scene(PLAIN, "overlays.tracks=[80]", "camera.velocity=[0.1, 0, 0]")
