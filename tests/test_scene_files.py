@@ -3,6 +3,8 @@
 import json
 import math
 import pickle
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from PIL import Image
 from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
-from kerrcaustics.scene_files import scene_file
+from kerrcaustics.scene_files import contents, scene_file
 from kerrcaustics.scene_files.expressions import Moment, formula
 from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
 from kerrcaustics.scene_files.motion import fido_velocity
@@ -128,6 +130,21 @@ def test_templates_are_scenes(name, scene):
     for number in (0, read.frames // 2, read.frames - 1):
         time = read.moment(number)
         assert read.camera(time).radius > 1 and read.view(time, 0.1).width == round(read.size[0] / 10)
+
+
+def test_the_scene_of_the_readme_is_one(scene):
+    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    assert scene(re.findall(r"```toml\n(.*?)```", readme, re.DOTALL)[0]).size == (960, 540)
+
+
+def test_all_keys_are_told():
+    page = (Path(__file__).parents[1] / "docs" / "scene_files.md").read_text(encoding="utf-8")
+    tables = [
+        table for table in vars(contents).values() if isinstance(table, type) and hasattr(table, "__struct_fields__")
+    ]
+    keys = {key for table in tables for key in table.__struct_fields__}
+    assert len(keys) > 60
+    assert not {key for key in keys if not re.search(rf"`[^`]*\b{key}\b[^`]*`", page)} - {"value"}
 
 
 def test_changes_are_as_if_written(scene):

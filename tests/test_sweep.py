@@ -78,7 +78,7 @@ BAD = {
     "spin = {from = 0, to = 0.5, count = 2, by = 1}\nradius = 3": "spin: unknown key `by`",
     "spin = {from = 0, to = 0.5, count = 2, spacing = 'even'}\nradius = 3": "spin.spacing: invalid enum value 'even', "
     "expected linear or log",
-    "spin = 'fast'\nradius = 3": "spin: expected `float | table | array`, got `str`",
+    "spin = 'fast'\nradius = 3": "spin: expected `float | table | list`, got `str`",
     "spin = [0.1, 'fast']\nradius = 3": "spin[1]: expected `float`, got `str`",
     "spin = 0.5": "missing key `radius`",
     "spin = 0.5\nradius = 3\ncolour = 1": "unknown key `colour`",
