@@ -267,6 +267,11 @@ def test_geodesics_keep_energy_momentum_and_carters_constant(fall):
     spin, told = fall[0], []
     for time in np.linspace(*found.span, 40):
         place = found.place(time)
+        step = 1e-4
+        after, before = (found.place(time + sign * step)[:3] for sign in (1, -1))
+        slope = [math.remainder(b - a, math.pi) / (2 * step) for a, b in zip(before, after, strict=True)]
+        if found.span[0] < time < found.span[1]:
+            assert place[3:] == pytest.approx(slope, abs=1e-6)
         told.append(constants(kc.Camera(spin, place.radius, place.theta, fido_velocity(spin, place))))
     told = np.array(told)
     assert np.abs(told[:, 0] + 1).max() < 1e-8
@@ -341,6 +346,8 @@ def test_the_view_turns_as_it_is_told(scene):
     rolled = scene(PLAIN, *still, "view.tilt_deg=90").view(0)
     assert rolled.up == pytest.approx(plain.right, abs=1e-15)
     assert scene(PLAIN, "view.look=forward").view(0).forward.tolist() == [0, 1, 0]
+    for degrees in (0, 180):
+        assert scene(PLAIN, f"camera.inclination_deg={degrees}").view(0).forward == pytest.approx([-1, 0, 0], abs=1e-6)
     moving = scene(PLAIN + "[film]\nframes = 2\nend = 9\n", 'view.field_of_view_deg="60 + t"')
     assert math.degrees(moving.view(3.0).field_of_view) == pytest.approx(63)
 
