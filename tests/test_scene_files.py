@@ -112,9 +112,11 @@ def test_the_record_tells_what_frames_depend_on_and_no_more(scene, tmp_path):
     assert scene(text).record() != first
 
 
-def test_a_scene_can_be_sent_to_other_processes(scene):
-    there = pickle.loads(pickle.dumps(scene(PLAIN + DISK)))
-    assert there.record() == scene(PLAIN + DISK).record() and there.camera(0) == scene(PLAIN + DISK).camera(0)
+def test_a_scene_can_be_sent_to_other_processes(scene, tmp_path):
+    Image.new("RGB", (8, 4), "red").save(tmp_path / "sky.png")
+    here = scene(PLAIN + DISK + '[sky]\nkind = "panorama"\nfile = "sky.png"\n')
+    there = pickle.loads(pickle.dumps(here))
+    assert there.record() == here.record() and there.camera(0) == here.camera(0)
 
 
 def test_one_word_reads_both_kinds_of_scenes(scene, tmp_path):
@@ -278,6 +280,21 @@ def test_geodesics_keep_energy_momentum_and_carters_constant(fall):
     assert np.abs(told - told[0]).max() < 1e-7
     if fall[3] == "circular":
         assert found.state(found.span[1])[0] == pytest.approx(fall[1], rel=1e-7)
+
+
+def test_a_way_through_the_axis_is_continuous():
+    found = fallen(*FALLS[4])
+    r, theta, phi = np.array([found.place(time)[:3] for time in np.linspace(*found.span, 3001)]).T
+    places = r * np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    assert theta.min() < 0.02 and theta.max() > math.pi - 0.02
+    # Slower than light, a tenth of a unit of time goes from one to the next.
+    assert np.linalg.norm(np.diff(places), axis=0).max() < 0.1
+
+
+def test_headings_are_from_the_way_round_toward_the_axis():
+    ahead, up, back = (circular_velocity(0.5, 10.0, math.pi / 2, math.radians(d)) for d in (0, 90, 180))
+    assert ahead == pytest.approx(kc.Camera(0.5, 10.0, velocity="circular").fido_velocity(), abs=1e-12)
+    assert up[1] < -0.3 and abs(up[2]) < 1e-12 and back[2] < -ahead[2]
 
 
 def hamilton(spin):
