@@ -26,7 +26,15 @@ BEAMS = (
 CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
 FILMS = ("frame_store", "video")
 STARS = ("fold", "level_curves", "newton", "search", "sheets")
-ROOMS = {"films": FILMS, "spacetime": SPACETIME, "beams": BEAMS, "curves": CURVES, "stars": STARS}
+SCENE_FILES = ("expressions", "geodesics", "looking", "motion")
+ROOMS = {
+    "films": FILMS,
+    "spacetime": SPACETIME,
+    "beams": BEAMS,
+    "curves": CURVES,
+    "stars": STARS,
+    "scene_files": SCENE_FILES,
+}
 CHECKED = ["kerrcaustics.draw", *(f"kerrcaustics.{room}.{name}" for room, names in ROOMS.items() for name in names)]
 
 

@@ -4,7 +4,7 @@ import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -36,6 +36,7 @@ class Place(NamedTuple):
         return dict(zip(PLACE_NAMES, parts, strict=True))
 
 
+@runtime_checkable
 class CameraMotion(Protocol):
     """A camera on its way: from a first to a last time, which may be infinite."""
 
