@@ -33,7 +33,7 @@ def extremes() -> tuple[float, float]:
 
 
 def main(output: Path) -> list[Path]:
-    traced = kc.trace_view(CAMERA, VIEW, sky=False, disk=DISK, redshift=True)
+    traced = kc.trace_view(CAMERA, VIEW, sky=False, disk=DISK)
     least, most = extremes()
     span = f"ν(camera)/ν(gas) from {least:.2f} to {most:.2f}"
     # Titles, switches, and what becomes white.

@@ -9,8 +9,8 @@ import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.lighting import covered_part
-from kerrcaustics.scenes.disk.patches import doubt, weights
 from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.patches import doubt, weights
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import photon, redshift as sky_redshift
 

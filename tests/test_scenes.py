@@ -8,7 +8,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.scenes.colour import decoded, encoded, luminance, shifted_light, star_temperature
 from kerrcaustics.scenes.disk.places import Places
-from kerrcaustics.scenes.footprint import bend_of, singular_values
+from kerrcaustics.scenes.footprint import bend, singular_values
 from kerrcaustics.spacetime.sphere import from_angles
 
 NEAR = kc.Camera(spin=0.999, radius=2.6)
@@ -101,13 +101,14 @@ def test_footprint_axes_are_singular_values():
 
 
 def test_bend_of_a_fold():
-    # n' near (1, 0, 0) with theta' = pi/2 + c x^2 / 2, phi' = s y: the minor axis is along x, and vanishes at x = 0.
-    c, s = 1e-4, 1e-3
-    x, y = np.meshgrid(np.arange(-3, 4), np.arange(-3, 4))
-    direction = from_angles(math.pi / 2 + c * x**2 / 2, s * y)
-    matrix = np.zeros((7, 7, 2, 2))
-    matrix[..., 0, 0], matrix[..., 1, 1] = c * x, s
-    assert bend_of(direction, matrix)[3, 3] == pytest.approx(c / math.sqrt(8), rel=1e-3)
+    # n' near (1, 0, 0) with theta' = pi/2 + c x^2 / 2: places x with a deviation of half a pixel spread over a strip.
+    c, normal = 1e-4, np.random.default_rng(2).normal(size=400_000)
+    spread = (c * (normal / 2) ** 2 / 2).std()
+    curving = np.zeros((1, 3, 3))
+    curving[0, 0] = [0, 0, -c]
+    # A minor axis has half of itself for a deviation.
+    assert bend(curving, np.array([[0.0, 0, 1]]))[0] == pytest.approx(2 * spread, rel=0.01)
+    assert bend(curving, np.array([[0.0, 1, 0]]))[0] == 0
 
 
 def test_swatches_are_averaged_over_their_box():
@@ -295,5 +296,11 @@ def test_a_traced_view_serves_many_skies_that_turn():
     turned = traced.show(kc.TurnedSky(Plain(lambda direction: direction[:, 0]), 0.3)).light
     expected = traced.show(Plain(lambda n: math.cos(0.3) * n[:, 0] + math.sin(0.3) * n[:, 1])).light
     assert np.allclose(turned, expected, atol=1e-6)
-    with pytest.raises(ValueError, match="traced with its redshift"):
-        traced.show(kc.Checkerboard(), beaming=True)
+    both = {"beaming": True, "colour_shift": True}
+    assert np.allclose(
+        traced.show(kc.Checkerboard(), **both).light, kc.render(NEAR, view, kc.Checkerboard(), **both).light
+    )
+    with pytest.raises(ValueError, match="Argument `sky` needs a view that was traced with it"):
+        kc.trace_view(NEAR, view, sky=False).show(kc.Checkerboard())
+    with pytest.raises(ValueError, match="Argument `quality` must be one of draft, normal, high"):
+        kc.trace_view(NEAR, view, quality="best")

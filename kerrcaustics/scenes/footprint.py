@@ -1,6 +1,7 @@
 """Footprints: what part of the celestial sphere the beam of a pixel covers, and how to average a sky over it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,8 +17,8 @@ Array = np.ndarray
 LONGEST = 1.0
 # A pixel's own filter has this standard deviation along each side: that of a box and a tent, as in a picture's pixels.
 DEVIATION = 0.5
-# Beyond this ratio of its axes a footprint is widened: so many probes would be too many.
-_ASPECT = 16.0
+# Beyond this ratio of its axes a footprint is widened, for skies with detail.
+ASPECT = 16.0
 # Probes along the major axis lie within two deviations; a footprint takes the next of these numbers of them.
 _PROBES = (1, 3, 5, 9, 17, 33)
 
@@ -65,6 +66,37 @@ class Footprint:
         angle = self.axes[2][:, None]
         return e_theta * np.cos(angle) + e_phi * np.sin(angle)
 
+    @classmethod
+    def of(
+        cls,
+        direction: Float[Array, "3 pixels"],
+        steps: Float[Array, "2 3 pixels"],
+        curving: Float[Array, "pixels 3 3"],
+        redshift: Float[Array, " pixels"],
+    ) -> "Footprint":
+        """From n', its steps along x and y, and its second derivatives along xx, xy, yy, all of them per pixel."""
+        x, y, z = direction
+        s = np.hypot(x, y)
+        c, d = (np.divide(part, s, out=np.full_like(s, pole), where=s > 0) for part, pole in ((x, 1.0), (y, 0.0)))
+        outward = c * steps[:, 0] + d * steps[:, 1]
+        matrix = np.stack([z * outward - s * steps[:, 2], c * steps[:, 1] - d * steps[:, 0]])
+        footprint = cls(direction.T, np.moveaxis(matrix, -1, 0), np.zeros(len(x)), redshift)
+        along = singular_values(footprint.matrix)[2]
+        cos, sin = np.cos(along), np.sin(along)
+        across = np.stack([-sin * z * c - cos * d, -sin * z * d + cos * c, sin * s], axis=-1)
+        return replace(footprint, bend=bend(curving, across))
+
+
+def bend(curving: Float[Array, "n 3 3"], across: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    """What second derivatives (n, 3, 3) along xx, xy, yy add to a footprint's minor axis, which lies along across.
+
+    A pixel on a critical curve has a minor axis of zero, but its neighbourhood is folded over a strip of the sky. With
+    second derivatives H along the minor axis and a deviation of 1/2 pixel, the deviation of x H x / 2 is
+    |H| / (4 sqrt 2), which is that of a minor axis of |H| / sqrt 8.
+    """
+    xx, xy, yy = ((curving[:, k] * across).sum(axis=-1) for k in range(3))
+    return np.sqrt((xx**2 + 2 * xy**2 + yy**2) / 8)
+
 
 def singular_values(
     matrix: Float[Array, "*batch 2 2"],
@@ -87,29 +119,9 @@ def pixel_matrix(
     return beams.jacobian @ (basis @ steps)
 
 
-def bend_of(
-    direction: Float[Array, "*batch h w 3"], matrix: Float[Array, "*batch h w 2 2"]
-) -> Float[Array, "*batch h w"]:
-    """Spread (..., h, w) along the minor axis from the second derivatives of the sky map, by differences of neighbours.
-
-    Parameters: direction (..., h, w, 3) and matrix (..., h, w, 2, 2) of a lattice of pixels, h and w at least 2.
-
-    A pixel on a critical curve has a minor axis of zero, but its neighbourhood is folded over a strip of the sky. With
-    second derivatives H along the minor axis and a deviation of 1/2 pixel, the deviation of x H x / 2 is
-    |H| / (4 sqrt 2), which is that of a minor axis of |H| / sqrt 8.
-    """
-    basis = np.stack(polar_basis(direction), axis=-1)
-    columns = basis @ matrix
-    angle = singular_values(matrix)[2]
-    across = basis[..., 1] * np.cos(angle)[..., None] - basis[..., 0] * np.sin(angle)[..., None]
-    total = np.zeros(direction.shape[:-1])
-    for axis in (-4, -3):
-        change = np.gradient(columns, axis=axis)
-        total += ((change * across[..., None]).sum(axis=-2) ** 2).sum(axis=-1)
-    return np.nan_to_num(np.sqrt(total / 8), nan=0.0)
-
-
-def averaged(sky: Callable[[Array, Array], Array], footprint: Footprint, finest: float) -> Float[Array, "pixels 3"]:
+def averaged(
+    sky: Callable[[Array, Array], Array], footprint: Footprint, finest: float, aspect: float = ASPECT
+) -> Float[Array, "pixels 3"]:
     """Colours (n, 3) of a sky, averaged over footprints by probes along their major axes.
 
     Parameters
@@ -120,6 +132,8 @@ def averaged(sky: Callable[[Array, Array], Array], footprint: Footprint, finest:
     footprint : Footprint
     finest : float
         Size below which the sky has no detail.
+    aspect : float
+        Ratio of the axes beyond which footprints are widened: so many probes would be too many.
 
     Notes
     -----
@@ -128,7 +142,7 @@ def averaged(sky: Callable[[Array, Array], Array], footprint: Footprint, finest:
     """
     major, minor, _ = footprint.axes
     major = np.maximum(major, finest)
-    minor = np.maximum(np.maximum(minor, finest), major / _ASPECT)
+    minor = np.maximum(np.maximum(minor, finest), major / aspect)
     deviation = DEVIATION * np.sqrt(np.maximum(major**2 - minor**2, 0))
     needed = 1 + np.ceil(4 * deviation / minor - 0.5)
     colours = np.empty((len(footprint), 3))

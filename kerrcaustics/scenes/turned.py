@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.render import Sky
+from kerrcaustics.scenes.points import PointLights
+from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.spacetime.checks import real_number
 
 Array = np.ndarray
@@ -32,3 +33,14 @@ class TurnedSky:
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         back = np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=-1)
         return self.sky.light(replace(footprint, direction=back), beaming, colour_shift)
+
+    @property
+    def points(self) -> PointLights | None:
+        """The points of light of the sky, turned."""
+        points: PointLights | None = getattr(self.sky, "points", None)
+        return None if points is None else points.some(np.arange(len(points.direction)), self.angle)
+
+    @property
+    def sweep(self) -> float:
+        """The angle by which they turn while the picture is exposed."""
+        return getattr(self.sky, "sweep", 0.0)

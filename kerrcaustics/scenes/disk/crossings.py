@@ -15,8 +15,9 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Rays, Status
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
-from kerrcaustics.scenes.disk.patches import CORNERS, doubt
+from kerrcaustics.scenes.corners import Squares, find, merged
 from kerrcaustics.scenes.footprint import pixel_matrix
+from kerrcaustics.scenes.patches import CORNERS, doubt
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, photon, redshift as sky_redshift
 
@@ -57,19 +58,6 @@ class Corners(NamedTuple):
     side: Array
     outward: Array
 
-    def merged(self, other: "Corners") -> "Corners":
-        """Both, in order."""
-        key = np.concatenate([self.key, other.key])
-        order = np.argsort(key)
-        return Corners(*(np.concatenate(pair)[order] for pair in zip(self, other, strict=True)))
-
-    def find(self, key: Array) -> tuple[Array, Array]:
-        """The number of each key, and whether it is there."""
-        if not len(self.key):
-            return np.zeros(key.shape, int), np.zeros(key.shape, bool)
-        number = np.minimum(np.searchsorted(self.key, key), len(self.key) - 1)
-        return number, self.key[number] == key
-
 
 class PlaneCells(NamedTuple):
     """Square cells of a picture that see the plane, at one crossing.
@@ -101,15 +89,13 @@ class Lattice(NamedTuple):
         """More than there are corners from left to right."""
         return (self.view.width + 2 * _LARGEST) * FINEST
 
-    def roots(self) -> tuple[Array, Array, int]:
-        """The largest cells, which cover the picture: x, y, size."""
+    def roots(self) -> Squares:
+        """The largest cells, which cover the picture."""
         size = FINEST * _LARGEST
         most = _WIDEST / self.view.pixel * FINEST
         while size > 1 and size > most:
             size //= 2
-        across, down = (-(-pixels * FINEST // size) for pixels in (self.view.width, self.view.height))
-        x, y = np.meshgrid(np.arange(across) * size, np.arange(down) * size)
-        return x.ravel(), y.ravel(), size
+        return Squares.over(self.view.width * FINEST, self.view.height * FINEST, size)
 
     def key(self, x: Array, y: Array) -> Array:
         """One number for a place."""
@@ -166,14 +152,14 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> See
     for crossing in range(1, MOST_CROSSINGS + 1):
         if not len(x):
             break
-        cells, corners, traced = _crossing(lattice, crossing, (x, y, size), rims, before)
+        cells, corners, traced = _crossing(lattice, crossing, Squares(x, y, size), rims, before)
         beams.append(traced)
         if crossing > 1 and not len(cells.x):
             break
         found.append(cells)
         if _faint(found, lattice):
             break
-        x, y = _going_on(lattice, corners, (x, y, size), rims, opaque)
+        x, y = _going_on(lattice, corners, Squares(x, y, size), rims, opaque)
         before = corners
     return Seen(tuple(found), tuple(beams))
 
@@ -181,7 +167,7 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> See
 def _crossing(
     lattice: Lattice,
     crossing: int,
-    roots: tuple[Array, Array, int],
+    roots: Squares,
     rims: tuple[float, float],
     before: Corners | None,
 ) -> tuple[PlaneCells, Corners, int]:
@@ -191,7 +177,7 @@ def _crossing(
         keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
         corners, count = _with(lattice, corners, keys, crossing, before)
         traced += count
-        number, _ = corners.find(keys)
+        number, _ = find(corners.key, keys)
         pixels = size / FINEST
         side = corners.side[number]
         whole = (side == 0).all(axis=1)
@@ -212,11 +198,7 @@ def _crossing(
             near = np.zeros(len(corners.key), bool)
             near[number[split]] = True
             split |= ~whole & ~good & near[number].any(axis=1)
-        size //= 2
-        x, y = (
-            np.concatenate([place[split] + step * size for step in steps])
-            for place, steps in ((x, (0, 1, 0, 1)), (y, (0, 0, 1, 1)))
-        )
+        x, y, size = Squares(x, y, size).quarters(split)
     return PlaneCells(*(np.concatenate(parts) for parts in zip(*kept, strict=True))), corners, traced
 
 
@@ -230,18 +212,18 @@ def _with(
 ) -> tuple[Corners, int]:
     """The corners with those of some keys, and how many of them were traced."""
     wanted = np.unique(keys)
-    wanted = wanted[~corners.find(wanted)[1]]
+    wanted = wanted[~find(corners.key, wanted)[1]]
     if before is not None:
         # Who did not cross before does not cross now.
-        number, there = before.find(wanted)
+        number, there = find(before.key, wanted)
         gone = there.copy()
         gone[there] = before.side[number[there]] != 0
         rows = number[gone]
         lost = Corners(*(part[rows] for part in before))
-        corners, wanted = corners.merged(lost), wanted[~gone]
+        corners, wanted = merged(corners, lost), wanted[~gone]
     if not len(wanted):
         return corners, 0
-    return corners.merged(lattice.trace(wanted, crossing)), len(wanted)
+    return merged(corners, lattice.trace(wanted, crossing)), len(wanted)
 
 
 def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array, "cells 2"], Float[Array, "cells 2"]]:
@@ -345,7 +327,7 @@ def _most(cells: PlaneCells, lattice: Lattice) -> float:
 
 
 def _going_on(
-    lattice: Lattice, corners: Corners, roots: tuple[Array, Array, int], rims: tuple[float, float], opaque: bool
+    lattice: Lattice, corners: Corners, roots: Squares, rims: tuple[float, float], opaque: bool
 ) -> tuple[Int[Array, " roots"], Int[Array, " roots"]]:
     """The largest cells in which rays may cross between the rims once more."""
     x, y, size = roots

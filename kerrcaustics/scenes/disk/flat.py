@@ -7,7 +7,8 @@ from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.render import Sky
+from kerrcaustics.scenes.points import PointLights, drawn
+from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
@@ -43,6 +44,7 @@ def render_flat(
     light = np.zeros((len(x), 3))
     if sky is not None:
         light = light + sky.light(_footprint(camera, view, x, y), False, False)
+        _draw_points(camera, view, sky, light.reshape(view.height, view.width, 3))
     if disk is not None:
         within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
         total, through = np.zeros((len(x), 3)), np.zeros(len(x))
@@ -57,11 +59,27 @@ def render_flat(
 def _looking(camera: Camera, view: View, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
     """Directions (n, 3) in space, and their steps (n, 3, 2) per pixel, in Cartesian coordinates."""
     sky, steps = view.directions(x, y)
+    turn = _turn(camera)
+    return sky @ turn, turn.T @ steps
+
+
+def _turn(camera: Camera) -> Float[Array, "3 3"]:
+    """From the camera's axes (rows) to Cartesian coordinates."""
     outward = from_angles(camera.inclination, 0.0)
     e_theta = from_angles(camera.inclination + np.pi / 2, 0.0)
-    axes = np.stack([outward, e_theta, np.array([0.0, 1.0, 0.0])])
-    turn = np.asarray(camera.frame().basis) @ axes
-    return sky @ turn, turn.T @ steps
+    return np.asarray(camera.frame().basis) @ np.stack([outward, e_theta, np.array([0.0, 1.0, 0.0])])
+
+
+def _draw_points(camera: Camera, view: View, sky: Sky, light: Float[Array, "h w 3"]) -> None:
+    """Add the points of light that a sky may have, where they are."""
+    points: PointLights | None = getattr(sky, "points", None)
+    if points is None:
+        return
+    there = points.direction @ _turn(camera).T
+    place = view.pixels(there)
+    some = ((place > -2) & (place < (view.width + 1, view.height + 1))).all(axis=1)
+    area = view.solid_angle(view.directions(*place[some].T)[1])
+    drawn(light, place[some], points.flux[some] / area[:, None])
 
 
 def _footprint(camera: Camera, view: View, x: Array, y: Array) -> Footprint:

@@ -16,8 +16,8 @@ from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.disk.crossings import FINEST, PlaneCells
 from kerrcaustics.scenes.disk.disk import Disk
-from kerrcaustics.scenes.disk.patches import Weights, weights
 from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.patches import Weights, weights
 
 Array = np.ndarray
 

@@ -35,7 +35,12 @@ class Weights(NamedTuple):
 def weights(start_x: float, start_y: float, side: float, count: int) -> Weights:
     """At the middles of count x count parts of a square within a cell, all in units of the cell; row by row."""
     within = (np.arange(count) + 0.5) / count * side
-    x, y = (place.ravel() for place in np.meshgrid(start_x + within, start_y + within))
+    return weights_at(*np.meshgrid(start_x + within, start_y + within))
+
+
+def weights_at(x: Array, y: Array) -> Weights:
+    """At some places of a cell, in units of it."""
+    x, y = np.ravel(x), np.ravel(y)
     (lx, hx), (ly, hy) = _linear(x), _linear(y)
     (vx, dx), (vy, dy) = _cubic(x), _cubic(y)
     value, along_x, along_y = np.zeros((3, 12, x.size))
@@ -71,10 +76,17 @@ def doubt(data: Float[Array, "cells 12 parts"]) -> Float[Array, "cells parts"]:
 
     All three are off by the fourth power of the size, and by another multiple of it each.
     """
+    one, other = doubts(data)
+    return np.maximum(np.maximum(one, other), 0) - np.minimum(np.minimum(one, other), 0)
+
+
+def doubts(data: Float[Array, "cells 12 parts"]) -> tuple[Float[Array, "cells parts"], Float[Array, "cells parts"]]:
+    """The middle by either diagonal, less that by the edges."""
     value, x, y = data[:, :4], data[:, 4:8], data[:, 8:]
     middle = np.tensordot(data, weights(0.5, 0.5, 0.0, 1).value[:, 0], ((1,), (0,)))
-    found = [middle]
-    for one, other, sign in ((0, 3, 1), (1, 2, -1)):
+
+    def by(one: int, other: int, sign: int) -> Array:
         change = sign * (x[:, one] - x[:, other]) + y[:, one] - y[:, other]
-        found.append((value[:, one] + value[:, other]) / 2 + change / 8)
-    return np.max(found, axis=0) - np.min(found, axis=0)
+        return (value[:, one] + value[:, other]) / 2 + change / 8 - middle
+
+    return by(0, 3, 1), by(1, 2, -1)

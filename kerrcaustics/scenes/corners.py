@@ -1,0 +1,47 @@
+"""Corners of cells of a picture, known by one number each: sets of them grow as cells are divided."""
+
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from jaxtyping import Bool, Int
+
+Array = np.ndarray
+Known = TypeVar("Known", bound=tuple[Any, ...])
+
+
+def merged(one: Known, other: Known) -> Known:
+    """Two sets of corners as one: named tuples of arrays, the first of which is the key, sorted."""
+    key = np.concatenate([one[0], other[0]])
+    order = np.argsort(key)
+    return type(one)(*(np.concatenate(pair)[order] for pair in zip(one, other, strict=True)))
+
+
+def find(known: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, "*shape"], Bool[Array, "*shape"]]:
+    """The number of each key among the known ones, and whether it is there."""
+    if not len(known):
+        return np.zeros(key.shape, int), np.zeros(key.shape, bool)
+    number = np.minimum(np.searchsorted(known, key), len(known) - 1)
+    return number, known[number] == key
+
+
+class Squares(NamedTuple):
+    """Square cells: upper left corners x, y (n,) on a lattice, and one size, the power of two that all of them have."""
+
+    x: Int[Array, " n"]
+    y: Int[Array, " n"]
+    size: int
+
+    @classmethod
+    def over(cls, width: int, height: int, size: int) -> "Squares":
+        """Those that cover a rectangle."""
+        x, y = np.meshgrid(np.arange(-(-width // size)) * size, np.arange(-(-height // size)) * size)
+        return cls(x.ravel(), y.ravel(), size)
+
+    def quarters(self, chosen: Bool[Array, " n"]) -> "Squares":
+        """Four cells in place of each of the chosen ones."""
+        size = self.size // 2
+        x, y = (
+            np.concatenate([place[chosen] + step * size for step in steps])
+            for place, steps in ((self.x, (0, 1, 0, 1)), (self.y, (0, 0, 1, 1)))
+        )
+        return Squares(x, y, size)

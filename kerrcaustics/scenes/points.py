@@ -1,0 +1,361 @@
+"""Points of light on the celestial sphere, and all their images on a picture.
+
+The map of a picture (sky_cells.py) is inverted for every star: each image is drawn where it is, as large as a pixel,
+with the light that its magnification gives it.
+"""
+
+import math
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.spatial import KDTree
+
+from kerrcaustics.scenes.footprint import Footprint, bend, singular_values
+from kerrcaustics.scenes.patches import weights_at
+from kerrcaustics.scenes.sky_cells import SkyCells
+from kerrcaustics.spacetime.sphere import polar_basis
+
+Array = np.ndarray
+
+# Cells that are searched together.
+_CELLS = 1 << 12
+# A cell's image lies within the disc about its middle that holds so many points of it in each direction, and more.
+_SAMPLES, _SLACK = 3, 1.3
+# Cells whose map turns over, or bends more than this from one place to another, are searched from so many starts.
+_BENT, _STARTS = 3.0, 8
+_GRID = np.stack(np.meshgrid(*2 * [(np.arange(_STARTS) + 0.5) / _STARTS]), axis=-1).reshape(-1, 2)
+_STEPS = 20
+Starts = tuple[Int[Array, " s"], Float[Array, "s 2"]]
+# Images this close (pixels) are one, where cells meet; none is brighter than one so far from its critical curve.
+_SAME, _NEAREST = 0.02, 0.05
+# Cells reach so far into their neighbours, in units of their size: no image is lost where they meet.
+_OVER = 1e-3
+# Longer footprints are cut there (radians); thinner ones, as parts of their major axis, hold no star but by chance.
+_LONGEST, _THINNEST = 0.08, 1e-4
+# The corners of a square part are so far from its middle.
+_REACH = 0.5 * math.sqrt(2)
+# Discs that are searched together, and by how much their radii differ at most.
+_DISCS, _ALIKE = 1 << 13, 1.5
+
+
+class PointLights(NamedTuple):
+    """Stars: directions n' (n, 3), linear sRGB light (n, 3), temperatures (n,), a tree of the directions.
+
+    response: to what their colours are shifted by, as in `black_body`.
+    """
+
+    direction: Array
+    flux: Array
+    temperature: Array
+    tree: KDTree
+    response: str = "cie"
+
+    def some(self, which: Int[Array, " m"], turn: float) -> "PointLights":
+        """Some of them, turned about the spin axis by an angle."""
+        x, y, z = self.direction[which].T
+        cos, sin = math.cos(turn), math.sin(turn)
+        direction = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
+        return PointLights(direction, self.flux[which], self.temperature[which], KDTree(direction), self.response)
+
+
+class Imaged(NamedTuple):
+    """Images on a picture.
+
+    place (m, 2), pixels; star (m,); area (m,), the solid angle that a pixel sees there; steps (m, 2, 3) of n' for one.
+    """
+
+    place: Array
+    star: Array
+    area: Array
+    steps: Array
+
+
+def images(cells: SkyCells, lights: PointLights, pool: Executor) -> Imaged:
+    """All images in cells."""
+    chunks = [
+        np.flatnonzero(cells.size == size)[start : start + _CELLS]
+        for size in np.unique(cells.size)
+        for start in range(0, int((cells.size == size).sum()), _CELLS)
+    ]
+    found = list(pool.map(partial(_images, cells, lights), chunks))
+    return _once(Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True))), cells)
+
+
+_NONE = Imaged(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros((0, 2, 3)))
+
+
+def _images(cells: SkyCells, lights: PointLights, which: Int[Array, " n"]) -> Imaged:
+    """All images in some cells of one size."""
+    reach = _Reach(cells.data[which])
+    near = lights.tree.query_ball_point(reach.middle, reach.chord, return_sorted=False)
+    count = np.array([len(stars) for stars in near])
+    if not count.sum():
+        return _NONE
+    pair = np.repeat(np.arange(len(which)), count)
+    star = np.concatenate([np.asarray(stars, int) for stars in near if stars])
+    inside = reach.hold(pair, lights.direction[star])
+    pair, star = pair[inside], star[inside]
+    found = []
+    for some, start in ((~reach.bent, _middles), (reach.bent & ~reach.folded, _nearest), (reach.folded, _near)):
+        chosen = np.flatnonzero(some[pair])
+        data, target = cells.data[which[pair[chosen]]], lights.direction[star[chosen]]
+        at, solved, columns = _solved(data, target, *start(data, target))
+        rows = chosen[at]
+        found.append(_imaged(cells, which[pair[rows]], star[rows], solved, columns))
+    return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+
+
+class _Reach:
+    """What cells cover on the sky, from samples: a parallelogram about a middle (n, 3), and the disc that holds it.
+
+    folded (n,): which of them turn over; bent (n,): which do, or bend strongly.
+    """
+
+    def __init__(self, data: Float[Array, "n 12 3"]) -> None:
+        """data: of the cells."""
+        where = weights_at(*np.meshgrid(*2 * [np.linspace(0, 1, _SAMPLES)]))
+        parts = np.moveaxis(data, -1, 0)
+        place, along_x, along_y = (parts @ part for part in (where.value, where.along_x, where.along_y))
+        middle = place[..., _SAMPLES**2 // 2]
+        away = place - middle[..., None]
+        self.middle = (middle / np.sqrt((middle**2).sum(axis=0))).T
+        self.chord = _SLACK * np.sqrt((away**2).sum(axis=0)).max(axis=1)
+        # Along the way from one corner to the farthest other, and across it.
+        far = np.abs(away).sum(axis=0).argmax(axis=1)
+        along = np.take_along_axis(away, far[None, :, None], axis=2)[..., 0].T
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+        area = (place * np.cross(along_x, along_y, axis=0)).sum(axis=0)
+        least, most = np.abs(area).min(axis=1), np.abs(area).max(axis=1)
+        self.folded = area.min(axis=1) * area.max(axis=1) <= 0
+        self.bent = self.folded | (most > _BENT * least)
+        side = np.stack([along, np.cross(self.middle, along)], axis=1)
+        # Where the map is nearly linear, a place in the cell tells more.
+        columns = np.stack([part[..., _SAMPLES**2 // 2].T for part in (along_x, along_y)], axis=-1)
+        self._axes = np.where(self.bent[:, None, None], side, np.linalg.pinv(columns))
+        spread = self._axes @ np.moveaxis(away, 0, 1)
+        low, high = spread.min(axis=2), spread.max(axis=2)
+        slack = (_SLACK - 1) * (high - low) + np.where(self.bent, self.chord**2, 0.0)[:, None]
+        self._low, self._high = low - slack, high + slack
+
+    def hold(self, cell: Int[Array, " m"], direction: Float[Array, "m 3"]) -> Bool[Array, " m"]:
+        """Whether directions may lie in what cells cover."""
+        side = np.einsum("mij,mj->mi", self._axes[cell], direction - self.middle[cell])
+        return ((side >= self._low[cell]) & (side <= self._high[cell])).all(axis=1)
+
+
+def _middles(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Starts:
+    """Searches begin in the middles of cells."""
+    return np.arange(len(data)), np.full((len(data), 2), 0.5)
+
+
+def _nearest(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Starts:
+    """From that of a grid of places which comes nearest."""
+    return np.arange(len(data)), _GRID[_misses(data, target).argmin(axis=1)]
+
+
+def _near(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Starts:
+    """From all of them that are as near to the target as their part of the cell reaches."""
+    where = weights_at(*_GRID.T)
+    slopes = (np.einsum("nkc,km->nmc", data, part) for part in (where.along_x, where.along_y))
+    reach = sum(np.sqrt((slope**2).sum(axis=-1)) for slope in slopes)
+    spread = np.abs(np.diff(data[:, :4], axis=1)).sum(axis=(1, 2))[:, None]
+    rows, start = np.nonzero(_misses(data, target) < (reach + spread / _STARTS) * (1.5 / _STARTS))
+    return rows, _GRID[start]
+
+
+def _misses(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Float[Array, "n starts"]:
+    place = np.einsum("nkc,km->nmc", data, weights_at(*_GRID.T).value)
+    return np.sqrt(((place - target[:, None]) ** 2).sum(axis=-1))
+
+
+def _solved(
+    data: Float[Array, "n 12 3"], target: Float[Array, "n 3"], rows: Int[Array, " s"], at: Float[Array, "s 2"]
+) -> tuple[Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"]]:
+    """Where patches meet targets, from starts in some of them.
+
+    Which patch (m,), the place in its cell (m, 2), and the slopes (m, 2, 3) there.
+    """
+    keep = np.arange(len(rows))
+    for _ in range(_STEPS):
+        value, columns = _patch(data[rows[keep]], at[keep])
+        move = _newton(columns, target[rows[keep]] - value)
+        length = np.sqrt((move**2).sum(axis=-1))
+        at[keep] += move * np.minimum(1, 0.5 / np.maximum(length, 1e-300))[:, None]
+        # Who is far outside will not come back.
+        keep = keep[(length > 1e-7) & (np.abs(at[keep] - 0.5).max(axis=1) < 1.0)]
+    value, columns = _patch(data[rows], at)
+    off = _newton(columns, target[rows] - value / np.linalg.norm(value, axis=-1, keepdims=True))
+    good = (np.abs(at - 0.5).max(axis=1) <= 0.5 + _OVER) & (np.abs(off).max(axis=1) < 1e-4)
+    return rows[good], at[good], columns[good]
+
+
+def _patch(data: Float[Array, "n 12 3"], at: Float[Array, "n 2"]) -> tuple[Float[Array, "n 3"], Float[Array, "n 2 3"]]:
+    """n' (n, 3), and its slopes (n, 2, 3) along the sides, at one place of each patch."""
+    where = weights_at(*at.T)
+    rows = np.stack([where.value, where.along_x, where.along_y]).transpose(2, 0, 1)
+    found = rows @ data
+    return found[:, 0], found[:, 1:]
+
+
+def _newton(columns: Float[Array, "n 2 3"], miss: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
+    """Steps (n, 2) with columns @ step = miss, least squares, with a floor where they are nearly parallel."""
+    one, other = columns[:, 0], columns[:, 1]
+    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
+    p, q = (one * miss).sum(axis=-1), (other * miss).sum(axis=-1)
+    det = np.maximum(a * c - b * b, 1e-12 * (a + c) ** 2)
+    return np.stack([c * p - b * q, a * q - b * p], axis=-1) / det[:, None]
+
+
+def _imaged(cells: SkyCells, cell: Int[Array, " m"], star: Array, at: Float[Array, "m 2"], columns: Array) -> Imaged:
+    size = cells.size[cell, None]
+    place = np.stack([cells.x[cell], cells.y[cell]], axis=-1) + at * size - 0.5
+    steps = columns / size[..., None]
+    one, other = steps[:, 0], steps[:, 1]
+    area = np.cross(one, other)
+    size_of = np.sqrt((area**2).sum(axis=-1))
+    # The direction in which the pixel is thin, and how fast it opens away from the critical curve.
+    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
+    major = np.sqrt((a + c + np.hypot(a - c, 2 * b)) / 2)
+    turn = np.arctan2(2 * b, a - c) / 2
+    along = (one * np.cos(turn)[:, None] + other * np.sin(turn)[:, None]) / major[:, None]
+    middle = area / np.maximum(size_of, 1e-300)[:, None]
+    least = _NEAREST * math.sqrt(8) * bend(cells.curving[cell], np.cross(middle, along))
+    return Imaged(place, star, np.maximum(size_of, major * least), steps)
+
+
+def _once(found: Imaged, cells: SkyCells) -> Imaged:
+    """Without images that two starts, or two cells where they meet, have both found."""
+    # Images of one star on one side of a critical curve.
+    order = np.lexsort((found.place[:, 1], found.place[:, 0], found.star))
+    found = Imaged(*(part[order] for part in found))
+    normal = np.cross(found.steps[:, 0], found.steps[:, 1])
+    keep = np.ones(len(order), bool)
+    for ahead in range(1, 9):
+        near = (found.star[ahead:] == found.star[:-ahead]) & (
+            np.abs(found.place[ahead:] - found.place[:-ahead]).max(axis=1) < _SAME
+        )
+        same = (normal[ahead:] * normal[:-ahead]).sum(axis=1) >= 0
+        keep[ahead:] &= ~(near & same & keep[:-ahead])
+    return Imaged(*(part[keep] for part in found))
+
+
+def drawn(light: Float[Array, "h w 3"], place: Float[Array, "m 2"], give: Float[Array, "m 3"]) -> None:
+    """Add images with intensities (m, 3) to a picture: each is a quadratic B-spline, whose parts add up to 1."""
+    height, width = light.shape[:2]
+    nearest = np.round(place).astype(int)
+    parts = [_spline_parts(place[:, k] - nearest[:, k]) for k in (0, 1)]
+    flat = light.reshape(-1, 3)
+    for i in range(3):
+        for j in range(3):
+            x, y = nearest[:, 0] + i - 1, nearest[:, 1] + j - 1
+            inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
+            pixel, weight = (y * width + x)[inside], (parts[0][i] * parts[1][j])[inside, None]
+            for channel, part in enumerate((weight * give[inside]).T.astype(light.dtype)):
+                np.add.at(flat[:, channel], pixel, part)
+
+
+def _spline_parts(offset: Float[Array, " m"]) -> tuple[Array, Array, Array]:
+    """What the pixels before, at and after the nearest one get of an image at an offset from it."""
+    return (0.5 - offset) ** 2 / 2, 0.75 - offset**2, (0.5 + offset) ** 2 / 2
+
+
+def images_in_parts(
+    place: Float[Array, "n 2"], side: float, footprint: Footprint, lights: PointLights, pool: Executor
+) -> Imaged:
+    """All images in parts of pixels, squares of some side (pixels) about places, by the footprints of these."""
+    chunks = [slice(start, start + _DISCS) for start in range(0, len(place), _DISCS)]
+    found = list(pool.map(lambda part: _in_parts(place[part], side, footprint.part(part), lights), chunks))
+    return Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True)))
+
+
+def _in_parts(place: Float[Array, "n 2"], side: float, footprint: Footprint, lights: PointLights) -> Imaged:
+    matrix, area = _usable(footprint)
+    part, star, offset = _pairs(footprint.direction, matrix, lights)
+    basis = np.stack(polar_basis(footprint.direction[part]), axis=-2)
+    steps = np.swapaxes(matrix[part], -1, -2) @ basis / side
+    return Imaged(place[part] + side * offset, star, area[part] / side**2, steps)
+
+
+def _usable(footprint: Footprint) -> tuple[Float[Array, "n 2 2"], Float[Array, " n"]]:
+    """Matrices (n, 2, 2) with the minor axis widened by the bend and the axes cut, and |det| (n,)."""
+    major, minor, along = singular_values(footprint.matrix)
+    longest = np.minimum(major, _LONGEST)
+    widest = np.clip(np.hypot(minor, footprint.bend), _THINNEST * longest, longest)
+    axes = np.stack([np.cos(along), np.sin(along)], axis=-1)
+    one = axes[:, None] @ footprint.matrix * (longest / major)[:, None, None]
+    across = np.stack([-axes[:, 1], axes[:, 0]], axis=-1)
+    other = across[:, None] @ footprint.matrix
+    # On a critical curve only the direction of the major axis tells which one the minor axis has.
+    thin = np.stack([-one[:, 0, 1], one[:, 0, 0]], axis=-1)[:, None] / longest[:, None, None]
+    turned = np.where((other * thin).sum(axis=(1, 2)) < 0, -1.0, 1.0)
+    other = thin * (turned * widest)[:, None, None]
+    return axes[..., None] * one + across[..., None] * other, longest * widest
+
+
+def _pairs(
+    direction: Float[Array, "n 3"], matrix: Float[Array, "n 2 2"], lights: PointLights
+) -> tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, "m 2"]]:
+    """Parts (m,) and the stars (m,) in them, and where (m, 2) from their middles, in units of their sides."""
+    part, centre, radius, middle, half = _discs(direction, matrix, len(lights.direction))
+    chord = 2 * np.sin(np.minimum(radius, math.pi) / 2)
+    rows = _rows(direction, matrix)
+    found = []
+    for some in _alike(chord):
+        near = KDTree(centre[some]).sparse_distance_matrix(lights.tree, chord[some].max(), output_type="ndarray")
+        close = near["v"] <= chord[some[near["i"]]]
+        disc, star = some[near["i"][close]], near["j"][close]
+        offset = _offsets(direction[part[disc]], rows[part[disc]], lights.direction[star])
+        # Where discs of one part overlap, a star belongs to that in whose piece of the major axis it is.
+        along = offset[:, 2] - middle[disc]
+        inside = (np.abs(offset[:, :2]).max(axis=1) <= 0.5) & (along >= -half[disc]) & (along < half[disc])
+        found.append((part[disc[inside]], star[inside], offset[inside, :2]))
+    parts, stars, offsets = (np.concatenate(column) for column in zip(*found, strict=True))
+    return parts, stars, offsets
+
+
+def _rows(direction: Float[Array, "n 3"], matrix: Float[Array, "n 2 2"]) -> Float[Array, "n 3 3"]:
+    """Rows of displacements in space: two for pixels along x and y, one for radians along the major axis."""
+    tangents = np.stack(polar_basis(direction), axis=-2)
+    angle = singular_values(matrix)[2]
+    axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None] @ tangents
+    return np.concatenate([np.linalg.inv(matrix) @ tangents, axis], axis=1)
+
+
+def _discs(
+    direction: Float[Array, "n 3"], matrix: Float[Array, "n 2 2"], stars: int
+) -> tuple[Int[Array, " m"], Float[Array, "m 3"], Float[Array, " m"], Float[Array, " m"], Float[Array, " m"]]:
+    """Discs that cover footprints, several along the major axis of a long one.
+
+    Of each disc: pixel, centre (m, 3), radius, place on the major axis, and half of the part of it that is its own.
+    """
+    major, minor, angle = singular_values(matrix)
+    # More discs are more searches, fewer hold more stars in vain: measured, this many take the least time.
+    number = np.minimum(np.ceil(0.2 * math.sqrt(stars) * major), np.ceil(major / minor)).astype(int)
+    pixel = np.repeat(np.arange(len(direction)), number)
+    first = np.cumsum(number) - number
+    half = (_REACH * major / number)[pixel]
+    place = half * (2 * (np.arange(len(pixel)) - first[pixel]) + 1 - number[pixel])
+    e_theta, e_phi = polar_basis(direction)
+    tangent = e_theta * np.cos(angle)[:, None] + e_phi * np.sin(angle)[:, None]
+    turn = place[:, None]
+    centre = direction[pixel] * np.cos(turn) + tangent[pixel] * np.sin(turn)
+    return pixel, centre, np.hypot(half, _REACH * minor[pixel]), place, half
+
+
+def _alike(chord: Float[Array, " discs"]) -> Iterator[Int[Array, " _"]]:
+    """Numbers of discs in groups, of no more than _DISCS and of chords that differ by less than a factor of _ALIKE."""
+    order = np.argsort(chord)
+    kind = np.floor(np.log(chord[order]) / math.log(_ALIKE))
+    for group in np.split(order, np.flatnonzero(np.diff(kind)) + 1):
+        yield from np.split(group, range(_DISCS, len(group), _DISCS))
+
+
+def _offsets(n: Float[Array, "m 3"], rows: Float[Array, "m 3 3"], star: Float[Array, "m 3"]) -> Float[Array, "m 3"]:
+    """Products (m, 3) of rows (m, 3, 3) with displacements from directions n to stars, along great circles."""
+    cosine = np.einsum("ni,ni->n", n, star)
+    sine = np.sqrt(np.maximum(1 - cosine**2, 1e-30))
+    return np.einsum("nij,nj->ni", rows, star) * (np.arctan2(sine, cosine) / sine)[:, None]

@@ -1,0 +1,297 @@
+"""Where a picture sees the celestial sphere: the direction n' of every pixel, from few beams.
+
+Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
+square cells, and patches.py joins them. A ray to the middle of each cell checks its patch; cells that are off are
+divided, down to single pixels. Pixels on the shadow edge, and the few next to it where no patch is good, are left over.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.scenes.corners import Squares, find, merged
+from kerrcaustics.scenes.footprint import bend, pixel_matrix, singular_values
+from kerrcaustics.scenes.patches import CORNERS, doubts, weights
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.sphere import polar_basis
+
+Array = np.ndarray
+
+# Of a pixel a hundredth is seen: its beam need not be better.
+TOLERANCE = 1e-7
+# The largest cells: pixels, and radians.
+_LARGEST, _LARGEST_ANGLE = 32, 0.05
+# Cells that see more of the sky than this (radians) are divided, pixels that do into two parts each way, and those
+# that see more than that, or lie on the shadow edge, into more.
+_WIDE, _WIDEST, PARTS = 0.2, 0.5, 4
+# Where patches are checked by rays, in units of the cell: its middle, and those of two edges.
+_CHECKS = ((0.5, 0.5), (0.5, 0.0), (0.0, 0.5))
+# Points of the shadow edge that no cell may hide.
+_EDGE_POINTS = 1440
+# Pixels whose places are worked out together: they fit in a core's cache.
+_TOGETHER = 1 << 14
+
+
+class Corners(NamedTuple):
+    """Beams at corners of cells: key, sorted; place (n, 3), n'; slope (n, 3, 2), its change per pixel along x and y."""
+
+    key: Array
+    place: Array
+    slope: Array
+
+    @property
+    def there(self) -> Bool[Array, " n"]:
+        """Which of them reach the celestial sphere."""
+        return np.isfinite(self.slope[:, 0, 0])
+
+
+class SkyCells(NamedTuple):
+    """Square cells of a picture that see the celestial sphere.
+
+    x, y (n,): upper left corner, pixels; size (n,); data (n, 12, 3), n' for `patches`; curving (n, 3, 3), the second
+    derivatives of n' along xx, xy and yy; error (n,): how far the patch was found to be off, in pixels.
+    """
+
+    x: Array
+    y: Array
+    size: Array
+    data: Array
+    curving: Array
+    error: Array
+
+
+class SkyMap(NamedTuple):
+    """A picture's map to the celestial sphere: its cells, and how many beams and rays it took.
+
+    left: the pixels left over, by their numbers in reading order; parts: into how many each way they are to be divided.
+    """
+
+    cells: SkyCells
+    left: Int[Array, " m"]
+    parts: Int[Array, " m"]
+    beams: int
+    rays: int
+
+
+class _Lattice(NamedTuple):
+    camera: Camera
+    view: View
+
+    @property
+    def columns(self) -> int:
+        return self.view.width + 2 * _LARGEST
+
+    def roots(self) -> Squares:
+        size = _LARGEST
+        while size > 1 and size * self.view.pixel > _LARGEST_ANGLE:
+            size //= 2
+        return Squares.over(self.view.width, self.view.height, size)
+
+    def key(self, x: Array, y: Array) -> Array:
+        return y * self.columns + x
+
+    def trace(self, key: Array) -> Corners:
+        y, x = np.divmod(key, self.columns)
+        sky, steps = self.view.directions(x - 0.5, y - 0.5)
+        beams = trace_beams(self.camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
+        return Corners(key, beams.direction, slopes(beams, sky, steps))
+
+    def checks(self, squares: Squares, chosen: Array) -> Float[Array, "n checks 3"]:
+        """n' of rays within cells, where their patches are checked."""
+        x, y = np.array(_CHECKS).T * squares.size - 0.5
+        sky, _ = self.view.directions(squares.x[chosen, None] + x, squares.y[chosen, None] + y)
+        return trace_rays(self.camera, sky, "auto", TOLERANCE).direction
+
+    def edge(self) -> tuple[Array, Array]:
+        """Pixels on the shadow edge, some of them."""
+        x, y = (self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS)) + 0.5).T
+        inside = (x >= 0) & (y >= 0) & (x < self.view.width) & (y < self.view.height)
+        return x[inside].astype(int), y[inside].astype(int)
+
+
+def slopes(
+    beams: Beams, sky: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
+) -> Float[Array, "*batch 3 2"]:
+    """Changes (..., 3, 2) of n' for pixels with directions N (..., 3) and steps (..., 3, 2)."""
+    return np.stack(polar_basis(beams.direction), axis=-1) @ pixel_matrix(beams, sky, steps)
+
+
+def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]) -> SkyMap:
+    """The map of a view.
+
+    close: how far, in pixels, patches may be off; hidden: pixels that are not asked for.
+    """
+    lattice = _Lattice(camera, view)
+    squares, edge = lattice.roots(), lattice.edge()
+    corners, kept, rays = _NONE, [], 0
+    left = parts = np.zeros(0, int)
+    while len(squares.x):
+        squares = _without(squares, hidden)
+        x, y, size = squares
+        keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
+        wanted = np.unique(keys)
+        wanted = wanted[~find(corners.key, wanted)[1]]
+        corners = merged(corners, lattice.trace(wanted)) if len(wanted) else corners
+        number, _ = find(corners.key, keys)
+        reached = corners.there[number]
+        mixed = (reached.any(axis=1) & ~reached.all(axis=1)) | _hold(squares, edge)
+        whole = reached.all(axis=1) & ~mixed
+        if size > 1:
+            whole &= ~_beside(mixed, number, len(corners.key))
+        cells = _cells(lattice, corners, squares, number, np.flatnonzero(whole), close)
+        rays += int(np.isfinite(cells.error).sum())
+        good = (cells.error <= close) & ((size == 1) | (parts_of(cells) == 1))
+        kept.append(SkyCells(*(part[good] for part in cells)))
+        split = mixed | reached.all(axis=1)
+        split[np.flatnonzero(whole)[good]] = False
+        if size == 1:
+            extent = np.sqrt((corners.slope[number[split]] ** 2).sum(axis=(2, 3))).max(axis=1)
+            parts = np.where(mixed[split], PARTS, _parts_for(extent))
+            left = y[split] * view.width + x[split]
+            break
+        squares = squares.quarters(split)
+    cells = SkyCells(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
+    return SkyMap(cells, left, parts, len(corners.key), rays)
+
+
+_NONE = Corners(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 2)))
+
+
+def _without(squares: Squares, hidden: Bool[Array, "h w"]) -> Squares:
+    """Those in which a pixel of the picture is asked for."""
+    x, y, size = squares
+    height, width = hidden.shape
+    total = np.zeros((height + 1, width + 1), int)
+    total[1:, 1:] = (~hidden).cumsum(axis=0).cumsum(axis=1)
+    right, below = np.minimum(x + size, width), np.minimum(y + size, height)
+    x_in, y_in = np.minimum(x, width), np.minimum(y, height)
+    asked = total[below, right] - total[y_in, right] - total[below, x_in] + total[y_in, x_in] > 0
+    return Squares(x[asked], y[asked], size)
+
+
+def _hold(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
+    """Which cells hold one of some pixels."""
+    x, y, size = squares
+    columns = 1 + max(x.max(initial=0), edge[0].max(initial=0)) // size
+    held = np.unique(edge[1] // size * columns + edge[0] // size)
+    return np.isin(y // size * columns + x // size, held)
+
+
+def _beside(mixed: Bool[Array, " n"], number: Int[Array, "n 4"], corners: int) -> Bool[Array, " n"]:
+    """Which cells have a corner that belongs to a mixed one too: the shadow edge may bulge into them."""
+    near = np.zeros(corners, bool)
+    near[number[mixed]] = True
+    return np.asarray(near[number].any(axis=1))
+
+
+def _cells(
+    lattice: _Lattice, corners: Corners, squares: Squares, number: Array, chosen: Int[Array, " m"], close: float
+) -> SkyCells:
+    """Some cells, with their errors: NaN where not even the corners agree, or the footprints are too long."""
+    x, y, size = squares
+    place, slope = corners.place[number[chosen]], corners.slope[number[chosen]]
+    data = np.concatenate([place, slope[..., 0] * size, slope[..., 1] * size], axis=1)
+    curving = _curving(slope, size)
+    scale = _Scale(data, curving, size)
+    error = np.max([scale.pixels(doubt) for doubt in doubts(data)], axis=0)
+    with np.errstate(invalid="ignore"):
+        error[~(error <= close)] = np.nan
+    tried = np.flatnonzero(np.isfinite(error))
+    found = lattice.checks(squares, chosen[tried])
+    for check, (right, down) in enumerate(_CHECKS):
+        value = np.einsum("nkc,k->nc", data[tried], weights(right, down, 0.0, 1).value[:, 0])
+        miss = np.zeros((len(chosen), 3))
+        miss[tried] = found[:, check] - value / np.linalg.norm(value, axis=-1, keepdims=True)
+        error = np.maximum(error, scale.pixels(miss))
+    return SkyCells(x[chosen], y[chosen], np.full(len(chosen), size), data, curving, error)
+
+
+def _curving(slope: Float[Array, "n 4 3 2"], size: int) -> Float[Array, "n 3 3"]:
+    """Second derivatives (n, 3, 3) of n', along xx, xy and yy, from the slopes at the corners."""
+    along_x = (slope[:, 1] - slope[:, 0] + slope[:, 3] - slope[:, 2]) / (2 * size)
+    along_y = (slope[:, 2] - slope[:, 0] + slope[:, 3] - slope[:, 1]) / (2 * size)
+    return np.stack([along_x[..., 0], (along_x[..., 1] + along_y[..., 0]) / 2, along_y[..., 1]], axis=1)
+
+
+class _Scale:
+    """The maps in the middles of cells, to turn errors of n' into pixels."""
+
+    def __init__(self, data: Float[Array, "n 12 3"], curving: Float[Array, "n 3 3"], size: int) -> None:
+        """Parameters as in `SkyCells`."""
+        where = weights(0.5, 0.5, 0.0, 1)
+        value, *columns = (
+            np.einsum("nkc,k->nc", data, part[:, 0]) for part in (where.value, where.along_x, where.along_y)
+        )
+        self.middle = value / np.linalg.norm(value, axis=-1, keepdims=True)
+        basis = np.stack(polar_basis(self.middle), axis=-2)
+        matrix = basis @ np.stack(columns, axis=-1) / size
+        self._major, minor, angle = singular_values(matrix)
+        axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None]
+        self._along = (axis @ basis)[:, 0]
+        self._across = np.cross(self.middle, self._along)
+        # A pixel on a critical curve is folded over a strip of the sky: there an error counts by its width.
+        self._minor = np.hypot(np.minimum(minor, _least_minor(data) / size), bend(curving, self._across))
+
+    def pixels(self, miss: Float[Array, "n 3"]) -> Float[Array, " n"]:
+        """How far (n,) on the picture errors (n, 3) of n' move it."""
+        along, across = ((miss * axis).sum(axis=-1) for axis in (self._along, self._across))
+        return np.hypot(along / self._major, across / self._minor)
+
+
+def _least_minor(data: Float[Array, "n 12 3"]) -> Float[Array, " n"]:
+    """The smallest minor axis (n,) at the corners, for the whole cell; 0 where a critical curve passes between."""
+    one, other = data[:, 4:8], data[:, 8:]
+    area = (np.cross(one, other) * data[:, :4]).sum(axis=-1)
+    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
+    minor = area / np.sqrt((a + c + np.hypot(a - c, 2 * b)) / 2)
+    return np.where(minor.min(axis=1) * minor.max(axis=1) > 0, np.abs(minor).min(axis=1), 0.0)
+
+
+def parts_of(cells: SkyCells) -> Int[Array, " n"]:
+    """Into how many parts each way pixels are to be divided: the linear map of a beam does not reach far."""
+    return _parts_for(np.sqrt((cells.data[:, 4:] ** 2).sum(axis=-1)).max(axis=1))
+
+
+def _parts_for(extent: Float[Array, " n"]) -> Int[Array, " n"]:
+    return np.where(extent < _WIDE, 1, np.where(extent < _WIDEST, 2, PARTS))
+
+
+class Places(NamedTuple):
+    """Squares of a picture.
+
+    place x, y (2, m), pixels; side; direction n' (3, m), and its steps along x and y (2, 3, m); cell (m,).
+    """
+
+    place: Array
+    side: float
+    direction: Array
+    steps: Array
+    cell: Array
+
+
+def places(cells: SkyCells, which: Int[Array, " n"], parts: int) -> Iterator[Places]:
+    """All pixels of some cells, each in parts x parts squares, some at a time."""
+    for size in np.unique(cells.size[which]):
+        same = which[cells.size[which] == size]
+        at_once = max(_TOGETHER // (int(size) * parts) ** 2, 1)
+        for start in range(0, len(same), at_once):
+            yield _places(cells, same[start : start + at_once], int(size), parts)
+
+
+def _places(cells: SkyCells, which: Int[Array, " n"], size: int, parts: int) -> Places:
+    count = size * parts
+    where = weights(0.0, 0.0, 1.0, count)
+    within = (np.arange(count) + 0.5) / parts - 0.5
+    x = np.broadcast_to(cells.x[which, None, None] + within, (len(which), count, count))
+    y = np.broadcast_to(cells.y[which, None, None] + within[:, None], (len(which), count, count))
+    data = np.moveaxis(cells.data[which], -1, 0)
+    direction, along_x, along_y = ((data @ part).reshape(3, -1) for part in (where.value, where.along_x, where.along_y))
+    direction /= np.sqrt((direction**2).sum(axis=0))
+    steps = np.stack([along_x, along_y]) / count
+    return Places(np.stack([x.ravel(), y.ravel()]), 1 / parts, direction, steps, np.repeat(which, count * count))
