@@ -38,7 +38,7 @@ _EDGE_POINTS = 1440
 _TOGETHER = 1 << 14
 
 
-class Corners(NamedTuple):
+class SkyCorners(NamedTuple):
     """Beams at corners of cells: key, sorted; place (n, 3), n'; slope (n, 3, 2), its change per pixel along x and y."""
 
     key: Array
@@ -79,7 +79,7 @@ class SkyMap(NamedTuple):
     rays: int
 
 
-class _Lattice(NamedTuple):
+class _SkyLattice(NamedTuple):
     camera: Camera
     view: View
 
@@ -96,11 +96,11 @@ class _Lattice(NamedTuple):
     def key(self, x: Array, y: Array) -> Array:
         return y * self.columns + x
 
-    def trace(self, key: Array) -> Corners:
+    def trace(self, key: Array) -> SkyCorners:
         y, x = np.divmod(key, self.columns)
         sky, steps = self.view.directions(x - 0.5, y - 0.5)
         beams = trace_beams(self.camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
-        return Corners(key, beams.direction, slopes(beams, sky, steps))
+        return SkyCorners(key, beams.direction, slopes(beams, sky, steps))
 
     def checks(self, squares: Squares, chosen: Array) -> Float[Array, "n checks 3"]:
         """n' of rays within cells, where their patches are checked."""
@@ -127,7 +127,7 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
 
     close: how far, in pixels, patches may be off; hidden: pixels that are not asked for.
     """
-    lattice = _Lattice(camera, view)
+    lattice = _SkyLattice(camera, view)
     squares, edge = lattice.roots(), lattice.edge()
     corners, kept, rays = _NONE, [], 0
     left = parts = np.zeros(0, int)
@@ -160,7 +160,7 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
     return SkyMap(cells, left, parts, len(corners.key), rays)
 
 
-_NONE = Corners(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 2)))
+_NONE = SkyCorners(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 2)))
 
 
 def _without(squares: Squares, hidden: Bool[Array, "h w"]) -> Squares:
@@ -191,7 +191,7 @@ def _beside(mixed: Bool[Array, " n"], number: Int[Array, "n 4"], corners: int) -
 
 
 def _cells(
-    lattice: _Lattice, corners: Corners, squares: Squares, number: Array, chosen: Int[Array, " m"], close: float
+    lattice: _SkyLattice, corners: SkyCorners, squares: Squares, number: Array, chosen: Int[Array, " m"], close: float
 ) -> SkyCells:
     """Some cells, with their errors: NaN where not even the corners agree, or the footprints are too long."""
     x, y, size = squares
@@ -262,7 +262,7 @@ def _parts_for(extent: Float[Array, " n"]) -> Int[Array, " n"]:
     return np.where(extent < _WIDE, 1, np.where(extent < _WIDEST, 2, PARTS))
 
 
-class Places(NamedTuple):
+class Pixels(NamedTuple):
     """Squares of a picture.
 
     place x, y (2, m), pixels; side; direction n' (3, m), and its steps along x and y (2, 3, m); cell (m,).
@@ -275,7 +275,7 @@ class Places(NamedTuple):
     cell: Array
 
 
-def places(cells: SkyCells, which: Int[Array, " n"], parts: int) -> Iterator[Places]:
+def places(cells: SkyCells, which: Int[Array, " n"], parts: int) -> Iterator[Pixels]:
     """All pixels of some cells, each in parts x parts squares, some at a time."""
     for size in np.unique(cells.size[which]):
         same = which[cells.size[which] == size]
@@ -284,7 +284,7 @@ def places(cells: SkyCells, which: Int[Array, " n"], parts: int) -> Iterator[Pla
             yield _places(cells, same[start : start + at_once], int(size), parts)
 
 
-def _places(cells: SkyCells, which: Int[Array, " n"], size: int, parts: int) -> Places:
+def _places(cells: SkyCells, which: Int[Array, " n"], size: int, parts: int) -> Pixels:
     count = size * parts
     where = weights(0.0, 0.0, 1.0, count)
     within = (np.arange(count) + 0.5) / parts - 0.5
@@ -294,4 +294,4 @@ def _places(cells: SkyCells, which: Int[Array, " n"], size: int, parts: int) -> 
     direction, along_x, along_y = ((data @ part).reshape(3, -1) for part in (where.value, where.along_x, where.along_y))
     direction /= np.sqrt((direction**2).sum(axis=0))
     steps = np.stack([along_x, along_y]) / count
-    return Places(np.stack([x.ravel(), y.ravel()]), 1 / parts, direction, steps, np.repeat(which, count * count))
+    return Pixels(np.stack([x.ravel(), y.ravel()]), 1 / parts, direction, steps, np.repeat(which, count * count))

@@ -15,7 +15,7 @@ from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import Imaged, PointLights, drawn, images, images_in_parts
-from kerrcaustics.scenes.sky_cells import PARTS, Places, SkyCells, parts_of, places
+from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, redshift
 
@@ -68,7 +68,7 @@ def sky_light(
         divided = [*left, *(_parts(camera, view, cells, piece, shifts) for piece in pieces)]
         whole = places(cells, np.flatnonzero(count == 1), 1)
 
-        def store(part: Places) -> None:
+        def store(part: Pixels) -> None:
             x, y = part.place
             inside = (x < view.width) & (y < view.height)
             footprint = _footprint(camera, view, cells, part, shifts)
@@ -86,13 +86,13 @@ def sky_light(
     return light
 
 
-def _footprint(camera: Camera, view: View, cells: SkyCells, part: Places, shifts: Shifts) -> Footprint:
+def _footprint(camera: Camera, view: View, cells: SkyCells, part: Pixels, shifts: Shifts) -> Footprint:
     side = part.side
     ratio = ratios(camera, view, part.place.T, shifts)
     return Footprint.of(part.direction, part.steps * side, cells.curving[part.cell] * side**2, ratio)
 
 
-def _parts(camera: Camera, view: View, cells: SkyCells, part: Places, shifts: Shifts) -> Parts:
+def _parts(camera: Camera, view: View, cells: SkyCells, part: Pixels, shifts: Shifts) -> Parts:
     return Parts(part.place.T, part.side, _footprint(camera, view, cells, part, shifts))
 
 
