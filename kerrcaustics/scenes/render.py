@@ -60,7 +60,7 @@ class Rendering:
         return f"<Rendering {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
 
 
-@result("traced-view/2")
+@result("traced-view/1")
 class TracedView:
     """The map of a view to the sky, and to a disk, made once for any sky: what `trace_view` returns."""
 
