@@ -50,6 +50,10 @@ class Footprint:
         """The footprints of some of the pixels."""
         return Footprint(self.direction[which], self.matrix[which], self.bend[which], self.redshift[which])
 
+    def widened(self, aspect: float) -> "Footprint":
+        """None of them longer than so many times its width: parts of a pixel need not be finer than it is itself."""
+        return replace(self, bend=np.maximum(self.bend, singular_values(self.matrix)[0] / aspect))
+
     @cached_property
     def axes(self) -> tuple[Float[Array, " pixels"], Float[Array, " pixels"], Float[Array, " pixels"]]:
         """Major and minor axis (n,), radians for one pixel, and the angle (n,) from e_theta' to the major one.

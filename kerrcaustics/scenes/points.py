@@ -7,7 +7,8 @@ with the light that its magnification gives it.
 import math
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,9 +16,10 @@ from jaxtyping import Bool, Float, Int
 from scipy.spatial import KDTree
 
 from kerrcaustics.scenes.footprint import Footprint, bend, singular_values
+from kerrcaustics.scenes.panorama import Panorama
 from kerrcaustics.scenes.patches import weights_at
 from kerrcaustics.scenes.sky_cells import SkyCells
-from kerrcaustics.spacetime.sphere import polar_basis
+from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
 
 Array = np.ndarray
 
@@ -28,22 +30,27 @@ _SAMPLES, _SLACK = 3, 1.3
 # Cells whose map turns over, or bends more than this from one place to another, are searched from so many starts.
 _BENT, _STARTS = 3.0, 8
 _GRID = np.stack(np.meshgrid(*2 * [(np.arange(_STARTS) + 0.5) / _STARTS]), axis=-1).reshape(-1, 2)
+# Half the diagonal of a start's part of a cell, and somewhat more.
+_PART = 1.0 / _STARTS
 _STEPS = 20
 Starts = tuple[Int[Array, " s"], Float[Array, "s 2"]]
 # Images this close (pixels) are one, where cells meet; none is brighter than one so far from its critical curve.
 _SAME, _NEAREST = 0.02, 0.05
 # Cells reach so far into their neighbours, in units of their size: no image is lost where they meet.
 _OVER = 1e-3
-# Longer footprints are cut there (radians); thinner ones, as parts of their major axis, hold no star but by chance.
-_LONGEST, _THINNEST = 0.08, 1e-4
+# What sees more of the sky (radians) sees no single stars; thinner footprints, as parts of their major axis, hold one
+# but by chance.
+LONGEST, _THINNEST = 0.08, 1e-4
+_GLOW_ROWS = 64
 # The corners of a square part are so far from its middle.
 _REACH = 0.5 * math.sqrt(2)
 # Discs that are searched together, and by how much their radii differ at most.
 _DISCS, _ALIKE = 1 << 13, 1.5
 
 
-class PointLights(NamedTuple):
-    """Stars: directions n' (n, 3), linear sRGB light (n, 3), temperatures (n,), a tree of the directions.
+@dataclass(frozen=True, eq=False)
+class PointLights:
+    """Stars: directions n' (n, 3), linear sRGB light (n, 3), temperatures (n,).
 
     response: to what their colours are shifted by, as in `black_body`.
     """
@@ -51,15 +58,31 @@ class PointLights(NamedTuple):
     direction: Array
     flux: Array
     temperature: Array
-    tree: KDTree
     response: str = "cie"
+
+    @cached_property
+    def tree(self) -> KDTree:
+        """Of the directions."""
+        return KDTree(self.direction)
+
+    @cached_property
+    def glow(self) -> Panorama:
+        """Their light spread out, for what sees too much of the sky to tell one from another."""
+        rows = _GLOW_ROWS
+        down = np.minimum((polar_angle(self.direction) * (rows / math.pi)).astype(int), rows - 1)
+        turn = np.arctan2(self.direction[:, 1], self.direction[:, 0]) % (2 * math.pi)
+        right = np.minimum((turn * (rows / math.pi)).astype(int), 2 * rows - 1)
+        light = np.zeros((rows, 2 * rows, 3))
+        np.add.at(light, (down, right), self.flux)
+        edges = np.cos(np.arange(rows + 1) * math.pi / rows)
+        return Panorama(light / ((edges[:-1] - edges[1:]) * math.pi / rows)[:, None, None])
 
     def some(self, which: Int[Array, " m"], turn: float) -> "PointLights":
         """Some of them, turned about the spin axis by an angle."""
         x, y, z = self.direction[which].T
         cos, sin = math.cos(turn), math.sin(turn)
         direction = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
-        return PointLights(direction, self.flux[which], self.temperature[which], KDTree(direction), self.response)
+        return PointLights(direction, self.flux[which], self.temperature[which], self.response)
 
 
 class Imaged(NamedTuple):
@@ -158,12 +181,20 @@ def _nearest(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Start
 
 
 def _near(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Starts:
-    """From all of them that are as near to the target as their part of the cell reaches."""
+    """From all of them whose part of the cell may hold the target: by the slopes there, and how these change."""
     where = weights_at(*_GRID.T)
-    slopes = (np.einsum("nkc,km->nmc", data, part) for part in (where.along_x, where.along_y))
-    reach = sum(np.sqrt((slope**2).sum(axis=-1)) for slope in slopes)
-    spread = np.abs(np.diff(data[:, :4], axis=1)).sum(axis=(1, 2))[:, None]
-    rows, start = np.nonzero(_misses(data, target) < (reach + spread / _STARTS) * (1.5 / _STARTS))
+    one, other = (np.einsum("nkc,km->nmc", data, part) for part in (where.along_x, where.along_y))
+    miss = target[:, None] - np.einsum("nkc,km->nmc", data, where.value)
+    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
+    turn, square = np.arctan2(2 * b, a - c) / 2, (a + c + np.hypot(a - c, 2 * b)) / 2
+    along = one * np.cos(turn)[..., None] + other * np.sin(turn)[..., None]
+    forward = (miss * along).sum(axis=-1) / square
+    aside = np.sqrt(((miss - forward[..., None] * along) ** 2).sum(axis=-1))
+    minor = np.sqrt(np.maximum(a * c - b * b, 0) / square)
+    bending = np.sqrt(
+        ((data[:, 4:] - np.tile(data[:, 4:].mean(axis=1, keepdims=True), (1, 8, 1))) ** 2).sum(axis=(1, 2))
+    )
+    rows, start = np.nonzero((np.abs(forward) < _PART) & (aside < _PART * (minor + _PART * bending[:, None])))
     return rows, _GRID[start]
 
 
@@ -266,7 +297,12 @@ def _spline_parts(offset: Float[Array, " m"]) -> tuple[Array, Array, Array]:
 def images_in_parts(
     place: Float[Array, "n 2"], side: float, footprint: Footprint, lights: PointLights, pool: Executor
 ) -> Imaged:
-    """All images in parts of pixels, squares of some side (pixels) about places, by the footprints of these."""
+    """All images in parts of pixels, squares of some side (pixels) about places, by the footprints of these.
+
+    Not in those that see more than `LONGEST`.
+    """
+    resolved = np.flatnonzero(singular_values(footprint.matrix)[0] <= LONGEST)
+    place, footprint = place[resolved], footprint.part(resolved)
     chunks = [slice(start, start + _DISCS) for start in range(0, len(place), _DISCS)]
     found = list(pool.map(lambda part: _in_parts(place[part], side, footprint.part(part), lights), chunks))
     return Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True)))
@@ -281,19 +317,18 @@ def _in_parts(place: Float[Array, "n 2"], side: float, footprint: Footprint, lig
 
 
 def _usable(footprint: Footprint) -> tuple[Float[Array, "n 2 2"], Float[Array, " n"]]:
-    """Matrices (n, 2, 2) with the minor axis widened by the bend and the axes cut, and |det| (n,)."""
+    """Matrices (n, 2, 2) with the minor axis widened by the bend, and |det| (n,)."""
     major, minor, along = singular_values(footprint.matrix)
-    longest = np.minimum(major, _LONGEST)
-    widest = np.clip(np.hypot(minor, footprint.bend), _THINNEST * longest, longest)
-    axes = np.stack([np.cos(along), np.sin(along)], axis=-1)
-    one = axes[:, None] @ footprint.matrix * (longest / major)[:, None, None]
-    across = np.stack([-axes[:, 1], axes[:, 0]], axis=-1)
-    other = across[:, None] @ footprint.matrix
-    # On a critical curve only the direction of the major axis tells which one the minor axis has.
-    thin = np.stack([-one[:, 0, 1], one[:, 0, 0]], axis=-1)[:, None] / longest[:, None, None]
-    turned = np.where((other * thin).sum(axis=(1, 2)) < 0, -1.0, 1.0)
-    other = thin * (turned * widest)[:, None, None]
-    return axes[..., None] * one + across[..., None] * other, longest * widest
+    widest = np.clip(np.hypot(minor, footprint.bend), _THINNEST * major, major)
+    cos, sin = np.cos(along), np.sin(along)
+    one = np.stack([cos, sin], axis=-1)[:, None] @ footprint.matrix
+    across = np.stack([-sin, cos], axis=-1)
+    # On a critical curve only the major axis tells in which direction the minor one lies.
+    thin = np.stack([-one[:, 0, 1], one[:, 0, 0]], axis=-1)[:, None] / major[:, None, None]
+    turned = np.where(((across[:, None] @ footprint.matrix) * thin).sum(axis=(1, 2)) < 0, -widest, widest)
+    other = thin * turned[:, None, None]
+    axes = np.stack([cos, sin], axis=-1)
+    return axes[..., None] * one + across[..., None] * other, major * widest
 
 
 def _pairs(

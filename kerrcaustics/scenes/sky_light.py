@@ -13,8 +13,8 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.colour import shifted_light
-from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.points import Imaged, PointLights, drawn, images, images_in_parts
+from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
+from kerrcaustics.scenes.points import LONGEST, Imaged, PointLights, drawn, images, images_in_parts
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, redshift
@@ -75,11 +75,11 @@ def sky_light(
             light[(y * view.width + x).astype(int)[inside]] = sky.light(footprint, *shifts)[inside]
 
         list(pool.map(store, whole))
-        for pixel, given in pool.map(lambda part: _given(sky, view, part, shifts), _pieces(divided)):
+        points: PointLights | None = getattr(sky, "points", None)
+        for pixel, given in pool.map(lambda part: _given(sky, points, view, part, shifts), _pieces(divided)):
             for channel in range(3):
                 np.add.at(light[:, channel], pixel, given[:, channel])
         light = light.reshape(view.height, view.width, 3)
-        points: PointLights | None = getattr(sky, "points", None)
         if points is not None and len(points.direction):
             only = SkyCells(*(part[count == 1] for part in cells))
             _Points(camera, view, only, divided, shifts, pool).draw(light, points, getattr(sky, "sweep", 0.0))
@@ -110,10 +110,17 @@ def _pieces(parts: list[Parts]) -> Iterator[Parts]:
             yield Parts(place[piece], side, footprint.part(piece))
 
 
-def _given(sky: Sky, view: View, part: Parts, shifts: Shifts) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
+def _given(
+    sky: Sky, points: PointLights | None, view: View, part: Parts, shifts: Shifts
+) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
     """Pixels, and what parts of them add to their light."""
     x, y = np.round(part.place).astype(int).T
-    return y * view.width + x, sky.light(part.footprint, *shifts) * part.side**2
+    footprint = part.footprint.widened(ASPECT * part.side)
+    light = sky.light(footprint, *shifts)
+    if points is not None:
+        unresolved = singular_values(part.footprint.matrix)[0] > LONGEST
+        light[unresolved] += points.glow.light(footprint.part(unresolved), *shifts)
+    return y * view.width + x, light * part.side**2
 
 
 class _Points(NamedTuple):

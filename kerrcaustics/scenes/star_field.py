@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial import KDTree
 
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
 from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, shifted_light, star_temperature
@@ -89,7 +88,7 @@ class StarField:
         direction = self.catalogue.direction @ self.orientation.T
         colour = black_body(self._temperature, self.white, self.response)
         flux = colour * (10 ** (-0.4 * self.catalogue.magnitude) / luminance(colour))[:, None]
-        return PointLights(direction, flux, self._temperature, KDTree(direction), self.response)
+        return PointLights(direction, flux, self._temperature, self.response)
 
     @cached_property
     def _temperature(self) -> Float[Array, " stars"]:
