@@ -155,7 +155,7 @@ def test_long_footprints_hold_the_mean_of_the_stars():
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     c, s = np.cos(rng.uniform(0, 7, 400)), np.sin(rng.uniform(0, 7, 400))
     turn = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
-    matrix = turn * np.array([0.05, 0.01])
+    matrix = turn * np.array([0.05, 0.04])
     # No orthogonal matrix, but one with a long and a short axis.
     with ThreadPoolExecutor(1) as pool:
         footprint = kc.Footprint(n, matrix, np.zeros(400), np.ones(400))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
 from kerrcaustics.scenes.footprint import Footprint, bend, singular_values
@@ -77,10 +78,10 @@ class PointLights:
         edges = np.cos(np.arange(rows + 1) * math.pi / rows)
         return Panorama(light / ((edges[:-1] - edges[1:]) * math.pi / rows)[:, None, None])
 
-    def some(self, which: Int[Array, " m"], turn: float) -> "PointLights":
-        """Some of them, turned about the spin axis by an angle."""
+    def some(self, which: Int[Array, " m"], turn: ArrayLike) -> "PointLights":
+        """Some of them, turned about the spin axis by angles, (m,) or one."""
         x, y, z = self.direction[which].T
-        cos, sin = math.cos(turn), math.sin(turn)
+        cos, sin = np.cos(turn), np.sin(turn)
         direction = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
         return PointLights(direction, self.flux[which], self.temperature[which], self.response)
 
@@ -88,32 +89,41 @@ class PointLights:
 class Imaged(NamedTuple):
     """Images on a picture.
 
-    place (m, 2), pixels; star (m,); area (m,), the solid angle that a pixel sees there; steps (m, 2, 3) of n' for one.
+    place (m, 2), pixels; star (m,); area (m,), the solid angle that a pixel sees; steps (m, 2, 3) of n' for one, and
+    how these change (m, 3, 3), along xx, xy, yy.
     """
 
     place: Array
     star: Array
     area: Array
     steps: Array
+    curving: Array
 
 
-def images(cells: SkyCells, lights: PointLights, pool: Executor) -> Imaged:
-    """All images in cells."""
-    chunks = [
-        np.flatnonzero(cells.size == size)[start : start + _CELLS]
-        for size in np.unique(cells.size)
-        for start in range(0, int((cells.size == size).sum()), _CELLS)
-    ]
-    found = list(pool.map(partial(_images, cells, lights), chunks))
-    return _once(Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True))), cells)
+class Search:
+    """The search for images in some cells, with what of it is the same for all stars."""
+
+    def __init__(self, cells: SkyCells) -> None:
+        """cells: where stars are told apart."""
+        self.cells = cells
+        self._chunks = [
+            which[start : start + _CELLS]
+            for which in (np.flatnonzero(cells.size == size) for size in np.unique(cells.size))
+            for start in range(0, len(which), _CELLS)
+        ]
+        self._reaches = [_Reach(cells.data[which]) for which in self._chunks]
+
+    def images(self, lights: PointLights, pool: Executor) -> Imaged:
+        """All images in the cells."""
+        found = list(pool.map(partial(_images, self.cells, lights), self._chunks, self._reaches))
+        return _once(Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True))))
 
 
-_NONE = Imaged(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros((0, 2, 3)))
+_NONE = Imaged(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros((0, 2, 3)), np.zeros((0, 3, 3)))
 
 
-def _images(cells: SkyCells, lights: PointLights, which: Int[Array, " n"]) -> Imaged:
+def _images(cells: SkyCells, lights: PointLights, which: Int[Array, " n"], reach: "_Reach") -> Imaged:
     """All images in some cells of one size."""
-    reach = _Reach(cells.data[which])
     near = lights.tree.query_ball_point(reach.middle, reach.chord, return_sorted=False)
     count = np.array([len(stars) for stars in near])
     if not count.sum():
@@ -183,24 +193,28 @@ def _nearest(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Start
 def _near(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Starts:
     """From all of them whose part of the cell may hold the target: by the slopes there, and how these change."""
     where = weights_at(*_GRID.T)
-    one, other = (np.einsum("nkc,km->nmc", data, part) for part in (where.along_x, where.along_y))
-    miss = target[:, None] - np.einsum("nkc,km->nmc", data, where.value)
-    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
+    one, other = _at_starts(data, where.along_x), _at_starts(data, where.along_y)
+    miss = target[:, :, None] - _at_starts(data, where.value)
+    a, b, c = (one * one).sum(axis=1), (one * other).sum(axis=1), (other * other).sum(axis=1)
     turn, square = np.arctan2(2 * b, a - c) / 2, (a + c + np.hypot(a - c, 2 * b)) / 2
-    along = one * np.cos(turn)[..., None] + other * np.sin(turn)[..., None]
-    forward = (miss * along).sum(axis=-1) / square
-    aside = np.sqrt(((miss - forward[..., None] * along) ** 2).sum(axis=-1))
+    along = one * np.cos(turn)[:, None] + other * np.sin(turn)[:, None]
+    forward = (miss * along).sum(axis=1) / square
+    aside = np.sqrt(((miss - forward[:, None] * along) ** 2).sum(axis=1))
     minor = np.sqrt(np.maximum(a * c - b * b, 0) / square)
-    bending = np.sqrt(
-        ((data[:, 4:] - np.tile(data[:, 4:].mean(axis=1, keepdims=True), (1, 8, 1))) ** 2).sum(axis=(1, 2))
-    )
+    slopes = data[:, 4:].reshape(len(data), 2, 4, 3)
+    bending = np.sqrt(((slopes - slopes.mean(axis=2, keepdims=True)) ** 2).sum(axis=(1, 2, 3)))
     rows, start = np.nonzero((np.abs(forward) < _PART) & (aside < _PART * (minor + _PART * bending[:, None])))
     return rows, _GRID[start]
 
 
 def _misses(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Float[Array, "n starts"]:
-    place = np.einsum("nkc,km->nmc", data, weights_at(*_GRID.T).value)
-    return np.sqrt(((place - target[:, None]) ** 2).sum(axis=-1))
+    return ((_at_starts(data, weights_at(*_GRID.T).value) - target[:, :, None]) ** 2).sum(axis=1)
+
+
+def _at_starts(data: Float[Array, "n 12 3"], rows: Float[Array, "12 starts"]) -> Float[Array, "n 3 starts"]:
+    """What patches have at the starts: as one product of matrices."""
+    flat = np.ascontiguousarray(np.swapaxes(data, 1, 2)).reshape(-1, 12)
+    return (flat @ rows).reshape(len(data), 3, rows.shape[1])
 
 
 def _solved(
@@ -255,10 +269,10 @@ def _imaged(cells: SkyCells, cell: Int[Array, " m"], star: Array, at: Float[Arra
     along = (one * np.cos(turn)[:, None] + other * np.sin(turn)[:, None]) / major[:, None]
     middle = area / np.maximum(size_of, 1e-300)[:, None]
     least = _NEAREST * math.sqrt(8) * bend(cells.curving[cell], np.cross(middle, along))
-    return Imaged(place, star, np.maximum(size_of, major * least), steps)
+    return Imaged(place, star, np.maximum(size_of, major * least), steps, cells.curving[cell])
 
 
-def _once(found: Imaged, cells: SkyCells) -> Imaged:
+def _once(found: Imaged) -> Imaged:
     """Without images that two starts, or two cells where they meet, have both found."""
     # Images of one star on one side of a critical curve.
     order = np.lexsort((found.place[:, 1], found.place[:, 0], found.star))
@@ -313,7 +327,7 @@ def _in_parts(place: Float[Array, "n 2"], side: float, footprint: Footprint, lig
     part, star, offset = _pairs(footprint.direction, matrix, lights)
     basis = np.stack(polar_basis(footprint.direction[part]), axis=-2)
     steps = np.swapaxes(matrix[part], -1, -2) @ basis / side
-    return Imaged(place[part] + side * offset, star, area[part] / side**2, steps)
+    return Imaged(place[part] + side * offset, star, area[part] / side**2, steps, np.zeros((len(part), 3, 3)))
 
 
 def _usable(footprint: Footprint) -> tuple[Float[Array, "n 2 2"], Float[Array, " n"]]:

@@ -1,6 +1,7 @@
 """Rendering: the beams of all pixels of a view, and the light of a sky and of a disk in them."""
 
 import math
+from functools import cached_property
 from time import perf_counter as clock
 from typing import Any
 
@@ -13,8 +14,8 @@ from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, Seen, covere
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.points import PointLights, drawn
-from kerrcaustics.scenes.sky_cells import TOLERANCE, SkyCells, sky_map, slopes
+from kerrcaustics.scenes.points import PointLights, Search, drawn
+from kerrcaustics.scenes.sky_cells import TOLERANCE, SkyCells, sky_map, slopes, undivided
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, sky_light
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera, redshift
@@ -114,9 +115,14 @@ class TracedView:
     def _sky_light(self, sky: Sky, shifts: Shifts) -> Float[Array, "height width 3"]:
         if self.open is None:
             raise ValueError("Argument `sky` needs a view that was traced with it.")
-        return sky_light(
-            self.camera, self.view, sky, SkyCells(*self._sky), [Parts(*part) for part in self._parts], shifts
-        )
+        parts = [Parts(*part) for part in self._parts]
+        cells = SkyCells(*self._sky)
+        return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts)
+
+    @cached_property
+    def _search(self) -> Search:
+        """For the images of stars, whichever they are."""
+        return Search(undivided(SkyCells(*self._sky)))
 
 
 @usual_warnings

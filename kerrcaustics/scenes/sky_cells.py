@@ -258,6 +258,12 @@ def parts_of(cells: SkyCells) -> Int[Array, " n"]:
     return _parts_for(np.sqrt((cells.data[:, 4:] ** 2).sum(axis=-1)).max(axis=1))
 
 
+def undivided(cells: SkyCells) -> SkyCells:
+    """Those whose pixels are not to be divided."""
+    one = parts_of(cells) == 1
+    return SkyCells(*(part[one] for part in cells))
+
+
 def _parts_for(extent: Float[Array, " n"]) -> Int[Array, " n"]:
     return np.where(extent < _WIDE, 1, np.where(extent < _WIDEST, 2, PARTS))
 

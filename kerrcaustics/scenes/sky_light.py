@@ -3,18 +3,17 @@
 What is spread over the sky is averaged over footprints; what comes from points is drawn where their images lie.
 """
 
-import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
-from kerrcaustics.scenes.points import LONGEST, Imaged, PointLights, drawn, images, images_in_parts
+from kerrcaustics.scenes.points import LONGEST, Imaged, PointLights, Search, drawn, images_in_parts
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, redshift
@@ -23,8 +22,9 @@ Array = np.ndarray
 
 # Parts of pixels that are lit together: they fit in a core's cache.
 _TOGETHER = 1 << 14
-# A trace longer than this (pixels) is drawn from two halves of the exposure, each by its own images; at most so often.
-_LONGEST_TRACE, _HALVINGS = 6.0, 6
+# A trace that is longer, or farther from straight than this (pixels), is drawn from two halves of the exposure, each
+# by its own images; at most so often.
+_LONGEST_TRACE, _STRAIGHT, _HALVINGS = 64.0, 0.3, 6
 # Images on a trace are no further apart than this part of a pixel.
 _APART = 0.5
 
@@ -58,9 +58,15 @@ class Shifts(NamedTuple):
 
 
 def sky_light(
-    camera: Camera, view: View, sky: Sky, cells: SkyCells, left: list[Parts], shifts: Shifts
+    camera: Camera,
+    view: View,
+    sky: Sky,
+    cells: SkyCells,
+    left: list[Parts],
+    search: Callable[[], Search],
+    shifts: Shifts,
 ) -> Float[Array, "h w 3"]:
-    """Linear light (h, w, 3) of a picture; left: parts of pixels that no cell covers."""
+    """Linear light (h, w, 3) of a picture; left: parts of pixels that no cell covers; search: for images of stars."""
     light = np.zeros((view.height * view.width, 3), np.float32)
     count = parts_of(cells)
     with ThreadPoolExecutor(cores()) as pool:
@@ -81,8 +87,7 @@ def sky_light(
                 np.add.at(light[:, channel], pixel, given[:, channel])
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
-            only = SkyCells(*(part[count == 1] for part in cells))
-            _Points(camera, view, only, divided, shifts, pool).draw(light, points, getattr(sky, "sweep", 0.0))
+            _Points(camera, view, search(), divided, shifts, pool).draw(light, points, getattr(sky, "sweep", 0.0))
     return light
 
 
@@ -128,31 +133,31 @@ class _Points(NamedTuple):
 
     camera: Camera
     view: View
-    cells: SkyCells
+    search: Search
     parts: list[Parts]
     shifts: Shifts
     pool: ThreadPoolExecutor
 
     def draw(self, light: Float[Array, "h w 3"], points: PointLights, sweep: float) -> None:
-        """Add stars to a picture while they turn about the spin axis by an angle."""
-        waiting = [(np.arange(len(points.direction)), -sweep / 2, sweep / 2, 1.0)]
+        """Add stars to a picture while they turn about the spin axis by an angle.
+
+        Traces that are not straight are drawn from two halves of the exposure, and these from their halves.
+        """
+        which, middle, share = np.arange(len(points.direction)), np.zeros(len(points.direction)), 1.0
         for halving in range(_HALVINGS + 1):
-            later = []
-            for which, first, last, share in waiting:
-                some = points if not sweep else points.some(which, (first + last) / 2)
-                found = self._images(some)
-                trace = _trace(found, some, last - first)
-                length = np.abs(trace).max(axis=1)
-                far = np.unique(found.star[length > _LONGEST_TRACE]) if halving < _HALVINGS else np.zeros(0, int)
-                here = ~np.isin(found.star, far)
-                self._draw(light, Imaged(*(part[here] for part in found)), trace[here], some, share)
-                middle, half = (first + last) / 2, share / 2
-                if len(far):
-                    later += [(which[far], first, middle, half), (which[far], middle, last, half)]
-            waiting = later
+            some = points.some(which, middle) if sweep else points
+            found = self._images(some)
+            trace, strays = _trace(found, some, sweep)
+            far = np.unique(found.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
+            here = ~np.isin(found.star, far)
+            self._draw(light, Imaged(*(part[here] for part in found)), trace[here], some, share)
+            if not len(far):
+                return
+            middle = np.concatenate([middle[far] - sweep / 4, middle[far] + sweep / 4])
+            which, sweep, share = np.tile(which[far], 2), sweep / 2, share / 2
 
     def _images(self, points: PointLights) -> Imaged:
-        found = [images(self.cells, points, self.pool)]
+        found = [self.search.images(points, self.pool)]
         found += [images_in_parts(*part, points, self.pool) for part in self.parts]
         return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
@@ -165,17 +170,28 @@ class _Points(NamedTuple):
         if any(self.shifts):
             ratio = ratios(self.camera, self.view, found.place, self.shifts)
             give *= shifted_light(ratio, *self.shifts, points.temperature[found.star], points.response)
-        count = max(math.ceil(np.abs(trace).max(initial=0) / _APART), 1)
-        for moment in (np.arange(count) + 0.5) / count - 0.5:
-            drawn(light, found.place + moment * trace, give / count)
+        length = np.abs(trace).max(axis=1) / _APART
+        doublings = np.ceil(np.log2(np.maximum(length, 1))).astype(int)
+        for doubling in np.unique(doublings):
+            same, count = doublings == doubling, 2 ** int(doubling)
+            for moment in (np.arange(count) + 0.5) / count - 0.5:
+                drawn(light, found.place[same] + moment * trace[same], give[same] / count)
 
 
-def _trace(found: Imaged, points: PointLights, angle: float) -> Float[Array, "m 2"]:
-    """How far (m, 2), in pixels, images move while their stars turn about the spin axis by an angle."""
+def _trace(found: Imaged, points: PointLights, angle: float) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
+    """How far (m, 2), in pixels, images move while their stars turn about the spin axis; which of them not straight."""
     if not angle:
-        return np.zeros_like(found.place)
+        return np.zeros_like(found.place), np.zeros(len(found.star), bool)
     x, y, _ = points.direction[found.star].T
     motion = angle * np.stack([-y, x, np.zeros_like(x)], axis=-1)
+    trace = _moved(found, motion)
+    squares = np.stack([trace[:, 0] ** 2, 2 * trace[:, 0] * trace[:, 1], trace[:, 1] ** 2], axis=-1)
+    strayed = _moved(found, (squares[..., None] * found.curving).sum(axis=1) / 8)
+    return trace, (np.abs(strayed).max(axis=1) > _STRAIGHT) | (np.abs(trace).max(axis=1) > _LONGEST_TRACE)
+
+
+def _moved(found: Imaged, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
+    """How far images move, in pixels, as their stars do by (m, 3)."""
     one, other = found.steps[:, 0], found.steps[:, 1]
     a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
     p, q = (one * motion).sum(axis=-1), (other * motion).sum(axis=-1)
