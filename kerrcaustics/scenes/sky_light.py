@@ -24,7 +24,7 @@ Array = np.ndarray
 _TOGETHER = 1 << 14
 # A trace that is longer, or farther from straight than this (pixels), is drawn from two halves of the exposure, each
 # by its own images; at most so often.
-_LONGEST_TRACE, _STRAIGHT, _HALVINGS = 64.0, 0.3, 6
+_LONGEST_TRACE, _STRAIGHT, _HALVINGS = 64.0, 0.3, 4
 # Images on a trace are no further apart than this part of a pixel.
 _APART = 0.5
 
