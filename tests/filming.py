@@ -20,7 +20,8 @@ class MovingBar:
     pause: float = 0.0
     fails: tuple[int, ...] = ()
     kills: tuple[int, ...] = ()
-    size: tuple[int, int] = (48, 96)
+    size: tuple[int, int] = (96, 48)
+    name: str = "bar.toml"
     drawn: list[int] = field(default_factory=list)
 
     def record(self) -> dict:
@@ -33,8 +34,11 @@ class MovingBar:
             os.kill(os.getpid(), signal.SIGKILL)
         if number in self.fails:
             raise RuntimeError(f"the sky\nis falling on {number}")
-        picture = np.random.default_rng([number, len(quality or "normal")]).integers(0, 90, (*self.size, 3), np.uint8)
-        left = self.speed * number % self.size[1]
+        width, height = self.size
+        picture = np.random.default_rng([number, len(quality or "normal")]).integers(
+            0, 90, (height, width, 3), np.uint8
+        )
+        left = self.speed * number % width
         picture[:, left : left + 8] = 250
         return picture
 

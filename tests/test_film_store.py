@@ -129,7 +129,7 @@ def test_frames_of_a_changed_scene_are_kept_and_what_differs_is_told(path, whole
     for scene, quality, told in (
         (replace(GOOD, speed=5), None, "scene.speed: 5 here, 6 there"),
         (GOOD, "draft", 'quality: "draft" here, "normal" there'),
-        (replace(GOOD, frames=9, size=(2, 4)), None, "scene.frames: 9 here, 12 there; scene.size[0]: 2 here, 48 th"),
+        (replace(GOOD, frames=9, size=(2, 4)), None, "scene.frames: 9 here, 12 there; scene.size[0]: 2 here, 96 th"),
     ):
         with pytest.raises(ValueError, match="of another film") as error:
             make_film(path, scene_film(scene, quality))
@@ -246,10 +246,13 @@ def test_command_refuses_a_changed_scene(path, scenes, capsys):
     assert run(capsys, "film", scenes('{"speed": 5}'), "--output", path, "--restart")[0] == 0
 
 
-def test_odd_pictures_are_one_line(path, scenes, capsys):
-    status, out, err = run(capsys, "film", scenes('{"size": [47, 96]}'), "--output", path)
+@pytest.mark.parametrize(
+    ("size", "told"), [((96, 47), "height must be even for a film, but is 47"), ((95, 48), "width")]
+)
+def test_odd_sizes_are_one_line_before_any_frame_is_drawn(size, told, path, scenes, capsys):
+    status, out, err = run(capsys, "film", scenes(json.dumps({"size": size})), "--output", path)
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert "even height and width, but has shape (47, 96, 3)" in err
+    assert f"Scene bar.toml: view.{told}" in err and not frames_folder(path).exists()
 
 
 @pytest.mark.parametrize(

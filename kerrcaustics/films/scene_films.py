@@ -16,6 +16,16 @@ class FilmedScene(Protocol):
     """A scene over time that can be drawn, and pickled."""
 
     @property
+    def name(self) -> str:
+        """Of its file."""
+        ...
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height, pixels."""
+        ...
+
+    @property
     def frames(self) -> int:
         """How many frames."""
         ...
@@ -48,5 +58,13 @@ class SceneFrames:
 
 def scene_film(scene: FilmedScene, quality: str | None = None) -> Film:
     """The film of a scene, at the quality "draft", "normal" or "high", or that which the scene itself says."""
+    _check_size(scene)
     settings = {"quality": quality or getattr(scene, "quality", "normal"), "scene": scene.record()}
     return Film("scene", settings, scene.frames, scene.rate, SceneFrames(scene, quality))
+
+
+def _check_size(scene: FilmedScene) -> None:
+    """Refuse frames that no film holds (H.264 halves the colours' height and width), before any is drawn."""
+    for key, pixels in zip(("view.width", "view.height"), scene.size, strict=True):
+        if pixels % 2:
+            raise ValueError(f"Scene {scene.name}: {key} must be even for a film, but is {pixels}.")
