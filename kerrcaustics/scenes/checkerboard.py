@@ -124,7 +124,7 @@ class Checkerboard:
         place = theta * (self.rows / math.pi)
         row = np.minimum(place.astype(int), self.rows - 1)
         inside = np.clip(place - row - self.gap / 2, 0, 1 - self.gap)
-        return self._before[row] + self._swatches[row] * inside[:, None, None]
+        return self._before.take(row, axis=0) + self._swatches.take(row, axis=0) * inside[:, None, None]
 
     def _along_phi(self, turns: Float[Array, " m"]) -> Float[Array, " m"]:
         """Integral (m,) of the swatches of one parity, in periods of two swatches."""

@@ -193,6 +193,6 @@ def _looked_up(
     i, j = np.minimum(y.astype(int), rows), np.minimum(x.astype(int), columns)
     v, u = (y - i)[:, None].astype(np.float32), (x - j)[:, None].astype(np.float32)
     flat, start = padded.reshape(-1, 3), i * (columns + 2) + j
-    upper = flat[start] * (1 - u) + flat[start + 1] * u
-    below = flat[start + columns + 2] * (1 - u) + flat[start + columns + 3] * u
+    one, other, third, last = (flat.take(start + step, axis=0) for step in (0, 1, columns + 2, columns + 3))
+    upper, below = one * (1 - u) + other * u, third * (1 - u) + last * u
     return upper * (1 - v) + below * v
