@@ -2,8 +2,8 @@
 Stars shine steadily
 ====================
 
-The light of two images of a star while the camera turns slowly, 100 frames over three pixels: all of it (left), and what
-the pixel in the middle gets (right), which is the same for both. In grey the bound of 2 % that JTFT set themselves.
+The light of two images of a star while the camera turns slowly, 100 frames over three pixels: all of it (left), and
+what the pixel in the middle gets (right), the same for both. In grey the bound of 2 % that JTFT set themselves.
 """
 
 from pathlib import Path
