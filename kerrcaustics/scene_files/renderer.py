@@ -1,8 +1,7 @@
-"""The one place where scenes are handed to the renderer, with what it takes of quality and exposure."""
+"""The one place where scenes are handed to the renderer, with their quality and exposure."""
 
 import math
-from inspect import signature
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from kerrcaustics.scene_files.contents import LightTable
 from kerrcaustics.scenes.disk.disk import Disk
@@ -19,22 +18,14 @@ class Exposed(NamedTuple):
     turn: float
 
 
-def takes(argument: str) -> bool:
-    """Whether the renderer takes an argument."""
-    return argument in signature(render).parameters
-
-
 def star_sweep(exposed: Exposed) -> float:
-    """By how much stars are swept in the sky itself: only where the renderer does not blur what moves."""
-    return 0.0 if takes("exposure") else float(f"{min(abs(exposed.turn), math.pi):.9g}")
+    """By how much stars are swept in the sky itself: the renderer does not blur what moves."""
+    return float(f"{min(abs(exposed.turn), math.pi):.9g}")
 
 
 def rendered(
     camera: Camera, view: View, sky: Sky | None, disk: Disk | None, light: LightTable, exposed: Exposed, quality: str
 ) -> Rendering:
     """A frame, linear light."""
-    options: dict[str, Any] = {"quality": quality} if takes("quality") else {}
-    if takes("exposure") and exposed.length > 0:
-        options["exposure"] = exposed.length
     shifts = {"beaming": light.beaming, "colour_shift": light.colour_shift}
-    return render(camera, view, sky, disk=disk, delay=light.delay, time=exposed.time, **shifts, **options)
+    return render(camera, view, sky, disk=disk, delay=light.delay, time=exposed.time, quality=quality, **shifts)

@@ -115,6 +115,16 @@ def singular_values(
     )
 
 
+def major_axis(
+    one: Float[Array, "*batch 3"], other: Float[Array, "*batch 3"]
+) -> tuple[Float[Array, "*batch"], Float[Array, "*batch 3"]]:
+    """Length (...,) of the major axis of the ellipse that steps (..., 3) along x and y span, and its unit vector."""
+    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
+    length = np.sqrt((a + c + np.hypot(a - c, 2 * b)) / 2)
+    turn = np.arctan2(2 * b, a - c) / 2
+    return length, (one * np.cos(turn)[..., None] + other * np.sin(turn)[..., None]) / length[..., None]
+
+
 def pixel_matrix(
     beams: Beams, sky: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
 ) -> Float[Array, "*batch 2 2"]:

@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
-from kerrcaustics.scenes.footprint import Footprint, bend, singular_values
+from kerrcaustics.scenes.footprint import Footprint, bend, major_axis, singular_values
 from kerrcaustics.scenes.panorama import Panorama
 from kerrcaustics.scenes.patches import weights_at
 from kerrcaustics.scenes.sky_cells import SkyCells
@@ -100,7 +100,7 @@ class Imaged(NamedTuple):
     curving: Array
 
 
-class Search:
+class ImageSearch:
     """The search for images in some cells, with what of it is the same for all stars."""
 
     def __init__(self, cells: SkyCells) -> None:
@@ -227,13 +227,13 @@ def _solved(
     keep = np.arange(len(rows))
     for _ in range(_STEPS):
         value, columns = _patch(data[rows[keep]], at[keep])
-        move = _newton(columns, target[rows[keep]] - value)
+        move = steps_to(columns, target[rows[keep]] - value)
         length = np.sqrt((move**2).sum(axis=-1))
         at[keep] += move * np.minimum(1, 0.5 / np.maximum(length, 1e-300))[:, None]
         # Who is far outside will not come back.
         keep = keep[(length > 1e-7) & (np.abs(at[keep] - 0.5).max(axis=1) < 1.0)]
     value, columns = _patch(data[rows], at)
-    off = _newton(columns, target[rows] - value / np.linalg.norm(value, axis=-1, keepdims=True))
+    off = steps_to(columns, target[rows] - value / np.linalg.norm(value, axis=-1, keepdims=True))
     good = (np.abs(at - 0.5).max(axis=1) <= 0.5 + _OVER) & (np.abs(off).max(axis=1) < 1e-4)
     return rows[good], at[good], columns[good]
 
@@ -246,12 +246,14 @@ def _patch(data: Float[Array, "n 12 3"], at: Float[Array, "n 2"]) -> tuple[Float
     return found[:, 0], found[:, 1:]
 
 
-def _newton(columns: Float[Array, "n 2 3"], miss: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
-    """Steps (n, 2) with columns @ step = miss, least squares, with a floor where they are nearly parallel."""
+def steps_to(
+    columns: Float[Array, "n 2 3"], miss: Float[Array, "n 3"], floor: Float[Array, " n"] | None = None
+) -> Float[Array, "n 2"]:
+    """Steps (n, 2) with columns @ step = miss, least squares; floor: of the determinant, where they are parallel."""
     one, other = columns[:, 0], columns[:, 1]
     a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
     p, q = (one * miss).sum(axis=-1), (other * miss).sum(axis=-1)
-    det = np.maximum(a * c - b * b, 1e-12 * (a + c) ** 2)
+    det = np.maximum(a * c - b * b, 1e-12 * (a + c) ** 2 if floor is None else floor)
     return np.stack([c * p - b * q, a * q - b * p], axis=-1) / det[:, None]
 
 
@@ -263,10 +265,7 @@ def _imaged(cells: SkyCells, cell: Int[Array, " m"], star: Array, at: Float[Arra
     area = np.cross(one, other)
     size_of = np.sqrt((area**2).sum(axis=-1))
     # The direction in which the pixel is thin, and how fast it opens away from the critical curve.
-    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
-    major = np.sqrt((a + c + np.hypot(a - c, 2 * b)) / 2)
-    turn = np.arctan2(2 * b, a - c) / 2
-    along = (one * np.cos(turn)[:, None] + other * np.sin(turn)[:, None]) / major[:, None]
+    major, along = major_axis(one, other)
     middle = area / np.maximum(size_of, 1e-300)[:, None]
     least = _NEAREST * math.sqrt(8) * bend(cells.curving[cell], np.cross(middle, along))
     return Imaged(place, star, np.maximum(size_of, major * least), steps, cells.curving[cell])

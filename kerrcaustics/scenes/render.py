@@ -14,7 +14,7 @@ from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, Seen, covere
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.points import PointLights, Search, drawn
+from kerrcaustics.scenes.points import ImageSearch, PointLights, drawn
 from kerrcaustics.scenes.sky_cells import TOLERANCE, SkyCells, sky_map, slopes, undivided
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, sky_light
 from kerrcaustics.scenes.view import View
@@ -120,9 +120,9 @@ class TracedView:
         return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts)
 
     @cached_property
-    def _search(self) -> Search:
+    def _search(self) -> ImageSearch:
         """For the images of stars, whichever they are."""
-        return Search(undivided(SkyCells(*self._sky)))
+        return ImageSearch(undivided(SkyCells(*self._sky)))
 
 
 @usual_warnings

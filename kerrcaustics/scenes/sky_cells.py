@@ -1,7 +1,7 @@
 """Where a picture sees the celestial sphere: the direction n' of every pixel, from few beams.
 
 Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
-square cells, and patches.py joins them. A ray to the middle of each cell checks its patch; cells that are off are
+square cells, and patches.py joins them. Rays check the patch of each cell; cells that are off are
 divided, down to single pixels. Pixels on the shadow edge, and the few next to it where no patch is good, are left over.
 """
 
@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.scenes.corners import Squares, find, merged
-from kerrcaustics.scenes.footprint import bend, pixel_matrix, singular_values
+from kerrcaustics.scenes.footprint import bend, major_axis, pixel_matrix, singular_values
 from kerrcaustics.scenes.patches import CORNERS, doubts, weights
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
@@ -67,7 +67,7 @@ class SkyCells(NamedTuple):
 
 
 class SkyMap(NamedTuple):
-    """A picture's map to the celestial sphere: its cells, and how many beams and rays it took.
+    """A picture's map to the celestial sphere: its cells, and how many beams it took.
 
     left: the pixels left over, by their numbers in reading order; parts: into how many each way they are to be divided.
     """
@@ -76,7 +76,6 @@ class SkyMap(NamedTuple):
     left: Int[Array, " m"]
     parts: Int[Array, " m"]
     beams: int
-    rays: int
 
 
 class _SkyLattice(NamedTuple):
@@ -129,10 +128,11 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
     """
     lattice = _SkyLattice(camera, view)
     squares, edge = lattice.roots(), lattice.edge()
-    corners, kept, rays = _NONE, [], 0
+    corners, kept = _NONE, []
     left = parts = np.zeros(0, int)
+    asked = np.pad((~hidden).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     while len(squares.x):
-        squares = _without(squares, hidden)
+        squares = _asked(squares, asked)
         x, y, size = squares
         keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
         wanted = np.unique(keys)
@@ -145,7 +145,6 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
         if size > 1:
             whole &= ~_beside(mixed, number, len(corners.key))
         cells = _cells(lattice, corners, squares, number, np.flatnonzero(whole), close)
-        rays += int(np.isfinite(cells.error).sum())
         good = (cells.error <= close) & ((size == 1) | (parts_of(cells) == 1))
         kept.append(SkyCells(*(part[good] for part in cells)))
         split = mixed | reached.all(axis=1)
@@ -157,18 +156,16 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
             break
         squares = squares.quarters(split)
     cells = SkyCells(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
-    return SkyMap(cells, left, parts, len(corners.key), rays)
+    return SkyMap(cells, left, parts, len(corners.key))
 
 
 _NONE = SkyCorners(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 2)))
 
 
-def _without(squares: Squares, hidden: Bool[Array, "h w"]) -> Squares:
-    """Those in which a pixel of the picture is asked for."""
+def _asked(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
+    """Those in which a pixel of the picture is asked for; total: how many are, above and left of each corner."""
     x, y, size = squares
-    height, width = hidden.shape
-    total = np.zeros((height + 1, width + 1), int)
-    total[1:, 1:] = (~hidden).cumsum(axis=0).cumsum(axis=1)
+    height, width = total.shape[0] - 1, total.shape[1] - 1
     right, below = np.minimum(x + size, width), np.minimum(y + size, height)
     x_in, y_in = np.minimum(x, width), np.minimum(y, height)
     asked = total[below, right] - total[y_in, right] - total[below, x_in] + total[y_in, x_in] > 0
@@ -193,7 +190,7 @@ def _beside(mixed: Bool[Array, " n"], number: Int[Array, "n 4"], corners: int) -
 def _cells(
     lattice: _SkyLattice, corners: SkyCorners, squares: Squares, number: Array, chosen: Int[Array, " m"], close: float
 ) -> SkyCells:
-    """Some cells, with their errors: NaN where not even the corners agree, or the footprints are too long."""
+    """Some cells, with their errors: NaN where not even the corners agree."""
     x, y, size = squares
     place, slope = corners.place[number[chosen]], corners.slope[number[chosen]]
     data = np.concatenate([place, slope[..., 0] * size, slope[..., 1] * size], axis=1)
@@ -248,8 +245,7 @@ def _least_minor(data: Float[Array, "n 12 3"]) -> Float[Array, " n"]:
     """The smallest minor axis (n,) at the corners, for the whole cell; 0 where a critical curve passes between."""
     one, other = data[:, 4:8], data[:, 8:]
     area = (np.cross(one, other) * data[:, :4]).sum(axis=-1)
-    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
-    minor = area / np.sqrt((a + c + np.hypot(a - c, 2 * b)) / 2)
+    minor = area / major_axis(one, other)[0]
     return np.where(minor.min(axis=1) * minor.max(axis=1) > 0, np.abs(minor).min(axis=1), 0.0)
 
 

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
-from kerrcaustics.scenes.points import LONGEST, Imaged, PointLights, Search, drawn, images_in_parts
+from kerrcaustics.scenes.points import LONGEST, Imaged, ImageSearch, PointLights, drawn, images_in_parts, steps_to
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, redshift
@@ -63,7 +63,7 @@ def sky_light(
     sky: Sky,
     cells: SkyCells,
     left: list[Parts],
-    search: Callable[[], Search],
+    search: Callable[[], ImageSearch],
     shifts: Shifts,
 ) -> Float[Array, "h w 3"]:
     """Linear light (h, w, 3) of a picture; left: parts of pixels that no cell covers; search: for images of stars."""
@@ -87,7 +87,7 @@ def sky_light(
                 np.add.at(light[:, channel], pixel, given[:, channel])
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
-            _Points(camera, view, search(), divided, shifts, pool).draw(light, points, getattr(sky, "sweep", 0.0))
+            _StarsSeen(camera, view, search(), divided, shifts, pool).draw(light, points, getattr(sky, "sweep", 0.0))
     return light
 
 
@@ -128,12 +128,12 @@ def _given(
     return y * view.width + x, light * part.side**2
 
 
-class _Points(NamedTuple):
+class _StarsSeen(NamedTuple):
     """Where points of light are drawn, and how."""
 
     camera: Camera
     view: View
-    search: Search
+    search: ImageSearch
     parts: list[Parts]
     shifts: Shifts
     pool: ThreadPoolExecutor
@@ -192,9 +192,5 @@ def _trace(found: Imaged, points: PointLights, angle: float) -> tuple[Float[Arra
 
 def _moved(found: Imaged, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
     """How far images move, in pixels, as their stars do by (m, 3)."""
-    one, other = found.steps[:, 0], found.steps[:, 1]
-    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
-    p, q = (one * motion).sum(axis=-1), (other * motion).sum(axis=-1)
     # No steeper than where brightness is cut, too.
-    det = np.maximum(a * c - b * b, found.area**2)
-    return np.stack([c * p - b * q, a * q - b * p], axis=-1) / det[:, None]
+    return steps_to(found.steps, motion, found.area**2)
