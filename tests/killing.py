@@ -24,6 +24,20 @@ def workers_of(process):
     return found
 
 
+def kill_at_random(process, wait_for_more, chance):
+    """Kill a program that works, mostly soon after it has done more, and wait for its workers to end."""
+    if chance.random() < 0.8:
+        wait_for_more(process)
+    time.sleep(chance.uniform(0, 0.3))
+    workers = workers_of(process)
+    assert process.poll() is None, process.communicate()
+    process.kill()
+    out, _ = process.communicate()
+    assert out == ""
+    # Workers notice that they are alone.
+    psutil.wait_procs(workers, timeout=GUARD)
+
+
 @contextmanager
 def dask(folder, name, *options):
     """A scheduler or a worker of a cluster, until it is killed with all its processes."""

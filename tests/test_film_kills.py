@@ -14,7 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 from filming import MovingBar
-from killing import GUARD, dask, scheduler, workers_of
+from killing import GUARD, dask, kill_at_random, scheduler, workers_of
 
 from kerrcaustics.films.film import frames_folder, make_film
 from kerrcaustics.films.scene_films import scene_film
@@ -72,16 +72,7 @@ def test_killed_at_ten_random_moments_the_film_ends_up_the_same(arguments, tmp_p
     target, chance = tmp_path / "bar.mp4", random.Random(7)
     for _ in range(10):
         process = started(scene, target, *arguments)
-        if chance.random() < 0.8:
-            wait_for_more(process, target)
-        time.sleep(chance.uniform(0, 0.3))
-        workers = workers_of(process)
-        assert process.poll() is None, process.communicate()
-        process.kill()
-        out, _ = process.communicate()
-        assert out == ""
-        # Workers notice that they are alone.
-        psutil.wait_procs(workers, timeout=GUARD)
+        kill_at_random(process, lambda running: wait_for_more(running, target), chance)
         assert not target.exists()
     assert 0 < frames_done(target) < FRAMES
     check_finished(started(scene, target, *arguments), target, good)

@@ -16,7 +16,7 @@ from pathlib import Path
 import psutil
 import pytest
 from command_line import run
-from killing import GUARD, dask, scheduler, workers_of
+from killing import GUARD, dask, kill_at_random, scheduler, workers_of
 from sweeping import PLAIN, files, opened, written
 
 from kerrcaustics.workers import cluster
@@ -87,16 +87,7 @@ def test_killed_again_and_again_the_sweep_ends_up_the_same(kills, arguments, tmp
     target, chance = tmp_path / "s.zarr", random.Random(7)
     for _ in range(kills):
         process = started(QUICK, path, target, *arguments)
-        if chance.random() < 0.8:
-            wait_for_more(process, target)
-        time.sleep(chance.uniform(0, 0.3))
-        workers = workers_of(process)
-        assert process.poll() is None, process.communicate()
-        process.kill()
-        out, _ = process.communicate()
-        assert out == ""
-        # Workers notice that they are alone.
-        psutil.wait_procs(workers, timeout=GUARD)
+        kill_at_random(process, lambda running: wait_for_more(running, target), chance)
     assert blocks_done(target) < 64
     check_finished(started(QUICK, path, target, *arguments))
     assert files(target) == good[QUICK]
