@@ -11,7 +11,6 @@ from jaxtyping import Float
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint, averaged
 from kerrcaustics.spacetime.checks import real_number, whole_number
-from kerrcaustics.spacetime.sphere import polar_angle
 
 Array = np.ndarray
 
@@ -83,18 +82,17 @@ class Checkerboard:
         return from_srgb(self.gap_colour)
 
     @cached_property
-    def _swatches(self) -> Float[Array, "rows 2 3"]:
-        """Colours (rows, 2, 3), above the background, of the swatch that begins at phi' = 0 and of the one after it."""
+    def _swatches(self) -> Float[Array, "2 3 rows"]:
+        """Colours (2, 3, rows), above the background, of the swatch that begins at phi' = 0 and of the one after it."""
         bright = mixed(self.colours, self.rows)
         even = (np.arange(self.rows) % 2 == 0)[:, None]
         ones, others = np.where(even, bright, DARKER * bright), np.where(even, DARKER * bright, bright)
-        return np.stack([ones, others], axis=1) - self._background
+        return (np.stack([ones, others]) - self._background).swapaxes(1, 2)
 
     @cached_property
-    def _before(self) -> Float[Array, "rows 2 3"]:
-        """Integrals (rows, 2, 3) of the swatches over theta', in rows, from the pole to the start of each row."""
-        total = np.cumsum(self._swatches, axis=0) * (1 - self.gap)
-        return np.concatenate([np.zeros((1, 2, 3)), total[:-1]])
+    def _before(self) -> Float[Array, "2 3 rows"]:
+        """Integrals (2, 3, rows) of the swatches over theta', in rows, from the pole to the start of each row."""
+        return (np.cumsum(self._swatches, axis=-1) - self._swatches) * (1 - self.gap)
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
@@ -103,28 +101,29 @@ class Checkerboard:
 
     def _average(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float[Array, "m 3"]:
         """Colours (m, 3) over boxes about directions."""
-        theta = polar_angle(direction)
-        phi = np.arctan2(direction[:, 1], direction[:, 0])
+        x, y, z = direction.T
+        across = np.sqrt(x * x + y * y)
+        theta, phi = np.arctan2(across, z), np.arctan2(y, x)
         half = np.maximum(_HALF_WIDTH * size, 1e-9)
         with np.errstate(divide="ignore"):
-            half_phi = np.minimum(half / np.sin(theta), math.pi)
+            half_phi = np.minimum(half / across, math.pi)
         # What a box reaches beyond a pole is left out: on the other side all meridians meet as well.
         low, high = np.maximum(theta - half, 0), np.minimum(theta + half, math.pi)
-        down = (self._along_theta(high) - self._along_theta(low)) * (math.pi / self.rows / (high - low))[:, None, None]
+        down = (self._along_theta(high) - self._along_theta(low)) * (math.pi / self.rows / (high - low))
         turn = self.columns / (4 * math.pi)
-        colours = np.tile(self._background, (len(theta), 1))
+        right, left = (phi + half_phi) * turn, (phi - half_phi) * turn
+        colours = self._background[:, None]
         for parity in range(2):
-            right = self._along_phi((phi + half_phi) * turn - parity / 2)
-            left = self._along_phi((phi - half_phi) * turn - parity / 2)
-            colours += down[:, parity] * ((right - left) / (2 * half_phi * turn))[:, None]
-        return colours
+            part = self._along_phi(right - parity / 2) - self._along_phi(left - parity / 2)
+            colours = colours + down[parity] * (part / (right - left))
+        return colours.T
 
-    def _along_theta(self, theta: Float[Array, " m"]) -> Float[Array, "m 2 3"]:
-        """Integral (m, 2, 3) of the swatches of both parities from the pole to theta', in rows."""
+    def _along_theta(self, theta: Float[Array, " m"]) -> Float[Array, "2 3 m"]:
+        """Integral (2, 3, m) of the swatches of both parities from the pole to theta', in rows."""
         place = theta * (self.rows / math.pi)
         row = np.minimum(place.astype(int), self.rows - 1)
         inside = np.clip(place - row - self.gap / 2, 0, 1 - self.gap)
-        return self._before.take(row, axis=0) + self._swatches.take(row, axis=0) * inside[:, None, None]
+        return self._before.take(row, axis=-1) + self._swatches.take(row, axis=-1) * inside
 
     def _along_phi(self, turns: Float[Array, " m"]) -> Float[Array, " m"]:
         """Integral (m,) of the swatches of one parity, in periods of two swatches."""

@@ -61,7 +61,7 @@ class Footprint:
         Singular values of the matrix; the minor axis with the bend, both cut at `LONGEST`.
         """
         major, minor, angle = singular_values(self.matrix)
-        return np.minimum(major, LONGEST), np.minimum(np.hypot(minor, self.bend), LONGEST), angle
+        return np.minimum(major, LONGEST), np.minimum(_length(minor, self.bend), LONGEST), angle
 
     @property
     def major_axis(self) -> Float[Array, "pixels 3"]:
@@ -80,7 +80,7 @@ class Footprint:
     ) -> "Footprint":
         """From n', its steps along x and y, and its second derivatives along xx, xy, yy, all of them per pixel."""
         x, y, z = direction
-        s = np.hypot(x, y)
+        s = _length(x, y)
         c, d = (np.divide(part, s, out=np.full_like(s, pole), where=s > 0) for part, pole in ((x, 1.0), (y, 0.0)))
         outward = c * steps[:, 0] + d * steps[:, 1]
         matrix = np.stack([z * outward - s * steps[:, 2], c * steps[:, 1] - d * steps[:, 0]])
@@ -106,21 +106,23 @@ def singular_values(
     matrix: Float[Array, "*batch 2 2"],
 ) -> tuple[Float[Array, "*batch"], Float[Array, "*batch"], Float[Array, "*batch"]]:
     """Larger and smaller singular value of matrices (..., 2, 2), and the angle of the larger one's axis."""
-    even = (matrix[..., 0, 0] + matrix[..., 1, 1]) + 1j * (matrix[..., 1, 0] - matrix[..., 0, 1])
-    odd = (matrix[..., 0, 0] - matrix[..., 1, 1]) + 1j * (matrix[..., 1, 0] + matrix[..., 0, 1])
-    return (
-        (np.abs(even) + np.abs(odd)) / 2,
-        np.abs(np.abs(even) - np.abs(odd)) / 2,
-        (np.angle(even) + np.angle(odd)) / 2,
-    )
+    (a, b), (c, d) = np.moveaxis(matrix, (-2, -1), (0, 1))
+    even, odd = _length(a + d, c - b), _length(a - d, c + b)
+    angle = np.arctan2(c - b, a + d) + np.arctan2(c + b, a - d)
+    return (even + odd) / 2, np.abs(even - odd) / 2, angle / 2
+
+
+def _length(x: Float[Array, "*shape"], y: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
+    # Where nothing overflows, ten times as fast as hypot.
+    return np.sqrt(x * x + y * y)
 
 
 def major_axis(
     one: Float[Array, "*batch 3"], other: Float[Array, "*batch 3"]
 ) -> tuple[Float[Array, "*batch"], Float[Array, "*batch 3"]]:
     """Length (...,) of the major axis of the ellipse that steps (..., 3) along x and y span, and its unit vector."""
-    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
-    length = np.sqrt((a + c + np.hypot(a - c, 2 * b)) / 2)
+    a, b, c = np.vecdot(one, one), np.vecdot(one, other), np.vecdot(other, other)
+    length = np.sqrt((a + c + _length(a - c, 2 * b)) / 2)
     turn = np.arctan2(2 * b, a - c) / 2
     return length, (one * np.cos(turn)[..., None] + other * np.sin(turn)[..., None]) / length[..., None]
 
@@ -167,16 +169,25 @@ def averaged(
         before = count
         if not which.size:
             continue
+        middle, size = footprint.direction[which], minor[which]
         if count == 1:
-            colours[which] = sky(footprint.direction[which], np.sqrt(major * minor)[which])
+            colours[which] = sky(middle, np.sqrt(size * major[which]))
             continue
-        total = np.zeros((len(which), 3))
-        for place, weight in zip(*_probes(count), strict=True):
-            turn = (place * deviation[which])[:, None]
-            middle = footprint.direction[which] * np.cos(turn) + tangent[which] * np.sin(turn)
-            total += weight * sky(middle, minor[which])
+        place, weights = _probes(count)
+        total, spread = 0.0, deviation[which]
+        middle, ahead = _turning(place[0] * spread)(middle.T, tangent[which].T)
+        turn = _turning((place[1] - place[0]) * spread)
+        for weight in weights:
+            total = total + weight * sky(middle.T, size)
+            middle, ahead = turn(middle, ahead)
         colours[which] = total
     return colours
+
+
+def _turning(angle: Float[Array, " n"]) -> Callable[[Array, Array], tuple[Array, Array]]:
+    """To turn directions (3, n) by angles toward tangents (3, n), and these with them."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return lambda middle, ahead: (cos * middle + sin * ahead, cos * ahead - sin * middle)
 
 
 def _probes(count: int) -> tuple[Float[Array, " count"], Float[Array, " count"]]:

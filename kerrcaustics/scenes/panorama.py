@@ -9,8 +9,7 @@ from jaxtyping import Float, Float32
 from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.colour import decoded, shifted_light
-from kerrcaustics.scenes.footprint import Footprint, averaged
-from kerrcaustics.spacetime.sphere import polar_angle
+from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
 
 Array = np.ndarray
 
@@ -29,6 +28,9 @@ class Panorama:
         Linear sRGB, any unit.
     orientation : (3, 3) array, optional
         Rotation from the picture's axes to those of the celestial sphere.
+    aspect : float
+        Footprints that are longer are widened to so many times their width: fewer look-ups, for skies with little
+        detail.
 
     Notes
     -----
@@ -38,7 +40,7 @@ class Panorama:
     go on across the edge phi' = 0 and across the poles.
     """
 
-    def __init__(self, light: ArrayLike, orientation: ArrayLike | None = None) -> None:
+    def __init__(self, light: ArrayLike, orientation: ArrayLike | None = None, aspect: float = ASPECT) -> None:
         """Smooth the picture at every level; see the class."""
         picture = np.asarray(light, np.float32)
         if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
@@ -48,7 +50,7 @@ class Panorama:
         if not (np.isfinite(picture).all() and picture.min() >= 0):
             raise ValueError("Argument `light` must hold finite numbers that are not negative.")
         self.orientation = rotation(orientation)
-        self.rows = len(picture)
+        self.rows, self.aspect = len(picture), aspect
         self._levels = [_padded(level) for level in _pyramid(picture)]
 
     def __repr__(self) -> str:
@@ -71,25 +73,26 @@ class Panorama:
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels; for a shift of colours the picture counts as lit by daylight."""
-        light = averaged(self.around, footprint, finest=math.pi / self.rows)
+        light = averaged(self.around, footprint, finest=math.pi / self.rows, aspect=self.aspect)
         return light * shifted_light(footprint.redshift, beaming, colour_shift)
 
     def around(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
         """Light (m, 3) about directions (m, 3), averaged over neighbourhoods of sizes (m,) in radians."""
-        local = direction @ self.orientation
-        theta, phi = polar_angle(local), np.arctan2(local[:, 1], local[:, 0])
+        x, y, z = (direction @ self.orientation).T
+        down, right = np.arctan2(np.sqrt(x * x + y * y), z) / math.pi, np.arctan2(y, x) / (2 * math.pi)
+        right -= np.floor(right)
         level = np.clip(np.log2(np.maximum(size, 1e-9) * (self.rows / math.pi)), 0, len(self._levels) - 1)
         lower = np.minimum(level.astype(int), max(len(self._levels) - 2, 0))
-        part = (level - lower)[:, None].astype(np.float32)
-        light = np.empty((len(theta), 3), np.float32)
-        for k in np.unique(lower):
+        part = (level - lower).astype(np.float32)
+        light = np.empty((3, len(down)), np.float32)
+        for k in range(lower.min(initial=0), lower.max(initial=-1) + 1):
             which = lower == k
-            place = theta[which] / math.pi, phi[which] / (2 * math.pi) % 1.0
+            place = down[which], right[which]
             fine = _looked_up(self._levels[k], *place)
             if k + 1 < len(self._levels):
                 fine += part[which] * (_looked_up(self._levels[k + 1], *place) - fine)
-            light[which] = fine
-        return light
+            light[:, which] = fine
+        return light.T
 
 
 def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
@@ -177,22 +180,25 @@ def _smoothed(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h w 3"]:
     return result
 
 
-def _padded(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h+2 w+2 3"]:
+def _padded(picture: Float32[Array, "h w 3"]) -> Float32[Array, "3 h+2 w+2"]:
     """With one more pixel on every side: the other edge's at the sides, those beyond the pole above and below."""
     half = picture.shape[1] // 2
     tall = np.concatenate([np.roll(picture[:1], half, axis=1), picture, np.roll(picture[-1:], half, axis=1)])
-    return np.ascontiguousarray(np.concatenate([tall[:, -1:], tall, tall[:, :1]], axis=1))
+    return np.ascontiguousarray(np.concatenate([tall[:, -1:], tall, tall[:, :1]], axis=1).transpose(2, 0, 1))
 
 
 def _looked_up(
-    padded: Float32[Array, "h w 3"], down: Float[Array, " m"], right: Float[Array, " m"]
-) -> Float32[Array, "m 3"]:
-    """Light (m, 3) at parts of the height and width of a padded picture, linear between pixels."""
-    rows, columns = padded.shape[0] - 2, padded.shape[1] - 2
+    padded: Float32[Array, "3 h w"], down: Float[Array, " m"], right: Float[Array, " m"]
+) -> Float32[Array, "3 m"]:
+    """Light (3, m) at parts of the height and width of a padded picture, linear between pixels."""
+    rows, columns = padded.shape[1] - 2, padded.shape[2] - 2
     y, x = down * rows + 0.5, right * columns + 0.5
     i, j = np.minimum(y.astype(int), rows), np.minimum(x.astype(int), columns)
-    v, u = (y - i)[:, None].astype(np.float32), (x - j)[:, None].astype(np.float32)
-    flat, start = padded.reshape(-1, 3), i * (columns + 2) + j
-    one, other, third, last = (flat.take(start + step, axis=0) for step in (0, 1, columns + 2, columns + 3))
-    upper, below = one * (1 - u) + other * u, third * (1 - u) + last * u
-    return upper * (1 - v) + below * v
+    v, u = (y - i).astype(np.float32), (x - j).astype(np.float32)
+    start, below = i * (columns + 2) + j, columns + 2
+    light = np.empty((3, len(start)), np.float32)
+    for k, channel in enumerate(padded.reshape(3, -1)):
+        one, other, third, last = (channel[step:].take(start) for step in (0, 1, below, below + 1))
+        upper, lower = one + u * (other - one), third + u * (last - third)
+        light[k] = upper + v * (lower - upper)
+    return light

@@ -5,14 +5,13 @@ with the light that its magnification gives it.
 """
 
 import math
-from collections.abc import Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
@@ -42,7 +41,7 @@ _OVER = 1e-3
 # What sees more of the sky (radians) sees no single stars; thinner footprints, as parts of their major axis, hold one
 # but by chance.
 LONGEST, _THINNEST = 0.08, 1e-4
-_GLOW_ROWS = 64
+_GLOW_ROWS, _GLOW_ASPECT = 64, 4.0
 # The corners of a square part are so far from its middle.
 _REACH = 0.5 * math.sqrt(2)
 # Discs that are searched together, and by how much their radii differ at most.
@@ -76,7 +75,7 @@ class PointLights:
         light = np.zeros((rows, 2 * rows, 3))
         np.add.at(light, (down, right), self.flux)
         edges = np.cos(np.arange(rows + 1) * math.pi / rows)
-        return Panorama(light / ((edges[:-1] - edges[1:]) * math.pi / rows)[:, None, None])
+        return Panorama(light / ((edges[:-1] - edges[1:]) * math.pi / rows)[:, None, None], aspect=_GLOW_ASPECT)
 
     def some(self, which: Int[Array, " m"], turn: ArrayLike) -> "PointLights":
         """Some of them, turned about the spin axis by angles, (m,) or one."""
@@ -124,19 +123,15 @@ _NONE = Imaged(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros((0, 2, 
 
 def _images(cells: SkyCells, lights: PointLights, which: Int[Array, " n"], reach: "_Reach") -> Imaged:
     """All images in some cells of one size."""
-    near = lights.tree.query_ball_point(reach.middle, reach.chord, return_sorted=False)
-    count = np.array([len(stars) for stars in near])
-    if not count.sum():
+    pair, star = reach.near(lights)
+    if not len(pair):
         return _NONE
-    pair = np.repeat(np.arange(len(which)), count)
-    star = np.concatenate([np.asarray(stars, int) for stars in near if stars])
-    inside = reach.hold(pair, lights.direction[star])
-    pair, star = pair[inside], star[inside]
     found = []
     for some, start in ((~reach.bent, _middles), (reach.bent & ~reach.folded, _nearest), (reach.folded, _near)):
         chosen = np.flatnonzero(some[pair])
-        data, target = cells.data[which[pair[chosen]]], lights.direction[star[chosen]]
-        at, solved, columns = _solved(data, target, *start(data, target))
+        cell, target = pair[chosen], lights.direction[star[chosen]]
+        starts = start(cells.data[which[some]], (np.cumsum(some) - 1)[cell], target)
+        at, solved, columns = _solved(cells.data[which[cell]], target, *starts)
         rows = chosen[at]
         found.append(_imaged(cells, which[pair[rows]], star[rows], solved, columns))
     return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
@@ -172,49 +167,50 @@ class _Reach:
         spread = self._axes @ np.moveaxis(away, 0, 1)
         low, high = spread.min(axis=2), spread.max(axis=2)
         slack = (_SLACK - 1) * (high - low) + np.where(self.bent, self.chord**2, 0.0)[:, None]
-        self._low, self._high = low - slack, high + slack
+        middle = np.vecdot(self._axes, self.middle[:, None])
+        self._low, self._high = low - slack + middle, high + slack + middle
 
-    def hold(self, cell: Int[Array, " m"], direction: Float[Array, "m 3"]) -> Bool[Array, " m"]:
-        """Whether directions may lie in what cells cover."""
-        side = np.einsum("mij,mj->mi", self._axes[cell], direction - self.middle[cell])
-        return ((side >= self._low[cell]) & (side <= self._high[cell])).all(axis=1)
+    def near(self, lights: PointLights) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
+        """Cells (m,) and stars (m,) that may lie in what they cover."""
+        cell, star = _within(self.middle, self.chord, lights)
+        for axis in range(2):
+            side = np.vecdot(self._axes[cell, axis], lights.direction[star])
+            inside = (side >= self._low[cell, axis]) & (side <= self._high[cell, axis])
+            cell, star = cell[inside], star[inside]
+        return cell, star
 
 
-def _middles(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Starts:
+def _middles(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
     """Searches begin in the middles of cells."""
-    return np.arange(len(data)), np.full((len(data), 2), 0.5)
+    return np.arange(len(cell)), np.full((len(cell), 2), 0.5)
 
 
-def _nearest(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Starts:
+def _nearest(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
     """From that of a grid of places which comes nearest."""
-    return np.arange(len(data)), _GRID[_misses(data, target).argmin(axis=1)]
+    value = _at_starts(data, weights_at(*_GRID.T).value)
+    miss = np.vecdot(value, value)[cell] - 2 * np.vecdot(value[cell], target[:, None])
+    return np.arange(len(cell)), _GRID[miss.argmin(axis=1)]
 
 
-def _near(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Starts:
+def _near(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
     """From all of them whose part of the cell may hold the target: by the slopes there, and how these change."""
     where = weights_at(*_GRID.T)
-    one, other = _at_starts(data, where.along_x), _at_starts(data, where.along_y)
-    miss = target[:, :, None] - _at_starts(data, where.value)
-    a, b, c = (one * one).sum(axis=1), (one * other).sum(axis=1), (other * other).sum(axis=1)
-    turn, square = np.arctan2(2 * b, a - c) / 2, (a + c + np.hypot(a - c, 2 * b)) / 2
-    along = one * np.cos(turn)[:, None] + other * np.sin(turn)[:, None]
-    forward = (miss * along).sum(axis=1) / square
-    aside = np.sqrt(((miss - forward[:, None] * along) ** 2).sum(axis=1))
-    minor = np.sqrt(np.maximum(a * c - b * b, 0) / square)
+    value, one, other = (_at_starts(data, rows) for rows in (where.value, where.along_x, where.along_y))
+    length, along = major_axis(one, other)
+    minor = np.linalg.norm(np.cross(one, other), axis=-1) / length
     slopes = data[:, 4:].reshape(len(data), 2, 4, 3)
     bending = np.sqrt(((slopes - slopes.mean(axis=2, keepdims=True)) ** 2).sum(axis=(1, 2, 3)))
-    rows, start = np.nonzero((np.abs(forward) < _PART) & (aside < _PART * (minor + _PART * bending[:, None])))
+    width = _PART * (minor + _PART * bending[:, None])
+    miss = target[:, None] - value[cell]
+    forward = np.vecdot(miss, along[cell])
+    aside = np.vecdot(miss, miss) - forward**2
+    rows, start = np.nonzero((np.abs(forward) < _PART * length[cell]) & (aside < width[cell] ** 2))
     return rows, _GRID[start]
 
 
-def _misses(data: Float[Array, "n 12 3"], target: Float[Array, "n 3"]) -> Float[Array, "n starts"]:
-    return ((_at_starts(data, weights_at(*_GRID.T).value) - target[:, :, None]) ** 2).sum(axis=1)
-
-
-def _at_starts(data: Float[Array, "n 12 3"], rows: Float[Array, "12 starts"]) -> Float[Array, "n 3 starts"]:
-    """What patches have at the starts: as one product of matrices."""
-    flat = np.ascontiguousarray(np.swapaxes(data, 1, 2)).reshape(-1, 12)
-    return (flat @ rows).reshape(len(data), 3, rows.shape[1])
+def _at_starts(data: Float[Array, "n 12 3"], rows: Float[Array, "12 starts"]) -> Float[Array, "n starts 3"]:
+    """What patches have at the starts."""
+    return rows.T @ data
 
 
 def _solved(
@@ -251,8 +247,8 @@ def steps_to(
 ) -> Float[Array, "n 2"]:
     """Steps (n, 2) with columns @ step = miss, least squares; floor: of the determinant, where they are parallel."""
     one, other = columns[:, 0], columns[:, 1]
-    a, b, c = (one * one).sum(axis=-1), (one * other).sum(axis=-1), (other * other).sum(axis=-1)
-    p, q = (one * miss).sum(axis=-1), (other * miss).sum(axis=-1)
+    a, b, c = np.vecdot(one, one), np.vecdot(one, other), np.vecdot(other, other)
+    p, q = np.vecdot(one, miss), np.vecdot(other, miss)
     det = np.maximum(a * c - b * b, 1e-12 * (a + c) ** 2 if floor is None else floor)
     return np.stack([c * p - b * q, a * q - b * p], axis=-1) / det[:, None]
 
@@ -351,18 +347,12 @@ def _pairs(
     part, centre, radius, middle, half = _discs(direction, matrix, len(lights.direction))
     chord = 2 * np.sin(np.minimum(radius, math.pi) / 2)
     rows = _rows(direction, matrix)
-    found = []
-    for some in _alike(chord):
-        near = KDTree(centre[some]).sparse_distance_matrix(lights.tree, chord[some].max(), output_type="ndarray")
-        close = near["v"] <= chord[some[near["i"]]]
-        disc, star = some[near["i"][close]], near["j"][close]
-        offset = _offsets(direction[part[disc]], rows[part[disc]], lights.direction[star])
-        # Where discs of one part overlap, a star belongs to that in whose piece of the major axis it is.
-        along = offset[:, 2] - middle[disc]
-        inside = (np.abs(offset[:, :2]).max(axis=1) <= 0.5) & (along >= -half[disc]) & (along < half[disc])
-        found.append((part[disc[inside]], star[inside], offset[inside, :2]))
-    parts, stars, offsets = (np.concatenate(column) for column in zip(*found, strict=True))
-    return parts, stars, offsets
+    disc, star = _within(centre, chord, lights)
+    offset = _offsets(direction[part[disc]], rows[part[disc]], lights.direction[star])
+    # Where discs of one part overlap, a star belongs to that in whose piece of the major axis it is.
+    along = offset[:, 2] - middle[disc]
+    inside = (np.abs(offset[:, :2]).max(axis=1) <= 0.5) & (along >= -half[disc]) & (along < half[disc])
+    return part[disc[inside]], star[inside], offset[inside, :2]
 
 
 def _rows(direction: Float[Array, "n 3"], matrix: Float[Array, "n 2 2"]) -> Float[Array, "n 3 3"]:
@@ -394,12 +384,20 @@ def _discs(
     return pixel, centre, np.hypot(half, _REACH * minor[pixel]), place, half
 
 
-def _alike(chord: Float[Array, " discs"]) -> Iterator[Int[Array, " _"]]:
-    """Numbers of discs in groups, of no more than _DISCS and of chords that differ by less than a factor of _ALIKE."""
+def _within(
+    centre: Float[Array, "n 3"], chord: Float[Array, " n"], lights: PointLights
+) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
+    """Discs (m,) and the stars (m,) in them."""
     order = np.argsort(chord)
     kind = np.floor(np.log(chord[order]) / math.log(_ALIKE))
-    for group in np.split(order, np.flatnonzero(np.diff(kind)) + 1):
-        yield from np.split(group, range(_DISCS, len(group), _DISCS))
+    found = [(np.zeros(0, int), np.zeros(0, int))]
+    for some in np.split(order, np.flatnonzero(np.diff(kind)) + 1):
+        tree = KDTree(centre[some], balanced_tree=False, compact_nodes=False)
+        near = tree.sparse_distance_matrix(lights.tree, chord[some].max(initial=0.0), output_type="ndarray")
+        close = near["v"] <= chord[some[near["i"]]]
+        found.append((some[near["i"][close]], near["j"][close]))
+    discs, stars = zip(*found, strict=True)
+    return np.concatenate(discs), np.concatenate(stars)
 
 
 def _offsets(n: Float[Array, "m 3"], rows: Float[Array, "m 3 3"], star: Float[Array, "m 3"]) -> Float[Array, "m 3"]:

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
-from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, shifted_light, star_temperature
-from kerrcaustics.scenes.footprint import Footprint, averaged
+from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, star_temperature
+from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.panorama import Panorama, rotation
 from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.spacetime.checks import real_number
@@ -77,10 +77,7 @@ class StarField:
         """Linear sRGB light (n, 3) of pixels, stars of magnitude 0 per steradian: that of the band."""
         if not self.band:
             return np.zeros((len(footprint), 3))
-        # The band has no detail that thin footprints would show.
-        band = self._band
-        light = averaged(band.around, footprint, finest=math.pi / band.rows, aspect=_BAND_ASPECT)
-        return light * shifted_light(footprint.redshift, beaming, colour_shift)
+        return self._band.light(footprint, beaming, colour_shift)
 
     @cached_property
     def points(self) -> PointLights:
@@ -101,7 +98,8 @@ class StarField:
         light = milky_way(from_angles(theta, (np.arange(2 * rows) + 0.5) * math.pi / rows))
         tint = black_body(4800.0, self.white, self.response)
         light = self.band * light[..., None] * (tint / luminance(tint))
-        return Panorama(light, self.orientation @ galactic_axes().T)
+        # It has no detail that thin footprints would show.
+        return Panorama(light, self.orientation @ galactic_axes().T, aspect=_BAND_ASPECT)
 
 
 def milky_way(galactic: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
