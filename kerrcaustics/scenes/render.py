@@ -1,6 +1,7 @@
 """Rendering: the beams of all pixels of a view, and the light of a sky and of a disk in them."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from time import perf_counter as clock
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Float32, Int
 
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import cores, trace_beams
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, Seen, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
@@ -25,7 +26,7 @@ from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 Array = np.ndarray
 
 # Pixels that are divided together.
-_CHUNK = 1 << 14
+_CHUNK = 1 << 12
 # Errors of a map are found at some places only: elsewhere they were seen to be 1.1 times larger at most.
 _CAUTION = 2.0
 # How far, in pixels, maps of the sky may be off where they are checked.
@@ -216,14 +217,18 @@ def trace_view(
     close = QUALITIES[quality]
     seen = sky_map(camera, view, close, hidden)
     opened = _covered(seen.cells, shape)
-    parts, beams = [], on_disk + seen.beams
-    for count in np.unique(seen.parts):
-        same = seen.left[seen.parts == count]
-        for start in range(0, len(same), _CHUNK):
-            which = same[start : start + _CHUNK]
-            part, opened.flat[which] = _divided_pixels(camera, view, which, int(count))
-            parts.append(tuple(part))
-        beams += len(same) * int(count) ** 2
+    chunks = [
+        (same[start : start + _CHUNK], int(count))
+        for count in np.unique(seen.parts)
+        for same in (seen.left[seen.parts == count],)
+        for start in range(0, len(same), _CHUNK)
+    ]
+    with ThreadPoolExecutor(cores()) as pool:
+        divided = list(pool.map(lambda chunk: _divided_pixels(camera, view, *chunk), chunks))
+    for (which, _), (_, share) in zip(chunks, divided, strict=True):
+        opened.flat[which] = share
+    parts = [tuple(part) for part, _ in divided]
+    beams = on_disk + seen.beams + int((seen.parts**2).sum())
     error = max(_CAUTION * float(seen.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
     counts = len(seen.left), beams, error, clock() - began, found.beams
     return TracedView(camera, view, opened, *counts, about, cells, tuple(seen.cells), parts)

@@ -5,14 +5,16 @@ square cells, and patches.py joins them. Rays check the patch of each cell; cell
 divided, down to single pixels. Pixels on the shadow edge, and the few next to it where no patch is good, are left over.
 """
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
 from kerrcaustics.scenes.corners import Squares, find, merged
 from kerrcaustics.scenes.footprint import bend, major_axis, pixel_matrix, singular_values
 from kerrcaustics.scenes.patches import CORNERS, doubts, weights
@@ -35,7 +37,7 @@ _CHECKS = ((0.5, 0.5), (0.5, 0.0), (0.0, 0.5))
 # Points of the shadow edge that no cell may hide.
 _EDGE_POINTS = 1440
 # Pixels whose places are worked out together: they fit in a core's cache.
-_TOGETHER = 1 << 14
+_TOGETHER = 1 << 15
 
 
 class SkyCorners(NamedTuple):
@@ -64,6 +66,9 @@ class SkyCells(NamedTuple):
     data: Array
     curving: Array
     error: Array
+
+
+Found = TypeVar("Found", SkyCorners, SkyCells)
 
 
 class SkyMap(NamedTuple):
@@ -137,14 +142,15 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
         keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
         wanted = np.unique(keys)
         wanted = wanted[~find(corners.key, wanted)[1]]
-        corners = merged(corners, lattice.trace(wanted)) if len(wanted) else corners
+        corners = merged(corners, _on_cores(lattice.trace, wanted)) if len(wanted) else corners
         number, _ = find(corners.key, keys)
         reached = corners.there[number]
         mixed = (reached.any(axis=1) & ~reached.all(axis=1)) | _hold(squares, edge)
         whole = reached.all(axis=1) & ~mixed
         if size > 1:
             whole &= ~_beside(mixed, number, len(corners.key))
-        cells = _cells(lattice, corners, squares, number, np.flatnonzero(whole), close)
+        joined = partial(_cells, lattice, corners, squares, number, close)
+        cells = _on_cores(joined, np.flatnonzero(whole))
         good = (cells.error <= close) & ((size == 1) | (parts_of(cells) == 1))
         kept.append(SkyCells(*(part[good] for part in cells)))
         split = mixed | reached.all(axis=1)
@@ -160,6 +166,13 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
 
 
 _NONE = SkyCorners(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 2)))
+
+
+def _on_cores(work: Callable[[Array], Found], rows: Int[Array, " n"]) -> Found:
+    """What work finds for rows, shared out among the cores: named tuples of arrays."""
+    with ThreadPoolExecutor(cores()) as pool:
+        parts = list(pool.map(work, np.array_split(rows, cores())))
+    return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def _asked(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
@@ -188,7 +201,7 @@ def _beside(mixed: Bool[Array, " n"], number: Int[Array, "n 4"], corners: int) -
 
 
 def _cells(
-    lattice: _SkyLattice, corners: SkyCorners, squares: Squares, number: Array, chosen: Int[Array, " m"], close: float
+    lattice: _SkyLattice, corners: SkyCorners, squares: Squares, number: Array, close: float, chosen: Int[Array, " m"]
 ) -> SkyCells:
     """Some cells, with their errors: NaN where not even the corners agree."""
     x, y, size = squares
@@ -237,14 +250,14 @@ class _Scale:
 
     def pixels(self, miss: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """How far (n,) on the picture errors (n, 3) of n' move it."""
-        along, across = ((miss * axis).sum(axis=-1) for axis in (self._along, self._across))
+        along, across = (np.vecdot(miss, axis) for axis in (self._along, self._across))
         return np.hypot(along / self._major, across / self._minor)
 
 
 def _least_minor(data: Float[Array, "n 12 3"]) -> Float[Array, " n"]:
     """The smallest minor axis (n,) at the corners, for the whole cell; 0 where a critical curve passes between."""
     one, other = data[:, 4:8], data[:, 8:]
-    area = (np.cross(one, other) * data[:, :4]).sum(axis=-1)
+    area = np.vecdot(np.cross(one, other), data[:, :4])
     minor = area / major_axis(one, other)[0]
     return np.where(minor.min(axis=1) * minor.max(axis=1) > 0, np.abs(minor).min(axis=1), 0.0)
 

@@ -21,7 +21,7 @@ from kerrcaustics.spacetime.camera import Camera, redshift
 Array = np.ndarray
 
 # Parts of pixels that are lit together: they fit in a core's cache.
-_TOGETHER = 1 << 14
+_TOGETHER = 1 << 15
 # A trace that is longer, or farther from straight than this (pixels), is drawn from two halves of the exposure, each
 # by its own images; at most so often.
 _LONGEST_TRACE, _STRAIGHT, _HALVINGS = 64.0, 0.3, 4
