@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from jaxtyping import Float
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from kerrcaustics.scene_files.motion import Place
@@ -154,7 +154,9 @@ def _integrated(
         return y[0] - kerr.horizon(constants.spin) * (1 + _NEAREST)
 
     setattr(above, "terminal", True)  # noqa: B010
-    found = solve_ivp(slope, (time, end), state, "DOP853", None, True, above, rtol=_TOLERANCE, atol=_TOLERANCE)
+    found = scipy.integrate.solve_ivp(
+        slope, (time, end), state, "DOP853", None, True, above, rtol=_TOLERANCE, atol=_TOLERANCE
+    )
     reached = float(found.t[-1])
     return min(time, reached), max(time, reached), found.sol or (lambda _: state)
 

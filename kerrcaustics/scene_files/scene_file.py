@@ -15,9 +15,8 @@ from jaxtyping import Float, UInt8
 from kerrcaustics.scene_files.cameras import CameraWay, value_at, varied, way_of
 from kerrcaustics.scene_files.changes import changed
 from kerrcaustics.scene_files.complaints import SceneError, about, check_numbers, refuse, told_of
-from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable
+from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, OverlaysTable
 from kerrcaustics.scene_files.looking import axes_of
-from kerrcaustics.scene_files.overlays import check_overlays, overlaid
 from kerrcaustics.scene_files.renderer import Exposed, rendered, star_sweep
 from kerrcaustics.scene_files.things import disk_of, flared_by, point_spread, sky_of
 from kerrcaustics.scenes.colour import tone_mapped
@@ -189,7 +188,16 @@ class SceneFile:
             exposure = value_at(self._varied["light.exposure"], self._way.at(time))
             with about("light"):
                 picture = tone_mapped(self.light(rendering, scale), exposure, light.curve, light.softening)
+            if not self._overlaid:
+                return picture
+            from kerrcaustics.scene_files.overlays import overlaid
+
             return overlaid(picture, self.contents.overlays, rendering, self._way.at(time))
+
+    @property
+    def _overlaid(self) -> bool:
+        """Whether anything is drawn onto pictures: only then plots are imported."""
+        return self.contents.overlays != OverlaysTable()
 
     def picture(self, number: int, *, quality: str | None = None, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
         """A frame as a picture (height, width, 3) of bytes; parameters as for `rendering`."""
@@ -251,7 +259,10 @@ class SceneFile:
         _ = self._disk
         for number in sorted({*range(0, self.frames, max(self.frames // _LOOKED_AT, 1)), self.frames - 1}):
             self._check_frame(self.moment(number))
-        check_overlays(self.contents.overlays, self._way, self.span)
+        if self._overlaid:
+            from kerrcaustics.scene_files.overlays import check_overlays
+
+            check_overlays(self.contents.overlays, self._way, self.span)
 
     def _check_frame(self, time: float) -> None:
         camera = self._way.camera(time)[0]

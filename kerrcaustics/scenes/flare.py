@@ -4,7 +4,7 @@ import math
 import os
 
 import numpy as np
-import scipy.signal
+import scipy
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
