@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import random
+import re
 import shutil
 import sys
 from dataclasses import replace
@@ -210,11 +211,12 @@ def test_command_makes_the_film_of_a_scene(path, whole, scenes, capsys, monkeypa
     monkeypatch.chdir(path.parent)
     status, out, err = run(capsys, "film", scenes())
     assert (status, err) == (0, "") and "12 frames: 0 drawn before, 12 now" in out and "Film: bar.mp4" in out
+    assert re.search(r"^frames \d+\.\d s, encoding \d+\.\d s$", out, re.MULTILINE)
     assert path.read_bytes() == whole
     status, out, err = run(capsys, "film", scenes(), "--frames", "2:6", "--quality", "draft", "--json", "-")
     assert status == 0 and "Its frames are kept" in err
     found = json.loads(out)
-    assert found.pop("seconds") > 0
+    assert found.pop("seconds") > 0 and found.pop("stages").keys() == {"frames", "encoding"}
     assert found == {
         "schema": "kerrcaustics/film/1",
         "frames": 4,

@@ -4,6 +4,7 @@ import json
 import math
 import pickle
 import re
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from PIL import Image
 from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
+from kerrcaustics.results.stages import stage
 from kerrcaustics.scene_files import contents, scene_file
 from kerrcaustics.scene_files.expressions import Moment, formula
 from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
@@ -492,7 +494,8 @@ def painted(monkeypatch):
     def rendered(camera, view, sky, disk, light, exposed, quality):
         asked.append({"camera": camera, "view": view, "sky": sky, "disk": disk, "exposed": exposed, "quality": quality})
         grey = np.full((view.height, view.width, 3), 0.25, np.float32)
-        return scene_file.Rendering(camera, view, grey, None, 0, 7, 0.0)
+        with stage("sky_light"):
+            return scene_file.Rendering(camera, view, grey, None, 0, 7, 0.0)
 
     monkeypatch.setattr(scene_file, "rendered", rendered)
     return asked
@@ -526,6 +529,8 @@ def test_a_picture_is_written_with_its_numbers(tmp_path, capsys, monkeypatch, pa
         entry = json.loads(out)
         assert status == 0 and "Picture" in err and entry["schema"] == "kerrcaustics/render/1"
         assert (entry["size"], entry["beams"], entry["output"]) == ([64, 36], 7, name) and entry["seconds"] > 0
+        assert list(entry["stages"]) == ["sky_light", "developing", "encoding"]
+        assert re.search(r"^sky light \d+\.\d s, developing \d+\.\d s, encoding \d+\.\d s$", err, re.MULTILINE)
         with Image.open(name) as picture:
             assert picture.format == kind and picture.size == (64, 36)
     assert run(capsys, "render", "scene.toml")[0] == 0 and (tmp_path / "scene.png").exists()
@@ -533,6 +538,17 @@ def test_a_picture_is_written_with_its_numbers(tmp_path, capsys, monkeypatch, pa
         capsys, "render", "scene.toml", "--preview", "--set", "view.width=640", "--set", "view.height=360"
     )
     assert status == 0 and "320 x 180 pixels" in out and painted[-1]["quality"] == "draft"
+
+
+def test_the_progress_bar_tells_stages(tmp_path, capsys, monkeypatch, painted):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(PLAIN, encoding="utf-8")
+    told = []
+    monkeypatch.setattr("kerrcaustics.cli.render.progress", lambda: nullcontext(lambda *what: told.append(what)))
+    assert run(capsys, "render", "scene.toml")[0] == 0
+    words, parts = zip(*told, strict=True)
+    assert words[0] == "sky light" and re.fullmatch(r"developing \(sky light \d+\.\d s\)", words[1])
+    assert words[2].startswith("encoding (sky light") and parts == (0, 1 / 8, 2 / 8)
 
 
 def test_an_openexr_picture_has_linear_light(tmp_path, capsys, monkeypatch, painted):

@@ -10,6 +10,7 @@ from kerrcaustics.cli.checkout import script_names
 from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_film
 from kerrcaustics.cli.terminal import plain_errors, progress, say
+from kerrcaustics.results.stages import in_words
 
 if TYPE_CHECKING:
     from kerrcaustics.films.film import Film, FilmResult
@@ -98,6 +99,7 @@ def _tell(result: "FilmResult", common: CommonOptions) -> None:
         stop(1, result.complaint)
     out = common.console()
     say(out, f"{result.frames} frames: {result.reused} drawn before, {result.drawn} now; {result.seconds:.1f} s")
+    say(out, in_words(result.stages))
     say(out, f"Film: {result.output}")
     if result.folder.exists():
         say(out, f"Its frames are kept for the whole film in {result.folder}")

@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 from time import perf_counter as clock
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import cyclopts
 
@@ -11,13 +11,14 @@ from kerrcaustics.cli.app import BadInput, app, one_line, stop
 from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_picture
 from kerrcaustics.cli.terminal import place_of, progress, say
+from kerrcaustics.results.stages import in_words, stage, stages_timed
 
 if TYPE_CHECKING:
     from kerrcaustics.scene_files.scene_file import SceneFile
     from kerrcaustics.scenes.render import Rendering
 
-# Pixels across a preview.
-_PREVIEW = 320
+# Pixels across a preview; stages that a picture has, at most.
+_PREVIEW, _STAGES = 320, 8
 
 
 @app.command
@@ -59,9 +60,9 @@ def render(
         read = _read(scene, changes or [])
         if not 0 <= frame < read.frames:
             raise BadInput(f"Argument --frame must be a whole number from 0 to {read.frames - 1}, but is {frame}.")
-        report("tracing and lighting", 0.1)
         wanted = quality or ("draft" if preview else read.quality)
-        rendering = _written(read, frame, wanted, preview, path, report)
+        with stages_timed(lambda name, seconds: report(_now(name, seconds), len(seconds) / _STAGES)) as stages:
+            rendering = _written(read, frame, wanted, preview, path)
     from kerrcaustics.results.records import in_degrees
 
     entry = {
@@ -76,6 +77,7 @@ def render(
         "size": [rendering.view.width, rendering.view.height],
         "quality": wanted,
         "beams": rendering.beams,
+        "stages": stages,
         "seconds": clock() - began,
         "output": str(path),
     }
@@ -84,6 +86,7 @@ def render(
     say(out, f"{_where(rendering)}, t = {entry['time']:.6g}")
     size = f"{rendering.view.width} x {rendering.view.height} pixels"
     say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
+    say(out, in_words(stages))
     say(out, f"Picture: {path}")
 
 
@@ -94,6 +97,11 @@ def _where(rendering: "Rendering") -> str:
     if isinstance(velocity, str):
         return words
     return words.replace(f"{velocity} camera", f"a camera with {math.hypot(*velocity or ()):.6g} of the speed of light")
+
+
+def _now(stage: str, before: dict[str, float]) -> str:
+    """The stage that is on, and how long those before it took."""
+    return f"{stage.replace('_', ' ')} ({in_words(before)})" if before else stage.replace("_", " ")
 
 
 def _read(scene: Path, changes: list[str]) -> "SceneFile":
@@ -107,18 +115,18 @@ def _read(scene: Path, changes: list[str]) -> "SceneFile":
         raise BadInput(one_line(str(error))) from None
 
 
-def _written(scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path, report: Any) -> "Rendering":
+def _written(scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path) -> "Rendering":
     """Render a frame and write its picture."""
     from kerrcaustics.draw.scenes import save_light, save_picture
 
     scale = min(_PREVIEW / scene.size[0], 1.0) if preview else 1.0
     try:
         rendering = scene.rendering(frame, quality=quality, scale=scale)
-        report("flare, tones and lines", 0.9)
-        if path.suffix.lower() == ".exr":
-            save_light(path, scene.light(rendering, scale))
-        else:
-            save_picture(path, scene.developed(frame, rendering, scale))
+        with stage("developing"):
+            linear = path.suffix.lower() == ".exr"
+            picture = scene.light(rendering, scale) if linear else scene.developed(frame, rendering, scale)
+        with stage("encoding"):
+            (save_light if linear else save_picture)(path, picture)
     except ValueError as error:
         raise BadInput(one_line(str(error))) from None
     except OSError as error:

@@ -24,6 +24,7 @@ from kerrcaustics.films.frame_store import (
 )
 from kerrcaustics.films.video import check_film_path, write_pictures
 from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.workers.losses import Compute, Finished, Losses
 from kerrcaustics.workers.places import Run, check_place, place
 
@@ -31,6 +32,7 @@ Progress = Callable[[str, float], None]
 
 # Frames that failed, besides the first, that are named in a line.
 _TOLD = 10
+_STAGES = "seconds of frames and encoding, by these names; one process that draws tells the stages of its pictures, too"
 _DIED = "the process that drew it died each time (too little memory?)"
 
 
@@ -60,7 +62,7 @@ class Film:
     draw: Draw
 
 
-@result("film/1", record="frames drawn reused failed failures seconds output")
+@result("film/1", record="frames drawn reused failed failures seconds stages output")
 class FilmResult:
     """What making a film did."""
 
@@ -71,6 +73,7 @@ class FilmResult:
     reused: int = quantity("", "1", "how many were there at the start")
     failures: tuple[str, ...] = quantity("", "", "a line for each frame that failed, with its number and why")
     seconds: float = quantity("", "s", "time it took")
+    stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
 
     @property
     @derived("", "1")
@@ -109,6 +112,7 @@ def write_film(
     return made.output
 
 
+@with_stages
 def make_film(
     path: str | Path,
     film: Film,
@@ -169,12 +173,14 @@ def make_film(
         missing = [number for number in wanted if not store.has(number)]
         draw = draw_frame if scheduler is None else draw_frame_again
         job = partial(draw, str(folder.absolute()), store.mark, film.draw)
-        _draw(store, job, missing, len(wanted), place(workers, scheduler, _one_by_one), progress)
+        with stage("frames"):
+            _draw(store, job, missing, len(wanted), place(workers, scheduler, _one_by_one), progress)
         reasons = {number: store.failure(number) for number in missing}
         failures = tuple(f"frame {number}: {reason}" for number, reason in reasons.items() if reason)
         if not failures:
             progress("writing the film", 1.0)
-            write_pictures(path, map(store.read, wanted), film.rate)
+            with stage("encoding"):
+                write_pictures(path, map(store.read, wanted), film.rate)
             if len(wanted) == film.frames:
                 shutil.rmtree(folder)
     reused, drawn = len(wanted) - len(missing), len(missing) - len(failures)

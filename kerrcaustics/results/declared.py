@@ -66,8 +66,10 @@ def quantity(
     given: bool = False,
     default: Any = MISSING,
 ) -> Any:
-    """A field of a result; parameters as for `Quantity`, the dimensions in one string."""
+    """A field of a result; parameters as for `Quantity`, the dimensions in one string. default dict: empty."""
     about = Quantity("", tuple(dims.split()), unit, text, json=json, column=column, given=given)
+    if default is dict:
+        return field(default_factory=dict, metadata={"quantity": about})
     return field(default=default, metadata={"quantity": about})
 
 

@@ -11,6 +11,7 @@ from jaxtyping import Float, Float32, Int
 
 from kerrcaustics.beams.trace import cores, trace_beams
 from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, Seen, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.lighting import Looks, lit
@@ -34,6 +35,7 @@ QUALITIES = {"draft": 0.05, "normal": 0.01, "high": 0.0025}
 
 _OPEN = "part of each pixel that is not in the shadow; None where no sky was asked for"
 _ERROR = "how far the map of the sky is off, in pixels, at most; NaN where no sky was asked for"
+_STAGES = "seconds of each stage, by its name: disk_map, sky_map, shadow_edge, sky_light, stars, disk_light"
 _CROSSINGS = "beams traced to each crossing of the disk's plane, from the first one on"
 
 
@@ -55,6 +57,7 @@ class Rendering:
         "row column", "1", "part of the light behind it that the disk lets through; None without a disk", default=None
     )
     error: float = quantity("", "1", _ERROR, default=math.nan)
+    stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
 
     def __repr__(self) -> str:
         """One line: size, camera, time."""
@@ -78,7 +81,9 @@ class TracedView:
     _cells: list[tuple[Array, ...]] = quantity("", "", "where it is seen, crossing by crossing")
     _sky: tuple[Array, ...] = quantity("", "", "cells that see the sky")
     _parts: list[tuple[Any, ...]] = quantity("", "", "those of divided pixels")
+    stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
 
+    @with_stages
     def show(
         self,
         sky: Sky | None = None,
@@ -101,11 +106,12 @@ class TracedView:
         if disk is not None:
             self._check_disk(disk, delay)
             looks = Looks(self.camera.spin, beaming, colour_shift, delay, _moment(time))
-            glow, through = lit(disk, tuple(PlaneCells(*parts) for parts in self._cells), shape, looks)
+            with stage("disk_light"):
+                glow, through = lit(disk, tuple(PlaneCells(*parts) for parts in self._cells), shape, looks)
             light = light * through[..., None] + glow
         seconds = self.seconds + clock() - began
         counts = self.divided, self.beams, seconds, self.crossings
-        return Rendering(self.camera, self.view, light, self.open, *counts, through, self.error)
+        return Rendering(self.camera, self.view, light, self.open, *counts, through, self.error, self.stages)
 
     def _check_disk(self, disk: Disk, delay: bool) -> None:
         if self._disk is None or not isinstance(disk, Disk) or (disk.inner, disk.outer, disk.opaque) != self._disk[:3]:
@@ -113,6 +119,7 @@ class TracedView:
         if delay and not self._disk[3]:
             raise ValueError("Argument `delay` needs a view that was traced with it.")
 
+    @stage("sky_light")
     def _sky_light(self, sky: Sky, shifts: Shifts) -> Float[Array, "height width 3"]:
         if self.open is None:
             raise ValueError("Argument `sky` needs a view that was traced with it.")
@@ -186,6 +193,7 @@ def render(
 
 
 @usual_warnings
+@with_stages
 def trace_view(
     camera: Camera,
     view: View,
@@ -215,7 +223,8 @@ def trace_view(
     if not sky:
         return TracedView(camera, view, None, 0, on_disk, math.nan, clock() - began, found.beams, about, cells, (), [])
     close = QUALITIES[quality]
-    seen = sky_map(camera, view, close, hidden)
+    with stage("sky_map"):
+        seen = sky_map(camera, view, close, hidden)
     opened = _covered(seen.cells, shape)
     chunks = [
         (same[start : start + _CHUNK], int(count))
@@ -242,6 +251,7 @@ def _covered(cells: SkyCells, shape: tuple[int, int]) -> Float32[Array, "h w"]:
     return opened
 
 
+@stage("disk_map")
 def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> Seen:
     if not isinstance(disk, Disk):
         raise ValueError(f"Argument `disk` must be a Disk, but is {type(disk).__name__}.")
@@ -255,6 +265,7 @@ def _moment(time: float) -> float:
     return float(time)
 
 
+@stage("shadow_edge")
 def _divided_pixels(
     camera: Camera, view: View, which: Int[Array, " pixels"], count: int
 ) -> tuple[Parts, Float[Array, " pixels"]]:

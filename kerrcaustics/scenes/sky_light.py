@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores
+from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
 from kerrcaustics.scenes.points import LONGEST, Imaged, ImageSearch, PointLights, drawn, images_in_parts, steps_to
@@ -138,6 +139,7 @@ class _StarsSeen(NamedTuple):
     shifts: Shifts
     pool: ThreadPoolExecutor
 
+    @stage("stars")
     def draw(self, light: Float[Array, "h w 3"], points: PointLights, sweep: float) -> None:
         """Add stars to a picture while they turn about the spin axis by an angle.
 
