@@ -16,7 +16,7 @@ from kerrcaustics.draw.caustic_films import Mapping, caustics_frame
 from kerrcaustics.draw.films import SIZE, Film, write_film
 from kerrcaustics.draw.orbit_films import Orbit
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
-from kerrcaustics.films.film import FramesFailed, frames_folder
+from kerrcaustics.films.film import FilmResult, FramesFailed, frames_folder
 from kerrcaustics.scripts import FILMS
 
 FRAMES = 12
@@ -198,10 +198,30 @@ def test_command_makes_a_film(tmp_path, scripts_at, capsys):
     assert [int(frame.mean()) for frame in decoded(path)] == [60, 80, 100]
 
 
+def test_templates_are_films_by_name(capsys, monkeypatch):
+    made = []
+
+    def filmed(path, film, report, **options):
+        made.append((path.name, film))
+        return FilmResult(path, frames_folder(path), film.frames, 0, film.frames, (), 0.0)
+
+    monkeypatch.setattr("kerrcaustics.cli.film.filmed", filmed)
+    for name in ("star_field", "left_edge", "approach"):
+        assert run(capsys, "film", name)[0] == 0
+    assert [path for path, _ in made] == ["star_field.mp4", "left_edge.mp4", "approach.mp4"]
+    stars = made[0][1]
+    assert (stars.frames, stars.rate, stars.draw.scene.size) == (240, 24, (1280, 720))
+    for _, film in made[:2]:
+        # A whole orbit: it goes on where it began.
+        scene = film.draw.scene
+        assert scene.azimuth(scene.span[1]) == pytest.approx(2 * math.pi, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["film", "nothing"], "Argument NAME must be one of"),
+        (["film", "nothing"], "Argument NAME must be one of all_tracks, approach, descent, film"),
+        (["film", "stars"], "Argument NAME must be one of"),
         (["film", "spin", "--frames", "1"], "Argument --frames must be 2 or more"),
         (["film", "spin", "--output", "film.avi"], "Argument --output must end in .mp4 or .gif"),
         (["film", "spin", "--output", "no/such/film.gif"], "Argument --output must name a file in a folder"),

@@ -6,6 +6,7 @@ import pickle
 import re
 from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
 from kerrcaustics.results.stages import stage
-from kerrcaustics.scene_files import contents, scene_file
+from kerrcaustics.scene_files import contents, renderer, scene_file
 from kerrcaustics.scene_files.expressions import Moment, formula
 from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
 from kerrcaustics.scene_files.motion import fido_velocity
@@ -515,6 +516,36 @@ def test_the_renderer_is_asked_for_the_frame(scene, painted):
         read.rendering(0, quality="best")
 
 
+def test_the_map_is_made_once_for_a_circular_orbit(scene, monkeypatch):
+    traced, shown = [], []
+
+    def trace_view(*seen, **options):
+        traced.append((seen, options))
+        return SimpleNamespace(show=lambda sky, **looks: shown.append(looks["time"]))
+
+    monkeypatch.setattr(renderer, "trace_view", trace_view)
+    monkeypatch.setattr(renderer, "_LAST", [])
+    film = "[film]\nframes = 3\nend = 90\n"
+    orbit = scene(PLAIN + DISK + film)
+    for number in range(3):
+        orbit.rendering(number)
+    assert len(traced) == 1 and shown == [0, 30, 60]
+    for changes in (
+        ["view.width=48"],
+        ["disk.outer=13"],
+        ["light.delay=true"],
+        ["quality='draft'"],
+        ["disk.opacity=1"],
+    ):
+        scene(PLAIN + DISK + film, *changes).rendering(0)
+    # The last change is none.
+    assert len(traced) == 6 and traced[3][1]["delay"] and traced[4][1]["quality"] == "draft"
+    turning = scene(PLAIN + film, "view.tilt_deg='t'")
+    for number in range(3):
+        turning.rendering(number)
+    assert len(traced) == 9
+
+
 def test_overlays_leave_the_rest_of_the_picture_as_it_is(scene, painted):
     plain = scene(PLAIN).picture(0)
     drawn = scene(PLAIN, "view.width=320", "view.height=180", "overlays.caption='r = {radius:.1f}'").picture(0)
@@ -589,5 +620,9 @@ def test_tracks_and_critical_curves_are_drawn(scene):
     picture = drawn.picture(0)
     plain = scene(PLAIN, "view.width=320", "view.height=180").picture(0)
     assert 0.005 < (picture != plain).any(axis=-1).mean() < 0.25
+    # Curves and their names only where they are in the picture.
+    away = ["view.width=320", "view.height=180", "view.yaw_deg=180"]
+    drawn = scene(PLAIN, "overlays={critical_curves=2, labels=true}", *away)
+    assert np.array_equal(drawn.picture(0), scene(PLAIN, *away).picture(0))
     with pytest.raises(ValueError, match=r"overlays.tracks must orbit the spin axis"):
         scene(PLAIN, "overlays.tracks=[80]", "camera.velocity=[0.1, 0, 0]")

@@ -31,14 +31,14 @@ def film(
     restart: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
-    """Make a film of a scene file, or one of this checkout (a script of its folder figures/films/).
+    """Make a film of a scene file, of a template, or of a script of this checkout (in its folder figures/films/).
 
     It takes minutes. Interrupted and started again, it goes on where it stopped.
 
     Parameters
     ----------
     name
-        The scene, a TOML file, or which film of the checkout, by the name of its script.
+        The scene, a TOML file; or the name of a template (kerrcaustics scene), or of a script of the checkout.
     output
         The file, .mp4 (H.264) or .gif; by default in this folder, named like the scene or the script, .mp4.
     frames
@@ -61,8 +61,9 @@ def film(
     _check_name(name, count, quality)
     on_interrupt(130, "the frames that are drawn are kept; start again to go on.")
     with progress(left=True, lines=True) as report:
-        if _is_scene(name):
-            made = _scene_film(Path(name), quality)
+        scene = _scene_of(name)
+        if scene is not None:
+            made = _scene_film(scene, quality)
         else:
             made = _script_film(name, count, workers is not None or scheduler is not None)
         options = {"frames": only, "workers": workers, "scheduler": scheduler, "restart": restart}
@@ -105,8 +106,13 @@ def _tell(result: "FilmResult", common: CommonOptions) -> None:
         say(out, f"Its frames are kept for the whole film in {result.folder}")
 
 
-def _is_scene(name: str) -> bool:
-    return Path(name).suffix.lower() == ".toml"
+def _scene_of(name: str) -> Path | None:
+    """The scene file that a name means; None for the name of a script."""
+    if Path(name).suffix.lower() == ".toml":
+        return Path(name)
+    from kerrcaustics.scene_files.templates import film_templates, template_path
+
+    return template_path(name) if name in film_templates() else None
 
 
 def _frames(frames: str | None) -> tuple[int | None, range | None]:
@@ -125,15 +131,17 @@ def _frames(frames: str | None) -> tuple[int | None, range | None]:
 
 def _check_name(name: str, count: int | None, quality: Quality | None) -> None:
     """Refuse scenes and scripts that are not there, and what is given for the other kind."""
-    if _is_scene(name):
-        if not Path(name).is_file():
+    scene = _scene_of(name)
+    if scene is not None:
+        if not scene.is_file():
             raise BadInput(f"Argument NAME must be a scene file or the name of a film, but there is no file {name}.")
         if count is not None:
             raise BadInput(f"Argument --frames must be A:B for a scene, which says how many there are, but is {count}.")
         return
+    from kerrcaustics.scene_files.templates import film_templates
     from kerrcaustics.scripts import FILMS
 
-    known = script_names(FILMS, "Films")
+    known = sorted([*script_names(FILMS, "Films"), *film_templates()])
     if name not in known:
         raise BadInput(f"Argument NAME must be one of {', '.join(known)}, or a scene (.toml), but is {name}.")
     if quality is not None:

@@ -88,7 +88,7 @@ def tracks_on_sky(
 
 def _draw_track(ax: Axes, track: Track, picture: Float[Array, "n 2"]) -> None:
     # Round the back of the sky a short step is a long way on the picture.
-    for index, which in _stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
+    for index, which in stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
         ax.plot(*picture[which].T, **_track_line(track, index))
 
 
@@ -106,7 +106,7 @@ def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Fl
     for track in tracks.tracks:
         angle, distance = position_angle(track.sky, axes), distance_to_edge(track.sky, edge)
         seen.append(distance)
-        for index, which in _stretches(track):
+        for index, which in stretches(track):
             part = unrolled(angle[which], distance[which], closed=False)
             for turn in _TURNS:
                 ax.plot(part[:, 0] + turn, part[:, 1], **_track_line(track, index))
@@ -269,7 +269,7 @@ def _steps(picture: Float[Array, "n 2"], closed: bool) -> Float[Array, "n 2"]:
     return steps
 
 
-def _stretches(track: Track, broken: Bool[Array, " n"] | None = None) -> Iterator[tuple[int, Int[Array, " _"]]]:
+def stretches(track: Track, broken: Bool[Array, " n"] | None = None) -> Iterator[tuple[int, Int[Array, " _"]]]:
     """Points of the pieces of a track that have one index, each with the events at its ends; and that index.
 
     broken (n,): True where the step after a point is not to be drawn.

@@ -2,10 +2,11 @@
 
 import math
 import re
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,6 +17,7 @@ from kerrcaustics.curves.caustic import caustics
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import pixels
 from kerrcaustics.draw.scenes import show_critical_curves
+from kerrcaustics.draw.tracks import stretches
 from kerrcaustics.scene_files.cameras import CameraWay
 from kerrcaustics.scene_files.complaints import SceneError, about
 from kerrcaustics.scene_files.contents import OverlaysTable
@@ -24,7 +26,7 @@ from kerrcaustics.scene_files.motion import PLACE_NAMES
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, orbital_velocity
-from kerrcaustics.stars.tracks import star_tracks
+from kerrcaustics.stars.tracks import Track, star_tracks
 
 Array = np.ndarray
 
@@ -32,6 +34,8 @@ _DPI = 100
 # Lines and type are made for pictures so many pixels high, and grow with them.
 _HEIGHT = 720
 _DARK = withStroke(linewidth=2.2, foreground="black", alpha=0.75)
+# Tracks of images of index 0, 1, ...; again after the last.
+_TRACKS = ("white", "#F0E442", "#8CE6C8")
 # {name} or {name:.2f} in a caption.
 _BLANK = re.compile(r"\{(\w+)(?::([^{}]*))?\}")
 
@@ -61,14 +65,22 @@ def overlaid(
 def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None:
     lines: list[Line2D] = []
     if overlays.tracks:
-        _draw_tracks(ax, overlays.tracks, camera, view)
-        lines.append(Line2D([], [], color="white", linewidth=0.9, label="star tracks"))
+        most = max(overlays.critical_curves - 1, 1)
+        _draw_tracks(ax, overlays.tracks, most, camera, view)
+        lines += [Line2D([], [], label=f"tracks, index {index}", **_track_line(index)) for index in range(most + 1)]
     if overlays.critical_curves:
         found = caustics(camera, overlays.critical_curves)
         show_critical_curves(ax, view, found, linewidth=1.6)
         lines += [
-            Line2D([], [], linewidth=1.6, label=style.order_name(caustic.order), **style.order_line(caustic.order))
+            Line2D(
+                [],
+                [],
+                linewidth=1.6,
+                label=f"{style.order_name(caustic.order)} critical curve",
+                **style.order_line(caustic.order),
+            )
             for caustic in found
+            if _in_view(view, caustic.sky)
         ]
     if overlays.labels and lines:
         legend: Any = ax.legend(handles=lines, loc="lower left", frameon=True, facecolor="black", framealpha=0.6)
@@ -77,17 +89,32 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None
             text.set_color("white")
 
 
-def _draw_tracks(ax: Axes, stars: tuple[float, ...], camera: Camera, view: View) -> None:
+def _in_view(view: View, sky: Float[Array, "n 3"]) -> bool:
+    """True where the picture shows some of these directions."""
+    x, y = view.pixels(sky).T
+    return bool(((x >= 0) & (x < view.width) & (y >= 0) & (y < view.height)).any())
+
+
+def _track_line(index: int) -> dict[str, Any]:
+    return {"color": _TRACKS[index % len(_TRACKS)], "linewidth": 0.9, "path_effects": [_DARK]}
+
+
+@lru_cache(maxsize=64)
+def _tracks(camera: Camera, theta: float, max_index: int) -> tuple[Track, ...]:
+    """The same for all frames of a camera on a circular orbit."""
+    return star_tracks(camera, theta, max_index).tracks
+
+
+def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Camera, view: View) -> None:
     limits = ax.get_xlim(), ax.get_ylim()
     for i, theta in enumerate(stars):
         with about("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
-            tracks = star_tracks(camera, math.radians(theta)).tracks
+            tracks = _tracks(camera, math.radians(theta), most)
         for track in tracks:
-            sky = np.concatenate([track.sky, track.sky[:1]]) if track.closed else track.sky
-            places = view.pixels(sky)
-            jump = np.flatnonzero(np.hypot(*np.diff(places, axis=0).T) > view.width / 2) + 1
-            line = {"color": "white", "linewidth": 0.9, "path_effects": [_DARK]}
-            ax.plot(*np.insert(places, jump, np.nan, axis=0).T, **line)
+            for index, which in stretches(track):
+                places = view.pixels(track.sky[which])
+                jump = np.flatnonzero(np.hypot(*np.diff(places, axis=0).T) > view.width / 2) + 1
+                ax.plot(*np.insert(places, jump, np.nan, axis=0).T, **_track_line(index))
     ax.set(xlim=limits[0], ylim=limits[1])
 
 

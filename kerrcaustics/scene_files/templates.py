@@ -11,6 +11,16 @@ def first_lines() -> dict[str, str]:
     return {name: template_text(name).partition("\n")[0].lstrip("# ") for name in names}
 
 
+def template_path(name: str) -> Path:
+    """The file of a template."""
+    return _FOLDER / f"{name}.toml"
+
+
 def template_text(name: str) -> str:
     """A template as it is in its file."""
-    return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+    return template_path(name).read_text(encoding="utf-8")
+
+
+def film_templates() -> list[str]:
+    """Names of those that are films."""
+    return [name for name in first_lines() if "\n[film]" in template_text(name)]
