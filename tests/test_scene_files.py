@@ -530,20 +530,20 @@ def test_the_map_is_made_once_for_a_circular_orbit(scene, monkeypatch):
     for number in range(3):
         orbit.rendering(number)
     assert len(traced) == 1 and shown == [0, 30, 60]
-    for changes in (
-        ["view.width=48"],
-        ["disk.outer=13"],
-        ["light.delay=true"],
-        ["quality='draft'"],
-        ["disk.opacity=1"],
-    ):
-        scene(PLAIN + DISK + film, *changes).rendering(0)
-    # The last change is none.
-    assert len(traced) == 6 and traced[3][1]["delay"] and traced[4][1]["quality"] == "draft"
+    for change in ("view.width=48", "disk.outer=13", "disk.opacity=0.5", "light.delay=true", "sky.kind='stars'"):
+        orbit.rendering(0)
+        before = len(traced)
+        scene(PLAIN + DISK + film, change).rendering(0)
+        assert len(traced) == before + 1, change
+    scene(PLAIN + DISK + film, "sky.kind='stars'", "disk.brightness=2").rendering(0)
+    assert len(traced) == before + 1
+    for quality in (None, "draft"):
+        orbit.rendering(0, quality=quality)
+    assert len(traced) == before + 3 and traced[-1][1]["quality"] == "draft"
     turning = scene(PLAIN + film, "view.tilt_deg='t'")
     for number in range(3):
         turning.rendering(number)
-    assert len(traced) == 9
+    assert len(traced) == before + 6
 
 
 def test_overlays_leave_the_rest_of_the_picture_as_it_is(scene, painted):
