@@ -42,6 +42,7 @@ from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid
 from .scenes.disk.wisps import Wisps as Wisps
 from .scenes.flare import flared as flared, halo as halo
 from .scenes.footprint import Footprint as Footprint
+from .scenes.motion import ShutterMotion as ShutterMotion
 from .scenes.panorama import Panorama as Panorama
 from .scenes.render import celestial_picture as celestial_picture, render as render, trace_view as trace_view
 from .scenes.render_volume import render_volume as render_volume

@@ -492,8 +492,9 @@ def painted(monkeypatch):
     """A renderer that costs nothing: what it was asked for, and a grey picture."""
     asked = []
 
-    def rendered(camera, view, sky, disk, light, exposed, quality):
-        asked.append({"camera": camera, "view": view, "sky": sky, "disk": disk, "exposed": exposed, "quality": quality})
+    def rendered(camera, view, sky, disk, light, time, motion, quality):
+        given = {"camera": camera, "view": view, "sky": sky, "disk": disk}
+        asked.append({**given, "time": time, "motion": motion, "quality": quality})
         grey = np.full((view.height, view.width, 3), 0.25, np.float32)
         with stage("sky_light"):
             return scene_file.Rendering(camera, view, grey, None, 0, 7, 0.0)
@@ -508,7 +509,9 @@ def test_the_renderer_is_asked_for_the_frame(scene, painted):
     read.rendering(2, quality="draft", scale=0.5)
     asked = painted[0]
     azimuth = read.azimuth(50.0)
-    assert asked["quality"] == "draft" and asked["exposed"].time == 50 and asked["exposed"].length == 12.5
+    assert asked["quality"] == "draft" and asked["time"] == 50 and asked["motion"].times == (-6.25, 6.25)
+    assert asked["motion"].azimuths == pytest.approx([read.azimuth(50 + part) - azimuth for part in (-6.25, 6.25)])
+    assert [view.width for view in asked["motion"].views] == [32, 32]
     assert (asked["view"].width, asked["view"].height) == (32, 18)
     # Sky and disk are turned back by the camera's azimuth.
     assert asked["sky"].angle == -azimuth and asked["disk"].emission.angle == pytest.approx(-azimuth)
@@ -544,6 +547,16 @@ def test_the_map_is_made_once_for_a_circular_orbit(scene, monkeypatch):
     for number in range(3):
         turning.rendering(number)
     assert len(traced) == before + 6
+
+
+def test_stars_and_disk_shine_on_what_the_light_is_seen_by(scene, painted):
+    text = PLAIN + DISK + '[sky]\nkind = "stars"\n'
+    for response in ("cie", "film"):
+        scene(text, f"light.response={response!r}").rendering(0)
+        asked = painted[-1]
+        star, disk = (getattr(part, name, part) for part, name in ((asked["sky"], "sky"), (asked["disk"], "disk")))
+        emission = getattr(disk.emission, "emission", disk.emission)
+        assert (star.response, emission.response) == (response, response)
 
 
 def test_overlays_leave_the_rest_of_the_picture_as_it_is(scene, painted):

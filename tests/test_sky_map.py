@@ -75,7 +75,7 @@ def test_every_pixel_is_seen_once():
             x, y = np.round(part.place).astype(int)
             inside = (x < view.width) & (y < view.height)
             np.add.at(total, (y * view.width + x)[inside], part.side**2)
-    for place, side, _ in traced._parts:
+    for place, side, *_ in traced._parts:
         x, y = np.round(place).astype(int).T
         np.add.at(total, y * view.width + x, side**2)
     assert total.reshape(traced.open.shape) == pytest.approx(traced.open, abs=1e-6)
@@ -103,7 +103,7 @@ def test_images_of_stars_are_those_that_are_certified(camera, view):
     theta, phi = np.arccos(rng.uniform(-1, 1, 40)), rng.uniform(0, 2 * math.pi, 40)
     stars = from_angles(theta, phi)
     with ThreadPoolExecutor(2) as pool:
-        found = ImageSearch(cells).images(PointLights(stars, np.ones((40, 3)), np.ones(40)), pool)
+        found = ImageSearch(cells).images(PointLights(stars, np.ones((40, 3)), np.ones(40)), np.zeros(40), pool)
     total = 0
     for star in range(40):
         certified = kc.star_images(camera, star=(theta[star], phi[star]), max_index=3)

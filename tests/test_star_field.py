@@ -159,7 +159,9 @@ def test_long_footprints_hold_the_mean_of_the_stars():
     # No orthogonal matrix, but one with a long and a short axis.
     with ThreadPoolExecutor(1) as pool:
         footprint = kc.Footprint(n, matrix, np.zeros(400), np.ones(400))
-        found = images_in_parts(np.stack([np.arange(400.0), np.zeros(400)], axis=-1), 1.0, footprint, points, pool)
+        found = images_in_parts(
+            np.stack([np.arange(400.0), np.zeros(400)], axis=-1), 1.0, footprint, None, points, pool
+        )
     pixel = np.round(found.place[:, 0]).astype(int)
     seen = np.bincount(pixel, 1 / found.area, minlength=400)
     assert seen.mean() == pytest.approx(20000 / (4 * math.pi), rel=0.03)

@@ -223,6 +223,7 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
     softening: float = 30.0
     beaming: bool = False
     colour_shift: bool = False
+    response: Literal["cie", "film"] = "cie"
     delay: bool = False
     flare: tuple[FlareTable, ...] = ()
 

@@ -1,12 +1,12 @@
-"""The one place where scenes are handed to the renderer, with their quality and exposure."""
+"""The one place where scenes are handed to the renderer, with what moves while a frame is exposed."""
 
-import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from kerrcaustics.results.declared import same
 from kerrcaustics.scene_files.contents import LightTable
 from kerrcaustics.scenes.disk.disk import Disk
-from kerrcaustics.scenes.render import Rendering, Sky, TracedView, trace_view
+from kerrcaustics.scenes.motion import ShutterMotion
+from kerrcaustics.scenes.render import Rendering, Sky, TracedView, render, trace_view
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 
@@ -14,26 +14,23 @@ from kerrcaustics.spacetime.camera import Camera
 _LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
-class Exposed(NamedTuple):
-    """When a frame is exposed: the time in its middle, how long, and the turn of the camera meanwhile (radians)."""
-
-    time: float
-    length: float
-    turn: float
-
-
-def star_sweep(exposed: Exposed) -> float:
-    """By how much stars are swept in the sky itself: the renderer does not blur what moves."""
-    return float(f"{min(abs(exposed.turn), math.pi):.9g}")
-
-
 def rendered(
-    camera: Camera, view: View, sky: Sky | None, disk: Disk | None, light: LightTable, exposed: Exposed, quality: str
+    camera: Camera,
+    view: View,
+    sky: Sky | None,
+    disk: Disk | None,
+    light: LightTable,
+    time: float,
+    motion: ShutterMotion | None,
+    quality: str,
 ) -> Rendering:
-    """A frame, linear light."""
-    shifts = {"beaming": light.beaming, "colour_shift": light.colour_shift}
+    """A frame, linear light; time: in its middle."""
+    options = {"beaming": light.beaming, "colour_shift": light.colour_shift, "delay": light.delay, "time": time}
+    exposure = None if motion is None else motion.about(camera, view, time)
+    if exposure is not None and (disk is not None or not exposure.still):
+        return render(camera, view, sky, disk=disk, motion=motion, quality=quality, **options)
     traced = _traced(camera, view, sky is not None, disk, light.delay, quality)
-    return traced.show(sky, disk=disk, delay=light.delay, time=exposed.time, **shifts)
+    return traced.show(sky, disk=disk, turn=0.0 if exposure is None else exposure.turn, **options)
 
 
 def _traced(camera: Camera, view: View, sky: bool, disk: Disk | None, delay: bool, quality: str) -> TracedView:

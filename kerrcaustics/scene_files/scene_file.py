@@ -17,10 +17,11 @@ from kerrcaustics.scene_files.changes import changed
 from kerrcaustics.scene_files.complaints import SceneError, about, check_numbers, refuse, told_of
 from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, OverlaysTable
 from kerrcaustics.scene_files.looking import axes_of
-from kerrcaustics.scene_files.renderer import Exposed, rendered, star_sweep
+from kerrcaustics.scene_files.renderer import rendered
 from kerrcaustics.scene_files.things import disk_of, flared_by, point_spread, sky_of
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.turned import turned_disk
+from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.turned import TurnedSky
 from kerrcaustics.scenes.view import View
@@ -169,13 +170,24 @@ class SceneFile:
         camera, view = self._seen(time, scale)
         with told_of(self.name):
             place = self._way.camera(time)[1]
-            length = self.step * self._film.shutter_deg / 360
-            exposed = Exposed(time, length, place.phi_rate * length)
-            sky = sky_of(self.contents.sky, self.folder, self.files, star_sweep(exposed))
+            sky = self._sky
             if sky is not None and place.phi != 0:
                 sky = TurnedSky(sky, -place.phi)
             disk = None if self._disk is None else turned_disk(self._disk, -place.phi)
-            return rendered(camera, view, sky, disk, self.contents.light, exposed, quality)
+            motion = self._motion(time, place.phi, scale)
+            return rendered(camera, view, sky, disk, self.contents.light, time, motion, quality)
+
+    def _motion(self, time: float, phi: float, scale: float) -> ShutterMotion | None:
+        """What moves while a frame is exposed, from its middle on; phi: of the camera then."""
+        low, high = self._way.motion.span
+        # Nothing is known of a path before its first time, where films begin.
+        half = min(self.step * self._film.shutter_deg / 720, time - low, high - time)
+        if not half > 0:
+            return None
+        first, last = time - half, time + half
+        (opened, view), (closed, other) = (self._seen(moment, scale) for moment in (first, last))
+        azimuths = self._way.camera(first)[1].phi - phi, self._way.camera(last)[1].phi - phi
+        return ShutterMotion((opened, closed), (view, other), azimuths, (first - time, last - time))
 
     def light(self, rendering: Rendering, scale: float = 1.0) -> Float[Array, "height width 3"]:
         """Linear light of a frame, with the flare of the lens; in a picture of this scale."""
@@ -223,10 +235,16 @@ class SceneFile:
         given = {**view, "light.exposure": self.contents.light.exposure}
         return {entry: varied(entry, value, self._way) for entry, value in given.items()}
 
+    @property
+    def _sky(self) -> Any:
+        return sky_of(self.contents.sky, self.folder, self.files, self.contents.light.response)
+
     @cached_property
     def _disk(self) -> Any:
-        table = self.contents.disk
-        return None if table is None else disk_of(table, self.contents.hole.spin, self.folder, self.files)
+        table, light = self.contents.disk, self.contents.light
+        if table is None:
+            return None
+        return disk_of(table, self.contents.hole.spin, self.folder, self.files, light.response)
 
     def _seen(self, time: float, scale: float = 1.0) -> tuple[Camera, View]:
         if not math.isfinite(real_number("time", time)):
@@ -252,7 +270,7 @@ class SceneFile:
         start, end = self.span
         if not (end > start or (self.frames == 1 and end == start)):
             refuse("film.end", f"be given, and be later than film.start ({start:g})", end)
-        sky_of(self.contents.sky, self.folder, self.files)
+        _ = self._sky
         for i, one in enumerate(self.contents.light.flare):
             with about(f"light.flare[{i}]"):
                 point_spread(one, self.folder, 1.0)

@@ -43,41 +43,43 @@ _MOST_SPOTS = 1_000_000
 
 
 @lru_cache(maxsize=4)
-def sky_of(table: SkyTable, folder: Path, files: tuple[tuple[str, str], ...], sweep: float = 0.0) -> Sky | None:
+def sky_of(table: SkyTable, folder: Path, files: tuple[tuple[str, str], ...], response: str = "cie") -> Sky | None:
     """The sky, None for a black one.
 
-    files: names and hashes, so that a file that changed is read anew; sweep: of stars, radians, for motion blur.
+    files: names and hashes, so that a file that changed is read anew; response: to light, as for `black_body`.
     """
     with about("sky"):
         match table:
             case NoSky():
                 return None
             case StarsTable():
-                return _stars(table, folder, sweep)
+                return _stars(table, folder, response)
             case CheckerboardTable():
                 return Checkerboard(table.rows, table.columns, table.gap, table.colours, table.gap_colour)
             case PanoramaTable():
                 return Panorama.read(folder / table.file)
 
 
-def _stars(table: StarsTable, folder: Path, sweep: float) -> StarField:
+def _stars(table: StarsTable, folder: Path, response: str) -> StarField:
     angles = table.galaxy_tilt_deg, table.galaxy_node_deg, table.galaxy_centre_deg
     turn = tilted_galaxy(*(math.radians(angle) for angle in angles))
     catalogue = hipparcos()
     if table.tycho2 is not None:
         with about("sky", path="sky.tycho2"):
             catalogue = merged_catalogues(catalogue, tycho2(folder / table.tycho2))
-    return StarField(catalogue, turn, table.band, table.white, min(sweep, math.pi))
+    return StarField(catalogue, turn, table.band, table.white, response=response)
 
 
 @lru_cache(maxsize=4)
-def disk_of(table: DiskTable, spin: float, folder: Path, files: tuple[tuple[str, str], ...]) -> Disk:
-    """The disk; everything that can be wrong with its numbers is refused. files: as for `sky_of`."""
+def disk_of(
+    table: DiskTable, spin: float, folder: Path, files: tuple[tuple[str, str], ...], response: str = "cie"
+) -> Disk:
+    """The disk; everything that can be wrong with its numbers is refused. files, response: as for `sky_of`."""
     with about("disk"):
         check_rims(table.inner, table.outer)
         check_above_horizon(table.inner, spin)
     with about("disk.emission"):
-        emission = _emission(table.emission, table, folder)
+        emission = _emission(table.emission, table, folder, response)
     opacity, slant = table.opacity, table.slant
     if isinstance(emission, Wisps):
         opacity, slant = emission.opacity if opacity is None else opacity, bool(slant)
@@ -86,25 +88,25 @@ def disk_of(table: DiskTable, spin: float, folder: Path, files: tuple[tuple[str,
         return Disk(table.inner, table.outer, emission, opacity, table.motion, slant is not False, table.brightness)
 
 
-def _emission(table: EmissionTable, disk: DiskTable, folder: Path) -> Emission:
+def _emission(table: EmissionTable, disk: DiskTable, folder: Path, response: str) -> Emission:
     match table:
         case BlackBodyTable():
-            return BlackBody(table.peak)
+            return BlackBody(table.peak, response)
         case PowerLawTable():
-            return PowerLaw(table.peak, table.exponent, table.at)
+            return PowerLaw(table.peak, table.exponent, table.at, response=response)
         case PageThorneTable():
-            return PageThorne(table.peak)
+            return PageThorne(table.peak, response=response)
         case SwatchesTable():
             return Swatches(table.rows, table.columns, table.gap, table.colours, table.gap_colour)
         case TextureTable():
             return Texture.read(folder / table.file)
         case SpotsTable():
-            return _spots(table, disk)
+            return _spots(table, disk, response)
         case WispsTable():
-            return Wisps(table.peak, disk.inner, disk.outer, table.depth, table.contrast, table.seed)
+            return Wisps(table.peak, disk.inner, disk.outer, table.depth, table.contrast, table.seed, response=response)
 
 
-def _spots(table: SpotsTable, disk: DiskTable) -> Spots:
+def _spots(table: SpotsTable, disk: DiskTable, response: str) -> Spots:
     """Spots as many on each area, with temperatures that are evenly spread."""
     if not 1 <= table.number <= _MOST_SPOTS:
         refuse("disk.emission.number", f"be a whole number from 1 to {_MOST_SPOTS}", table.number)
@@ -116,7 +118,8 @@ def _spots(table: SpotsTable, disk: DiskTable) -> Spots:
     random = np.random.default_rng(table.seed)
     square, azimuth, warmth = random.random((3, table.number))
     radius = np.sqrt(disk.inner**2 + square * (disk.outer**2 - disk.inner**2))
-    return Spots(radius, 2 * math.pi * azimuth, low + warmth * (high - low), table.size, table.streak)
+    temperature = low + warmth * (high - low)
+    return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response=response)
 
 
 def flared_by(light: Array, flare: tuple[FlareTable, ...], folder: Path, scale: float) -> Array:

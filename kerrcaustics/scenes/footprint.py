@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.results.declared import quantity, result
@@ -50,6 +51,10 @@ class Footprint:
         """The footprints of some of the pixels."""
         return Footprint(self.direction[which], self.matrix[which], self.bend[which], self.redshift[which])
 
+    def turned(self, angle: float) -> "Footprint":
+        """They, turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
+        return replace(self, direction=turned(self.direction, angle))
+
     def widened(self, aspect: float) -> "Footprint":
         """None of them longer than so many times its width: parts of a pixel need not be finer than it is itself."""
         return replace(self, bend=np.maximum(self.bend, singular_values(self.matrix)[0] / aspect))
@@ -89,6 +94,13 @@ class Footprint:
         cos, sin = np.cos(along), np.sin(along)
         across = np.stack([-sin * z * c - cos * d, -sin * z * d + cos * c, sin * s], axis=-1)
         return replace(footprint, bend=bend(curving, across))
+
+
+def turned(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, "*batch 3"]:
+    """Vectors (..., 3) turned about the spin axis by angles (...,), or one: toward larger phi'."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
 
 
 def bend(curving: Float[Array, "n 3 3"], across: Float[Array, "n 3"]) -> Float[Array, " n"]:

@@ -15,7 +15,7 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
-from kerrcaustics.scenes.footprint import Footprint, bend, major_axis, singular_values
+from kerrcaustics.scenes.footprint import Footprint, bend, major_axis, singular_values, turned
 from kerrcaustics.scenes.panorama import Panorama
 from kerrcaustics.scenes.patches import weights_at
 from kerrcaustics.scenes.sky_cells import SkyCells
@@ -79,9 +79,7 @@ class PointLights:
 
     def some(self, which: Int[Array, " m"], turn: ArrayLike) -> "PointLights":
         """Some of them, turned about the spin axis by angles, (m,) or one."""
-        x, y, z = self.direction[which].T
-        cos, sin = np.cos(turn), np.sin(turn)
-        direction = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
+        direction = turned(self.direction[which], turn)
         return PointLights(direction, self.flux[which], self.temperature[which], self.response)
 
 
@@ -89,7 +87,8 @@ class Imaged(NamedTuple):
     """Images on a picture.
 
     place (m, 2), pixels; star (m,); area (m,), the solid angle that a pixel sees; steps (m, 2, 3) of n' for one, and
-    how these change (m, 3, 3), along xx, xy, yy.
+    how these change (m, 3, 3), along xx, xy, yy; rate (m, 3, 3): how n' moves over an exposure, and how that changes
+    per pixel along x and y.
     """
 
     place: Array
@@ -97,6 +96,7 @@ class Imaged(NamedTuple):
     area: Array
     steps: Array
     curving: Array
+    rate: Array
 
 
 class ImageSearch:
@@ -110,18 +110,20 @@ class ImageSearch:
             for which in (np.flatnonzero(cells.size == size) for size in np.unique(cells.size))
             for start in range(0, len(which), _CELLS)
         ]
-        self._reaches = [_Reach(cells.data[which]) for which in self._chunks]
+        self._reaches = [_Reach(cells.data[which], cells.rates[which]) for which in self._chunks]
 
-    def images(self, lights: PointLights, pool: Executor) -> Imaged:
-        """All images in the cells."""
-        found = list(pool.map(partial(_images, self.cells, lights), self._chunks, self._reaches))
+    def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> Imaged:
+        """All images in the cells, of each star at a moment of the exposure, from -1/2 to 1/2."""
+        found = list(pool.map(partial(_images, self.cells, lights, moment), self._chunks, self._reaches))
         return _once(Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True))))
 
 
-_NONE = Imaged(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros((0, 2, 3)), np.zeros((0, 3, 3)))
+_NONE = Imaged(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros((0, 2, 3)), *2 * [np.zeros((0, 3, 3))])
 
 
-def _images(cells: SkyCells, lights: PointLights, which: Int[Array, " n"], reach: "_Reach") -> Imaged:
+def _images(
+    cells: SkyCells, lights: PointLights, moment: Float[Array, " stars"], which: Int[Array, " n"], reach: "_Reach"
+) -> Imaged:
     """All images in some cells of one size."""
     pair, star = reach.near(lights)
     if not len(pair):
@@ -130,8 +132,11 @@ def _images(cells: SkyCells, lights: PointLights, which: Int[Array, " n"], reach
     for some, start in ((~reach.bent, _middles), (reach.bent & ~reach.folded, _nearest), (reach.folded, _near)):
         chosen = np.flatnonzero(some[pair])
         cell, target = pair[chosen], lights.direction[star[chosen]]
+        data = cells.data[which[cell]]
+        if cells.moving:
+            data += moment[star[chosen], None, None] * cells.rates[which[cell]]
         starts = start(cells.data[which[some]], (np.cumsum(some) - 1)[cell], target)
-        at, solved, columns = _solved(cells.data[which[cell]], target, *starts)
+        at, solved, columns = _solved(data, target, *starts)
         rows = chosen[at]
         found.append(_imaged(cells, which[pair[rows]], star[rows], solved, columns))
     return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
@@ -143,8 +148,8 @@ class _Reach:
     folded (n,): which of them turn over; bent (n,): which do, or bend strongly.
     """
 
-    def __init__(self, data: Float[Array, "n 12 3"]) -> None:
-        """data: of the cells."""
+    def __init__(self, data: Float[Array, "n 12 3"], rates: Float[Array, "n _ 3"]) -> None:
+        """data, rates: of the cells."""
         where = weights_at(*np.meshgrid(*2 * [np.linspace(0, 1, _SAMPLES)]))
         parts = np.moveaxis(data, -1, 0)
         place, along_x, along_y = (parts @ part for part in (where.value, where.along_x, where.along_y))
@@ -167,6 +172,10 @@ class _Reach:
         spread = self._axes @ np.moveaxis(away, 0, 1)
         low, high = spread.min(axis=2), spread.max(axis=2)
         slack = (_SLACK - 1) * (high - low) + np.where(self.bent, self.chord**2, 0.0)[:, None]
+        if rates.shape[1]:
+            drift = np.einsum("nkc,ks->ncs", rates, where.value) / 2
+            self.chord += np.sqrt((drift**2).sum(axis=1)).max(axis=1)
+            slack += np.abs(self._axes @ drift).max(axis=2)
         middle = np.vecdot(self._axes, self.middle[:, None])
         self._low, self._high = low - slack + middle, high + slack + middle
 
@@ -264,7 +273,11 @@ def _imaged(cells: SkyCells, cell: Int[Array, " m"], star: Array, at: Float[Arra
     major, along = major_axis(one, other)
     middle = area / np.maximum(size_of, 1e-300)[:, None]
     least = _NEAREST * math.sqrt(8) * bend(cells.curving[cell], np.cross(middle, along))
-    return Imaged(place, star, np.maximum(size_of, major * least), steps, cells.curving[cell])
+    rate = np.zeros((len(cell), 3, 3))
+    if cells.moving:
+        value, columns = _patch(cells.rates[cell], at)
+        rate = np.concatenate([value[:, None], columns / size[..., None]], axis=1)
+    return Imaged(place, star, np.maximum(size_of, major * least), steps, cells.curving[cell], rate)
 
 
 def _once(found: Imaged) -> Imaged:
@@ -304,25 +317,37 @@ def _spline_parts(offset: Float[Array, " m"]) -> tuple[Array, Array, Array]:
 
 
 def images_in_parts(
-    place: Float[Array, "n 2"], side: float, footprint: Footprint, lights: PointLights, pool: Executor
+    place: Float[Array, "n 2"],
+    side: float,
+    footprint: Footprint,
+    rate: Float[Array, "n 3"] | None,
+    lights: PointLights,
+    pool: Executor,
 ) -> Imaged:
     """All images in parts of pixels, squares of some side (pixels) about places, by the footprints of these.
+
+    rate: how n' moves there, None where it stays.
 
     Not in those that see more than `LONGEST`.
     """
     resolved = np.flatnonzero(singular_values(footprint.matrix)[0] <= LONGEST)
-    place, footprint = place[resolved], footprint.part(resolved)
+    rate = np.zeros_like(footprint.direction) if rate is None else rate
+    place, footprint, rate = place[resolved], footprint.part(resolved), rate[resolved]
     chunks = [slice(start, start + _DISCS) for start in range(0, len(place), _DISCS)]
-    found = list(pool.map(lambda part: _in_parts(place[part], side, footprint.part(part), lights), chunks))
+    found = list(pool.map(lambda part: _in_parts(place[part], side, footprint.part(part), rate[part], lights), chunks))
     return Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True)))
 
 
-def _in_parts(place: Float[Array, "n 2"], side: float, footprint: Footprint, lights: PointLights) -> Imaged:
+def _in_parts(
+    place: Float[Array, "n 2"], side: float, footprint: Footprint, rate: Float[Array, "n 3"], lights: PointLights
+) -> Imaged:
     matrix, area = _usable(footprint)
     part, star, offset = _pairs(footprint.direction, matrix, lights)
     basis = np.stack(polar_basis(footprint.direction[part]), axis=-2)
     steps = np.swapaxes(matrix[part], -1, -2) @ basis / side
-    return Imaged(place[part] + side * offset, star, area[part] / side**2, steps, np.zeros((len(part), 3, 3)))
+    moves = np.zeros((len(part), 3, 3))
+    moves[:, 0] = rate[part]
+    return Imaged(place[part] + side * offset, star, area[part] / side**2, steps, np.zeros((len(part), 3, 3)), moves)
 
 
 def _usable(footprint: Footprint) -> tuple[Float[Array, "n 2 2"], Float[Array, " n"]]:

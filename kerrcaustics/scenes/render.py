@@ -1,35 +1,32 @@
 """Rendering: the beams of all pixels of a view, and the light of a sky and of a disk in them."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from time import perf_counter as clock
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Float32, Int
+from jaxtyping import Float
 
-from kerrcaustics.beams.trace import cores, trace_beams
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, Seen, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.footprint import Footprint
+from kerrcaustics.scenes.motion import Exposure, ShutterMotion
+from kerrcaustics.scenes.motion_blur import blurred_disk, blurred_sky
 from kerrcaustics.scenes.points import ImageSearch, PointLights, drawn
-from kerrcaustics.scenes.sky_cells import TOLERANCE, SkyCells, sky_map, slopes, undivided
+from kerrcaustics.scenes.seen_sky import seen_sky
+from kerrcaustics.scenes.sky_cells import SkyCells, undivided
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, sky_light
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, check_camera, redshift
+from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import real_number, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 
 Array = np.ndarray
 
-# Pixels that are divided together.
-_CHUNK = 1 << 12
-# Errors of a map are found at some places only: elsewhere they were seen to be 1.1 times larger at most.
-_CAUTION = 2.0
 # How far, in pixels, maps of the sky may be off where they are checked.
 QUALITIES = {"draft": 0.05, "normal": 0.01, "high": 0.0025}
 
@@ -93,16 +90,18 @@ class TracedView:
         colour_shift: bool = False,
         delay: bool = False,
         time: float = 0.0,
+        turn: float = 0.0,
     ) -> Rendering:
         """A sky and a disk as they are seen in this view; parameters as for `render`.
 
-        disk: the one that the view was traced with, or another one between the same rims, and as opaque.
+        disk: the one that the view was traced with, or another one between the same rims, and as opaque; turn: angle
+        (radians) by which the sky turns about the spin axis while the picture is exposed, half of it on either side.
         """
         began = clock()
         shape = self.view.height, self.view.width
         light, through = np.zeros((*shape, 3), np.float32), None
         if sky is not None:
-            light = self._sky_light(sky, Shifts(beaming, colour_shift))
+            light = self._sky_light(sky, Shifts(beaming, colour_shift), turn)
         if disk is not None:
             self._check_disk(disk, delay)
             looks = Looks(self.camera.spin, beaming, colour_shift, delay, _moment(time))
@@ -119,13 +118,12 @@ class TracedView:
         if delay and not self._disk[3]:
             raise ValueError("Argument `delay` needs a view that was traced with it.")
 
-    @stage("sky_light")
-    def _sky_light(self, sky: Sky, shifts: Shifts) -> Float[Array, "height width 3"]:
+    def _sky_light(self, sky: Sky, shifts: Shifts, turn: float) -> Float[Array, "height width 3"]:
         if self.open is None:
             raise ValueError("Argument `sky` needs a view that was traced with it.")
         parts = [Parts(*part) for part in self._parts]
         cells = SkyCells(*self._sky)
-        return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts)
+        return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts, turn)
 
     @cached_property
     def _search(self) -> ImageSearch:
@@ -145,6 +143,7 @@ def render(
     delay: bool = False,
     time: float = 0.0,
     quality: str = "normal",
+    motion: ShutterMotion | None = None,
 ) -> Rendering:
     """A sky seen through the hole, and a disk round it.
 
@@ -167,6 +166,8 @@ def render(
         Of the camera, for that pattern; as coordinate time, in units of the mass.
     quality : str
         How far the map of the sky may be off: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005).
+    motion : ShutterMotion, optional
+        What moves while the picture is exposed; left out, it shows one moment.
 
     Returns
     -------
@@ -188,8 +189,18 @@ def render(
     ----------
     JTFT section 2, 4 and appendix A: beams in place of rays, so that nothing flickers or aliases.
     """
+    turn = 0.0
+    if motion is not None:
+        check_camera(camera)
+        if not isinstance(motion, ShutterMotion):
+            raise ValueError(f"Argument `motion` must be a ShutterMotion, but is {type(motion).__name__}.")
+        exposure = motion.about(camera, view, _moment(time))
+        turn = exposure.turn
+        if disk is not None or not exposure.still:
+            return _blurred(exposure, sky, disk, Shifts(beaming, colour_shift), delay, _close(quality))
     traced = trace_view(camera, view, sky=sky is not None, disk=disk, delay=delay, quality=quality)
-    return traced.show(sky, disk=disk, beaming=beaming, colour_shift=colour_shift, delay=delay, time=time)
+    shifts = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
+    return traced.show(sky, disk=disk, time=time, turn=turn, **shifts)
 
 
 @usual_warnings
@@ -210,8 +221,7 @@ def trace_view(
     """
     began = clock()
     check_camera(camera)
-    if quality not in QUALITIES:
-        raise ValueError(f"Argument `quality` must be one of {', '.join(QUALITIES)}, but is {quality!r}.")
+    close = _close(quality)
     shape = view.height, view.width
     hidden, about, found = np.zeros(shape, bool), None, Seen((), ())
     if disk is not None:
@@ -222,40 +232,50 @@ def trace_view(
     on_disk, cells = sum(found.beams), [tuple(part) for part in found.cells]
     if not sky:
         return TracedView(camera, view, None, 0, on_disk, math.nan, clock() - began, found.beams, about, cells, (), [])
-    close = QUALITIES[quality]
-    with stage("sky_map"):
-        seen = sky_map(camera, view, close, hidden)
-    opened = _covered(seen.cells, shape)
-    chunks = [
-        (same[start : start + _CHUNK], int(count))
-        for count in np.unique(seen.parts)
-        for same in (seen.left[seen.parts == count],)
-        for start in range(0, len(same), _CHUNK)
-    ]
-    with ThreadPoolExecutor(cores()) as pool:
-        divided = list(pool.map(lambda chunk: _divided_pixels(camera, view, *chunk), chunks))
-    for (which, _), (_, share) in zip(chunks, divided, strict=True):
-        opened.flat[which] = share
-    parts = [tuple(part) for part, _ in divided]
-    beams = on_disk + seen.beams + int((seen.parts**2).sum())
-    error = max(_CAUTION * float(seen.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
-    counts = len(seen.left), beams, error, clock() - began, found.beams
-    return TracedView(camera, view, opened, *counts, about, cells, tuple(seen.cells), parts)
+    seen = seen_sky(camera, view, close, hidden)
+    counts = seen.divided, on_disk + seen.beams, seen.error, clock() - began, found.beams
+    parts = [tuple(part) for part in seen.parts]
+    return TracedView(camera, view, seen.open, *counts, about, cells, tuple(seen.cells), parts)
 
 
-def _covered(cells: SkyCells, shape: tuple[int, int]) -> Float32[Array, "h w"]:
-    """1 in pixels that cells cover, 0 elsewhere."""
-    opened = np.zeros(shape, np.float32)
-    for x, y, size in zip(cells.x, cells.y, cells.size, strict=True):
-        opened[y : y + size, x : x + size] = 1
-    return opened
+@with_stages
+def _blurred(
+    exposure: Exposure, sky: Sky | None, disk: Disk | None, shifts: Shifts, delay: bool, close: float
+) -> Rendering:
+    """The picture of an exposure."""
+    began = clock()
+    camera, view, _, _ = exposure.middle
+    shape = view.height, view.width
+    glow, through, hidden, beams = np.zeros((*shape, 3), np.float32), None, np.zeros(shape, bool), ()
+    if disk is not None:
+        _check_disk(disk, camera)
+        glow, through, hidden, beams = blurred_disk(exposure, disk, shifts, delay)
+    if sky is None:
+        return Rendering(camera, view, glow, None, 0, sum(beams), clock() - began, beams, through)
+    if getattr(sky, "sweep", 0.0):
+        raise ValueError("Argument `sky` must have no `sweep` of its own where `motion` is given.")
+    light, seen = blurred_sky(exposure, sky, shifts, close, hidden)
+    light = glow + (light if through is None else light * through[..., None])
+    counts = seen.divided, sum(beams) + seen.beams, clock() - began, beams
+    return Rendering(camera, view, light, seen.open, *counts, through, seen.error)
+
+
+def _close(quality: str) -> float:
+    """How far, in pixels, patches may be off."""
+    if quality not in QUALITIES:
+        raise ValueError(f"Argument `quality` must be one of {', '.join(QUALITIES)}, but is {quality!r}.")
+    return QUALITIES[quality]
+
+
+def _check_disk(disk: Disk, camera: Camera) -> None:
+    if not isinstance(disk, Disk):
+        raise ValueError(f"Argument `disk` must be a Disk, but is {type(disk).__name__}.")
+    disk.check(camera.spin)
 
 
 @stage("disk_map")
 def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> Seen:
-    if not isinstance(disk, Disk):
-        raise ValueError(f"Argument `disk` must be a Disk, but is {type(disk).__name__}.")
-    disk.check(camera.spin)
+    _check_disk(disk, camera)
     return crossings(Lattice(camera, view, delay), disk.inner, disk.outer, disk.opaque)
 
 
@@ -263,32 +283,6 @@ def _moment(time: float) -> float:
     if not math.isfinite(real_number("time", time)):
         raise ValueError(f"Argument `time` must be a number, but is {time!r}.")
     return float(time)
-
-
-@stage("shadow_edge")
-def _divided_pixels(
-    camera: Camera, view: View, which: Int[Array, " pixels"], count: int
-) -> tuple[Parts, Float[Array, " pixels"]]:
-    """Parts of pixels that see the sky, and how much of each pixel does."""
-    within = (np.arange(count) + 0.5) / count - 0.5
-    y, x = (place[:, None, None] for place in np.divmod(which, view.width))
-    x, y = np.broadcast_arrays(x + within, y + within[:, None])
-    sky, steps = view.directions(x, y)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
-    columns = slopes(beams, sky, steps) / count
-    inside = np.isfinite(columns[..., 0, 0])
-    some = columns[inside].transpose(2, 1, 0)
-    curving = (_neighbours_curving(columns) if count > 1 else np.zeros((*columns.shape[:3], 3, 3)))[inside]
-    footprint = Footprint.of(beams.direction[inside].T, some, curving, redshift(camera, sky[inside]))
-    place = np.stack([x[inside], y[inside]], axis=-1)
-    return Parts(place, 1 / count, footprint), inside.reshape(len(which), -1).mean(axis=1)
-
-
-def _neighbours_curving(columns: Float[Array, "n h w 3 2"]) -> Float[Array, "n h w 3 3"]:
-    """Second derivatives along xx, xy, yy from differences of neighbours; 0 beside those that see nothing."""
-    along_y, along_x = np.gradient(columns, axis=(1, 2))
-    second = np.stack([along_x[..., 0], (along_x[..., 1] + along_y[..., 0]) / 2, along_y[..., 1]], axis=-2)
-    return np.nan_to_num(second, nan=0.0)
 
 
 @usual_warnings

@@ -3,12 +3,14 @@
 Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
 square cells, and patches.py joins them. Rays check the patch of each cell; cells that are off are
 divided, down to single pixels. Pixels on the shadow edge, and the few next to it where no patch is good, are left over.
+
+While the camera moves, n' of a cell moves straight on: what does not, and what the shadow edge passes over, is divided.
 """
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -16,7 +18,8 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
 from kerrcaustics.scenes.corners import Squares, find, merged
-from kerrcaustics.scenes.footprint import bend, major_axis, pixel_matrix, singular_values
+from kerrcaustics.scenes.footprint import bend, major_axis, pixel_matrix, singular_values, turned
+from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.patches import CORNERS, doubts, weights
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
@@ -36,28 +39,38 @@ _WIDE, _WIDEST, PARTS = 0.2, 0.5, 4
 _CHECKS = ((0.5, 0.5), (0.5, 0.0), (0.0, 0.5))
 # Points of the shadow edge that no cell may hide.
 _EDGE_POINTS = 1440
+# How far, in pixels, n' may be off when an exposure begins and ends.
+CROOKED = 0.25
+# Of a shadow edge that moves, so many moments are looked at, and the pixels beside it.
+_EDGES = 16
 # Pixels whose places are worked out together: they fit in a core's cache.
 _TOGETHER = 1 << 15
 
 
 class SkyCorners(NamedTuple):
-    """Beams at corners of cells: key, sorted; place (n, 3), n'; slope (n, 3, 2), its change per pixel along x and y."""
+    """Beams at corners of cells: key, sorted; place (n, 3), n'; slope (n, 3, 2), its change per pixel along x and y.
+
+    moved (n, 4, 3): over an exposure how much these three change, and how far n' is off from moving straight on;
+    (n, 0, 3) where nothing moves.
+    """
 
     key: Array
     place: Array
     slope: Array
+    moved: Array
 
     @property
     def there(self) -> Bool[Array, " n"]:
         """Which of them reach the celestial sphere."""
-        return np.isfinite(self.slope[:, 0, 0])
+        return np.isfinite(self.slope[:, 0, 0] + self.moved.sum(axis=(1, 2)))
 
 
 class SkyCells(NamedTuple):
     """Square cells of a picture that see the celestial sphere.
 
     x, y (n,): upper left corner, pixels; size (n,); data (n, 12, 3), n' for `patches`; curving (n, 3, 3), the second
-    derivatives of n' along xx, xy and yy; error (n,): how far the patch was found to be off, in pixels.
+    derivatives of n' along xx, xy and yy; error (n,): how far the patch was found to be off, in pixels; rates
+    (n, 12, 3): how the data change over an exposure, (n, 0, 3) where nothing moves.
     """
 
     x: Array
@@ -66,6 +79,30 @@ class SkyCells(NamedTuple):
     data: Array
     curving: Array
     error: Array
+    rates: Array
+
+    @property
+    def moving(self) -> bool:
+        """Whether they change while the picture is exposed."""
+        return self.rates.shape[1] > 0
+
+    def at(self, moment: float) -> "SkyCells":
+        """They at a moment of the exposure, from -1/2 to 1/2."""
+        return self._replace(data=self.data + moment * self.rates) if self.moving else self
+
+    def pixels_moved(self, turn: float) -> Float[Array, " n"]:
+        """How far (n,), in pixels, the sky moves in their middles over an exposure, in which it turns by an angle."""
+        scale = _Scale(self.data, self.curving, self.size)
+        motion = turn * turning(scale.middle)
+        if self.moving:
+            motion -= np.einsum("nkc,k->nc", self.rates, weights(0.5, 0.5, 0.0, 1).value[:, 0])
+        return scale.pixels(motion)
+
+
+def turning(direction: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
+    """How directions (..., 3) move, per radian, that turn about the spin axis."""
+    x, y, _ = np.moveaxis(direction, -1, 0)
+    return np.stack([-y, x, np.zeros_like(x)], axis=-1)
 
 
 Found = TypeVar("Found", SkyCorners, SkyCells)
@@ -86,6 +123,7 @@ class SkyMap(NamedTuple):
 class _SkyLattice(NamedTuple):
     camera: Camera
     view: View
+    exposure: Exposure | None
 
     @property
     def columns(self) -> int:
@@ -102,21 +140,49 @@ class _SkyLattice(NamedTuple):
 
     def trace(self, key: Array) -> SkyCorners:
         y, x = np.divmod(key, self.columns)
-        sky, steps = self.view.directions(x - 0.5, y - 0.5)
-        beams = trace_beams(self.camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
-        return SkyCorners(key, beams.direction, slopes(beams, sky, steps))
+        if self.exposure is None:
+            place, slope = _beams(self.camera, self.view, x, y)
+            return SkyCorners(key, place, slope, np.zeros((len(key), 0, 3)))
+        # The sky is at rest, and the camera goes round.
+        first, now, last = (_columns(moment, x, y) for moment in self.exposure)
+        off = (first[:, :1] + last[:, :1]) / 2 - now[:, :1]
+        moved = np.concatenate([last - first, off], axis=1)
+        return SkyCorners(key, now[:, 0], np.swapaxes(now[:, 1:], 1, 2), moved)
 
     def checks(self, squares: Squares, chosen: Array) -> Float[Array, "n checks 3"]:
         """n' of rays within cells, where their patches are checked."""
         x, y = np.array(_CHECKS).T * squares.size - 0.5
         sky, _ = self.view.directions(squares.x[chosen, None] + x, squares.y[chosen, None] + y)
-        return trace_rays(self.camera, sky, "auto", TOLERANCE).direction
+        azimuth = 0.0 if self.exposure is None else self.exposure.middle.azimuth
+        return turned(trace_rays(self.camera, sky, "auto", TOLERANCE).direction, azimuth)
 
     def edge(self) -> tuple[Array, Array]:
         """Pixels on the shadow edge, some of them."""
-        x, y = (self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS)) + 0.5).T
+        if self.exposure is None:
+            found = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
+        else:
+            moments = [self.exposure.at(float(moment)) for moment in np.linspace(-0.5, 0.5, _EDGES)]
+            edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in moments]
+            found = np.concatenate([edge + step for edge in edges for step in _BESIDE])
+        x, y = (found + 0.5).T
         inside = (x >= 0) & (y >= 0) & (x < self.view.width) & (y < self.view.height)
         return x[inside].astype(int), y[inside].astype(int)
+
+
+_BESIDE = np.stack(np.meshgrid(*2 * [np.arange(-1, 2)]), axis=-1).reshape(-1, 2)
+
+
+def _beams(camera: Camera, view: View, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
+    """n' at upper left corners of pixels, and its slopes."""
+    sky, steps = view.directions(x - 0.5, y - 0.5)
+    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
+    return beams.direction, slopes(beams, sky, steps)
+
+
+def _columns(moment: ExposedMoment, x: Array, y: Array) -> Float[Array, "n 3 3"]:
+    """n' and its two slopes (n, 3, 3), one in each row, at a moment, for a sky at rest."""
+    place, slope = _beams(moment.camera, moment.view, x, y)
+    return turned(np.concatenate([place[:, None], np.swapaxes(slope, 1, 2)], axis=1), moment.azimuth)
 
 
 def slopes(
@@ -126,14 +192,17 @@ def slopes(
     return np.stack(polar_basis(beams.direction), axis=-1) @ pixel_matrix(beams, sky, steps)
 
 
-def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]) -> SkyMap:
+def sky_map(
+    camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
+) -> SkyMap:
     """The map of a view.
 
-    close: how far, in pixels, patches may be off; hidden: pixels that are not asked for.
+    close: how far, in pixels, patches may be off; hidden: pixels that are not asked for; exposure: while which the
+    camera moves, with this view in its middle.
     """
-    lattice = _SkyLattice(camera, view)
+    lattice = _SkyLattice(camera, view, exposure)
     squares, edge = lattice.roots(), lattice.edge()
-    corners, kept = _NONE, []
+    corners, kept = lattice.trace(np.zeros(0, int)), []
     left = parts = np.zeros(0, int)
     asked = np.pad((~hidden).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     while len(squares.x):
@@ -151,7 +220,7 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
             whole &= ~_beside(mixed, number, len(corners.key))
         joined = partial(_cells, lattice, corners, squares, number, close)
         cells = _on_cores(joined, np.flatnonzero(whole))
-        good = (cells.error <= close) & ((size == 1) | (parts_of(cells) == 1))
+        good = (cells.error <= close) & ((size == 1 and exposure is None) | (parts_of(cells) == 1))
         kept.append(SkyCells(*(part[good] for part in cells)))
         split = mixed | reached.all(axis=1)
         split[np.flatnonzero(whole)[good]] = False
@@ -162,10 +231,7 @@ def sky_map(camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"]
             break
         squares = squares.quarters(split)
     cells = SkyCells(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
-    return SkyMap(cells, left, parts, len(corners.key))
-
-
-_NONE = SkyCorners(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 2)))
+    return SkyMap(cells, left, parts, len(corners.key) * (1 if exposure is None else 3))
 
 
 def _on_cores(work: Callable[[Array], Found], rows: Int[Array, " n"]) -> Found:
@@ -212,6 +278,11 @@ def _cells(
     error = np.max([scale.pixels(doubt) for doubt in doubts(data)], axis=0)
     with np.errstate(invalid="ignore"):
         error[~(error <= close)] = np.nan
+    rates = np.zeros((len(chosen), 0, 3))
+    if lattice.exposure is not None:
+        moved = np.moveaxis(corners.moved[number[chosen]], 2, 0)
+        rates = np.concatenate([moved[0], moved[1] * size, moved[2] * size], axis=1)
+        error[np.max([scale.pixels(off) for off in moved[3].swapaxes(0, 1)], axis=0) > CROOKED] = np.nan
     tried = np.flatnonzero(np.isfinite(error))
     found = lattice.checks(squares, chosen[tried])
     for check, (right, down) in enumerate(_CHECKS):
@@ -219,7 +290,7 @@ def _cells(
         miss = np.zeros((len(chosen), 3))
         miss[tried] = found[:, check] - value / np.linalg.norm(value, axis=-1, keepdims=True)
         error = np.maximum(error, scale.pixels(miss))
-    return SkyCells(x[chosen], y[chosen], np.full(len(chosen), size), data, curving, error)
+    return SkyCells(x[chosen], y[chosen], np.full(len(chosen), size), data, curving, error, rates)
 
 
 def _curving(slope: Float[Array, "n 4 3 2"], size: int) -> Float[Array, "n 3 3"]:
@@ -232,7 +303,7 @@ def _curving(slope: Float[Array, "n 4 3 2"], size: int) -> Float[Array, "n 3 3"]
 class _Scale:
     """The maps in the middles of cells, to turn errors of n' into pixels."""
 
-    def __init__(self, data: Float[Array, "n 12 3"], curving: Float[Array, "n 3 3"], size: int) -> None:
+    def __init__(self, data: Float[Array, "n 12 3"], curving: Float[Array, "n 3 3"], size: Any) -> None:
         """Parameters as in `SkyCells`."""
         where = weights(0.5, 0.5, 0.0, 1)
         value, *columns = (
@@ -240,7 +311,7 @@ class _Scale:
         )
         self.middle = value / np.linalg.norm(value, axis=-1, keepdims=True)
         basis = np.stack(polar_basis(self.middle), axis=-2)
-        matrix = basis @ np.stack(columns, axis=-1) / size
+        matrix = basis @ np.stack(columns, axis=-1) / np.reshape(size, (-1, 1, 1))
         self._major, minor, angle = singular_values(matrix)
         axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None]
         self._along = (axis @ basis)[:, 0]

@@ -5,6 +5,7 @@ What is spread over the sky is averaged over footprints; what comes from points 
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -14,18 +15,24 @@ from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
+from kerrcaustics.scenes.patches import weights
 from kerrcaustics.scenes.points import LONGEST, Imaged, ImageSearch, PointLights, drawn, images_in_parts, steps_to
-from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places
+from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places, turning
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, redshift
+from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
 
 # Parts of pixels that are lit together: they fit in a core's cache.
 _TOGETHER = 1 << 15
+# Footprints that move farther than this (pixels) are swept in several parts of the exposure; at most so many.
+_LONGEST_SWEEP, _MOST_SWEEPS = 1.5, 32
 # A trace that is longer, or farther from straight than this (pixels), is drawn from two halves of the exposure, each
 # by its own images; at most so often.
 _LONGEST_TRACE, _STRAIGHT, _HALVINGS = 64.0, 0.3, 4
+# In parts of pixels the map is known too little for longer ones, where it moves itself.
+_LONGEST_IN_PART = 8.0
 # Images on a trace are no further apart than this part of a pixel.
 _APART = 0.5
 
@@ -34,8 +41,8 @@ _APART = 0.5
 class Sky(Protocol):
     """What a celestial sphere must do to be seen.
 
-    One with points of light has two more: points, a `PointLights`, and sweep, the angle (radians) by which they turn
-    about the spin axis while the picture is exposed.
+    One with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which they turn
+    about the spin axis while the picture is exposed; smooth, whether all else needs no motion blur.
     """
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
@@ -44,11 +51,17 @@ class Sky(Protocol):
 
 
 class Parts(NamedTuple):
-    """Squares of a picture that see the sky: places (m, 2), pixels; side; and their footprints."""
+    """Squares of a picture that see the sky: places (m, 2), pixels; side; their footprints.
+
+    share: of the exposure in which they see it; rate (m, 3): how n' moves over all of it, None where it stays. Stars
+    are looked for where the share is all of it, or a rate is given.
+    """
 
     place: Array
     side: float
     footprint: Footprint
+    share: float = 1.0
+    rate: Array | None = None
 
 
 class Shifts(NamedTuple):
@@ -58,6 +71,7 @@ class Shifts(NamedTuple):
     colour_shift: bool
 
 
+@stage("sky_light")
 def sky_light(
     camera: Camera,
     view: View,
@@ -66,30 +80,88 @@ def sky_light(
     left: list[Parts],
     search: Callable[[], ImageSearch],
     shifts: Shifts,
+    turn: float = 0.0,
 ) -> Float[Array, "h w 3"]:
-    """Linear light (h, w, 3) of a picture; left: parts of pixels that no cell covers; search: for images of stars."""
+    """Linear light (h, w, 3) of a picture.
+
+    left: parts of pixels that no cell covers; search: for images of stars; turn: angle (radians) by which all of the
+    sky turns about the spin axis while the picture is exposed, half of it on either side.
+    """
     light = np.zeros((view.height * view.width, 3), np.float32)
     count = parts_of(cells)
     with ThreadPoolExecutor(cores()) as pool:
         pieces = [piece for n in (2, PARTS) for piece in places(cells, np.flatnonzero(count == n), n)]
         divided = [*left, *(_parts(camera, view, cells, piece, shifts) for piece in pieces)]
-        whole = places(cells, np.flatnonzero(count == 1), 1)
+        drift = 0.0 if getattr(sky, "smooth", False) else turn
+        for now, which, moment, share in _sweeps(cells, np.flatnonzero(count == 1), drift):
 
-        def store(part: Pixels) -> None:
-            x, y = part.place
-            inside = (x < view.width) & (y < view.height)
-            footprint = _footprint(camera, view, cells, part, shifts)
-            light[(y * view.width + x).astype(int)[inside]] = sky.light(footprint, *shifts)[inside]
+            def store(part: Pixels, now: SkyCells = now, moment: float = moment, share: float = share) -> None:
+                x, y = part.place
+                inside = (x < view.width) & (y < view.height)
+                footprint = _footprint(camera, view, now, part, shifts)
+                if now.moving or drift:
+                    footprint = _swept(footprint, share * _motion(now, part, drift)).turned(-drift * moment)
+                light[(y * view.width + x).astype(int)[inside]] += share * sky.light(footprint, *shifts)[inside]
 
-        list(pool.map(store, whole))
+            list(pool.map(store, places(now, which, 1)))
         points: PointLights | None = getattr(sky, "points", None)
-        for pixel, given in pool.map(lambda part: _given(sky, points, view, part, shifts), _pieces(divided)):
+        for pixel, given in pool.map(lambda part: _given(sky, points, view, part, shifts, drift), _pieces(divided)):
             for channel in range(3):
                 np.add.at(light[:, channel], pixel, given[:, channel])
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
-            _StarsSeen(camera, view, search(), divided, shifts, pool).draw(light, points, getattr(sky, "sweep", 0.0))
+            sweep = turn + getattr(sky, "sweep", 0.0)
+            _StarsSeen(camera, view, search(), divided, shifts, pool).draw(light, points, sweep)
     return light
+
+
+def _sweeps(
+    cells: SkyCells, which: Int[Array, " n"], turn: float
+) -> Iterator[tuple[SkyCells, Int[Array, " m"], float, float]]:
+    """Parts of an exposure: some cells as they are in its middle, that moment, and its share of the whole.
+
+    So short that no footprint of theirs moves far; powers of two.
+    """
+    if not cells.moving and not turn:
+        yield cells, which, 0.0, 1.0
+        return
+    with np.errstate(divide="ignore", invalid="ignore"):
+        asked = np.nan_to_num(cells.pixels_moved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
+    sweeps = 2 ** np.ceil(np.log2(np.clip(asked[which], 1, _MOST_SWEEPS))).astype(int)
+    for count in np.unique(sweeps):
+        for moment in (np.arange(count) + 0.5) / count - 0.5:
+            yield cells.at(moment), which[sweeps == count], float(moment), 1 / int(count)
+
+
+def _motion(cells: SkyCells, part: Pixels, turn: float) -> Float[Array, "m 3"]:
+    """How n' of pixels moves over an exposure before a sky that turns."""
+    motion = -turn * turning(part.direction.T)
+    if cells.moving:
+        size = int(cells.size[part.cell[0]])
+        rates = np.moveaxis(cells.rates[part.cell[:: size * size]], -1, 0)
+        motion += (rates @ weights(0.0, 0.0, 1.0, size).value).reshape(3, -1).T
+    return motion
+
+
+def _swept(footprint: Footprint, motion: Float[Array, "m 3"]) -> Footprint:
+    """Footprints that move over the sky by (m, 3): covariances of both add up.
+
+    A pixel's Gaussian has the deviation of half its footprint, and a straight way of length d that of d / sqrt 12.
+    """
+    way = np.stack([(axis * motion).sum(axis=1) for axis in polar_basis(footprint.direction)], axis=-1)
+    along = singular_values(footprint.matrix)[2]
+    across = np.stack([-np.sin(along), np.cos(along)], axis=-1) * footprint.bend[:, None]
+    square = footprint.matrix @ np.swapaxes(footprint.matrix, 1, 2)
+    for scale, vector in ((1.0, across), (1 / 3, way)):
+        square = square + scale * vector[:, :, None] * vector[:, None, :]
+    return replace(footprint, matrix=_root(square), bend=np.zeros(len(way)))
+
+
+def _root(square: Float[Array, "m 2 2"]) -> Float[Array, "m 2 2"]:
+    """Symmetric roots of positive matrices."""
+    root = np.sqrt(np.maximum(np.linalg.det(square), 0))
+    trace = np.trace(square, axis1=1, axis2=2)
+    return (square + root[:, None, None] * np.eye(2)) / np.sqrt(np.maximum(trace + 2 * root, 1e-300))[:, None, None]
 
 
 def _footprint(camera: Camera, view: View, cells: SkyCells, part: Pixels, shifts: Shifts) -> Footprint:
@@ -110,23 +182,25 @@ def ratios(camera: Camera, view: View, place: Float[Array, "m 2"], shifts: Shift
 
 
 def _pieces(parts: list[Parts]) -> Iterator[Parts]:
-    for place, side, footprint in parts:
-        for start in range(0, len(place), _TOGETHER):
+    for part in parts:
+        for start in range(0, len(part.place), _TOGETHER):
             piece = slice(start, start + _TOGETHER)
-            yield Parts(place[piece], side, footprint.part(piece))
+            yield part._replace(place=part.place[piece], footprint=part.footprint.part(piece))
 
 
 def _given(
-    sky: Sky, points: PointLights | None, view: View, part: Parts, shifts: Shifts
+    sky: Sky, points: PointLights | None, view: View, part: Parts, shifts: Shifts, turn: float
 ) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
     """Pixels, and what parts of them add to their light."""
     x, y = np.round(part.place).astype(int).T
     footprint = part.footprint.widened(ASPECT * part.side)
+    if turn:
+        footprint = _swept(footprint, turn * turning(footprint.direction))
     light = sky.light(footprint, *shifts)
     if points is not None:
         unresolved = singular_values(part.footprint.matrix)[0] > LONGEST
         light[unresolved] += points.glow.light(footprint.part(unresolved), *shifts)
-    return y * view.width + x, light * part.side**2
+    return y * view.width + x, light * (part.share * part.side**2)
 
 
 class _StarsSeen(NamedTuple):
@@ -141,26 +215,28 @@ class _StarsSeen(NamedTuple):
 
     @stage("stars")
     def draw(self, light: Float[Array, "h w 3"], points: PointLights, sweep: float) -> None:
-        """Add stars to a picture while they turn about the spin axis by an angle.
+        """Add stars to a picture while they turn about the spin axis by an angle, and cells move.
 
         Traces that are not straight are drawn from two halves of the exposure, and these from their halves.
         """
         which, middle, share = np.arange(len(points.direction)), np.zeros(len(points.direction)), 1.0
         for halving in range(_HALVINGS + 1):
-            some = points.some(which, middle) if sweep else points
-            found = self._images(some)
-            trace, strays = _trace(found, some, sweep)
+            some = points.some(which, sweep * middle) if halving or sweep else points
+            found = self._images(some, middle)
+            trace, strays = _trace(found, some, sweep, share)
             far = np.unique(found.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
             here = ~np.isin(found.star, far)
             self._draw(light, Imaged(*(part[here] for part in found)), trace[here], some, share)
             if not len(far):
                 return
-            middle = np.concatenate([middle[far] - sweep / 4, middle[far] + sweep / 4])
-            which, sweep, share = np.tile(which[far], 2), sweep / 2, share / 2
+            middle = np.concatenate([middle[far] - share / 4, middle[far] + share / 4])
+            which, share = np.tile(which[far], 2), share / 2
 
-    def _images(self, points: PointLights) -> Imaged:
-        found = [self.search.images(points, self.pool)]
-        found += [images_in_parts(*part, points, self.pool) for part in self.parts]
+    def _images(self, points: PointLights, moment: Float[Array, " stars"]) -> Imaged:
+        found = [self.search.images(points, moment, self.pool)]
+        for place, side, footprint, share, rate in self.parts:
+            if share == 1 or rate is not None:
+                found.append(_in_part(images_in_parts(place, side, footprint, rate, points, self.pool), moment))
         return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
     def _draw(
@@ -180,15 +256,27 @@ class _StarsSeen(NamedTuple):
                 drawn(light, found.place[same] + moment * trace[same], give[same] / count)
 
 
-def _trace(found: Imaged, points: PointLights, angle: float) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
-    """How far (m, 2), in pixels, images move while their stars turn about the spin axis; which of them not straight."""
-    if not angle:
-        return np.zeros_like(found.place), np.zeros(len(found.star), bool)
-    x, y, _ = points.direction[found.star].T
-    motion = angle * np.stack([-y, x, np.zeros_like(x)], axis=-1)
-    trace = _moved(found, motion)
+def _in_part(found: Imaged, moment: Float[Array, " stars"]) -> Imaged:
+    """Images in parts of pixels where they are at moments of their own; none moves farther than can be told there."""
+    trace = _moved(found, -found.rate[:, 0])
+    slower = np.minimum(1, _LONGEST_IN_PART / np.maximum(np.abs(trace).max(axis=1), 1e-300))[:, None]
+    place = found.place + moment[found.star, None] * slower * trace
+    return found._replace(place=place, rate=found.rate * slower[..., None])
+
+
+def _trace(
+    found: Imaged, points: PointLights, angle: float, share: float
+) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
+    """How far (m, 2), in pixels, images move in a share of the exposure; which of them not straight.
+
+    angle: by which stars turn about the spin axis in all of it.
+    """
+    trace = _moved(found, share * (angle * turning(points.direction[found.star]) - found.rate[:, 0]))
     squares = np.stack([trace[:, 0] ** 2, 2 * trace[:, 0] * trace[:, 1], trace[:, 1] ** 2], axis=-1)
-    strayed = _moved(found, (squares[..., None] * found.curving).sum(axis=1) / 8)
+    # The second derivative of a place whose n' stays: that of the map along the trace, and twice that of its motion.
+    bending = (squares[..., None] * found.curving).sum(axis=1)
+    bending += 2 * share * (trace[..., None] * found.rate[:, 1:]).sum(axis=1)
+    strayed = _moved(found, bending / 8)
     return trace, (np.abs(strayed).max(axis=1) > _STRAIGHT) | (np.abs(trace).max(axis=1) > _LONGEST_TRACE)
 
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -60,6 +60,8 @@ class StarField:
     white: float = DAYLIGHT
     sweep: float = 0.0
     response: str = "cie"
+
+    smooth: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse what is no star field."""

@@ -1,7 +1,7 @@
 """A sky that turns about the spin axis, as a camera sees it that orbits the hole."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -28,11 +28,8 @@ class TurnedSky:
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
-        # The beams are turned back instead: their ellipses, along e_theta' and e_phi', turn with them.
-        x, y, z = footprint.direction.T
-        cos, sin = math.cos(self.angle), math.sin(self.angle)
-        back = np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=-1)
-        return self.sky.light(replace(footprint, direction=back), beaming, colour_shift)
+        # The beams are turned back instead.
+        return self.sky.light(footprint.turned(-self.angle), beaming, colour_shift)
 
     @property
     def points(self) -> PointLights | None:
@@ -44,3 +41,8 @@ class TurnedSky:
     def sweep(self) -> float:
         """The angle by which they turn while the picture is exposed."""
         return getattr(self.sky, "sweep", 0.0)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether what is spread over it needs no motion blur."""
+        return getattr(self.sky, "smooth", False)

@@ -1,0 +1,64 @@
+"""
+Motion blur
+===========
+
+Stars and paint swatches seen by a camera that falls toward a hole of spin 0.999 and turns while the shutter is open
+(JTFT fig A1): at one moment, by swept beams, and as the mean of many pictures at moments of their own.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+import kerrcaustics as kc
+from kerrcaustics.draw import style
+from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.scenes import show_picture
+
+SPIN, RADIUS, FALL, TURN = 0.999, 6.03, 0.1, 0.05
+VELOCITY = (-0.3, 0.0, 0.2)
+SIZE, FIELD = (200, 160), math.radians(75)
+SAMPLES = 32
+
+
+def seen(moment: float) -> tuple[kc.Camera, kc.View]:
+    """The camera, and a view that turns to the right, at a moment of the exposure (-1/2 to 1/2)."""
+    camera = kc.Camera(SPIN, RADIUS - FALL * moment, velocity=VELOCITY)
+    middle = kc.View.toward_hole(kc.Camera(SPIN, RADIUS, velocity=VELOCITY), *SIZE, FIELD)
+    forward = middle.forward * math.cos(TURN * moment) + middle.right * math.sin(TURN * moment)
+    return camera, kc.View(*SIZE, FIELD, forward=forward, up=middle.up)
+
+
+def lights(sky: kc.Checkerboard | kc.StarField) -> list[np.ndarray]:
+    """The light of one moment, of swept beams, and of many samples."""
+    cameras, views = zip(seen(-0.5), seen(0.5), strict=True)
+    moments = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
+    return [
+        kc.render(*seen(0.0), sky).light,
+        kc.render(*seen(0.0), sky, motion=kc.ShutterMotion(cameras, views)).light,
+        np.mean([kc.render(*seen(float(moment)), sky).light for moment in moments], axis=0),
+    ]
+
+
+def main(output: Path) -> list[Path]:
+    titles = "one moment", "swept beams", f"{SAMPLES} samples"
+    stars = {"exposure": 1 / 2500, "curve": "asinh", "softening": 25}
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 0.57 * style.PAGE_WIDTH), layout="constrained")
+        rows = figure.subplots(2, 3)
+        for axes, sky, look in zip(rows, (kc.Checkerboard(), kc.StarField()), ({}, stars), strict=True):
+            for ax, light in zip(axes, lights(sky), strict=True):
+                show_picture(ax, seen(0.0)[1], kc.tone_mapped(light, **look))
+                ax.set_axis_off()
+        for ax, title in zip(rows[0], titles, strict=True):
+            ax.set_title(title)
+    return [write_picture(figure, output / "motion_blur.png")]
+
+
+if __name__ == "__main__":
+    OUT = Path(__file__).parent / "out"
+    OUT.mkdir(exist_ok=True)
+    print(*main(OUT), sep="\n")

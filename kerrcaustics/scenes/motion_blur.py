@@ -1,0 +1,151 @@
+"""Motion blur: the light of a sky and of a disk while camera, view and time move.
+
+What is spread over the sky is averaged over footprints that are swept along, and stars are drawn along their traces
+(sky_light.py); where the camera moves far, in pieces of the exposure. A disk is the mean of several moments.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.results.stages import stage
+from kerrcaustics.scenes.disk.crossings import FINEST, Lattice, covered, crossings
+from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.emission import Glow
+from kerrcaustics.scenes.disk.lighting import Looks, lit
+from kerrcaustics.scenes.disk.turned import turned_disk
+from kerrcaustics.scenes.footprint import turned
+from kerrcaustics.scenes.motion import Exposure
+from kerrcaustics.scenes.points import ImageSearch, steps_to
+from kerrcaustics.scenes.seen_sky import SeenSky, seen_sky
+from kerrcaustics.scenes.sky_cells import CROOKED, TOLERANCE, slopes, undivided
+from kerrcaustics.scenes.sky_light import Shifts, Sky, sky_light
+
+Array = np.ndarray
+
+# Where most of the picture moves farther than this (pixels), or not straight on, pieces of the exposure have maps of
+# their own.
+_MOST_OF, _LONGEST_PIECE, _MOST_PIECES = 0.75, 6.0, 32
+# Places, across and down, that tell how far a picture moves.
+_PROBED = (12, 8)
+# A disk moves no farther than this (pixels) from one of its moments to the next, by whether the camera stays; at most
+# so many of them.
+_DISK_STEP, _MOST_DISKS = {True: 0.5, False: 1.0}, 32
+
+
+class DiskLight(NamedTuple):
+    """Light (h, w, 3) of a disk, what comes through it (h, w), what it hides (h, w), and beams of each crossing."""
+
+    light: Array
+    through: Array
+    hidden: Array
+    crossings: tuple[int, ...]
+
+
+def blurred_sky(
+    exposure: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"]
+) -> tuple[Float[Array, "h w 3"], SeenSky]:
+    """The light of a sky over an exposure, and what was seen: in its middle, with the sums and means of all of it.
+
+    close, hidden: as for `sky_map`.
+    """
+    pieces = [exposure] if exposure.still else exposure.pieces(_pieces(exposure))
+    lights, seen = zip(*(_piece(piece, sky, shifts, close, hidden) for piece in pieces), strict=True)
+    opened = np.mean([one.open for one in seen], axis=0, dtype=np.float32)
+    divided, error = (max(getattr(one, name) for one in seen) for name in ("divided", "error"))
+    whole = seen[0]._replace(open=opened, divided=divided, beams=sum(one.beams for one in seen), error=error)
+    return np.asarray(np.mean(lights, axis=0, dtype=np.float32)), whole
+
+
+def _piece(
+    piece: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"]
+) -> tuple[Float[Array, "h w 3"], SeenSky]:
+    camera, view, _, _ = piece.middle
+    seen = seen_sky(camera, view, close, hidden, None if piece.still else piece)
+    turn = piece.turn if piece.still else 0.0
+    light = sky_light(
+        camera, view, sky, seen.cells, seen.parts, lambda: ImageSearch(undivided(seen.cells)), shifts, turn
+    )
+    return light, seen
+
+
+def _pieces(exposure: Exposure) -> int:
+    """Into how many pieces an exposure is divided: by how far most places of the picture move over the sky."""
+    x, y = _probes(exposure)
+    camera, view, _, _ = exposure.middle
+    sky, steps = view.directions(x, y)
+    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
+    first, last = (
+        turned(trace_rays(one.camera, one.view.directions(x, y)[0], "auto", TOLERANCE).direction, one.azimuth)
+        for one in (exposure.first, exposure.last)
+    )
+    columns = np.swapaxes(slopes(beams, sky, steps), 1, 2)
+    moved, off = (
+        np.abs(steps_to(columns, way)).max(axis=1) for way in (last - first, (first + last) / 2 - beams.direction)
+    )
+    seen = np.isfinite(moved)
+    if not seen.any():
+        return 1
+    # What is off straightness goes with the square of the time.
+    far, crooked = (np.quantile(part[seen], _MOST_OF) for part in (moved, off))
+    asked = max(far / _LONGEST_PIECE, math.sqrt(crooked / CROOKED))
+    return int(np.clip(np.ceil(asked), 1, _MOST_PIECES))
+
+
+def _probes(exposure: Exposure) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    view = exposure.middle.view
+    across, down = ((np.arange(n) + 0.5) / n for n in _PROBED)
+    x, y = np.meshgrid(across * view.width - 0.5, down * view.height - 0.5)
+    return x.ravel(), y.ravel()
+
+
+@stage("disk_light")
+def blurred_disk(exposure: Exposure, disk: Disk, shifts: Shifts, delay: bool) -> DiskLight:
+    """The mean light of a disk over as many moments as its pattern and its rims move pixels."""
+    shape = exposure.middle.view.height, exposure.middle.view.width
+    count = _moments(exposure, disk)
+    light, through = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
+    hidden, seen, beams = np.full(shape, disk.opaque), None, np.zeros(0, int)
+    for number in range(count):
+        now = exposure.at((number + 0.5) / count - 0.5)
+        if seen is None or not exposure.still:
+            seen = crossings(Lattice(now.camera, now.view, delay), disk.inner, disk.outer, disk.opaque)
+            beams = _added(beams, np.array(seen.beams, int))
+            if disk.opaque:
+                hidden &= covered(seen.cells, shape, disk.inner, disk.outer)
+        looks = Looks(now.camera.spin, *shifts, delay, now.time)
+        glow, passing = lit(turned_disk(disk, -now.azimuth), seen.cells, shape, looks)
+        light += glow / count
+        through += passing / count
+    return DiskLight(light, through, hidden, tuple(beams.tolist()))
+
+
+def _added(one: Int[Array, " n"], other: Int[Array, " m"]) -> Int[Array, " most"]:
+    most = max(len(one), len(other))
+    return np.pad(one, (0, most - len(one))) + np.pad(other, (0, most - len(other)))
+
+
+def _moments(exposure: Exposure, disk: Disk) -> int:
+    """At how many moments a disk is looked at: one for each pixel that anything on it moves."""
+    patterned = callable(disk.opacity) or not isinstance(disk.emission, Glow)
+    if exposure.still and not patterned:
+        return 1
+    lattice = Lattice(exposure.middle.camera, exposure.middle.view, False)
+    x, y = (np.round((place + 0.5) * FINEST).astype(int) for place in _probes(exposure))
+    corners = lattice.trace(np.sort(lattice.key(x, y)), 1)
+    y, x = np.divmod(corners.key, lattice.columns)
+    ends = [
+        lattice._replace(camera=one.camera, view=one.view).rays(x, y, 1)[0] for one in (exposure.first, exposure.last)
+    ]
+    on_disk = [(end[:, 0] > 1 / disk.outer) & (end[:, 0] < 1 / disk.inner) for end in (corners.place, *ends)]
+    moved = ends[1] - ends[0]
+    radius = np.clip(1 / corners.place[:, 0], disk.inner, disk.outer)
+    circled = disk.orbital(lattice.camera.spin, radius) * (exposure.last.time - exposure.first.time)
+    moved[:, 1] = np.remainder(moved[:, 1] - exposure.turn + math.pi, 2 * math.pi) - math.pi - circled
+    pixels = np.abs(moved) / np.sqrt((corners.slope**2).sum(axis=-1))
+    farthest = pixels[:, : 2 if patterned else 1].max(axis=1)
+    farthest = farthest[np.logical_or.reduce(on_disk) & np.isfinite(farthest)]
+    return int(np.clip(math.ceil(np.max(farthest, initial=0.0) / _DISK_STEP[exposure.still]), 2, _MOST_DISKS))

@@ -1,0 +1,122 @@
+"""What a view sees of the sky: the cells of its map, and the pixels that no cell covers, divided into parts.
+
+Those lie on the shadow edge, next to it, and where a pixel sees much of the sky. Each part has a beam of its own; while
+the camera moves, at several moments.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Float32, Int
+
+from kerrcaustics.beams.trace import cores, trace_beams
+from kerrcaustics.results.stages import stage
+from kerrcaustics.scenes.footprint import Footprint, turned
+from kerrcaustics.scenes.motion import ExposedMoment, Exposure
+from kerrcaustics.scenes.sky_cells import TOLERANCE, SkyCells, sky_map, slopes
+from kerrcaustics.scenes.sky_light import Parts
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera, redshift
+from kerrcaustics.spacetime.shadow import shadow_edge
+
+Array = np.ndarray
+
+# Pixels that are divided together.
+_CHUNK = 1 << 12
+# Errors of a map are found at some places only: elsewhere they were seen to be 1.1 times larger at most.
+_CAUTION = 2.0
+# While the camera moves, the shadow edge is looked at this often (moments per pixel), within these odd numbers, and
+# pixels are divided into so many parts each way then.
+_PER_PIXEL, _FEWEST, _MOST, _DIVIDED = 2.0, 3, 15, 2
+_EDGE_POINTS = 360
+
+
+class SeenSky(NamedTuple):
+    """Cells that see the sky, parts of the other pixels that do, and the part (h, w) of each pixel that does.
+
+    divided: how many pixels were; beams: how many were traced; error: of the map, in pixels, at most.
+    """
+
+    cells: SkyCells
+    parts: list[Parts]
+    open: Float32[Array, "h w"]
+    divided: int
+    beams: int
+    error: float
+
+
+@stage("sky_map")
+def seen_sky(
+    camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
+) -> SeenSky:
+    """What a view sees; parameters as for `sky_map`."""
+    seen = sky_map(camera, view, close, hidden, exposure)
+    opened, parts = _covered(seen.cells, hidden.shape), []
+    moments, counts = [ExposedMoment(camera, view, 0.0, 0.0)], seen.parts
+    if exposure is not None:
+        moments, counts = _moments(exposure), np.full(len(seen.left), _DIVIDED)
+    beams = seen.beams + len(moments) * int((counts**2).sum())
+    chunks = [
+        (same[start : start + _CHUNK], int(count))
+        for count in np.unique(counts)
+        for same in (seen.left[counts == count],)
+        for start in range(0, len(same), _CHUNK)
+    ]
+    with stage("shadow_edge"), ThreadPoolExecutor(cores()) as pool:
+        divided = list(pool.map(lambda chunk: [_divided_pixels(moment, *chunk) for moment in moments], chunks))
+    for (which, _), found in zip(chunks, divided, strict=True):
+        inside = np.isfinite([direction[..., 0] for _, direction in found])
+        opened.flat[which] = inside.mean(axis=(0, 2, 3))
+        parts += [part._replace(share=1 / len(moments)) for part, _ in found]
+        if exposure is not None:
+            # Stars are looked for in the middle of the exposure, and move as they do in most of it.
+            rate = (found[-1][1] - found[0][1]) * (len(moments) / (len(moments) - 1))
+            middle = len(parts) - 1 - len(moments) // 2
+            parts[middle] = parts[middle]._replace(rate=np.nan_to_num(rate[inside[len(moments) // 2]]))
+    error = max(_CAUTION * float(seen.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
+    return SeenSky(seen.cells, parts, opened, len(seen.left), beams, error)
+
+
+def _covered(cells: SkyCells, shape: tuple[int, ...]) -> Float32[Array, "h w"]:
+    """1 in pixels that cells cover, 0 elsewhere."""
+    opened = np.zeros(shape, np.float32)
+    for x, y, size in zip(cells.x, cells.y, cells.size, strict=True):
+        opened[y : y + size, x : x + size] = 1
+    return opened
+
+
+def _moments(exposure: Exposure) -> list[ExposedMoment]:
+    """When what no cell covers is looked at: by how far the shadow edge moves."""
+    edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in exposure]
+    moved = np.abs(edges[2] - edges[0]).max(axis=1)
+    reach = np.max(moved[np.isfinite(moved)], initial=0.0)
+    count = 2 * int(np.clip(_PER_PIXEL * reach, _FEWEST, _MOST) / 2) + 1
+    return [exposure.at((number + 0.5) / count - 0.5) for number in range(count)]
+
+
+def _divided_pixels(
+    moment: ExposedMoment, which: Int[Array, " pixels"], count: int
+) -> tuple[Parts, Float[Array, "pixels h w 3"]]:
+    """Parts of pixels that see the sky; n' of all of them, NaN where they do not."""
+    camera, view, azimuth, _ = moment
+    within = (np.arange(count) + 0.5) / count - 0.5
+    y, x = (place[:, None, None] for place in np.divmod(which, view.width))
+    x, y = np.broadcast_arrays(x + within, y + within[:, None])
+    sky, steps = view.directions(x, y)
+    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
+    columns = slopes(beams, sky, steps) / count
+    inside = np.isfinite(columns[..., 0, 0])
+    direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)
+    some = columns[inside].transpose(2, 1, 0)
+    curving = (_neighbours_curving(columns) if count > 1 else np.zeros((*columns.shape[:3], 3, 3)))[inside]
+    footprint = Footprint.of(beams.direction[inside].T, some, curving, redshift(camera, sky[inside]))
+    place = np.stack([x[inside], y[inside]], axis=-1)
+    return Parts(place, 1 / count, footprint.turned(azimuth)), direction
+
+
+def _neighbours_curving(columns: Float[Array, "n h w 3 2"]) -> Float[Array, "n h w 3 3"]:
+    """Second derivatives along xx, xy, yy from differences of neighbours; 0 beside those that see nothing."""
+    along_y, along_x = np.gradient(columns, axis=(1, 2))
+    second = np.stack([along_x[..., 0], (along_x[..., 1] + along_y[..., 0]) / 2, along_y[..., 1]], axis=-2)
+    return np.nan_to_num(second, nan=0.0)

@@ -1,0 +1,159 @@
+"""Motion blur, against the mean of many pictures at moments of their own."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.disk.turned import turned_disk
+
+VELOCITY = (-0.3, 0.0, 0.2)
+CAMERA = kc.Camera(0.999, 6.03, velocity=VELOCITY)
+SMALL = 48, 30
+MEDIUM = 128, 80
+LARGE = 192, 120
+DISK = kc.Disk(9.26, 18.7, kc.Swatches())
+
+
+def view_of(size):
+    return kc.View.toward_hole(CAMERA, *size, 1.4)
+
+
+def orbiting(moment, middle):
+    return CAMERA, middle, 0.08 * moment, 0.0
+
+
+def falling(moment, middle):
+    return kc.Camera(0.999, 6.03 - 0.25 * moment, velocity=VELOCITY), middle, 0.05 * moment, 2.0 * moment
+
+
+def turning(moment, middle):
+    forward = middle.forward * math.cos(0.1 * moment) + middle.right * math.sin(0.1 * moment)
+    view = kc.View(middle.width, middle.height, middle.field_of_view, forward=forward, up=middle.up)
+    return CAMERA, view, 0.0, 0.0
+
+
+def waiting(moment, middle):
+    return CAMERA, middle, 0.0, 4.0 * moment
+
+
+def motion_of(way, middle):
+    return kc.ShutterMotion(*zip(way(-0.5, middle), way(0.5, middle), strict=True))
+
+
+def blurred(way, middle, sky, disk=None):
+    return kc.render(CAMERA, middle, sky, disk=disk, motion=motion_of(way, middle)).light
+
+
+def mean_of_moments(way, middle, sky, disk=None, count=64):
+    total = []
+    for moment in (np.arange(count) + 0.5) / count - 0.5:
+        camera, view, azimuth, time = way(float(moment), middle)
+        turned = None if sky is None else kc.TurnedSky(sky, -azimuth)
+        on_disk = None if disk is None else turned_disk(disk, -azimuth)
+        total.append(kc.render(camera, view, turned, disk=on_disk, time=time).light)
+    return np.mean(total, axis=0)
+
+
+def differences(one, other):
+    """Mean difference of luminance, and that of all light, as parts of all light."""
+    one, other = luminance(one), luminance(other)
+    return np.abs(one - other).mean() / other.mean(), one.mean() / other.mean() - 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", [orbiting, falling, turning])
+@pytest.mark.parametrize(("sky", "disk", "most"), [(kc.Checkerboard(), None, 0.015), (None, DISK, 0.03)])
+def test_pictures_are_means_of_their_moments(way, sky, disk, most):
+    middle = view_of(MEDIUM)
+    mean = mean_of_moments(way, middle, sky, disk)
+    difference, light = differences(blurred(way, middle, sky, disk), mean)
+    assert difference < most and abs(light) < 0.01
+    assert difference < 0.15 * differences(kc.render(CAMERA, middle, sky, disk=disk).light, mean)[0]
+
+
+def test_a_sky_that_turns_is_the_mean_of_its_moments():
+    middle, sky = view_of(SMALL), kc.Checkerboard()
+    difference, light = differences(blurred(orbiting, middle, sky), mean_of_moments(orbiting, middle, sky, count=16))
+    # Several moments, not swept, differ by 0.0022.
+    assert difference < 0.0018 and abs(light) < 0.01
+
+
+def far_star(direction):
+    catalogue = kc.StarCatalogue(direction[None], np.zeros(1), np.full(1, 0.65))
+    return kc.StarField(catalogue, orientation=np.eye(3), band=0)
+
+
+# A star beside the hole, in the picture of LARGE pixels, and all pixels in which its first image is.
+AROUND = np.s_[:50, :64]
+
+
+def star_of(middle):
+    return far_star(kc.trace_beams(CAMERA, middle.directions(30.3, 14.6)[0]).direction)
+
+
+@pytest.mark.parametrize(("way", "brightest"), [(falling, 0.74), (turning, 0.16)])
+def test_a_star_keeps_its_light(way, brightest):
+    middle = view_of(LARGE)
+    sky = star_of(middle)
+    found, still = luminance(blurred(way, middle, sky)), luminance(kc.render(CAMERA, middle, sky).light)
+    assert found[AROUND].sum() == pytest.approx(still[AROUND].sum(), rel=0.01)
+    # Pieces of the exposure without traces have 0.76 and 0.21.
+    assert found[AROUND].max() < brightest * still[AROUND].max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", [orbiting, falling, turning])
+def test_a_star_is_drawn_along_its_trace(way):
+    middle = view_of(LARGE)
+    sky = star_of(middle)
+    found, mean = blurred(way, middle, sky), mean_of_moments(way, middle, sky)
+    difference, light = differences(found[AROUND], mean[AROUND])
+    assert difference < 0.06 and abs(light) < 0.01
+
+
+@pytest.mark.slow
+def test_a_pattern_that_circles_is_blurred_for_a_camera_that_stays():
+    middle = view_of(SMALL)
+    found = kc.render(CAMERA, middle, disk=DISK, motion=motion_of(waiting, middle))
+    mean = mean_of_moments(waiting, middle, None, DISK, 16)
+    difference, light = differences(found.light, mean)
+    assert difference < 0.02 and abs(light) < 0.01
+    assert found.beams == kc.render(CAMERA, middle, disk=DISK).beams
+
+
+def test_without_motion_nothing_changes():
+    middle, sky = view_of(SMALL), kc.StarField()
+    plain = kc.render(CAMERA, middle, sky)
+    still = kc.render(CAMERA, middle, sky, motion=kc.ShutterMotion((CAMERA, CAMERA), (middle, middle)))
+    assert np.array_equal(plain.light, still.light) and plain.beams == still.beams
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"cameras": CAMERA}, "`cameras` must be two objects of the class Camera"),
+        ({"views": (1, 2)}, "`views` must be two objects of the class View"),
+        ({"azimuths": (0.0, math.nan)}, "`azimuths` must be two finite numbers"),
+        ({"times": (0.0,)}, "`times` must be two finite numbers"),
+    ],
+)
+def test_what_is_no_motion_is_refused(values, words):
+    middle = view_of(SMALL)
+    with pytest.raises(ValueError, match=f"Argument {words}"):
+        kc.ShutterMotion(**{"cameras": (CAMERA, CAMERA), "views": (middle, middle), **values})
+
+
+def test_a_motion_that_does_not_fit_the_picture_is_refused():
+    middle = view_of(SMALL)
+    for motion, words in (
+        (3, "must be a ShutterMotion"),
+        (kc.ShutterMotion((CAMERA, CAMERA), (middle, view_of(LARGE))), "must keep width, height and projection"),
+        (kc.ShutterMotion((kc.Camera(0.5, 6.0), CAMERA), (middle, middle)), "must keep the spin"),
+    ):
+        with pytest.raises(ValueError, match=f"Argument `motion` {words}"):
+            kc.render(CAMERA, middle, kc.Checkerboard(), motion=motion)
+    with pytest.raises(ValueError, match="Argument `sky` must have no `sweep` of its own"):
+        kc.render(CAMERA, middle, kc.StarField(sweep=0.1), motion=motion_of(turning, middle))
