@@ -236,7 +236,7 @@ def _solved(
         length = np.sqrt((move**2).sum(axis=-1))
         at[keep] += move * np.minimum(1, 0.5 / np.maximum(length, 1e-300))[:, None]
         # Who is far outside will not come back.
-        keep = keep[(length > 1e-7) & (np.abs(at[keep] - 0.5).max(axis=1) < 1.0)]
+        keep = keep[(length > 1e-5) & (np.abs(at[keep] - 0.5).max(axis=1) < 1.0)]
     value, columns = _patch(data[rows], at)
     off = steps_to(columns, target[rows] - value / np.linalg.norm(value, axis=-1, keepdims=True))
     good = (np.abs(at - 0.5).max(axis=1) <= 0.5 + _OVER) & (np.abs(off).max(axis=1) < 1e-4)
