@@ -3,6 +3,7 @@
 import gc
 from dataclasses import replace
 
+import psutil
 import pytest
 from command_line import run
 from jaxtyping import install_import_hook
@@ -35,6 +36,8 @@ ROOMS = {
     "stars": STARS,
     "scene_files": SCENE_FILES,
 }
+# GB: when memory is given back, and what must not be kept then.
+MUCH, MOST = 1.8, 2.5
 CHECKED = ["kerrcaustics.draw", *(f"kerrcaustics.{room}.{name}" for room, names in ROOMS.items() for name in names)]
 
 
@@ -47,11 +50,30 @@ def pytest_configure(config):
 @pytest.fixture(scope="module", autouse=True)
 def memory_given_back():
     """What a module's tests leave behind does not add up."""
+    yield
+    give_back()
+
+
+@pytest.fixture(autouse=True)
+def memory_bounded():
+    """Nor does what tests leave behind within a module; nothing keeps more than it should."""
+    yield
+    if resident() > MUCH:
+        give_back()
+        assert resident() < MOST, f"{resident():.1f} GB are kept"
+
+
+def give_back():
+    """Let go of what is not needed: the C library keeps what threads have freed, gigabytes in an hour."""
     from kerrcaustics.beams.programs import give_back_memory
 
-    yield
     gc.collect()
     give_back_memory()
+
+
+def resident():
+    """Memory (GB) of this process."""
+    return psutil.Process().memory_info().rss / 1e9
 
 
 @pytest.fixture(scope="module")
