@@ -1,9 +1,11 @@
 """Images of circles in the plane, and the light of a spot on one, against rays and images one by one."""
 
+import json
 import math
 
 import numpy as np
 import pytest
+from command_line import run
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
@@ -49,7 +51,7 @@ def test_circles_that_are_not_seen_are_left_out():
     assert all(curve.error.max() < 1e-6 for curve in found)
 
 
-def direct_sum(curve, orbital, times):
+def direct_sum(curve, orbital, times, power=4.0):
     """Flux (t,) of a point, image by image: solid angle times g^4, from the beam at each image."""
     turn = np.append(curve.turn, 2 * math.pi)
     phase = curve.azimuth + orbital * curve.time
@@ -57,7 +59,7 @@ def direct_sum(curve, orbital, times):
     along = CubicSpline(turn, np.append(phase, phase[0] + 2 * math.pi * winds))
     sky = CubicSpline(turn, [*curve.sky, curve.sky[0]], bc_type="periodic")
     least, most = np.floor(phase.min() / (2 * math.pi)) - 1, np.ceil(phase.max() / (2 * math.pi)) + 1
-    total = np.zeros(len(times))
+    total = np.zeros((len(times), 5))
     for i, time in enumerate(times):
         wanted = orbital * time % (2 * math.pi) + 2 * math.pi * np.arange(least, most)
         places = np.concatenate([along.solve(level, extrapolate=False) for level in wanted])
@@ -65,9 +67,10 @@ def direct_sum(curve, orbital, times):
             continue
         n = sky(places)
         n /= np.linalg.norm(n, axis=1, keepdims=True)
-        beams = kc.trace_beams(SPOT, n, end=kc.EquatorialPlane(curve.crossing))
+        beams = kc.trace_beams(SPOT, n, end=kc.EquatorialPlane(curve.crossing), time=True)
         b = photon(SPOT.frame(), tuple(n.T)).b
-        total[i] = (beams.redshift**4 / np.abs(beams.determinant) / np.abs(1 - orbital * b)).sum()
+        light = beams.redshift**power / np.abs(beams.determinant) / np.abs(1 - orbital * b)
+        total[i] = light @ np.column_stack([np.ones(len(n)), n, beams.time])
     return total
 
 
@@ -76,7 +79,14 @@ def test_light_of_a_spot_is_that_of_its_images():
     found = kc.light_curve(SPOT, 8.0, 40, size=0.02, crossings=3)
     orbital = 2 * math.pi / found.period
     images = kc.disk_images(SPOT, [8.0], 3, 1440, time=True)
-    shares = np.array([direct_sum(curve, orbital, found.time) for curve in images])
+    sums = np.array([direct_sum(curve, orbital, found.time) for curve in images])
+    shares = sums[..., 0]
+    centroid = sums[..., 1:4].sum(axis=0)
+    centroid /= np.linalg.norm(centroid, axis=1, keepdims=True)
+    # A spot of a size of its own is no point: next to where images are born its centroid is another.
+    away = np.linalg.norm(found.centroid - centroid, axis=1)
+    assert np.median(away) < 2e-6 and away.max() < 1e-4 and found.centroid_error.max() < 1e-5
+    assert np.nanmax(np.abs(found.travel_time[0] - sums[0, :, 4] / shares[0])) < 1e-3
     assert np.abs(found.flux / shares.sum(axis=0) - 1).max() < 1e-3
     for curve, share, wanted in zip(images, found.shares, shares, strict=True):
         far = np.ones(len(found.time), bool)
@@ -108,7 +118,7 @@ def test_images_of_a_spot_are_born_where_beams_vanish():
         (lambda: kc.disk_images(SPOT, []), "`radii` must be"),
         (lambda: kc.disk_images(SPOT, [8.0], 0), "`crossings` must be a whole number"),
         (lambda: kc.disk_images(SPOT, [8.0], motion="fast"), "`emitter` must be one of"),
-        (lambda: kc.light_curve(SPOT, 2.0), "`radius` must be that of a circular orbit"),
+        (lambda: kc.light_curve(SPOT, 2.0), "`orbit` must be the radius of a circular orbit"),
         (lambda: kc.light_curve(SPOT, 8.0, size=0.0), "`size` must be a positive length"),
         (lambda: kc.light_curve(SPOT, 8.0, [math.nan]), "`times` must be"),
         (lambda: kc.light_curve(SPOT, 8.0, motion="static"), "`motion` must be one of"),
@@ -118,3 +128,20 @@ def test_bad_input_is_one_line(ask, words):
     with pytest.raises(ValueError, match=words) as told:
         ask()
     assert "\n" not in str(told.value)
+
+
+def test_command_tells_draws_and_saves_a_light_curve(capsys, tmp_path):
+    figure, saved = tmp_path / "light.png", tmp_path / "light.npz"
+    options = ["--spin", "0.9", "--radius", "50", "--inclination", "60", "--orbit", "8", "--size", "0.5"]
+    files = ["--figure", figure, "--save", saved, "--json", "-"]
+    status, out, err = run(capsys, "light-curve", *options, "--times", "8", "--crossings", "1", "--points", *files)
+    entry = json.loads(out)
+    assert status == 0 and "creation" not in err and "8.000" not in err
+    assert (entry["schema"], entry["radius"], entry["orbit"]) == ("kerrcaustics/light-curve/1", 50, 8)
+    light = kc.load(saved)
+    assert entry["flux"] == light.flux.tolist() and len(light.flux) == 8 and figure.stat().st_size > 10_000
+    assert np.allclose(np.linalg.norm(light.centroid, axis=1), 1, atol=1e-14)
+    # The emission of 4 pi r^2 of sky: a spot of unit area at r = 50 covers some 1 / 50^2.
+    assert 1e-5 < light.flux.mean() < 1e-3 and (light.error < 1e-3 * light.flux).all()
+    status, _, err = run(capsys, "light-curve", *options[:-4], "--orbit", "1.2")
+    assert status == 2 and err.startswith("kerrcaustics: Argument --orbit must be")

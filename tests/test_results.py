@@ -16,6 +16,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.beams.paths import SpacePoints
+from kerrcaustics.films.film import FilmResult
 from kerrcaustics.results.declared import LAYOUTS, quantities, stored
 from kerrcaustics.results.files import HOMES
 from kerrcaustics.stars.circles import CircleCurve
@@ -25,7 +26,7 @@ from kerrcaustics.stars.tracks import Track
 
 # Naming them loads the modules of all public names.
 assert all(hasattr(kc, name) for name in kc.__all__)
-KINDS = sorted(LAYOUTS, key=lambda kind: kind.__name__)
+KINDS = sorted({FilmResult, *LAYOUTS}, key=lambda kind: kind.__name__)
 CAMERA = kc.Camera(0.5, 4.0, 1.0, (0.1, -0.2, 0.3))
 GIVEN = {kc.Camera: CAMERA, kc.View: kc.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)), Path: Path("folder/sweep.zarr")}
 SIZES = {"axis": 3, "channel": 3, "angle": 2, "pair": 2, "end_axis": 2, "sky_axis": 2, "pixel_axis": 2}

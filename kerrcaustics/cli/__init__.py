@@ -6,6 +6,7 @@ from kerrcaustics.cli import (
     figures as figures,
     film as film,
     images as images,
+    light_curve as light_curve,
     render as render,
     scene as scene,
     study as study,

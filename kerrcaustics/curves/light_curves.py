@@ -5,10 +5,12 @@ at t - T, when the spot was at Omega (t - T): so the flux is an integral along e
 
     F(t) = integral of g^4 w(phi - Omega (t - T)) |dN| / |dr / dN| dr,
 
-with w the spot's profile. It is smooth, also where images are created and destroyed, at extremes of phi + Omega T.
+with w the spot's profile. It is smooth, also where images are created and destroyed, at extremes of phi + Omega T. With
+N or T under the integral it gives the centroid and the mean travel time of that light.
 """
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -44,18 +46,26 @@ class SpotEvent:
     sky: Array = quantity("axis", "1", "N where it is seen")
 
 
-@result("light-curve/1", record="radius size period events", points="time flux error shares")
+@result(
+    "light-curve/1",
+    record="radius size power period events",
+    points="time flux error shares centroid centroid_error travel_time",
+)
 class LightCurve:
     """The light of a spot that circles the hole, as a camera receives it."""
 
     camera: Camera = quantity("", "", "the camera", json="", column="")
-    radius: float = quantity("", "GM/c^2", "of the orbit")
+    radius: float = quantity("", "GM/c^2", "of the orbit", json="orbit")
     size: float = quantity("", "GM/c^2", "deviation of the spot along its orbit")
     period: float = quantity("", "GM/c^3", "of the orbit")
     time: Array = quantity("time", "GM/c^3", "of the camera; at 0 the spot's own azimuth is 0")
-    flux: Array = quantity("time", "1", "solid angle times g^4, for a spot of unit intensity and area")
+    flux: Array = quantity("time", "1", "solid angle times g^power, for a spot of unit intensity and area")
     error: Array = quantity("time", "1", "estimated error of the flux, of all its crossings")
     shares: Array = quantity("crossing time", "1", "what each crossing adds to the flux")
+    power: float = quantity("", "1", "of the frequency ratio g, by which intensity goes")
+    centroid: Array = quantity("time axis", "1", "mean direction N of the light, a unit vector")
+    centroid_error: Array = quantity("time", "rad", "estimated error of the centroid")
+    travel_time: Array = quantity("crossing time", "GM/c^3", "mean, of the light of each crossing; NaN without light")
     events: tuple[SpotEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
 
 
@@ -76,12 +86,13 @@ class _Ring(NamedTuple):
 @usual_warnings
 def light_curve(
     camera: Camera,
-    radius: float,
+    orbit: float,
     times: ArrayLike | int = 200,
     *,
     size: float = 0.1,
     crossings: int = 4,
     motion: str = "circular",
+    power: float = 4.0,
     points: int = 720,
 ) -> LightCurve:
     """The light of a small spot on a circular orbit in the equatorial plane, image by image.
@@ -90,8 +101,8 @@ def light_curve(
     ----------
     camera : Camera
         At rest in Boyer-Lindquist coordinates, or anything else that stays at its place while the spot circles.
-    radius : float
-        Of the orbit, where there is one.
+    orbit : float
+        Its radius, in units of the mass: one where there is a circular orbit.
     times : (t,) array or int
         Times of the camera (units of the mass); a number: so many over one orbit.
     size : float
@@ -100,6 +111,9 @@ def light_curve(
         How many crossings of the plane add to the light.
     motion : str
         "circular" (prograde) or "retrograde".
+    power : float
+        Intensity goes by the frequency ratio g to this power: 4 for all light together, 3 + alpha in one band for a
+        spectrum that falls as the frequency to the power of -alpha.
     points : int
         Points at which each image of the orbit is found at first; more follow where the azimuth changes fast along it.
 
@@ -107,11 +121,11 @@ def light_curve(
     -------
     LightCurve
         The flux of a spot of intensity I and area A, as r dr dphi in the frame that circles with it, is I A times its
-        `flux`.
+        `flux`. Times are even for the camera, and coordinate times.
 
     Errors
     ------
-    `LightCurve.error`: what half of the points give instead, and the points' own errors.
+    `LightCurve.error`, `centroid_error`: by what half of the points give instead, and the points' own errors.
 
     References
     ----------
@@ -119,51 +133,67 @@ def light_curve(
     """
     if motion not in _MOTIONS:
         raise ValueError(f"Argument `motion` must be one of {', '.join(_MOTIONS)}, but is {motion!r}.")
+    if not math.isfinite(real_number("power", power)):
+        raise ValueError(f"Argument `power` must be a finite number, but is {power!r}.")
     if not 0 < real_number("size", size) < math.inf:
         raise ValueError(f"Argument `size` must be a positive length, but is {size!r}.")
     crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
-    radius = float(check_circles(camera, "radius", [radius])[0])
+    radius = float(check_circles(camera, "orbit", [orbit])[0])
     found = EMITTERS[motion](camera.spin, float(radius), 0.0)
     if not found.slowness > 0:
-        raise ValueError(f"Argument `radius` must be that of a circular orbit, but is {radius:g}.")
+        raise ValueError(f"Argument `orbit` must be the radius of a circular orbit, but is {orbit:g}.")
     orbital = float(found.orbital)
     period = 2 * math.pi / abs(orbital)
     clock = np.arange(times) * (period / times) if isinstance(times, int) else numbers("times", times).ravel()
     if not (len(clock) and np.isfinite(clock).all()):
         raise ValueError("Argument `times` must be a number of times, or times.")
-    shares, coarse = np.zeros((2, crossings, len(clock)))
+    fine, coarse = np.zeros((2, crossings, len(clock), 5))
     events: list[SpotEvent] = []
     for crossing in range(1, crossings + 1):
         curve = _image(camera, radius, EquatorialPlane(crossing, motion), orbital, points)
-        for step, total in ((1, shares), (2, coarse)):
-            ring = _ring(curve, orbital, step)
-            total[curve.crossing - 1] += _received(ring, orbital, clock, size / radius) / radius
-        events += _events(_ring(curve, orbital, 1), orbital, period)
+        for step, total in ((1, fine), (2, coarse)):
+            ring = _ring(curve, orbital, power, step)
+            total[crossing - 1] = _received(ring, orbital, clock, size / radius) / radius
+        events += _events(_ring(curve, orbital, power, 1), orbital, period)
+    shares = fine[..., 0]
     flux = shares.sum(axis=0)
     # Of half of the points the splines are off by the fourth power of two as much.
-    error = np.abs(shares - coarse).sum(axis=0) / 8 + 1e-12 * flux
+    error = np.abs(shares - coarse[..., 0]).sum(axis=0) / 8 + 1e-12 * flux
+    centroid, other = (_mean_direction(part) for part in (fine, coarse))
+    off = np.linalg.norm(centroid - other, axis=-1) / 8 + 1e-12
+    with np.errstate(invalid="ignore"):
+        late = fine[..., 4] / shares
     ordered = tuple(sorted(events, key=lambda event: event.time))
-    return LightCurve(camera, float(radius), float(size), period, clock, flux, error, shares, ordered)
+    of_light = float(power), centroid, off, late
+    return LightCurve(camera, float(radius), float(size), period, clock, flux, error, shares, *of_light, ordered)
 
 
 def _image(camera: Camera, radius: float, end: EquatorialPlane, orbital: float, points: int) -> Isoradial:
     """The image of an orbit, on as many lines as it takes that its phase changes little from one to the next."""
-    turn = 2 * math.pi * np.arange(points) / points
+    found = _on_lines(camera, radius, end, 2 * math.pi * np.arange(points) / points)
     for _ in range(_ROUNDS):
-        found = _on_lines(camera, radius, end, turn)
         parts = _parts(found, orbital)
         if parts.max() == 1 or parts.sum() > _MOST_LINES:
-            return found
-        width = np.diff(turn, append=2 * math.pi)
-        turn = np.concatenate([t + w * np.arange(n) / n for t, w, n in zip(turn, width, parts, strict=True)])
-    return _on_lines(camera, radius, end, turn)
+            break
+        width = np.diff(found.turn, append=found.turn[0] + 2 * math.pi)
+        between = [t + w * np.arange(1, n) / n for t, w, n in zip(found.turn, width, parts, strict=True)]
+        found = _joined(found, _on_lines(camera, radius, end, np.concatenate(between)))
+    return found
+
+
+def _joined(one: Isoradial, other: Isoradial) -> Isoradial:
+    """The points of both, in order."""
+    order = np.argsort(np.concatenate([one.turn, other.turn]))
+    names = "sky", "azimuth", "error", "redshift", "width", "turn", "time"
+    both = {name: np.concatenate([getattr(one, name), getattr(other, name)])[order] for name in names}
+    return replace(one, **both | {"azimuth": np.unwrap(both["azimuth"])})
 
 
 def _on_lines(camera: Camera, radius: float, end: EquatorialPlane, turn: Array) -> Isoradial:
     found = Lines(camera, turn, end).curves(radius, time=True)
     if len(found) != 1 or not found[0].closed:
         raise ValueError(
-            "Argument `radius` must be that of an orbit whose images are closed curves, but at crossing "
+            "Argument `orbit` must be the radius of one whose images are closed curves, but at crossing "
             f"{end.crossing} they are not."
         )
     return found[0]
@@ -178,7 +208,7 @@ def _parts(curve: Isoradial, orbital: float) -> Int[Array, " points"]:
     return np.clip(np.ceil(np.abs(change) / _LONGEST), 1, 8).astype(int)
 
 
-def _ring(curve: Isoradial, orbital: float, step: int) -> _Ring:
+def _ring(curve: Isoradial, orbital: float, power: float, step: int) -> _Ring:
     """An isoradial by every so many of its points."""
     assert curve.time is not None
     part = slice(None, None, step)
@@ -192,12 +222,12 @@ def _ring(curve: Isoradial, orbital: float, step: int) -> _Ring:
     azimuth = curve.azimuth[part] - winds * turn
     sky = spline(curve.sky[part])
     along = np.linalg.norm(sky(turn, 1), axis=-1)
-    light = spline(curve.redshift[part] ** 4 * curve.width[part] * along)
+    light = spline(curve.redshift[part] ** power * curve.width[part] * along)
     return _Ring(curve.crossing, sky, spline(azimuth), spline(azimuth + orbital * curve.time[part]), light, winds)
 
 
-def _received(ring: _Ring, orbital: float, time: Array, deviation: float) -> Float[Array, " times"]:
-    """Light at some times of a spot with a Gaussian profile of unit area in azimuth.
+def _received(ring: _Ring, orbital: float, time: Array, deviation: float) -> Float[Array, "times 5"]:
+    """Light at some times of a spot with a Gaussian profile of unit area in azimuth; the same times N, times T.
 
     The curve is a chain of short pieces on which the phase is linear and the light is the same: each is integrated
     exactly, however long it is beside the spot.
@@ -205,15 +235,28 @@ def _received(ring: _Ring, orbital: float, time: Array, deviation: float) -> Flo
     knots = ring.phase.x
     turn = np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(_PIECES) / _PIECES).ravel(), knots[-1])
     phase = ring.phase(turn) + ring.winds * turn
-    light = ring.light((turn[1:] + turn[:-1]) / 2) * np.diff(turn)
+    inside = (turn[1:] + turn[:-1]) / 2
+    late = (ring.phase(inside) - ring.azimuth(inside)) / orbital
+    light = (ring.light(inside) * np.diff(turn))[:, None] * np.column_stack(
+        [np.ones_like(late), ring.sky(inside), late]
+    )
     middle, half = (phase[1:] + phase[:-1]) / 2, np.maximum(np.abs(np.diff(phase)) / 2, 1e-6 * deviation)
-    total = np.zeros(len(time))
-    for i, now in enumerate(orbital * time):
-        away = np.mod(middle - now + math.pi, 2 * math.pi) - math.pi
-        near = np.flatnonzero(np.abs(away) < half + _DEVIATIONS * deviation)
-        low, high = ((away[near] + side * half[near]) / deviation for side in (-1, 1))
-        total[i] = (light[near] * (ndtr(high) - ndtr(low)) / (2 * half[near])).sum()
+    order = np.argsort(np.mod(middle, 2 * math.pi))
+    place = (np.mod(middle, 2 * math.pi)[order] + 2 * math.pi * np.arange(-1, 2)[:, None]).ravel()
+    reach = min(half.max() + _DEVIATIONS * deviation, math.pi)
+    total = np.zeros((len(time), 5))
+    for i, now in enumerate(np.mod(orbital * time, 2 * math.pi)):
+        first, last = np.searchsorted(place, (now - reach, now + reach))
+        near = order[np.arange(first, last) % len(order)]
+        low, high = ((place[first:last] - now + side * half[near]) / deviation for side in (-1, 1))
+        total[i] = ((ndtr(high) - ndtr(low)) / (2 * half[near])) @ light[near]
     return total
+
+
+def _mean_direction(light: Float[Array, "crossings times 5"]) -> Float[Array, "times 3"]:
+    total = light[..., 1:4].sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(total / np.linalg.norm(total, axis=-1, keepdims=True))
 
 
 def _events(ring: _Ring, orbital: float, period: float) -> list[SpotEvent]:

@@ -1,0 +1,83 @@
+"""Light curves of spots: their flux, crossing by crossing, and where on the camera sky it comes from."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from kerrcaustics.curves.isoradials import disk_images
+from kerrcaustics.draw import style
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.shadow import shadow_edge
+
+if TYPE_CHECKING:
+    from kerrcaustics.curves.light_curves import LightCurve
+
+Array = np.ndarray
+
+# Light fainter than this part of the brightest is not shown.
+_FAINTEST = 3e-5
+_POINTS = 1440
+_NUMERALS = ("first", "second", "third", "fourth", "fifth", "sixth")
+
+
+def light_curve_figure(light: "LightCurve") -> Figure:
+    """Flux against time; below, where the orbit is seen, where images are born and die, and the centroid's way."""
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 6.6), layout="constrained")
+        upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.1])
+        show_flux(upper, light)
+        show_orbit(lower, light)
+    return figure
+
+
+def show_flux(ax: Axes, light: "LightCurve") -> None:
+    """The flux, what each crossing adds to it, and when images are created (dashed) and destroyed (dotted)."""
+    order = np.argsort(light.time)
+    time = light.time[order]
+    ax.semilogy(time, light.flux[order], color="black", label="all")
+    for crossing, share in enumerate(light.shares, start=1):
+        shown = np.maximum(share[order], 1e-300)
+        ax.semilogy(time, shown, color=_colour(crossing), lw=1, label=f"{_name(crossing)} crossing")
+    for event in light.events:
+        line = "--" if event.kind == "creation" else ":"
+        ax.axvline(event.time, color=_colour(event.crossing), ls=line, lw=0.8)
+    ax.set_xlim(time[0], time[-1])
+    ax.set_ylim(_FAINTEST * light.flux.max(), 2 * light.flux.max())
+    ax.set_xlabel("time of the camera (GM/c³)")
+    ax.set_ylabel("flux of a unit spot")
+    ax.legend(ncols=2, loc="lower center", fontsize="small")
+
+
+def show_orbit(ax: Axes, light: "LightCurve") -> None:
+    """The images of the orbit about the shadow; creations (circles), annihilations (crosses), the centroid (grey)."""
+    crossings = len(light.shares)
+    ax.fill(*_degrees(shadow_edge(light.camera, 400)).T, color="0.85")
+    for curve in disk_images(light.camera, [light.radius], crossings, _POINTS):
+        ax.plot(*_degrees(np.append(curve.sky, curve.sky[:1], axis=0)).T, color=_colour(curve.crossing), lw=1)
+    ax.plot(*_degrees(light.centroid).T, color="0.4", lw=0.8, ls=(0, (4, 2)))
+    for event in light.events:
+        marker = "o" if event.kind == "creation" else "x"
+        ax.plot(*_degrees(event.sky), marker, color=_colour(event.crossing), ms=5)
+    ax.set_aspect("equal")
+    ax.set_xlabel("to the right (deg)")
+    ax.set_ylabel("up (deg)")
+
+
+def _degrees(sky: Float[Array, "*batch 3"]) -> Float[Array, "*batch 2"]:
+    """Angles to the right and up of directions N, about the hole."""
+    view = View(1000, 500, math.radians(22), "fisheye")
+    place = view.pixels(sky) - [(view.width - 1) / 2, (view.height - 1) / 2]
+    return np.asarray(np.degrees(place * view.pixel) * [1, -1])
+
+
+def _colour(crossing: int) -> str:
+    return f"C{crossing - 1}"
+
+
+def _name(crossing: int) -> str:
+    return _NUMERALS[crossing - 1] if crossing <= len(_NUMERALS) else f"{crossing}th"
