@@ -195,9 +195,10 @@ class CelestialSphere(End):
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Sphere(End):
-    """The first arrival at a radius. What shines there is static."""
+    """The first arrival at a radius; returning: the second one, within the camera's radius. What shines is static."""
 
     radius: Any
+    returning: Any = False
 
     def source(self) -> Emitter:
         """At rest."""
@@ -211,13 +212,14 @@ class Sphere(End):
         """A turning point stops a ray only where it comes before the sphere."""
         captured = radial.is_captured(frame, light, quartic)
         inward = light.rate[0] > 0
-        rising = (self.radius > frame.radius) | ((self.radius == frame.radius) & inward)
+        rising = (self.radius > frame.radius) | ((self.radius == frame.radius) & inward) | self.returning
         # Where this is negative the sphere lies between the outer roots.
         square = radial.outer_square(quartic, radial.outer_start(frame, light, quartic), self.radius)
         side = self.radius - 1 - quartic.lift
         above = ~captured | (~inward & (side <= 0) & (square >= 0))
-        below = captured | (inward & (side >= 0) & (square >= 0))
-        lost = ~jnp.where(rising, above, below) | (light.energy_ratio <= 0)
+        turned = inward & (side >= 0) & (square >= 0)
+        reached = jnp.where(rising, above & (~jnp.asarray(self.returning) | turned), captured | turned)
+        lost = ~reached | (light.energy_ratio <= 0)
         time = radial.mino_time_to(frame, light, quartic, self.radius, rising)
         conditioning, certain = _known(frame, light, quartic)
         # Of the radius too, which may be that of the turning point.
@@ -376,21 +378,23 @@ class EquatorialPlane(End):
 
 
 Spherical = CelestialSphere | Sphere
+SKY = CelestialSphere()
+
+
+Wherever = float | EquatorialPlane
 
 
 def end_of(camera: Camera, end: object) -> End:
     """The end that `end=` means: math.inf, a radius, or an end itself; what is none is refused with one ValueError."""
-    if isinstance(end, CelestialSphere | EquatorialPlane):
+    if isinstance(end, End):
         return end
-    if isinstance(end, Sphere):
-        return end_of(camera, end.radius)
     radius = real_number("end", end)
     if math.isnan(radius):
         raise ValueError(f"Argument `end` must be a radius, math.inf or an EquatorialPlane, but is {end!r}.")
     horizon = kerr.horizon(camera.spin)
     if not radius > horizon:
         raise ValueError(f"Argument `end` must be larger than the horizon radius {horizon:.12g}, but is {radius:.12g}.")
-    return CelestialSphere() if math.isinf(radius) else Sphere(radius)
+    return SKY if math.isinf(radius) else Sphere(radius)
 
 
 def _known(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Reals, Flags]:

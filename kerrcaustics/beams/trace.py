@@ -13,7 +13,7 @@ from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.choice import followed
 from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.emitters import redshift as frequency_ratio
-from kerrcaustics.beams.ends import End, EquatorialPlane, end_of
+from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.beams.engine import Engine, engine_named, in_words
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.results.declared import usual_warnings
@@ -33,7 +33,7 @@ def trace_rays(
     engine: str = "auto",
     tolerance: float = 1e-10,
     *,
-    end: float | EquatorialPlane = math.inf,
+    end: Wherever | End = math.inf,
     time: bool = False,
     redshift: bool = False,
 ) -> Rays:
@@ -79,7 +79,7 @@ def trace_beams(
     engine: str = "auto",
     tolerance: float = 1e-10,
     *,
-    end: float | EquatorialPlane = math.inf,
+    end: Wherever | End = math.inf,
     time: bool = False,
     index: bool = True,
     crossings: bool = True,
@@ -111,13 +111,13 @@ def trace_beams(
     return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=redshift)
 
 
-def trace_in_steps(camera: Camera, sky: ArrayLike, engine: str, tolerance: float) -> Beams:
-    """Beams to infinity with their index, of a job that asks for some again and again: one program serves all of it.
+def trace_in_steps(camera: Camera, sky: ArrayLike, engine: str, tolerance: float, end: End) -> Beams:
+    """Beams with their index, of a job that asks for some again and again: one program serves all of it.
 
     Parameters as for `trace_beams`, which compiles another one for few.
     """
     wanted = Wanted(beams=True, index=True)
-    return _traced(Beams, camera, sky, engine, tolerance, math.inf, wanted, redshift=False, many=True)
+    return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=False, many=True)
 
 
 def check_request(camera: Camera, engine: str, tolerance: float) -> tuple[Engine, float]:

@@ -6,13 +6,22 @@ from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import app, stop
-from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Flag, WholeNumber
+from kerrcaustics.cli.app import BadInput, app, stop
+from kerrcaustics.cli.options import (
+    COMMON,
+    SKY_SOURCES,
+    CameraOptions,
+    CommonOptions,
+    Flag,
+    SourceOptions,
+    WholeNumber,
+)
 from kerrcaustics.cli.outputs import check_ending, check_outputs, make_folder, write_figure
 from kerrcaustics.cli.terminal import console, place_of, plain_errors, plain_table, progress, say
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
+    from kerrcaustics.curves.plane_caustics import PlaneCausticSet
 
 # The unrolled sky shows distances from the edge down to 1e-9 rad: a spline through as many points is good to 1e-15.
 _EDGE_POINTS = 6000
@@ -28,6 +37,7 @@ def caustics(
     tolerance: float = 1e-12,
     figure: Path | None = None,
     save: Path | None = None,
+    source: SourceOptions = SKY_SOURCES,
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
@@ -53,16 +63,23 @@ def caustics(
     common.check({"--figure": figure, "--save": save})
     check_ending(figure)
     common.check_points(points)
+    end = source.end()
+    if source.plane is not None and figure is not None:
+        raise BadInput("Argument --figure must not come with --plane.")
     seen_from = camera.made()
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic import caustics as find
+        from kerrcaustics.curves.plane_caustics import PlaneCausticSet
         from kerrcaustics.results import files
         from kerrcaustics.results.records import record
 
-        found = find(seen_from, orders, engine, tolerance, progress=report)
+        found = find(seen_from, orders, engine, tolerance, progress=report, end=end)
     common.write(record(found, points=points), None if points else 2)
     if save is not None:
         files.save(save, found)
+    if isinstance(found, PlaneCausticSet):
+        _print_plane(found, common.console())
+        return
     if figure is not None:
         _draw(found, figure)
     _print_table(found, common.console())
@@ -106,7 +123,8 @@ def _draw(found: "CausticSet", path: Path) -> None:
 
 
 def _print_table(found: "CausticSet", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: full extents of the caustics")
+    where = "" if math.isinf(found.end) else f" at r = {found.end:.12g}"
+    say(out, f"{place_of(found.camera)}: full extents of the caustics{where}")
     heads = ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)")
     table = plain_table(heads, words="kind")
     for curve in found:
@@ -137,3 +155,15 @@ def _sized(angle: float, error: float) -> str:
         return f"{value:.2e}"
     digits = min(math.floor(-math.log10(doubt)), 9 - math.floor(math.log10(value)))
     return f"{value:.{max(digits, 0)}f}"
+
+
+def _print_plane(found: "PlaneCausticSet", out: Console) -> None:
+    say(out, f"{place_of(found.camera)}: where caustics meet crossing {found.crossing} of the equatorial plane")
+    table = plain_table(("order", "r from", "to", "phi from", "to (deg)", "ends", "error"), words="ends")
+    for curve in found:
+        phi = (f"{math.degrees(angle):.4f}" for angle in (curve.phi_min, curve.phi_max))
+        ends = ", ".join(curve.ends) or "closed"
+        table.add_row(str(curve.order), f"{curve.r_min:.6g}", f"{curve.r_max:.6g}", *phi, ends, f"{curve.error:.0e}")
+    out.print(table)
+    if not len(found):
+        say(out, "none")

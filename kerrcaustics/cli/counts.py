@@ -12,12 +12,14 @@ from rich.console import Console
 from kerrcaustics.cli.app import BadInput, app, stop
 from kerrcaustics.cli.options import (
     COMMON,
+    SKY_SOURCES,
     Angle,
     Angles,
     CameraOptions,
     CommonOptions,
     Flag,
     MaxIndex,
+    SourceOptions,
     WholeNumber,
     radians,
 )
@@ -25,10 +27,12 @@ from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.terminal import counted, place_of, plain_errors, plain_table, progress, say, sure
 
 if TYPE_CHECKING:
+    from kerrcaustics.beams.ends import EquatorialPlane
     from kerrcaustics.spacetime.camera import Camera
     from kerrcaustics.stars.circles import CircleImages
     from kerrcaustics.stars.counts import CountMap, ImageCounts
     from kerrcaustics.stars.lines import LineCrossings
+    from kerrcaustics.stars.plane_images import PlaneCounts
 
 Counted = tuple[dict[str, Any], bool]
 
@@ -48,6 +52,7 @@ def counts(
     rows: WholeNumber = _ROWS,
     line: Angle | None = None,
     figure: Path | None = None,
+    source: SourceOptions = SKY_SOURCES,
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
@@ -83,9 +88,15 @@ def counts(
     common.check_points(points)
     common.check({"--figure": figure})
     check_ending(figure)
-    places = _read_stars(stars) if stars else [radians("--star", star)] if star else []
-    count = partial(_stars, places) if places else partial(_map, rows, figure)
+    places: list[tuple[float, float]] = []
+    if stars:
+        places = _read_stars(stars, source)
+    elif star:
+        places = [source.place("--star", star)]
+    count = partial(_stars, places, source.end()) if places else partial(_map, rows, source.sphere(), figure)
     if circle:
+        if source != SKY_SOURCES:
+            raise BadInput("Arguments --source-radius and --plane must not come with --circle.")
         count = partial(_circle, radians("--circle", circle), line, points)
     seen_from = camera.made()
     began = time.perf_counter()
@@ -95,28 +106,33 @@ def counts(
         stop(1, "Not all of it is certified: see the remarks.")
 
 
-def _stars(places: list[tuple[float, float]], camera: "Camera", max_index: int, out: Console) -> Counted:
+def _stars(
+    places: list[tuple[float, float]], end: "float | EquatorialPlane", camera: "Camera", max_index: int, out: Console
+) -> Counted:
     with plain_errors(), progress():
         from kerrcaustics.results.records import record
-        from kerrcaustics.stars.counts import image_counts
+        from kerrcaustics.stars.counts import ImageCounts, image_counts
 
-        found = image_counts(camera, places, max_index)
-    _print_counts(camera, found, out)
+        found = image_counts(camera, places, max_index, end=end)
+    if isinstance(found, ImageCounts):
+        _print_counts(camera, found, out)
+    else:
+        _print_plane(found, out)
     return record(found, camera=camera), found.all_certified
 
 
-def _map(rows: int, figure: Path | None, camera: "Camera", max_index: int, out: Console) -> Counted:
+def _map(rows: int, end: float, figure: Path | None, camera: "Camera", max_index: int, out: Console) -> Counted:
     with plain_errors(), progress() as report:
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.counts import count_map
 
-        found = count_map(camera, max_index, rows)
+        found = count_map(camera, max_index, rows, end=end)
         if figure is not None:
             report("drawing", 0.9)
             from kerrcaustics.curves.caustic import caustics
             from kerrcaustics.draw.count_map import count_map_figure
 
-            write_figure(count_map_figure(found, caustics(camera, max_index + 1)), figure)
+            write_figure(count_map_figure(found, caustics(camera, max_index + 1, end=end)), figure)
     _print_map(camera, found, out)
     return record(found, camera=camera), True
 
@@ -158,7 +174,7 @@ def _only_with(kind: str, needed: str, given: dict[str, Any]) -> None:
             raise BadInput(f"Argument {name} must come with {needed}.")
 
 
-def _read_stars(path: Path) -> list[tuple[float, float]]:
+def _read_stars(path: Path, source: SourceOptions) -> list[tuple[float, float]]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -175,7 +191,7 @@ def _read_stars(path: Path) -> list[tuple[float, float]]:
         if angles is None:
             where = f"line {number} of {path} is {text[:60]!r}"
             raise BadInput(f'Argument --stars must name a file of lines "theta,phi" in degrees, but {where}.')
-        places.append(radians(f"--stars, line {number},", angles))
+        places.append(source.place(f"--stars, line {number},", angles))
     if not places:
         raise BadInput(f"Argument --stars must name a file with at least one star, but {path} has none.")
     return places
@@ -206,6 +222,17 @@ def _print_counts(camera: "Camera", found: "ImageCounts", out: Console) -> None:
     say(out, f"{certified} of {len(found.stars)} certified, {apart} on a caustic")
     for i in (~(found.certified | found.on_caustic)).nonzero()[0][:_MOST_ROWS_PRINTED]:
         say(out, f"star {i + 1}: found {found.counts[i].tolist()}, the caustics tell {found.expected[i].tolist()}")
+
+
+def _print_plane(found: "PlaneCounts", out: Console) -> None:
+    indices = range(found.counts.shape[1])
+    table = plain_table(("r", "phi (deg)", *(f"index {k}" for k in indices), ""))
+    for i in range(min(len(found.sources), _MOST_ROWS_PRINTED)):
+        radius, phi = found.sources[i]
+        remark = "certified" if found.certified[i] else "not certified"
+        table.add_row(f"{radius:.8g}", f"{math.degrees(phi):.8g}", *(str(found.counts[i, k]) for k in indices), remark)
+    out.print(table)
+    say(out, f"{int(found.certified.sum())} of {len(found.sources)} certified")
 
 
 def _print_map(camera: "Camera", found: "CountMap", out: Console) -> None:

@@ -7,43 +7,68 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from kerrcaustics.cli.app import app, stop
-from kerrcaustics.cli.options import COMMON, Angles, CameraOptions, CommonOptions, MaxIndex, radians
+from kerrcaustics.cli.options import (
+    COMMON,
+    SKY_SOURCES,
+    Angles,
+    CameraOptions,
+    CommonOptions,
+    MaxIndex,
+    SourceOptions,
+)
 from kerrcaustics.cli.terminal import WIDE, counted, place_of, plain_errors, plain_table, progress, say, sure
 
 if TYPE_CHECKING:
     from kerrcaustics.spacetime.camera import Camera
     from kerrcaustics.stars.images import StarImages
+    from kerrcaustics.stars.plane_images import PlaneImages
+
+# Characters a line of tables with directions and times.
+_WIDER = 132
 
 
 @app.command
-def images(*, camera: CameraOptions, star: Angles, max_index: MaxIndex = 2, common: CommonOptions = COMMON) -> None:
+def images(
+    *,
+    camera: CameraOptions,
+    star: Angles,
+    max_index: MaxIndex = 2,
+    source: SourceOptions = SKY_SOURCES,
+    common: CommonOptions = COMMON,
+) -> None:
     """Find all images of a star up to a Morse index, and say whether none is missing.
 
     Parameters
     ----------
     star
-        The star's place on the celestial sphere: theta' from the spin axis and phi', degrees.
+        The star's place on its sphere: theta' from the spin axis and phi', degrees; with --plane: r and phi.
     """
     common.check()
-    place = radians("--star", star)
+    end = source.end()
+    place = source.place("--star", star)
     seen_from = camera.made()
     began = time.perf_counter()
     with plain_errors(), progress():
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.images import star_images
+        from kerrcaustics.stars.plane_images import PlaneImages
 
-        found = star_images(seen_from, place, max_index)
+        found = star_images(seen_from, place, max_index, end=end)
     common.write_found(record(found, camera=seen_from), time.perf_counter() - began)
-    _print_images(seen_from, found, common.console(WIDE))
+    if isinstance(found, PlaneImages):
+        _print_plane(seen_from, found, common.console(WIDE))
+    else:
+        _print_images(seen_from, found, common.console(WIDE if found.time is None else _WIDER))
     if not found.certified:
         stop(1, "The images are not certified: see the remarks.")
 
 
 def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
     theta, phi = (math.degrees(angle) for angle in found.star)
-    say(out, f"{place_of(camera)}: images of the star at theta' = {theta:.12g}, phi' = {phi:.12g} deg")
+    where = "" if math.isinf(found.source_radius) else f", r = {found.source_radius:.12g}"
+    say(out, f"{place_of(camera)}: images of the star at theta' = {theta:.12g}, phi' = {phi:.12g} deg{where}")
     heads = ("index", "parity", "direction N", "phi' (deg)", "magnification", "crossings", "redshift", "error")
-    table = plain_table(heads)
+    table = plain_table(heads if found.time is None else (*heads, "time"))
     for i in range(len(found)):
         table.add_row(
             str(found.index[i]),
@@ -53,6 +78,26 @@ def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
             f"{found.magnification[i]:.4g}",
             str(found.crossings[i]),
             f"{found.redshift[i]:.5f}",
+            f"{found.error[i]:.0e}",
+            *([] if found.time is None else [f"{found.time[i]:.6f}"]),
+        )
+    out.print(table)
+    for remark in found.remarks:
+        say(out, remark)
+    say(out, f"{counted(found.per_index)}: {sure(found.certified)}; errors on the camera sky in radians")
+
+
+def _print_plane(camera: "Camera", found: "PlaneImages", out: Console) -> None:
+    where = f"r = {found.radius:.12g}, phi = {math.degrees(found.phi):.12g} deg"
+    say(out, f"{place_of(camera)}: images of the source at {where}, crossing {found.crossing} of the plane")
+    table = plain_table(("index", "direction N", "phi (deg)", "redshift", "time", "error"))
+    for i in range(len(found)):
+        table.add_row(
+            str(found.index[i]),
+            " ".join(f"{x:+.5f}" for x in found.sky[i]),
+            f"{math.degrees(found.azimuth[i]):.3f}",
+            f"{found.redshift[i]:.5f}",
+            f"{found.time[i]:.6f}",
             f"{found.error[i]:.0e}",
         )
     out.print(table)

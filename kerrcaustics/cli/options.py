@@ -14,6 +14,7 @@ from kerrcaustics.cli.outputs import check_outputs, write_json
 from kerrcaustics.cli.terminal import console, plain_errors
 
 if TYPE_CHECKING:
+    from kerrcaustics.beams.ends import EquatorialPlane
     from kerrcaustics.spacetime.camera import Camera
 
 
@@ -65,6 +66,60 @@ class CameraOptions:
             from kerrcaustics.spacetime.camera import Camera
 
             return Camera(self.spin, self.radius, math.radians(self.inclination), self.velocity)
+
+
+@cyclopts.Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SourceOptions:
+    """Where the sources lie.
+
+    Attributes
+    ----------
+    source_radius
+        Radius of the sphere that the sources lie on, in units of the mass; left out, the celestial sphere.
+    plane
+        Instead, sources in the equatorial plane, seen by rays that cross it there for the n-th time: n. The place of a
+        source is then r and phi.
+    """
+
+    source_radius: float | None = None
+    plane: WholeNumber | None = None
+
+    def check(self) -> None:
+        """Refuse two places."""
+        if self.source_radius is not None and self.plane is not None:
+            raise BadInput("Arguments --source-radius, --plane: one of them may be given, but both were.")
+        if self.plane is not None and self.plane < 1:
+            raise BadInput(f"Argument --plane must be at least 1, but is {self.plane}.")
+
+    def sphere(self) -> float:
+        """The radius of the sources, where a plane will not do."""
+        self.check()
+        if self.plane is not None:
+            raise BadInput("Argument --plane must come with caustics, images, counts --star or counts --stars.")
+        return math.inf if self.source_radius is None else self.source_radius
+
+    def end(self) -> "float | EquatorialPlane":
+        """As the functions of the package take it."""
+        self.check()
+        if self.plane is None:
+            return self.sphere()
+        from kerrcaustics.beams.ends import EquatorialPlane
+
+        return EquatorialPlane(self.plane)
+
+    def place(self, argument: str, place: tuple[float, float]) -> tuple[float, float]:
+        """The place of a source, radians, from what was given in degrees, or as r and degrees."""
+        if self.plane is None:
+            return radians(argument, place)
+        radius, phi = place
+        if not (math.isfinite(radius) and math.isfinite(phi)):
+            raise BadInput(f"Argument {argument} must be a finite r and phi, but is {radius:g} {phi:g}.")
+        return radius, math.radians(phi)
+
+
+SKY_SOURCES = SourceOptions()
+"""The celestial sphere."""
 
 
 @cyclopts.Parameter(name="*")

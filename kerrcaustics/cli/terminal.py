@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 # Seconds between lines about progress where there is no terminal.
 _PAUSE = 20.0
 
+# Arguments whose options have other names.
+_OPTIONS = {"end": "source-radius"}
+
 WIDE = 112
 """Characters a line of tables with directions."""
 
@@ -68,7 +71,8 @@ def plain_errors() -> Iterator[None]:
         if not message.startswith("Argument `"):
             raise
         name = message.split("`")[1]
-        raise BadInput(message.replace(f"`{name}`", f"--{name.replace('_', '-')}", 1)) from None
+        option = _OPTIONS.get(name, name).replace("_", "-")
+        raise BadInput(message.replace(f"`{name}`", f"--{option}", 1)) from None
 
 
 @contextmanager

@@ -8,11 +8,21 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from kerrcaustics.cli.app import BadInput, app, stop
-from kerrcaustics.cli.options import COMMON, Angle, CameraOptions, CommonOptions, Flag, MaxIndex
+from kerrcaustics.cli.options import (
+    COMMON,
+    SKY_SOURCES,
+    Angle,
+    CameraOptions,
+    CommonOptions,
+    Flag,
+    MaxIndex,
+    SourceOptions,
+)
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.terminal import WIDE, place_of, plain_errors, plain_table, progress, say, sure
 
 if TYPE_CHECKING:
+    from kerrcaustics.curves.caustic import CausticSet
     from kerrcaustics.spacetime.camera import Camera
     from kerrcaustics.stars.tracks import StarTracks
 
@@ -26,6 +36,7 @@ def tracks(
     figure: Path | None = None,
     film: Path | None = None,
     restart: Flag = False,
+    source: SourceOptions = SKY_SOURCES,
     common: CommonOptions = COMMON,
 ) -> None:
     """Follow all images of a star over one orbit of the camera, with the creation and annihilation of pairs.
@@ -46,6 +57,7 @@ def tracks(
     """
     if not 0 <= star_theta <= 180:
         raise BadInput(f"Argument --star-theta must lie in [0, 180] degrees, but is {star_theta:g}.")
+    sphere = source.sphere()
     common.check({"--figure": figure, "--film": film})
     check_ending(figure)
     check_film(film)
@@ -56,7 +68,7 @@ def tracks(
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.tracks import star_tracks
 
-        found = star_tracks(seen_from, math.radians(star_theta), max_index)
+        found = star_tracks(seen_from, math.radians(star_theta), max_index, end=sphere)
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 0.9)
@@ -69,20 +81,24 @@ def tracks(
         stop(1, "The tracks are not certified: see the remarks.")
 
 
-def _draw(found: "StarTracks", path: Path) -> None:
+def _caustics(found: "StarTracks") -> "CausticSet":
     from kerrcaustics.curves.caustic import caustics
+
+    return caustics(found.camera, found.max_index + 1, end=found.source_radius)
+
+
+def _draw(found: "StarTracks", path: Path) -> None:
     from kerrcaustics.draw.tracks import tracks_figure
 
-    write_figure(tracks_figure(found, caustics(found.camera, found.max_index + 1)), path)
+    write_figure(tracks_figure(found, _caustics(found)), path)
 
 
 def _write_film(found: "StarTracks", path: Path, restart: bool) -> None:
     from kerrcaustics.cli.film import filmed
-    from kerrcaustics.curves.caustic import caustics
     from kerrcaustics.draw.orbit_films import orbit_film
 
     with progress(left=True, lines=True) as report:
-        film = orbit_film(found, caustics(found.camera, found.max_index + 1))
+        film = orbit_film(found, _caustics(found))
         made = filmed(path, film, report, restart=restart)
     if made.output is None:
         stop(1, made.complaint)

@@ -4,11 +4,15 @@ import math
 import time
 from collections.abc import Callable
 from importlib.metadata import version
+from typing import overload
 
 import numpy as np
 
+from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
+from kerrcaustics.curves.plane_caustics import PlaneCausticSet, plane_caustics
+from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import Items, derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
@@ -86,7 +90,7 @@ class Caustic:
         return self.phi_extent / (2 * math.pi)
 
 
-@result("caustics/1", record="camera engine tolerance seconds beams versions missing curves")
+@result("caustics/1", record="camera end engine tolerance seconds beams versions missing curves")
 class CausticSet(Items[Caustic]):
     """The caustics of one camera, primary first: a sequence, with what produced it."""
 
@@ -98,12 +102,35 @@ class CausticSet(Items[Caustic]):
     beams: int = quantity("", "1", "beams traced")
     versions: dict[str, str] = quantity("", "", "versions of the packages used")
     missing: tuple[int, ...] = quantity("", "1", "orders that were asked for and not found", json="missing_orders")
+    end: float = quantity(
+        "", "GM/c^2", "radius of the sphere of the sources, infinite", json="source_radius", default=math.inf
+    )
 
     def __repr__(self) -> str:
         """One line: the camera and the kinds of the caustics."""
         return f"<CausticSet of {self.camera}: {', '.join(f'{c.order} {c.kind}' for c in self) or 'none'}>"
 
 
+@overload
+def caustics(
+    camera: Camera,
+    orders: int = ...,
+    engine: str = ...,
+    tolerance: float = ...,
+    progress: Progress | None = ...,
+    *,
+    end: EquatorialPlane,
+) -> PlaneCausticSet: ...
+@overload
+def caustics(
+    camera: Camera,
+    orders: int = ...,
+    engine: str = ...,
+    tolerance: float = ...,
+    progress: Progress | None = ...,
+    *,
+    end: float = ...,
+) -> CausticSet: ...
 @usual_warnings
 def caustics(
     camera: Camera,
@@ -111,7 +138,9 @@ def caustics(
     engine: str = "auto",
     tolerance: float = 1e-12,
     progress: Progress | None = None,
-) -> CausticSet:
+    *,
+    end: float | EquatorialPlane = math.inf,
+) -> CausticSet | PlaneCausticSet:
     """Critical curves and caustics of order 1 to `orders` seen by a camera, primary first.
 
     Parameters
@@ -125,11 +154,16 @@ def caustics(
         As for `trace_beams`; tolerance is the wanted error of a beam in radians.
     progress : callable, optional
         Called with a word for what is being done and the part that is done, 0 to 1.
+    end : float
+        Where sources lie: math.inf, the celestial sphere, or the radius of a sphere, further out than the camera or
+        further in: there the k-th conjugate points of rays lie, the section of a caustic tube. An `EquatorialPlane`
+        is the section by one crossing of the plane, for cameras that do not lie in it; engine, tolerance and progress
+        are not used then.
 
     Returns
     -------
     CausticSet
-        A sequence of Caustic.
+        A sequence of Caustic; for the plane a `PlaneCausticSet` of curves with a `place` (r, phi).
 
     Errors
     ------
@@ -137,10 +171,13 @@ def caustics(
     beam's major diameter). What was missed is in `Caustic.remarks` and `CausticSet.missing`.
     """
     check_orders(orders)
+    if isinstance(end, EquatorialPlane):
+        return plane_caustics(camera, int(orders), end)
     began = time.perf_counter()
     report = progress or (lambda _what, _part: None)
     report("critical curves found", 0.1)
-    curves = critical_curves(camera, int(orders), engine, tolerance)
+    surface = spherical(camera, end)
+    curves = critical_curves(camera, int(orders), engine, tolerance, surface)
     report("cusps and extremes refined", 0.8)
     search = curves.search()
     features = find_features(search, curves)
@@ -154,6 +191,7 @@ def caustics(
         beams=curves.beams + search.beams_traced,
         versions={name: version(name) for name in ("kerrcaustics", "jax", "numpy")},
         missing=curves.missing,
+        end=float(surface.radius),
     )
 
 

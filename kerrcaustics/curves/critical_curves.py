@@ -12,8 +12,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
+from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_points import Points, Search
+from kerrcaustics.curves.source_map import check_domain
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import angle_between
 
@@ -80,11 +82,12 @@ class CriticalCurve:
 class CriticalCurves:
     """The critical curves at one event, primary first; those that could not be found are left out.
 
-    camera: at rest at the event; engine, tolerance: of the beams; orders: how many were asked for; curves; beams: how
-    many were traced, and engines: by what.
+    camera: at rest at the event; end: where sources lie; engine, tolerance: of the beams; orders: how many were asked
+    for; curves; beams: how many were traced, and engines: by what.
     """
 
     camera: Camera
+    end: Spherical
     engine: str
     tolerance: float
     orders: int
@@ -98,7 +101,7 @@ class CriticalCurves:
 
     def search(self) -> Search:
         """A new search at the same event, for points between those of the curves."""
-        return Search(self.camera, self.engine, self.tolerance)
+        return Search(self.camera, self.engine, self.tolerance, self.end)
 
     @property
     def missing(self) -> tuple[int, ...]:
@@ -113,21 +116,25 @@ class CriticalCurves:
         return next((k - 1 for k in range(1, self.orders + 1) if k not in closed), self.orders)
 
 
-def critical_curves(camera: Camera, orders: int, engine: str = "auto", tolerance: float = 1e-12) -> CriticalCurves:
+def critical_curves(
+    camera: Camera, orders: int, engine: str = "auto", tolerance: float = 1e-12, end: Spherical = SKY
+) -> CriticalCurves:
     """Critical curves of order 1 .. orders of a camera at some event, as far as they can be found; kept for the next.
 
-    Parameters as for `caustics`. The camera's velocity does not matter.
+    Parameters as for `caustics`; end: a sphere that rays reach for the first time. The camera's velocity does not
+    matter.
     """
     _, wanted = check_request(camera, engine, tolerance)
-    return _found(camera.at_rest(), orders, engine, wanted)
+    check_domain(camera, end)
+    return _found(camera.at_rest(), orders, engine, wanted, end)
 
 
 @lru_cache(maxsize=8)
-def _found(camera: Camera, orders: int, engine: str, tolerance: float) -> CriticalCurves:
-    search = Search(camera, engine, tolerance)
+def _found(camera: Camera, orders: int, engine: str, tolerance: float, end: Spherical) -> CriticalCurves:
+    search = Search(camera, engine, tolerance, end)
     curves = tuple(_followed(search, orders))
     used = frozenset(search.engines_used)
-    return CriticalCurves(search.camera, engine, tolerance, orders, curves, search.beams_traced, used)
+    return CriticalCurves(search.camera, end, engine, tolerance, orders, curves, search.beams_traced, used)
 
 
 def forget() -> None:

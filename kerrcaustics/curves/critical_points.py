@@ -13,8 +13,10 @@ from skimage.measure import label
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.closed_form.formula import LEAST_K
-from kerrcaustics.beams.trace import check_request, trace_in_steps
+from kerrcaustics.beams.ends import SKY, Spherical
+from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves import sky_lines
+from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
@@ -98,10 +100,11 @@ class Points(Rows):
 class Search:
     """Traces beams for the search at one event, and counts them."""
 
-    def __init__(self, camera: Camera, engine: str, tolerance: float) -> None:
+    def __init__(self, camera: Camera, engine: str, tolerance: float, end: Spherical = SKY) -> None:
         """Search with the camera at rest at the same event."""
         check_request(camera, engine, tolerance)
         self.camera = camera.at_rest()
+        self.map = SourceMap(self.camera, end)
         self.engine = engine
         self.tolerance = tolerance
         self.engines_used: set[str] = set()
@@ -114,12 +117,15 @@ class Search:
         """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth).
 
         Beams that leave close to the principal null directions turn through less than half a circle and meet no
-        conjugate point: they are not traced, and their ratio is given as 1.
+        conjugate point: they are not traced, and their ratio is given as 1. So are those that never come down again to
+        the camera's own radius.
         """
-        looking = sky_lines.looking(self.camera, turn, depth)
+        looking, returning = self.map.looking(turn, depth)
         index, ratio = np.zeros(looking.shape[:-1], int), np.ones(looking.shape[:-1])
         bent = self._photon(looking).k >= LEAST_K
-        beams = self._trace(looking[bent], _COARSE_TOLERANCE)
+        if self.map.level:
+            bent &= looking[..., 0] < 0
+        beams = self._trace(looking[bent], returning[bent], _COARSE_TOLERANCE)
         captured = ~beams.escaped
         index[bent] = np.where(captured, _CAPTURED, np.asarray(beams.index))
         ratio[bent] = np.where(captured, -1.0, beams.delta_minus / beams.delta_plus)
@@ -129,8 +135,8 @@ class Search:
         self, turn: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
     ) -> Points:
         """Everything about beams at (turn, depth) that are taken to lie on the curve of the given order."""
-        looking = sky_lines.looking(self.camera, turn, depth)
-        beams = self._trace(looking, self.tolerance)
+        looking, returning = self.map.looking(turn, depth)
+        beams = self._trace(looking, returning, self.tolerance)
         e_theta, e_phi = polar_basis(beams.direction)
         angle = beams.position_angle[..., None]
         return Points(
@@ -283,13 +289,12 @@ class Search:
         return photon(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2]))
 
     def _ratio(self, turn: Float[Array, " points"], depth: Float[Array, " points"]) -> Float[Array, " points"]:
-        beams = self._trace(sky_lines.looking(self.camera, turn, depth), self.tolerance)
+        beams = self._trace(*self.map.looking(turn, depth), self.tolerance)
         return beams.delta_minus / beams.delta_plus
 
-    def _trace(self, looking: Float[Array, "points 3"], tolerance: float) -> Beams:
-        sky = sky_from_fido(self._frame, -looking)
-        self.beams_traced += sky.size // 3
-        beams = trace_in_steps(self.camera, sky, self.engine, tolerance)
+    def _trace(self, looking: Float[Array, "points 3"], returning: Bool[Array, " points"], tolerance: float) -> Beams:
+        self.beams_traced += looking.size // 3
+        beams = self.map.beams(looking, returning, self.engine, tolerance)
         self.engines_used.update(beams.engines)
         return beams
 

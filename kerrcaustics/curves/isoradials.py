@@ -147,19 +147,21 @@ class Lines:
         if not len(line):
             return []
         once = len(line) == len(self.turn) and np.array_equal(line, np.arange(len(line)))
-        points = self._points(radius, self.turn[line], self.distance[line, place], self.distance[line, place + 1])
+        points = self.places(radius, self.turn[line], self.distance[line, place], self.distance[line, place + 1])
         if once:
             return [self._curve(radius, points, closed=True, time=time)]
         rows = _rows(line, points[1])
         return [self._curve(radius, [part[row] for part in points], closed=False, time=time) for row in rows]
 
-    def _points(self, radius: float, turn: Array, low: Array, high: Array) -> list[Array]:
-        """Turn and distance of the points between places on lines."""
+    def places(self, radius: float | Array, turn: Array, low: Array, high: Array) -> list[Array]:
+        """Turn and distance of the points of circles' images between places on lines."""
 
-        def over(distance: Array, turn: Array) -> Array:
-            return self.inverse(turn, distance, _FINE) - 1 / radius
+        def over(distance: Array, turn: Array, inverse: Array) -> Array:
+            return self.inverse(turn, distance, _FINE) - inverse
 
-        found = elementwise.find_root(over, (low, high), args=(turn,), tolerances={"xrtol": 4e-16, "xatol": 1e-17})
+        inverse = np.broadcast_to(1 / np.asarray(radius), turn.shape)
+        tight = {"xrtol": 4e-16, "xatol": 1e-17}
+        found = elementwise.find_root(over, (low, high), args=(turn, inverse), tolerances=tight)
         return [turn, found.x]
 
     def _curve(self, radius: float, points: list[Array], *, closed: bool, time: bool) -> Isoradial:

@@ -2,7 +2,7 @@
 
 import json
 import os
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,9 @@ HOMES = {
     "curves.isoradials": "Isoradial DiskImages",
     "curves.light_curves": "SpotEvent LightCurve",
     "curves.tubes": "CausticTube",
+    "curves.plane_caustics": "PlaneCaustic PlaneCausticSet",
     "stars.images": "StarImages",
+    "stars.plane_images": "PlaneImages PlaneCounts",
     "stars.events": "PairEvent PairEvents",
     "stars.tracks": "Track StarTracks",
     "stars.following": "FollowedStar",
@@ -130,12 +132,16 @@ def _kind(name: str) -> Any:
 
 
 def _restored(kind: Any, parts: dict[str, Any]) -> Any:
-    """A result with the very fields that were stored: nothing is checked or rounded again. The others are None."""
-    if parts.keys() != stored(kind).keys():
+    """A result with the very fields that were stored: nothing is checked or rounded again.
+
+    Fields that came later have their defaults; the others are None.
+    """
+    defaults = {field.name: field.default for field in fields(kind) if field.default is not MISSING}
+    if not parts.keys() <= stored(kind).keys() <= (parts | defaults).keys():
         raise ValueError(f"{kind.__name__} has other fields")
     made = object.__new__(kind)
     for field in fields(kind):
-        object.__setattr__(made, field.name, parts.get(field.name))
+        object.__setattr__(made, field.name, parts.get(field.name, defaults.get(field.name)))
     return made
 
 

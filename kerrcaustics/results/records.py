@@ -49,7 +49,7 @@ def _entries(result: Any, points: bool) -> dict[str, Any]:
         key, constant, text = name.partition("=")
         entry |= {key: text} if constant else _named(about[name], getattr(result, name), points)
     if layout.rows:
-        columns = [(about[name], getattr(result, name)) for name in layout.rows]
+        columns = [(about[n], getattr(result, n)) for n in layout.rows if getattr(result, n) is not None]
         rows = [{k: v for column in columns for k, v in _row(*column, i)} for i in range(len(columns[0][1]))]
         entry[f"{columns[0][0].dims[0]}s"] = rows
     return entry

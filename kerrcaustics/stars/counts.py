@@ -1,16 +1,19 @@
 """How many images stars have: for many stars at once, as a map over the celestial sphere."""
 
 import math
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.stars.images import checked_sheets, checked_stars
-from kerrcaustics.stars.search import search
+from kerrcaustics.stars.images import checked_index, checked_sheets, checked_stars, search_for
+from kerrcaustics.stars.plane_images import PlaneCounts, plane_counts
 
 Array = np.ndarray
 
@@ -19,7 +22,7 @@ _MOST_ROWS = 4096
 
 @result(
     "counts/1",
-    record="kind=stars max_index all_certified",
+    record="kind=stars source_radius max_index all_certified",
     rows="stars counts expected total on_caustic certified",
 )
 class ImageCounts:
@@ -34,6 +37,9 @@ class ImageCounts:
     )
     on_caustic: Array = quantity("star", "1", "True for stars that cannot be told from some caustic")
     certified: Array = quantity("star", "1", "True where found and expected agree, and on no caustic")
+    source_radius: float = quantity(
+        "", "GM/c^2", "radius of the stars, infinite on the celestial sphere", default=math.inf
+    )
 
     @property
     @derived("", "1")
@@ -54,7 +60,7 @@ class ImageCounts:
         return self.counts.sum(axis=1)
 
 
-@result("counts/1", record="kind=map max_index theta phi counts on_caustic")
+@result("counts/1", record="kind=map source_radius max_index theta phi counts on_caustic")
 class CountMap:
     """Image counts over the celestial sphere, from the caustics' winding."""
 
@@ -62,6 +68,9 @@ class CountMap:
     phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
     counts: Array = quantity("theta phi morse_index", "1", "images of a star there, by Morse index")
     on_caustic: Array = quantity("theta phi", "1", "True where a star cannot be told from some caustic")
+    source_radius: float = quantity(
+        "", "GM/c^2", "radius of the stars, infinite on the celestial sphere", default=math.inf
+    )
 
     @property
     @derived("", "1")
@@ -77,8 +86,18 @@ class CountMap:
         return (np.cos(self.theta - half) - np.cos(self.theta + half)) * 2 * math.pi / len(self.phi)
 
 
+@overload
+def image_counts(
+    camera: Camera, stars: ArrayLike, max_index: int = ..., *, find: bool = ..., end: EquatorialPlane
+) -> PlaneCounts: ...
+@overload
+def image_counts(
+    camera: Camera, stars: ArrayLike, max_index: int = ..., *, find: bool = ..., end: float = ...
+) -> ImageCounts: ...
 @usual_warnings
-def image_counts(camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: bool = True) -> ImageCounts:
+def image_counts(
+    camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: bool = True, end: float | EquatorialPlane = math.inf
+) -> ImageCounts | PlaneCounts:
     """How many images each star has, by Morse index.
 
     Parameters
@@ -91,31 +110,37 @@ def image_counts(camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: 
     find : bool
         Whether to find every image too, which certifies the counts; else only the winding of the caustics about the
         star counts them, a hundred times faster.
+    end : float
+        Radius of the stars; math.inf is the celestial sphere. Of stars nearer to the hole than the camera each takes a
+        search of its own to be certified. An `EquatorialPlane`: stars are (r, phi) in the plane.
 
     Returns
     -------
     ImageCounts
+        For the plane `PlaneCounts`.
 
     Errors
     ------
     None where certified; elsewhere found and expected counts tell by how much they differ.
     """
-    places = checked_stars(stars)
-    sheets = checked_sheets(camera, max_index)
-    angles = numbers("stars", stars)
+    if isinstance(end, EquatorialPlane):
+        check_camera(camera)
+        return plane_counts(camera, stars, checked_index(max_index), end)
+    places, angles = checked_stars(stars), numbers("stars", stars)
+    surface = spherical(camera, end)
+    radius = float(surface.radius)
     if find:
-        found = search(sheets, places)
-        return ImageCounts(
-            angles, found.counts, found.expected, np.asarray(found.touching.any(axis=1)), found.certified
-        )
-    told = sheets.counted(places)
+        found = search_for(camera, places, angles, checked_index(max_index), surface)
+        on_caustic = np.asarray(found.touching.any(axis=1))
+        return ImageCounts(angles, found.counts, found.expected, on_caustic, found.certified, radius)
+    told = checked_sheets(camera, max_index, surface).counted(places)
     unsure = np.zeros(len(places), bool)
-    return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure)
+    return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure, radius)
 
 
 @usual_warnings
-def count_map(camera: Camera, max_index: int = 2, rows: int = 180) -> CountMap:
-    """Image counts over the whole celestial sphere, on a grid of equal steps in theta' and phi'.
+def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float = math.inf) -> CountMap:
+    """Image counts over the whole celestial sphere, or one of finite radius, on a grid of equal steps in theta', phi'.
 
     Parameters
     ----------
@@ -124,12 +149,16 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180) -> CountMap:
         0 to 6.
     rows : int
         Cells from pole to pole; twice as many go round.
+    end : float
+        Radius of the stars; math.inf is the celestial sphere.
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
-    sheets = checked_sheets(camera, max_index)
+    surface = spherical(camera, end)
+    sheets = checked_sheets(camera, max_index, surface)
     theta = (np.arange(rows) + 0.5) * math.pi / rows
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
     grid = np.stack(np.meshgrid(theta, phi, indexing="ij"), axis=-1)
     told = sheets.counted(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))
     shape = grid.shape[:2]
-    return CountMap(theta, phi, told.expected.reshape(*shape, -1), told.on_caustic.reshape(shape))
+    counts = told.expected.reshape(*shape, -1)
+    return CountMap(theta, phi, counts, told.on_caustic.reshape(shape), float(surface.radius))

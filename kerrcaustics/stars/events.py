@@ -55,7 +55,7 @@ class PairEvents(Items[PairEvent]):
 
 
 @usual_warnings
-def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
+def pair_events(camera: Camera, theta: float, max_index: int = 2, *, end: float = math.inf) -> PairEvents:
     """When pairs of images of a star are created and annihilated, over one orbit of the camera.
 
     Parameters
@@ -66,6 +66,8 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
         theta' of the star in radians.
     max_index : int
         0 to 6: pairs whose images have index up to it.
+    end : float
+        Radius of the star; math.inf is the celestial sphere.
 
     Returns
     -------
@@ -78,7 +80,7 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2) -> PairEvents:
     """
     angular_velocity = orbital_velocity(camera)
     height = checked_theta(theta)
-    found = meetings(checked_sheets(camera, max_index), Circle.about_spin_axis(height))
+    found = meetings(checked_sheets(camera, max_index, end), Circle.about_spin_axis(height))
     events = pair_events_of(camera, found, height, angular_velocity)
     return PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks)
 

@@ -1,16 +1,22 @@
 """All images of a star, certified: what users keep."""
 
 import math
+from typing import overload
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import SKY, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.source_map import on_leaves, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.stars.plane_images import PlaneImages, plane_images
+from kerrcaustics.stars.reciprocal import search_within
 from kerrcaustics.stars.search import Found, search
 from kerrcaustics.stars.sheets import HIGHEST_INDEX, TOLERANCE, Sheets, sheets_of
 
@@ -19,8 +25,8 @@ Array = np.ndarray
 
 @result(
     "images/1",
-    record="max_index star certified per_index expected on_caustic remarks",
-    rows="sky azimuth index parity magnification crossings crossings_certain redshift error",
+    record="max_index star source_radius certified per_index expected on_caustic remarks",
+    rows="sky azimuth index parity magnification crossings crossings_certain redshift error time time_error returning",
 )
 class StarImages:
     """The images of one star, ordered by Morse index."""
@@ -48,6 +54,20 @@ class StarImages:
     remarks: tuple[str, ...] = quantity(
         "", "", "what is not certain, and what to do about it; empty when certified", default=()
     )
+    source_radius: float = quantity(
+        "", "GM/c^2", "radius of the star, infinite on the celestial sphere", default=math.inf
+    )
+    time: Array | None = quantity(
+        "image", "GM/c^3", "coordinate time from the star to the camera; None for stars at infinity", default=None
+    )
+    time_error: Array | None = quantity("image", "GM/c^3", "error of time", default=None)
+    returning: Array | None = quantity(
+        "image",
+        "1",
+        "of a star within the camera's radius, whether the ray, followed backward, has met the star's sphere before; "
+        "None for others",
+        default=None,
+    )
 
     @property
     @derived("", "1")
@@ -65,8 +85,16 @@ class StarImages:
         return f"<StarImages of star {self.star}: {counts}{'' if self.certified else ', not certified'}>"
 
 
+@overload
+def star_images(
+    camera: Camera, star: tuple[float, float], max_index: int = ..., *, end: EquatorialPlane
+) -> PlaneImages: ...
+@overload
+def star_images(camera: Camera, star: tuple[float, float], max_index: int = ..., *, end: float = ...) -> StarImages: ...
 @usual_warnings
-def star_images(camera: Camera, star: tuple[float, float], max_index: int = 2) -> StarImages:
+def star_images(
+    camera: Camera, star: tuple[float, float], max_index: int = 2, *, end: float | EquatorialPlane = math.inf
+) -> StarImages | PlaneImages:
     """All images of a star with Morse index 0 to `max_index`, brightest orders first.
 
     Parameters
@@ -74,13 +102,18 @@ def star_images(camera: Camera, star: tuple[float, float], max_index: int = 2) -
     camera : Camera
         Its sky is searched once and kept: the next star at the same place costs little.
     star : (theta', phi')
-        Radians, on the celestial sphere.
+        Radians, on the celestial sphere or the one of `end`; in the plane (r, phi).
     max_index : int
         0 to 6. The image counts need the critical curves to order max_index + 1.
+    end : float
+        Radius of the star; math.inf is the celestial sphere. One that is nearer to the hole than the camera takes a
+        search of its own, as the sky is searched from there (docs/near_sources.md). An `EquatorialPlane`: images by
+        rays that cross the plane at the source for the n-th time, seen by cameras that do not lie in it.
 
     Returns
     -------
     StarImages
+        For the plane `PlaneImages`, which has the same names.
 
     Errors
     ------
@@ -91,15 +124,37 @@ def star_images(camera: Camera, star: tuple[float, float], max_index: int = 2) -
     Counting by the winding of caustics: the sky map between two critical curves has no fold, so the number of images
     there is its degree.
     """
+    if isinstance(end, EquatorialPlane):
+        check_camera(camera)
+        return plane_images(camera, star, checked_index(max_index), end)
     place = checked_place("star", star)
-    sheets = checked_sheets(camera, max_index)
-    return images_of(camera, sheets, [place], search(sheets, from_angles(*place)[None]))[0]
+    surface = spherical(camera, end)
+    highest = checked_index(max_index)
+    found = search_for(camera, from_angles(*place)[None], np.array([place]), highest, surface)
+    return images_of(camera, surface, [place], found)[0]
 
 
-def images_of(camera: Camera, sheets: Sheets, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
-    """The images that a search for some stars found, star by star, as the camera sees them."""
-    sky = as_seen(found.sky, sheets.frame, camera.frame())
-    beams = trace_beams(camera, sky, "auto", TOLERANCE)
+def is_within(camera: Camera, end: Spherical) -> bool:
+    """Whether a sphere lies within the camera's radius."""
+    return isinstance(end, Sphere) and end.radius < camera.radius
+
+
+def search_for(camera: Camera, star: Array, angles: Array, max_index: int, end: Spherical) -> Found:
+    """All images of stars (n, 3), whose angles (n, 2) are known too, on a sphere."""
+    if isinstance(end, Sphere) and is_within(camera, end):
+        return search_within(camera, angles, max_index, end)
+    return search(sheets_of(camera, max_index, end), star)
+
+
+def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
+    """The images that a search for some stars on a sphere found, star by star, as the camera sees them."""
+    sky = as_seen(found.sky, camera.at_rest().frame(), camera.frame())
+
+    def traced(sky: Array, end: Spherical) -> Beams:
+        return trace_beams(camera, sky, "auto", TOLERANCE, end=end, time=isinstance(end, Sphere))
+
+    beams = on_leaves(end, sky, found.returning, traced)
+    within = is_within(camera, end)
     images = []
     for i, star in enumerate(stars):
         these = np.flatnonzero(found.star == i)
@@ -120,16 +175,25 @@ def images_of(camera: Camera, sheets: Sheets, stars: list[tuple[float, float]], 
                 expected=dict(enumerate(found.expected[i].tolist())),
                 on_caustic=orders,
                 certified=bool(found.certified[i]),
-                remarks=_remarks(sheets, found.counts[i], found.expected[i], orders),
+                remarks=_remarks(found.coarse, found.counts[i], found.expected[i], orders),
+                source_radius=float(end.radius),
+                time=None if beams.time is None else beams.time[these],
+                time_error=None if beams.time_error is None else beams.time_error[these],
+                returning=found.returning[these] if within else None,
             )
         )
     return images
 
 
-def checked_sheets(camera: Camera, max_index: int) -> Sheets:
+def checked_sheets(camera: Camera, max_index: int, end: float | Spherical = SKY) -> Sheets:
     """The sheets of a camera; bad input is refused with one ValueError."""
     check_camera(camera)
-    return sheets_of(camera, whole_number("max_index", max_index, 0, HIGHEST_INDEX))
+    return sheets_of(camera, checked_index(max_index), spherical(camera, end))
+
+
+def checked_index(max_index: int) -> int:
+    """A highest index that can be asked for."""
+    return whole_number("max_index", max_index, 0, HIGHEST_INDEX)
 
 
 def checked_stars(stars: ArrayLike) -> Float[Array, "stars 3"]:
@@ -158,7 +222,7 @@ def checked_place(name: str, place: object) -> tuple[float, float]:
     return theta, phi
 
 
-def _remarks(sheets: Sheets, counts: Array, expected: Array, orders: tuple[int, ...]) -> tuple[str, ...]:
+def _remarks(coarse: tuple[float, ...], counts: Array, expected: Array, orders: tuple[int, ...]) -> tuple[str, ...]:
     remarks = [
         f"the star cannot be told from the caustic of order {order}: it may have two images more, or less; move it by "
         "more than its error"
@@ -167,8 +231,8 @@ def _remarks(sheets: Sheets, counts: Array, expected: Array, orders: tuple[int, 
     remarks += [
         f"index {k}: the search found {counts[k]} images, the caustics tell {expected[k]}; "
         + (
-            f"its sheet is searched in steps of {math.degrees(sheets.sheets[k].step):.0f} degrees, as 10 take too long"
-            if sheets.sheets[k].is_coarse
+            f"its sheet is searched in steps of {math.degrees(coarse[k]):.0f} degrees, as 10 take too long"
+            if coarse[k] > 0
             else "move the star or the camera a little and compare"
         )
         for k in np.flatnonzero(counts != expected).tolist()

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import SKY, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.sky_chart import chart_of, straight
 from kerrcaustics.spacetime.camera import Camera
@@ -25,24 +26,29 @@ def find_roots(
     index: Int[Array, " searches"],
     sky: Float[Array, "searches 3"],
     most_steps: int = _MOST_STEPS,
+    *,
+    end: Spherical = SKY,
 ) -> tuple[Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
     """Directions on the sky that show the stars, from first guesses `sky`.
 
     A search stays where the Morse index is `index`: a step that would leave, or that brings n' no closer to the
     star, is shortened. Searches for images that do not exist come to rest on a critical curve and are left out, as are
-    those that take more than `most_steps`.
+    those that take more than `most_steps`. end: the sphere of the stars.
 
     Returns: which searches found an image, its direction, and the error of that in radians: the error of n' and what is
     left of the way to the star, divided by the smaller diameter of the beam.
     """
-    stepped, n = chart_of(camera).stepped if camera == camera.at_rest() else straight, len(star)
+    # Directions toward the hole itself have no place in the chart.
+    falling = isinstance(end, Sphere) and end.radius < camera.radius and not end.returning
+    charted = camera == camera.at_rest() and not falling
+    stepped, n = chart_of(camera).stepped if charted else straight, len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
     residual, error, part = np.full(n, np.inf), np.full(n, np.nan), np.ones(n)
     found = np.zeros(n, bool)
     active = np.arange(n)
     trial, taken = sky, np.zeros(n)
     for _ in range(most_steps):
-        beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False)
+        beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end)
         wish, distance = _newton_step(star[active], trial, beams)
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))

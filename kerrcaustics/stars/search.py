@@ -1,5 +1,6 @@
 """All images of many stars at once, with the certificate: what the search finds is what the caustics tell."""
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 
@@ -27,12 +28,21 @@ _SAME, _SAME_ERRORS = 1e-9, 10.0
 
 @dataclass(frozen=True)
 class Candidates(Rows):
-    """Images, one entry each: which star, Morse index, direction on the sky of the camera at rest, error, radians."""
+    """Images, one entry each: which star, Morse index, direction on the sky of the camera at rest, error, radians.
+
+    returning: True where the ray meets the star's sphere for the second time.
+    """
 
     star: Int[Array, " images"]
     index: Int[Array, " images"]
     sky: Float[Array, "images 3"]
     error: Float[Array, " images"]
+    returning: Bool[Array, " images"]
+
+    @classmethod
+    def arriving(cls, star: Array, index: Array, sky: Array, error: Array) -> "Candidates":
+        """Images by rays that meet the sphere for the first time."""
+        return cls(star, index, sky, error, np.zeros(len(star), bool))
 
     def of(self, names: Int[Array, " stars"]) -> "Candidates":
         """The same, of stars with other numbers."""
@@ -55,7 +65,8 @@ class Found:
 
     star: which one; index: the Morse index; sky: direction on the sky of the camera at rest; error: of it, radians.
     counts: how many; expected: the same from the caustics; touching: True for a star that cannot be told from the
-    caustic of that order.
+    caustic of that order; returning: True where the ray meets the star's sphere for the second time. coarse: steps of
+    the grids that were coarser than the search is made for, radians, by index; else 0.
     """
 
     star: Int[Array, " images"]
@@ -65,6 +76,8 @@ class Found:
     counts: Int[Array, "stars indices"]
     expected: Int[Array, "stars indices"]
     touching: Bool[Array, "stars orders"]
+    returning: Bool[Array, " images"]
+    coarse: tuple[float, ...]
 
     @property
     def certified(self) -> Bool[Array, " stars"]:
@@ -79,10 +92,16 @@ def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
     if len(chunks) == 1:
         return _searched(sheets, chunks[0])
     with ThreadPoolExecutor(cores()) as pool:
-        parts = list(pool.map(lambda chunk: _searched(sheets, chunk), chunks))
-    offsets = np.cumsum([0, *(len(chunk) for chunk in chunks[:-1])])
+        return found_together(list(pool.map(lambda chunk: _searched(sheets, chunk), chunks)))
+
+
+def found_together(parts: Sequence[Found]) -> Found:
+    """What was found of some stars, then of others, and so on."""
+    offsets = np.cumsum([0, *(len(part.counts) for part in parts[:-1])])
     shifted = [replace(part, star=part.star + offset) for part, offset in zip(parts, offsets, strict=True)]
-    return Found(**{f.name: np.concatenate([getattr(part, f.name) for part in shifted]) for f in fields(Found)})
+    names = [f.name for f in fields(Found) if f.name != "coarse"]
+    coarse = tuple(np.max([part.coarse for part in parts], axis=0).tolist())
+    return Found(**{name: np.concatenate([getattr(part, name) for part in shifted]) for name in names}, coarse=coarse)
 
 
 def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
@@ -100,7 +119,14 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
     for i, k in missing.tolist():
         images = images.merged(_approached(sheets, star[i], k, int(told.expected[i, k])).of(np.array([i])))
     counts = images.counts(told.expected.shape)
-    return Found(images.star, images.index, images.sky, images.error, counts, told.expected, told.touching)
+    return found_of(images, counts, told.expected, told.touching, sheets)
+
+
+def found_of(images: Candidates, counts: Array, expected: Array, touching: Array, sheets: Sheets) -> Found:
+    """Images with their numbers."""
+    coarse = tuple(sheet.step if sheet.is_coarse else 0.0 for sheet in sheets.sheets)
+    of_images = images.star, images.index, images.sky, images.error
+    return Found(*of_images, counts, expected, touching, images.returning, coarse)
 
 
 def _beside_folds(
@@ -124,7 +150,7 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
     paths = star + np.linspace(1, 0, _WAYPOINTS)[:, None, None] ** 2 * far
     paths /= np.linalg.norm(paths, axis=-1, keepdims=True)
     counts = sheets.counted(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
-    images = Candidates(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
+    images = Candidates.arriving(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
     followed = 0
     for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):
         found = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
@@ -132,8 +158,9 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
         for place in path[1:]:
             followed += len(sky)
             on_sheet = np.full(len(sky), index)
-            _, sky, error = find_roots(sheets.camera, np.tile(place, (len(sky), 1)), on_sheet, sky, _FEW_STEPS)
-        images = images.merged(Candidates(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
+            star_there = np.tile(place, (len(sky), 1))
+            _, sky, error = find_roots(sheets.camera, star_there, on_sheet, sky, _FEW_STEPS, end=sheets.end)
+        images = images.merged(Candidates.arriving(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
         if len(images.star) >= count or followed > _MOST_FOLLOWED:
             break
     return images
@@ -141,8 +168,8 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
 
 def _images(sheets: Sheets, star: Float[Array, "stars 3"], starts: Starts) -> Candidates:
     owner, sheet, guess = starts
-    which, sky, error = find_roots(sheets.camera, star[owner], sheet, guess)
-    return _distinct(Candidates(owner[which], sheet[which], sky, error))
+    which, sky, error = find_roots(sheets.camera, star[owner], sheet, guess, end=sheets.end)
+    return _distinct(Candidates.arriving(owner[which], sheet[which], sky, error))
 
 
 def _distinct(images: Candidates) -> Candidates:
@@ -155,6 +182,7 @@ def _distinct(images: Candidates) -> Candidates:
         same = (other.star == one.star) & (other.index == one.index)
         if not same.any():
             break
+        same &= other.returning == one.returning
         size = np.maximum(_SAME, _SAME_ERRORS * (other.error + one.error))
         again[ahead:] |= same & (np.linalg.norm(other.sky - one.sky, axis=1) < size)
         ahead += 1

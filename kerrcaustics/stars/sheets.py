@@ -18,11 +18,12 @@ from jaxtyping import Bool, Float, Int, Num
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
+from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.rehearsal import rehearse
-from kerrcaustics.beams.trace import trace_rays
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
 from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, Frame, sky_from_looking
@@ -150,6 +151,11 @@ class Sheets:
         """The camera at rest at the event."""
         return self.curves.camera
 
+    @property
+    def end(self) -> Spherical:
+        """The sphere of the sources."""
+        return self.curves.end
+
     def sky(self, looking: HostVectors) -> HostVectors:
         """Directions N on the sky at rest of what lies in directions of the FIDO."""
         return sky_from_looking(self.frame, looking)
@@ -205,18 +211,20 @@ class Sheets:
 
 
 @lru_cache(maxsize=4)
-def _sheets_at_rest(camera: Camera, max_index: int) -> Sheets:
+def _sheets_at_rest(camera: Camera, max_index: int, end: Spherical) -> Sheets:
     """Find the critical curves, trace the grids."""
-    rehearse(camera)
-    curves = critical_curves(camera, max_index + 1)
+    if end == SKY:
+        rehearse(camera)
+    curves = critical_curves(camera, max_index + 1, end=end)
     if curves.unbroken <= max_index:
         raise ValueError(
             f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
             f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
         )
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
-    mapped = partial(_mapped, camera, camera.frame())
-    depths = [np.zeros_like, *(_depth_of(curve.points) for curve in curves)]
+    source = SourceMap(camera, end)
+    mapped = partial(_mapped, source)
+    depths = [source.first, *(_depth_of(curve.points) for curve in curves)]
     sheets = tuple(
         _sheet(mapped, curve.order - 1, (depths[curve.order - 1], depths[curve.order]), curve.points)
         for curve in curves
@@ -234,15 +242,14 @@ def _sheets_at_rest(camera: Camera, max_index: int) -> Sheets:
     )
 
 
-def sheets_of(camera: Camera, max_index: int) -> Sheets:
+def sheets_of(camera: Camera, max_index: int, end: Spherical = SKY) -> Sheets:
     """The sheets of a camera, kept for the next star: they depend on its place alone."""
-    return _sheets_at_rest(camera.at_rest(), max_index)
+    return _sheets_at_rest(camera.at_rest(), max_index, end)
 
 
-def _mapped(camera: Camera, frame: Frame, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"]) -> HostVectors:
+def _mapped(source: SourceMap, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"]) -> HostVectors:
     """Directions n' of light from places on the lines of sky_lines.py."""
-    sky = sky_from_looking(frame, sky_lines.looking(camera, turn, depth))
-    return trace_rays(camera, sky, "auto", TOLERANCE).direction
+    return source.directions(*source.looking(turn, depth), TOLERANCE)
 
 
 def _changes(windings: Sequence[Winding]) -> Int[Array, "stars sheets"]:

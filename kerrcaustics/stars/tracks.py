@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.camera import Camera, as_seen, looking_from_sky, orbital_velocity
@@ -20,12 +21,12 @@ from kerrcaustics.stars.events import (
     in_time,
     pair_events_of,
 )
-from kerrcaustics.stars.images import StarImages, checked_sheets, images_of
+from kerrcaustics.stars.images import StarImages, checked_sheets, images_of, is_within
 from kerrcaustics.stars.level_curves.branches import Branches, Cubics
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.search import Candidates, Found, search
+from kerrcaustics.stars.search import Candidates, found_of, search
 from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
@@ -81,7 +82,10 @@ class Track:
         return f"<Track of {len(self)} points, {shape}, index {indices}, {len(self.events)} events>"
 
 
-@result("tracks/1", record="camera theta max_index angular_velocity period certified remarks tracks events ends")
+@result(
+    "tracks/1",
+    record="camera theta source_radius max_index angular_velocity period certified remarks tracks events ends",
+)
 class StarTracks:
     """All tracks of a star with a given theta' over one orbit of the camera."""
 
@@ -106,6 +110,7 @@ class StarTracks:
         "doubt",
     )
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+    source_radius: float = quantity("", "GM/c^2", "radius of the star, infinite on the celestial sphere")
     _branches: Branches = field(repr=False)
     _cubics: Cubics = field(repr=False)
 
@@ -144,17 +149,20 @@ class StarTracks:
         if moments.ndim > 1 or not np.isfinite(moments).all():
             raise ValueError(f"Argument `{name}` must be a finite number or a one-dimensional array, but is {value!r}.")
         phi = (moments if time is None else self.azimuth_at(moments)).reshape(-1)
-        whole = self if self._branches is not None else star_tracks(self.camera, self.theta, self.max_index)
+        whole = self if self._branches is not None else self._anew()
         parts = [whole._images(phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]
         images = tuple(image for part in parts for image in part)
         return images if moments.ndim else images[0]
+
+    def _anew(self) -> "StarTracks":
+        return star_tracks(self.camera, self.theta, self.max_index, end=self.source_radius)
 
     def _images(self, phi: Float[Array, " moments"]) -> list[StarImages]:
         """The images at several azimuths."""
         branches, theta = self._branches, self.theta
         sheets, found = branches.sheets, branches.meetings
         phi = found.gap_low[0] + (phi - found.gap_low[0]) % _TURN
-        images = Candidates(*self._interpolated(phi))
+        images = Candidates.arriving(*self._interpolated(phi))
         counts = images.counts((len(phi), self.max_index + 1))
         expected = found.counts[np.searchsorted(found.gap_low, phi, side="right") - 1]
         away = np.abs((phi[:, None] - found.longitude + math.pi) % _TURN - math.pi)
@@ -163,14 +171,12 @@ class StarTracks:
         twice &= np.linalg.norm(images.sky[1:] - images.sky[:-1], axis=1) < _SAME
         good[images.star[1:][twice]] = False
         stars = [(theta, angle) for angle in (phi % _TURN).tolist()]
-        told = Found(
-            images.star, images.index, images.sky, images.error, counts, expected, np.zeros_like(expected, bool)
-        )
-        whole = images_of(self.camera, sheets, stars, told)
+        told = found_of(images, counts, expected, np.zeros_like(expected, bool), sheets)
+        whole = images_of(self.camera, sheets.end, stars, told)
         doubtful = np.flatnonzero(~good)
         if doubtful.size:
             searched = search(sheets, branches.circle.place(phi[doubtful]))
-            sure = images_of(self.camera, sheets, [stars[i] for i in doubtful], searched)
+            sure = images_of(self.camera, sheets.end, [stars[i] for i in doubtful], searched)
             for i, one in zip(doubtful.tolist(), sure, strict=True):
                 whole[i] = one
         return whole
@@ -192,14 +198,16 @@ class StarTracks:
         part = (chosen.parameter(azimuth) - chosen.p_0) / (chosen.p_1 - chosen.p_0)
         start = branches.chart.sky(branches.kinds(chosen), self._cubics[link].at(part))
         place = branches.circle.place(azimuth)
-        which, sky, error = find_roots(branches.sheets.camera, place, chosen.index, start, _FEW_STEPS)
+        which, sky, error = find_roots(
+            branches.sheets.camera, place, chosen.index, start, _FEW_STEPS, end=branches.sheets.end
+        )
         moment, index = moment[which], chosen.index[which]
         order = np.lexsort((sky[:, 0], index, moment))
         return moment[order], index[order], sky[order], error[order]
 
 
 @usual_warnings
-def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:
+def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float = math.inf) -> StarTracks:
     """The tracks of all images of a star over one whole orbit of the camera.
 
     Parameters
@@ -210,6 +218,8 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:
         theta' of the star in radians. The images of a star at a pole stand still: tracks of one point.
     max_index : int
         0 to 6: images with Morse index up to it.
+    end : float
+        Radius of the star, at least the camera's; math.inf is the celestial sphere.
 
     Returns
     -------
@@ -221,7 +231,13 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:
     """
     angular_velocity = orbital_velocity(camera)
     height = checked_theta(theta)
-    branches = Branches(checked_sheets(camera, max_index), camera, Circle.about_spin_axis(height))
+    surface = spherical(camera, end)
+    if is_within(camera, surface):
+        raise ValueError(
+            f"Argument `end` must be at least the camera's radius {camera.radius:.12g} for tracks, but is "
+            f"{surface.radius:.12g}."
+        )
+    branches = Branches(checked_sheets(camera, max_index, surface), camera, Circle.about_spin_axis(height))
     found = branches.meetings
     events = pair_events_of(camera, found, height, angular_velocity)
     remarks = (*found.remarks, *branches.remarks, *(r for i in np.flatnonzero(~found.known) for r in events[i].remarks))
@@ -236,6 +252,7 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2) -> StarTracks:
         ends=in_time(e for e in events if e.order > max_index),
         certified=not remarks,
         remarks=remarks,
+        source_radius=float(surface.radius),
         _branches=branches,
         _cubics=branches.cubics(branches.links),
     )
@@ -245,7 +262,7 @@ def _tracks(camera: Camera, branches: Branches, events: list[PairEvent]) -> tupl
     """The chains of links, as the camera sees them."""
     frame = branches.sheets.frame
     sky = as_seen(branches.nodes.sky, frame, camera.frame())
-    beams = trace_beams(camera, sky, "auto", TOLERANCE)
+    beams = trace_beams(camera, sky, "auto", TOLERANCE, end=branches.sheets.end)
     error = errors_on_sky(branches, beams, np.array([event.error for event in events]))
     eastward = looking_from_sky(frame, branches.nodes.sky)[:, 2] < 0
     tracks = [

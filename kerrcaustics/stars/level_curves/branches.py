@@ -117,10 +117,17 @@ class Branches:
         return Nodes(found.longitude, found.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
 
     def _images(self, longitude: _Reals, index: _Numbers, sky: _Directions, error: _Reals) -> Nodes:
-        beams = trace_beams(self.sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
+        beams = trace_beams(
+            self.sheets.camera, sky, "auto", TOLERANCE, end=self.sheets.end, crossings=False, redshift=False
+        )
         east = math.sin(self.circle.angle) * self.circle.upward_and_east(beams.direction)[1]
         drift = beams.pulled_back(sky, flattened(beams.direction, east))
         return Nodes(longitude, index, sky, drift, error, np.full(len(sky), -1))
+
+    def _roots(self, longitude: _Reals, index: _Numbers, guess: _Directions, steps: int) -> tuple[Array, Array, Array]:
+        """Images of the star at some longitudes, from guesses, as `find_roots` returns them."""
+        place = self.circle.place(longitude)
+        return find_roots(self.sheets.camera, place, index, guess, steps, end=self.sheets.end)
 
     def _searched(self) -> tuple[_Numbers, _Numbers]:
         """Search for the images in the middle of each gap. Their nodes, and the gap of each."""
@@ -207,7 +214,7 @@ class Branches:
         ahead = rate * trial.rate(trial.p_0)[:, None] * way
         longitude = trial.longitude(trial.p_1)
         guess = self.chart.sky(index, place + ahead)
-        which, sky, error = find_roots(self.sheets.camera, self.circle.place(longitude), index, guess, _FEW_STEPS)
+        which, sky, error = self._roots(longitude, index, guess, _FEW_STEPS)
         images = self._images(longitude[which], index[which], sky, error)
         rate = self.chart.rate(index[which], images.sky, images.drift)
         behind = rate * (trial.rate(trial.p_1)[:, None] * way)[which]
@@ -262,7 +269,7 @@ class Branches:
         p = links.p_0 + part * (links.p_1 - links.p_0)
         longitude = links.longitude(p)
         start = self.chart.sky(self.kinds(links), self.cubics(links).at(part))
-        found, sky, error = find_roots(self.sheets.camera, self.circle.place(longitude), links.index, start, steps)
+        found, sky, error = self._roots(longitude, links.index, start, steps)
         divided = (parts > 1) & (np.bincount(which[found], minlength=len(parts)) == parts - 1)
         chosen = divided[which[found]]
         kept = found[chosen]

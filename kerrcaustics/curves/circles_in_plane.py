@@ -1,0 +1,147 @@
+"""The n-th crossing of the equatorial plane, circle by circle: the map from (turn, radius) to the azimuth.
+
+On a line of sky_lines.py the radius of the n-th crossing grows from the horizon's, at the rim of the rays that fall
+in before they cross, to infinity, at the rim of those that escape before. So each circle round the hole is seen once on
+every line, as a closed curve on the camera sky between the rims; and where the azimuth, followed along that curve,
+turns back, two images of a source on the circle meet: a point of a caustic.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.interpolate import CubicSpline
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.isoradials import Lines
+from kerrcaustics.curves.sky_lines import line_reach
+from kerrcaustics.spacetime.camera import Camera, check_camera
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import tangent_basis
+
+Array = np.ndarray
+
+TOLERANCE = 1e-12
+"""Wanted error of the beams, radians and relative to the radius."""
+_LINES, _MANY_LINES = 256, 1024
+# Newton steps to a circle along a line; a step is no longer than this part of the way to the next known place.
+_MOST_STEPS = 12
+# Relative error of the radius at which a place on a line is taken as found, in errors of the beam.
+_ERRORS = 4.0
+# Step along a line by which its direction is told, in parts of its reach.
+_STEP = 1e-6
+
+
+@dataclass(frozen=True)
+class PlanePoints(Rows):
+    """Rays that cross the plane, one entry each.
+
+    turn, distance: place on the sky, radians; sky: direction N; radius, azimuth (unwrapped along the ray) of the
+    crossing; index: Morse index; ratio: delta_minus / delta_plus; minor: |delta_minus|; error: relative to the radius,
+    or radians.
+    """
+
+    turn: Float[Array, " points"]
+    distance: Float[Array, " points"]
+    sky: Float[Array, "points 3"]
+    radius: Float[Array, " points"]
+    azimuth: Float[Array, " points"]
+    index: Int[Array, " points"]
+    ratio: Float[Array, " points"]
+    minor: Float[Array, " points"]
+    error: Float[Array, " points"]
+
+
+class Circles:
+    """Circles in the plane as one camera, at rest, sees them at the n-th crossing."""
+
+    def __init__(self, camera: Camera, crossing: int, lines: int) -> None:
+        """Look at all lines."""
+        self.camera, self.end = camera, EquatorialPlane(crossing)
+        turn = 2 * math.pi * (np.arange(lines) + 0.5) / lines
+        self._lines = Lines(camera, turn, self.end)
+
+    def around(self, radii: Float[Array, " radii"]) -> list[CubicSpline | None]:
+        """How far from the shadow edge lines meet circles, by turn; None where some do not meet one once."""
+        level, turn = self._lines.level, self._lines.turn
+        above = level > 1 / radii[:, None, None]
+        whole = ((above[..., 1:] != above[..., :-1]).sum(axis=2) == 1).all(axis=1)
+        place = above[whole].argmin(axis=2)
+        line = np.broadcast_to(np.arange(len(turn)), place.shape)
+        low, high = self._lines.distance[line, place - 1], self._lines.distance[line, place]
+        every = np.repeat(radii[whole], len(turn))
+        distance = self._lines.places(every, turn[line].ravel(), low.ravel(), high.ravel())[1].reshape(place.shape)
+        known = iter(distance)
+        closed = np.append(turn, turn[0] + 2 * math.pi)
+
+        def spline(row: Array) -> CubicSpline:
+            return CubicSpline(closed, np.append(row, row[0]), bc_type="periodic")
+
+        return [spline(next(known)) if one else None for one in whole.tolist()]
+
+    def beams(self, turn: Float[Array, " points"], distance: Float[Array, " points"]) -> tuple[Array, Beams]:
+        """Directions N and their beams."""
+        sky = self._lines.sky(turn, distance)
+        return sky, trace_beams(self.camera, sky, "auto", TOLERANCE, end=self.end, crossings=False, redshift=False)
+
+    def on_circle(
+        self, turn: Float[Array, " points"], radius: Float[Array, " points"], distance: Float[Array, " points"]
+    ) -> PlanePoints:
+        """Where lines meet circles, from guesses of the distance; NaN where that is not found."""
+        reach, distance = line_reach(self.camera, turn), distance.copy()
+        active = np.arange(len(turn))
+        for _ in range(_MOST_STEPS):
+            sky, beams = self.beams(turn[active], distance[active])
+            miss = np.log(beams.radius / radius[active])
+            step = miss / self._slope(turn[active], distance[active], reach[active], sky, beams)
+            far = np.abs(miss) > _ERRORS * beams.error
+            # Toward the rims the radius runs away: steps are held back.
+            most = 0.3 * np.abs(distance[active]) + 1e-3
+            distance[active] -= np.where(far, np.clip(step, -most, most), 0)
+            active = active[far]
+            if active.size == 0:
+                break
+        return self._points(turn, distance)
+
+    def _slope(self, turn: Array, distance: Array, reach: Array, sky: Array, beams: Beams) -> Float[Array, " points"]:
+        """d ln r / d distance."""
+        ahead = self._lines.sky(turn, distance + _STEP * reach)
+        along = (ahead - sky) / (_STEP * reach)[:, None]
+        e_1, e_2 = tangent_basis(sky)
+        j = beams.jacobian[:, 0]
+        rate = j[:, 0] * np.einsum("ij,ij->i", e_1, along) + j[:, 1] * np.einsum("ij,ij->i", e_2, along)
+        return rate / np.asarray(beams.radius)
+
+    def _points(self, turn: Array, distance: Array) -> PlanePoints:
+        sky, beams = self.beams(turn, distance)
+        return PlanePoints(
+            turn=turn,
+            distance=distance,
+            sky=sky,
+            radius=np.asarray(beams.radius),
+            azimuth=beams.azimuth,
+            index=np.asarray(beams.index),
+            ratio=beams.delta_minus / beams.delta_plus,
+            minor=np.abs(beams.delta_minus),
+            error=beams.error,
+        )
+
+
+@lru_cache(maxsize=8)
+def _circles(camera: Camera, crossing: int, lines: int) -> Circles:
+    return Circles(camera, crossing, lines)
+
+
+def circles_of(camera: Camera, crossing: int, *, many: bool = False) -> Circles:
+    """The circles of a camera, kept for the next source: they depend on its place alone. many: on many lines."""
+    check_camera(camera)
+    if camera.on_equator:
+        raise ValueError(
+            "Argument `camera` must not lie in the equatorial plane where sources do (from within, every crossing is a "
+            f"conjugate point of the rays along the plane), but its inclination is {camera.inclination:g}."
+        )
+    return _circles(camera.at_rest(), crossing, _MANY_LINES if many else _LINES)

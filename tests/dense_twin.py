@@ -1,0 +1,92 @@
+"""All images by a dense grid of integrated rays and Newton's method: slow, and knows nothing of caustics."""
+
+import math
+
+import numpy as np
+
+import kerrcaustics as kc
+from kerrcaustics.beams.ends import EquatorialPlane, Sphere
+from kerrcaustics.curves import sky_lines
+from kerrcaustics.spacetime.camera import Camera, as_seen, sky_from_looking
+from kerrcaustics.spacetime.sphere import flattened, from_angles, moved
+
+TURNS, PARTS, CLOSEST = 360, 160, 3e-7
+_STEPS, _SAME = 30, 1e-6
+
+
+def places(rays: kc.Rays, plane: bool) -> np.ndarray:
+    """Ends as vectors: n', or in the plane (r cos phi, r sin phi)."""
+    return rays.direction[..., :2] * np.asarray(rays.radius)[..., None] if plane else rays.direction
+
+
+def images(camera: Camera, target: tuple[float, float], end: Sphere | EquatorialPlane, highest: int) -> np.ndarray:
+    """Directions N (n, 3) and indices, as columns (n, 4), of the images that the grid finds; camera: at rest."""
+    plane = isinstance(end, EquatorialPlane)
+    goal = (
+        np.array([target[0] * math.cos(target[1]), target[0] * math.sin(target[1])]) if plane else from_angles(*target)
+    )
+    sky = grid(camera, inside=isinstance(end, EquatorialPlane) or end.radius < camera.radius)
+    rays = kc.trace_rays(camera, sky, "integrated", 1e-8, end=end)
+    starts = around(places(rays, plane), goal, plane)
+    return newton(camera, sky[:-1, :-1][starts], goal, end, highest)
+
+
+def grid(camera: Camera, inside: bool) -> np.ndarray:
+    """Directions N on both sides of the shadow edge, ever closer to it."""
+    turn = 2 * math.pi * np.arange(TURNS + 1) / TURNS
+    reach = sky_lines.line_reach(camera, turn)[:, None]
+    out = np.concatenate([np.geomspace(CLOSEST, 0.02, PARTS // 2, endpoint=False), np.linspace(0.02, 0.9999, PARTS)])
+    part = np.broadcast_to(out, (len(turn), len(out)))
+    if inside:
+        size = (math.pi - reach) / reach
+        part = np.concatenate([-size * out[::-1], part], axis=1)
+    looking = sky_lines.beside_edge(camera, np.broadcast_to(turn[:, None], part.shape), part)
+    rest = camera.at_rest().frame()
+    return as_seen(sky_from_looking(rest, looking), rest, camera.frame())
+
+
+def around(ends: np.ndarray, goal: np.ndarray, plane: bool) -> np.ndarray:
+    """Cells whose ends lie around the goal, with some margin; too many rather than too few."""
+    corners = np.stack([ends[:-1, :-1], ends[1:, :-1], ends[:-1, 1:], ends[1:, 1:]])
+    middle = corners.mean(axis=0)
+    size = np.linalg.norm(corners - middle, axis=-1).max(axis=0)
+    scale = np.linalg.norm(goal) if plane else 1.0
+    return (np.linalg.norm(middle - goal, axis=-1) < 1.2 * size) & (size < 1.5 * scale)
+
+
+def newton(camera: Camera, sky: np.ndarray, goal: np.ndarray, end: object, highest: int) -> np.ndarray:
+    """Roots from all starts, each once."""
+    plane = isinstance(end, EquatorialPlane)
+    found = np.empty((0, 4))
+    for _ in range(_STEPS):
+        if not len(sky):
+            return found
+        beams = kc.trace_beams(camera, sky, "integrated", 1e-11, end=end)
+        at = places(beams, plane)
+        away = np.linalg.norm(at - goal, axis=1)
+        done = (away < 1e-8 * max(1, np.linalg.norm(goal))) & (np.asarray(beams.index) <= highest)
+        found = np.concatenate([found, np.column_stack([sky[done], np.asarray(beams.index)[done]])])
+        left = np.isfinite(away) & ~done & (away > 1e-8 * max(1, np.linalg.norm(goal)))
+        step = beams.pulled_back(sky, displacement(beams, goal, plane))
+        length = np.linalg.norm(step, axis=1)
+        left &= np.isfinite(length)
+        step = step[left] * np.minimum(1, 0.05 / np.maximum(length[left], 1e-300))[:, None]
+        sky = moved(sky[left], step)
+    return distinct(found)
+
+
+def displacement(beams: kc.Beams, goal: np.ndarray, plane: bool) -> np.ndarray:
+    """From the ends to the goal, in the frame of the Jacobian's rows."""
+    if plane:
+        radius = np.asarray(beams.radius)
+        turn = (math.atan2(goal[1], goal[0]) - beams.azimuth + math.pi) % (2 * math.pi) - math.pi
+        return np.stack([np.linalg.norm(goal) - radius, radius * turn], axis=1)
+    return flattened(beams.direction, goal - beams.direction)
+
+
+def distinct(found: np.ndarray) -> np.ndarray:
+    kept: list[np.ndarray] = []
+    for one in found:
+        if all(one[3] != other[3] or np.linalg.norm(one[:3] - other[:3]) > _SAME for other in kept):
+            kept.append(one)
+    return np.array(kept).reshape(-1, 4)

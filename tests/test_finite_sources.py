@@ -1,0 +1,167 @@
+"""Sources on spheres of finite radius: beyond the camera, within its radius, and on it."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import run
+
+import kerrcaustics as kc
+from kerrcaustics.beams.ends import Sphere
+from kerrcaustics.curves.source_map import SourceMap
+from kerrcaustics.spacetime.camera import photon, sky_from_fido
+from kerrcaustics.stars.sheets import sheets_of
+
+KERRP2P = json.loads((Path(__file__).parent / "data" / "kerrp2p_near_source.json").read_text())
+CAMERA = kc.Camera(0.9, 10.0, 1.2, "fiducial")
+STARS = [(0.6, 2.0), (1.7, 3.1), (2.6, 5.5)]
+
+
+def test_lines_meet_the_rim_where_rays_turn_on_the_sphere():
+    """On both sides of the rim R(r) of the line's rays vanishes at the sphere's radius, as the square of the depth."""
+    radius, turn = 6.0, np.linspace(0, 6, 7)
+    source = SourceMap(CAMERA.at_rest(), Sphere(radius))
+    depth = np.linspace(0.5, 6, 4001)
+    for t in turn:
+        looking, returning = source.looking(np.full_like(depth, t), depth)
+        fold = int(np.argmax(returning))
+        assert 0 < fold < len(depth)
+        light = photon(source.camera.frame(), tuple(sky_from_fido(source.camera.frame(), -looking).T))
+        square = radius**2 + CAMERA.spin**2
+        potential = (square - CAMERA.spin * light.b) ** 2 - (square - 2 * radius) * light.kappa
+        assert (potential[[0, -1]] > 0).all() and (potential > -1e-8).all()
+        # Quadratic about its zero: two steps away it is four times as large as one step away.
+        assert potential[fold + 20] == pytest.approx(potential[fold - 20], rel=0.2)
+        assert potential[fold + 40] == pytest.approx(4 * potential[fold + 20], rel=0.2)
+
+
+def test_spheres_among_the_photon_orbits_are_refused():
+    for function in (
+        lambda: kc.caustics(CAMERA, 1, end=2.5),
+        lambda: kc.star_images(kc.Camera(0.9, 3.0, 1.2, "fiducial"), STARS[0], 0, end=2.0),
+        lambda: kc.count_map(CAMERA, 0, end=2.5),
+    ):
+        with pytest.raises(ValueError, match="Argument `end` must be"):
+            function()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "complaint"),
+    [
+        ({"end": 1.2}, "`end` must be larger than the horizon"),
+        ({"end": math.nan}, "`end` must be a radius"),
+        ({"end": "far"}, "`end` must be a radius"),
+    ],
+)
+def test_ends_that_are_none(wrong, complaint):
+    for function in (kc.star_images, kc.image_counts):
+        with pytest.raises(ValueError, match=complaint):
+            function(CAMERA, STARS[0] if function is kc.star_images else STARS, **wrong)
+    with pytest.raises(ValueError, match="at least the camera's radius"):
+        kc.star_tracks(kc.Camera(0.9, 10.0), 1.0, end=5.0)
+
+
+def test_command_line_refuses_an_end_inside_the_horizon(capsys):
+    camera = ["--spin", "0.8", "--radius", "10"]
+    for command in (["images", "--star", "17", "-45"], ["caustics"], ["counts", "--map"]):
+        code, out, err = run(capsys, *command, *camera, "--source-radius", "1.2")
+        assert code == 2
+        assert (
+            out == "" and err.count("\n") == 1 and "--source-radius must be larger than the horizon radius 1.6" in err
+        )
+
+
+@pytest.mark.slow
+def test_images_of_a_near_source_that_kerrp2p_published():
+    """The source's place as a camera, time reversed: azimuth -45 degrees."""
+    camera = kc.Camera(KERRP2P["spin"], KERRP2P["source_radius"], math.radians(KERRP2P["source_theta_deg"]), "fiducial")
+    star = math.radians(KERRP2P["observer_theta_deg"]), -math.radians(KERRP2P["observer_phi_deg"])
+    images = kc.star_images(camera, star, 6, end=KERRP2P["observer_radius"])
+    assert images.certified and list(images.per_index.values()) == [1] * 7
+    light = photon(camera.frame(), tuple(images.sky.T))
+    for half_orbits, sign_r, sign_theta, b, q, time in KERRP2P["rows"]:
+        i = int(np.argmin(np.abs(light.b - b) + np.abs(light.q - q)))
+        assert images.index[i] == math.floor(half_orbits)
+        assert [np.sign(images.sky[i, 0]), -np.sign(images.sky[i, 2])] == [sign_r, sign_theta]
+        assert light.b[i] == pytest.approx(b, abs=max(1e-9, 10 * images.error[i]))
+        assert light.q[i] == pytest.approx(q, abs=max(1e-8, 100 * images.error[i]))
+        assert images.time[i] == pytest.approx(time, abs=max(1e-8, 4 * images.time_error[i]))
+
+
+@pytest.mark.slow
+def test_far_sources_tend_to_those_at_infinity():
+    """As 1 / r: caustics, and the images of a star."""
+    limit, far, farther = (kc.caustics(CAMERA, 2, end=end) for end in (math.inf, 1e5, 1e6))
+    for i in range(2):
+        gap, closer = (abs(c[i].phi_min - limit[i].phi_min) for c in (far, farther))
+        assert closer < 1e-4 and gap == pytest.approx(10 * closer, rel=1e-3)
+    limit, far, farther = (kc.star_images(CAMERA, STARS[1], 2, end=end).sky for end in (math.inf, 1e5, 1e6))
+    gap, closer = (np.linalg.norm(sky - limit, axis=1) for sky in (far, farther))
+    np.testing.assert_allclose(gap, 10 * closer, rtol=1e-3)
+
+
+@pytest.mark.slow
+def test_no_jump_at_the_camera_s_radius():
+    radius, step = CAMERA.radius, 1e-5
+    below, at, above = (kc.caustics(CAMERA, 2, end=end) for end in (radius - step, radius, radius + step))
+    for i in range(2):
+        for name in ("theta_min", "phi_min", "phi_max"):
+            low, middle, high = (getattr(c[i], name) for c in (below, at, above))
+            assert abs(high - low) < 100 * step and middle == pytest.approx((low + high) / 2, abs=1e-9)
+    for star in STARS:
+        below, at, above = (kc.star_images(CAMERA, star, 2, end=end) for end in (radius - step, radius, radius + step))
+        assert below.certified and at.certified and above.certified
+        np.testing.assert_array_equal(below.index, above.index)
+        assert np.abs(above.sky - below.sky).max() < 10 * step
+        np.testing.assert_allclose((below.sky + above.sky) / 2, at.sky, atol=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [12.0, 10.0, 9.9, 5.0, 1.46], ids=str)
+def test_counts_of_images_that_are_found_are_those_of_the_caustics(end):
+    """Within the camera's radius the images come from changed places, the counts from its own caustics."""
+    found = kc.image_counts(CAMERA, STARS, 2, end=end)
+    told = kc.image_counts(CAMERA, STARS, 2, end=end, find=False)
+    assert found.certified.all()
+    np.testing.assert_array_equal(found.counts, told.counts)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [12.0, 5.0, 1.7], ids=str)
+def test_images_lead_to_their_star(end):
+    """By the integrator, and with the index that it counts."""
+    moving = kc.Camera(0.9, 10.0, 1.2, (0.2, -0.3, 0.1))
+    for star in STARS:
+        images = kc.star_images(moving, star, 2, end=end)
+        for leaf in (False, True):
+            here = np.zeros(len(images), bool) if images.returning is None else images.returning
+            here = here == leaf
+            if not here.any():
+                continue
+            beams = kc.trace_beams(moving, images.sky[here], "integrated", end=Sphere(end, leaf), time=True)
+            np.testing.assert_allclose(np.cos(beams.azimuth), math.cos(star[1]), atol=1e-7)
+            np.testing.assert_allclose(beams.direction[:, 2], math.cos(star[0]), atol=1e-7)
+            np.testing.assert_array_equal(beams.index, images.index[here])
+            np.testing.assert_allclose(beams.time, images.time[here], rtol=1e-8)
+
+
+@pytest.mark.slow
+def test_tracks_and_events_at_a_finite_radius():
+    camera = kc.Camera(0.9, 10.0)
+    tracks = kc.star_tracks(camera, 1.2, 2, end=12.0)
+    assert tracks.certified and len(tracks.events) == 2
+    single = kc.star_images(camera, (1.2, 2.0), 2, end=12.0)
+    together = tracks.images_at(azimuth=2.0)
+    np.testing.assert_allclose(together.sky, single.sky, atol=1e-10)
+    within = kc.pair_events(camera, 1.2, 2, end=5.0)
+    for event in within:
+        sides = [kc.star_images(camera, (1.2, event.star[1] + step), 2, end=5.0) for step in (-1e-3, 1e-3)]
+        assert all(side.certified for side in sides)
+        assert abs(len(sides[1]) - len(sides[0])) == (2 if event.order <= 2 else 1)
+
+
+def test_sheets_know_their_sphere():
+    with pytest.raises(ValueError, match="between them lie photon orbits"):
+        sheets_of(CAMERA, 0, Sphere(2.5))
