@@ -24,6 +24,7 @@ HOMES = {
     "curves.light_curves": "SpotEvent LightCurve",
     "curves.tubes": "CausticTube",
     "stars.images": "StarImages",
+    "stars.derivatives": "ImageDerivatives CausticDerivatives",
     "stars.events": "PairEvent PairEvents",
     "stars.tracks": "Track StarTracks",
     "stars.following": "FollowedStar",
