@@ -50,6 +50,7 @@ from .scenes.star_field import StarField as StarField
 from .scenes.turned import TurnedSky as TurnedSky
 from .scenes.view import View as View
 from .spacetime.camera import Camera as Camera
+from .spacetime.observer import Observer as Observer
 from .spacetime.shadow import shadow_edge as shadow_edge
 from .spacetime.sphere import tangent_basis as tangent_basis
 from .stars.circles import circle_images as circle_images

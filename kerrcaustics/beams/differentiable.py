@@ -161,6 +161,8 @@ def frame_of(spin: Any, radius: Any, inclination: Any, motion: Moving) -> Frame:
         speed=speed,
         slowness=(1 - speed) * (1 + speed),
         basis=motion.axes,
+        zoom=1.0,
+        start=r + 2 * jnp.log(r),
     )
     return Frame(**numbers)
 

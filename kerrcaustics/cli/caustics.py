@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import app, stop
+from kerrcaustics.cli.app import BadInput, app, stop
 from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_ending, check_outputs, make_folder, write_figure
 from kerrcaustics.cli.terminal import console, place_of, plain_errors, plain_table, progress, say
@@ -53,7 +53,9 @@ def caustics(
     common.check({"--figure": figure, "--save": save})
     check_ending(figure)
     common.check_points(points)
-    seen_from = camera.made()
+    seen_from = camera.made(distant=True)
+    if seen_from.is_distant and figure is not None:
+        raise BadInput("Argument --figure must be left out for an observer at infinity.")
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic import caustics as find
         from kerrcaustics.results import files
@@ -66,8 +68,10 @@ def caustics(
     if figure is not None:
         _draw(found, figure)
     _print_table(found, common.console())
-    if found.missing:
-        names = ", ".join(map(str, found.missing))
+    # At infinity there is no primary one.
+    lost = [order for order in found.missing if order > seen_from.is_distant]
+    if lost:
+        names = ", ".join(map(str, lost))
         stop(1, f"Orders not found within double precision: {names}.")
 
 

@@ -13,6 +13,7 @@ from kerrcaustics.results.declared import Items, derived, quantity, result, usua
 from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.observer import on_screen
 
 HIGHEST_ORDER = 10
 Progress = Callable[[str, float], None]
@@ -22,7 +23,7 @@ Progress = Callable[[str, float], None]
 class Cusp:
     """A cusp of a caustic."""
 
-    sky: np.ndarray = quantity("axis", "1", "direction N on the camera sky")
+    sky: np.ndarray = quantity("axis", "1", "direction N on the camera sky; of an Observer (alpha, beta)")
     celestial: np.ndarray = quantity(
         "angle", "rad", "theta', phi' on the celestial sphere, phi' unwrapped", json="theta_deg phi_deg", column=""
     )
@@ -46,7 +47,9 @@ class Caustic:
         "", "1", "1 primary, 2 secondary, 3 tertiary, and on: between Morse index order - 1 and order"
     )
     sky: np.ndarray = quantity(
-        "point axis", "1", "directions N of the critical curve, in order along it, the first not repeated"
+        "point axis",
+        "1",
+        "directions N of the critical curve, in order along it, the first not repeated; of an Observer (alpha, beta)",
     )
     celestial: np.ndarray = quantity("point angle", "rad", "theta', unwrapped phi' of the caustic")
     cusps: tuple[Cusp, ...] = quantity("cusp_number", "", "cusps in the order of the curve")
@@ -116,7 +119,7 @@ def caustics(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
         Its velocity moves the critical curves on the sky by aberration, and leaves the caustics alone.
     orders : int
         How many, 1 to 10. Double precision reaches order 7 or 8 on the retrograde side; orders beyond it are in
@@ -130,6 +133,10 @@ def caustics(
     -------
     CausticSet
         A sequence of Caustic.
+
+    Notes
+    -----
+    An Observer at infinity has no primary critical curve: that of one at the radius r has the size 2 sqrt(r).
 
     Errors
     ------
@@ -167,7 +174,8 @@ def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Causti
     frame = camera.frame()
 
     def on_sky(looking: HostVectors) -> HostVectors:
-        return sky_from_fido(frame, -looking)
+        sky = sky_from_fido(frame, -looking)
+        return on_screen(sky) if camera.is_distant else sky
 
     theta, phi = points.theta, points.azimuth
     ends = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}

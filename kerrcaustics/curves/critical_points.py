@@ -16,6 +16,7 @@ from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.trace import check_request, trace_in_steps
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
+from kerrcaustics.spacetime.observer import straight_ahead
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
 
@@ -107,6 +108,7 @@ class Search:
         self.engines_used: set[str] = set()
         self.beams_traced = 0
         self._frame = self.camera.frame()
+        self._straight = straight_ahead(self.camera)
 
     def index_and_ratio(
         self, turn: Float[Array, " points"], depth: Float[Array, " points"]
@@ -114,11 +116,11 @@ class Search:
         """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth).
 
         Beams that leave close to the principal null directions turn through less than half a circle and meet no
-        conjugate point: they are not traced, and their ratio is given as 1.
+        conjugate point: they are not traced, and their ratio is given as 1; nor are those far out on a screen.
         """
         looking = sky_lines.looking(self.camera, turn, depth)
         index, ratio = np.zeros(looking.shape[:-1], int), np.ones(looking.shape[:-1])
-        bent = self._photon(looking).k >= LEAST_K
+        bent = (self._photon(looking).k >= LEAST_K) & (1 - looking[..., 0] > self._straight)
         beams = self._trace(looking[bent], _COARSE_TOLERANCE)
         captured = ~beams.escaped
         index[bent] = np.where(captured, _CAPTURED, np.asarray(beams.index))

@@ -17,6 +17,7 @@ SCHEMA, _OLD_SCHEMA = "kerrcaustics/result/1", "kerrcaustics/caustics-file/1"
 
 HOMES = {
     "spacetime.camera": "Camera",
+    "spacetime.observer": "Observer",
     "beams.beam": "Rays Beams",
     "beams.paths": "SpacePoints RayPaths",
     "curves.caustic": "Cusp Caustic CausticSet",
