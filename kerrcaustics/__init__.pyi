@@ -1,6 +1,7 @@
 # The public names, each written once: type checkers read them here, and so does the package when it is imported.
 # What functions return besides these is reached through its module.
 
+from . import functional as functional
 from .beams.beam import Beams as Beams, Rays as Rays, Status as Status
 from .beams.ends import EquatorialPlane as EquatorialPlane
 from .beams.paths import RayPaths as RayPaths, ray_paths as ray_paths, trapped_orbit as trapped_orbit
@@ -50,10 +51,15 @@ from .scenes.star_field import StarField as StarField
 from .scenes.turned import TurnedSky as TurnedSky
 from .scenes.view import View as View
 from .spacetime.camera import Camera as Camera
+from .spacetime.observer import Observer as Observer
 from .spacetime.shadow import shadow_edge as shadow_edge
 from .spacetime.sphere import tangent_basis as tangent_basis
 from .stars.circles import circle_images as circle_images
 from .stars.counts import count_map as count_map, image_counts as image_counts
+from .stars.derivatives import (
+    caustic_derivatives as caustic_derivatives,
+    image_derivatives as image_derivatives,
+)
 from .stars.events import pair_events as pair_events
 from .stars.following import follow_star as follow_star
 from .stars.images import StarImages as StarImages, star_images as star_images

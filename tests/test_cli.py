@@ -54,7 +54,10 @@ BAD = [
     (("caustics", "--spin", "nan", "--radius", "6"), "--spin must be a finite number, but is nan."),
     (("caustics", "--spin", "fast", "--radius", "6"), "--spin"),
     (("caustics", "--spin", "0.9", "--radius", "1.4"), "--radius must be larger than the horizon radius 1.43588989435"),
-    (("caustics", "--spin", "0.9", "--radius", "inf"), "--radius must be a finite number, but is inf."),
+    (
+        ("images", "--spin", "0.9", "--radius", "inf", "--star", "80", "170"),
+        "--radius must be a finite number, but is inf.",
+    ),
     (("caustics", "--spin", "0.9"), "--radius"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--inclination", "181"), "--inclination must lie in [0, 180] deg"),
     (

@@ -130,6 +130,7 @@ def test_bad_input_is_one_line(ask, words):
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.slow
 def test_command_tells_draws_and_saves_a_light_curve(capsys, tmp_path):
     figure, saved = tmp_path / "light.png", tmp_path / "light.npz"
     options = ["--spin", "0.9", "--radius", "50", "--inclination", "60", "--orbit", "8", "--size", "0.5"]

@@ -16,6 +16,7 @@ STAGES = [
     "films",
     "spacetime",
     "beams",
+    "functional",
     "curves",
     "stars",
     "scenes",

@@ -28,7 +28,12 @@ from kerrcaustics.stars.tracks import Track
 assert all(hasattr(kc, name) for name in kc.__all__)
 KINDS = sorted({FilmResult, *LAYOUTS}, key=lambda kind: kind.__name__)
 CAMERA = kc.Camera(0.5, 4.0, 1.0, (0.1, -0.2, 0.3))
-GIVEN = {kc.Camera: CAMERA, kc.View: kc.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)), Path: Path("folder/sweep.zarr")}
+GIVEN = {
+    kc.Camera: CAMERA,
+    kc.Observer: kc.Observer(0.5, 1.0),
+    kc.View: kc.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)),
+    Path: Path("folder/sweep.zarr"),
+}
 SIZES = {"axis": 3, "channel": 3, "angle": 2, "pair": 2, "end_axis": 2, "sky_axis": 2, "pixel_axis": 2}
 WHOLE = {"index", "parity", "crossings", "status", "counts", "expected", "before"}
 NOT_OURS = "Argument `path` must name a file that `kerrcaustics.save` wrote, but "

@@ -49,6 +49,7 @@ SETTINGS = {
         "tube_radii": (20.0, 30.0, 45.0, 70.0, 100.0),
         "orders": 2,
     },
+    "fit": {"draws": 60},
     "inclination": {
         "spins": (0.9,),
         "radii": (6.03,),
@@ -96,6 +97,12 @@ def check_disk_checks(entry):
     assert all(one["error"] < 0.05 for one in entry["work"] if one["method"] == "beams at nodes")
 
 
+def check_fit(entry):
+    # Of 60 draws of two parameters: a mean of 2, known to 0.26.
+    assert abs(entry["mean_square"] - 2) < 1
+    assert all(0 < error < 0.1 for error in entry["standard_error"])
+
+
 def check_orders(entry):
     for end in entry["ends"]:
         reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]
@@ -118,6 +125,7 @@ CHECKS = {
     "adversary": check_adversary,
     "astroids": check_astroids,
     "disk_checks": check_disk_checks,
+    "fit": check_fit,
     "orders": check_orders,
     "stability": check_stability,
 }
@@ -155,7 +163,7 @@ def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch)
 
 def test_unknown_study_is_one_line_and_status_2(assert_refused):
     names = (
-        "accuracy, adversary, astroids, cost, disk_checks, far_camera, inclination, open_questions, orders, "
+        "accuracy, adversary, astroids, cost, disk_checks, far_camera, fit, inclination, open_questions, orders, "
         "spin_radius, stability"
     )
     assert_refused(["study", "alchemy"], f"must be one of {names}, but is alchemy")

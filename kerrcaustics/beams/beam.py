@@ -79,7 +79,8 @@ class Rays:
     time: np.ndarray | None = quantity(
         "ray...",
         "GM/c^3",
-        "coordinate time from the end to the camera, or for ends at infinity the limit of t - r - 2 ln r",
+        "coordinate time from the end to the camera, or for ends at infinity the limit of t - r - 2 ln r; to an "
+        "Observer less r + 2 ln r of the observer",
         default=None,
     )
     time_error: np.ndarray | None = quantity("ray...", "GM/c^3", "estimated error of time", default=None)
@@ -117,7 +118,8 @@ class Beams(Rays):
         "ray... end_axis sky_axis",
         "1",
         "from camera-sky displacements along `kerrcaustics.tangent_basis(N)` (columns) to celestial-sphere "
-        "displacements along e_theta', e_phi' (rows), both orthonormal; for an end at a finite radius the same at that "
+        "displacements along e_theta', e_phi' (rows), both orthonormal (of an Observer "
+        "along beta and alpha, per M); for an end at a finite radius the same at that "
         "radius, as angles; for one in the equatorial plane to (dr, r dphi) at z = 0 (rows)",
     )
     jacobian_error: np.ndarray = quantity(

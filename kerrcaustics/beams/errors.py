@@ -22,6 +22,8 @@ _OF_PLACE = 4.0
 _MOSTLY = 0.9
 # Round-off of a radius, relative, as it enters the time; and the part of it at the camera, whose place is exact.
 _TIME_ROUNDING, _AT_CAMERA = 2e-15, 0.3
+# The radius whose rounding is in the time to an `Observer`, where its own is taken off.
+_FROM_SCREEN = 30.0
 
 
 def depth(spin: Reals, u: Reals) -> Reals:
@@ -42,7 +44,9 @@ def of_jacobian(end: End, own: Reals, error: Reals, turning: Reals, spread: Real
 
 def of_time(frame: Frame, end: End, at: Arriving, error: Reals, noise: Reals) -> tuple[Reals, Reals]:
     """Error of the time, from that of the end, and round-off of it: both with that of the radii and of the horizon."""
-    reach = frame.radius + _AT_CAMERA * depth(frame.spin, 1 / frame.radius)
+    # Of an observer's radius none is in the time.
+    radius = jnp.where(frame.start == 0, jnp.minimum(frame.radius, _FROM_SCREEN), frame.radius)
+    reach = radius + _AT_CAMERA * depth(frame.spin, 1 / radius)
     lever = at.speed
     if end.finite:
         there = depth(frame.spin, at.u)

@@ -19,6 +19,8 @@ from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera, photon, redshift as sky_redshift
 from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.observer import from_screen, is_screen, screen_basis
+from kerrcaustics.spacetime.sphere import tangent_basis
 
 # Rays that are checked, traced and stored together: memory beside input and result is what these need.
 _BLOCK = 1 << 15
@@ -41,9 +43,10 @@ def trace_rays(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
     sky : (..., 3) array
-        Unit vectors N on the camera sky, in the camera basis. They are normalised here.
+        Unit vectors N on the camera sky, in the camera basis. They are normalised here. Of an Observer (..., 2), places
+        (alpha, beta).
     engine : str
         "closed-form", elliptic functions, with the integrator where those do not hold; "integrated"; or "auto", which
         is the closed form with the integrator where that is more accurate.
@@ -122,7 +125,7 @@ def trace_in_steps(camera: Camera, sky: ArrayLike, engine: str, tolerance: float
 
 def check_request(camera: Camera, engine: str, tolerance: float) -> tuple[Engine, float]:
     """The engine and the tolerance asked for; what cannot be traced is refused with one clear ValueError."""
-    check_camera(camera)
+    check_camera(camera, distant=True)
     found, wanted = engine_named(engine), real_number("tolerance", tolerance)
     if not 1e-14 <= wanted <= 1e-2:
         raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {tolerance!r}.")
@@ -143,8 +146,11 @@ def _traced(
 ) -> Result:
     """The result, traced block by block on all cores."""
     chosen, tolerance = check_request(camera, engine, tolerance)
+    if wanted.time and chosen is Engine.INTEGRATED and math.isinf(camera.radius):
+        raise ValueError("Argument `engine` must be auto or closed-form for times to an observer at infinity.")
     surface = end_of(camera, end)
-    directions, shape = as_vectors(sky)
+    screen = is_screen(camera, sky)
+    directions, shape = as_vectors(from_screen(sky) if screen else sky)
     count = len(directions)
 
     def block(start: int) -> RayEnd[np.ndarray]:
@@ -165,8 +171,17 @@ def _traced(
     if starts:
         with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(lambda start: store(start, block(start)), starts))
-    result = kind(engine=chosen.value, **ends.shaped(shape).fields())
+    fields = ends.shaped(shape).fields()
+    if screen and "jacobian" in fields:
+        fields["jacobian"] = _by_screen(fields["jacobian"], directions.reshape(*shape, 3))
+    result = kind(engine=chosen.value, **fields)
     return replace(result, engine=in_words(result.engines)) if result.engines else result
+
+
+def _by_screen(jacobian: np.ndarray, sky: np.ndarray) -> np.ndarray:
+    """The Jacobian by beta and alpha: in this order its determinant has the sign of the parity."""
+    (along_alpha, along_beta), tangents = screen_basis(sky), np.stack(tangent_basis(sky), axis=-2)
+    return jacobian @ tangents @ np.stack([along_beta, along_alpha], axis=-1)
 
 
 def _redshift(camera: Camera, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray]) -> np.ndarray:

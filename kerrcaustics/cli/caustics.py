@@ -66,7 +66,9 @@ def caustics(
     end = source.end()
     if source.plane is not None and figure is not None:
         raise BadInput("Argument --figure must not come with --plane.")
-    seen_from = camera.made()
+    seen_from = camera.made(distant=True)
+    if seen_from.is_distant and figure is not None:
+        raise BadInput("Argument --figure must be left out for an observer at infinity.")
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic import caustics as find
         from kerrcaustics.curves.plane_caustics import PlaneCausticSet
@@ -83,8 +85,10 @@ def caustics(
     if figure is not None:
         _draw(found, figure)
     _print_table(found, common.console())
-    if found.missing:
-        names = ", ".join(map(str, found.missing))
+    # At infinity there is no primary one.
+    lost = [order for order in found.missing if order > seen_from.is_distant]
+    if lost:
+        names = ", ".join(map(str, lost))
         stop(1, f"Orders not found within double precision: {names}.")
 
 

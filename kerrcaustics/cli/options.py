@@ -45,7 +45,7 @@ class CameraOptions:
     spin
         Spin a of the hole, 0 <= a < 1.
     radius
-        Boyer-Lindquist radius of the camera, in units of the mass.
+        Boyer-Lindquist radius of the camera, in units of the mass; for `caustics` also inf.
     inclination
         Angle of the camera from the spin axis, degrees: 90 is the equator.
     velocity
@@ -58,13 +58,18 @@ class CameraOptions:
     inclination: float = 90.0
     velocity: Literal["circular", "fiducial", "static"] | None = None
 
-    def made(self) -> "Camera":
-        """The camera that the options describe."""
+    def made(self, *, distant: bool = False) -> "Camera":
+        """The camera that the options describe; distant, whether it may be an observer at infinity."""
         if not 0 <= self.inclination <= 180:
             raise BadInput(f"Argument --inclination must lie in [0, 180] degrees, but is {self.inclination:g}.")
         with plain_errors():
             from kerrcaustics.spacetime.camera import Camera
+            from kerrcaustics.spacetime.observer import Observer
 
+            if distant and self.radius == math.inf:
+                if self.velocity not in (None, "fiducial"):
+                    raise BadInput(f"Argument --velocity must be fiducial at infinity, but is {self.velocity}.")
+                return Observer(self.spin, math.radians(self.inclination))
             return Camera(self.spin, self.radius, math.radians(self.inclination), self.velocity)
 
 

@@ -17,6 +17,7 @@ from kerrcaustics.results.declared import Items, derived, quantity, result, usua
 from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.observer import on_screen
 
 HIGHEST_ORDER = 10
 Progress = Callable[[str, float], None]
@@ -26,7 +27,7 @@ Progress = Callable[[str, float], None]
 class Cusp:
     """A cusp of a caustic."""
 
-    sky: np.ndarray = quantity("axis", "1", "direction N on the camera sky")
+    sky: np.ndarray = quantity("axis", "1", "direction N on the camera sky; of an Observer (alpha, beta)")
     celestial: np.ndarray = quantity(
         "angle", "rad", "theta', phi' on the celestial sphere, phi' unwrapped", json="theta_deg phi_deg", column=""
     )
@@ -50,7 +51,9 @@ class Caustic:
         "", "1", "1 primary, 2 secondary, 3 tertiary, and on: between Morse index order - 1 and order"
     )
     sky: np.ndarray = quantity(
-        "point axis", "1", "directions N of the critical curve, in order along it, the first not repeated"
+        "point axis",
+        "1",
+        "directions N of the critical curve, in order along it, the first not repeated; of an Observer (alpha, beta)",
     )
     celestial: np.ndarray = quantity("point angle", "rad", "theta', unwrapped phi' of the caustic")
     cusps: tuple[Cusp, ...] = quantity("cusp_number", "", "cusps in the order of the curve")
@@ -145,7 +148,7 @@ def caustics(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
         Its velocity moves the critical curves on the sky by aberration, and leaves the caustics alone.
     orders : int
         How many, 1 to 10. Double precision reaches order 7 or 8 on the retrograde side; orders beyond it are in
@@ -164,6 +167,10 @@ def caustics(
     -------
     CausticSet
         A sequence of Caustic; for the plane a `PlaneCausticSet` of curves with a `place` (r, phi).
+
+    Notes
+    -----
+    An Observer at infinity has no primary critical curve: that of one at the radius r has the size 2 sqrt(r).
 
     Errors
     ------
@@ -205,7 +212,8 @@ def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Causti
     frame = camera.frame()
 
     def on_sky(looking: HostVectors) -> HostVectors:
-        return sky_from_fido(frame, -looking)
+        sky = sky_from_fido(frame, -looking)
+        return on_screen(sky) if camera.is_distant else sky
 
     theta, phi = points.theta, points.azimuth
     ends = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}

@@ -18,6 +18,7 @@ from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
+from kerrcaustics.spacetime.observer import straight_ahead
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
 
@@ -110,6 +111,7 @@ class Search:
         self.engines_used: set[str] = set()
         self.beams_traced = 0
         self._frame = self.camera.frame()
+        self._straight = straight_ahead(self.camera)
 
     def index_and_ratio(
         self, turn: Float[Array, " points"], depth: Float[Array, " points"]
@@ -118,11 +120,11 @@ class Search:
 
         Beams that leave close to the principal null directions turn through less than half a circle and meet no
         conjugate point: they are not traced, and their ratio is given as 1. So are those that never come down again to
-        the camera's own radius.
+        the camera's own radius, and those far out on a screen.
         """
         looking, returning = self.map.looking(turn, depth)
         index, ratio = np.zeros(looking.shape[:-1], int), np.ones(looking.shape[:-1])
-        bent = self._photon(looking).k >= LEAST_K
+        bent = (self._photon(looking).k >= LEAST_K) & (1 - looking[..., 0] > self._straight)
         if self.map.level:
             bent &= looking[..., 0] < 0
         beams = self._trace(looking[bent], returning[bent], _COARSE_TOLERANCE)

@@ -16,7 +16,8 @@ from kerrcaustics.curves.critical_points import Points, Search
 
 Array = np.ndarray
 
-_NODES = 17
+NODES = chebyshev.chebpts1(17)
+"""Where on a piece, from -1 to 1, its points lie."""
 _EXTREMES = {
     "theta_min": ("theta", -1),
     "theta_max": ("theta", 1),
@@ -70,6 +71,20 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
     return found
 
 
+def extreme_places(search: Search, curves: Iterable[CriticalCurve]) -> dict[tuple[int, str], tuple[Points, float]]:
+    """Where the four extremes of each curve are, by order and name: points at the nodes of a piece, and where on it.
+
+    The points are those at `NODES`, and the place is on the same scale, -1 to 1. Missing are the extremes of curves
+    that are not much larger than their error, and those whose piece could not be traced.
+    """
+    resolved = [curve for curve in curves if curve.is_resolved]
+    around = {curve.order: curve.around() for curve in resolved}
+    pieces = [p for curve in resolved for p in _pieces(curve, around[curve.order]) if p[1] in _EXTREMES]
+    models = zip(pieces, _models(search, around, pieces), strict=True)
+    found = {(order, name): (points, *_EXTREMES[name]) for (order, name, *_), points in models if points is not None}
+    return {key: (points, _place(points, field, sign)) for key, (points, field, sign) in found.items()}
+
+
 def _same_root(one: _Root, other: _Root, half: float) -> bool:
     """True for a root that two neighbouring pieces share."""
     return bool(one[0] == other[0] and abs(one[1] - other[1]) < 1e-3 * half)
@@ -116,24 +131,24 @@ def _models(search: Search, around: dict[int, Points], pieces: list[_Piece]) -> 
     """The points of every piece at its Chebyshev nodes, in one go."""
     if not pieces:
         return []
-    nodes = chebyshev.chebpts1(_NODES)
     turns = {
-        order: np.unique(np.concatenate([middle + half * nodes for k, _, middle, half in pieces if k == order]))
+        order: np.unique(np.concatenate([middle + half * NODES for k, _, middle, half in pieces if k == order]))
         for order in around
     }
     traced = between(search, around, turns)
     models: list[Points | None] = []
     for order, _, middle, half in pieces:
         points = traced[order]
-        wanted = middle + half * nodes
+        wanted = middle + half * NODES
         at = np.searchsorted(points.turn, wanted)
         whole = (at < len(points)).all() and np.array_equal(points.turn[np.minimum(at, len(points) - 1)], wanted)
         models.append(points[at] if whole else None)
     return models
 
 
-def _fit(values: Float[Array, " nodes *axes"]) -> Float[Array, " nodes *axes"]:
-    return chebyshev.chebfit(chebyshev.chebpts1(_NODES), values, _NODES - 1)
+def fitted(values: Float[Array, " nodes *axes"]) -> Float[Array, " nodes *axes"]:
+    """The Chebyshev coefficients of values at `NODES`."""
+    return chebyshev.chebfit(NODES, values, len(NODES) - 1)
 
 
 def _roots(coefficients: Float[Array, " powers"]) -> Float[Array, " roots"]:
@@ -153,13 +168,19 @@ def _tail(coefficients: Float[Array, " powers"]) -> float:
 def _extreme(points: Points, field: str, sign: int) -> tuple[float, float]:
     """The largest value of sign * field on the piece, as the value of the field, and its error."""
     samples = getattr(points, field)
-    values = _fit(samples)
-    places = np.concatenate([_roots(chebyshev.chebder(values)), [-1.0, 1.0]])
-    best = float(chebyshev.chebval(places[np.argmax(sign * chebyshev.chebval(places, values))], values))
+    values = fitted(samples)
+    best = float(chebyshev.chebval(_place(points, field, sign), values))
     noise, tail = points.angle_error.max(), _tail(values)
     # A polynomial through values that are mostly noise overshoots: then the sample is as good as it.
     overshoot = abs(best - samples[np.argmax(sign * samples)]) if tail > 3 * noise else 0.0
     return best, float(noise + tail + overshoot)
+
+
+def _place(points: Points, field: str, sign: int) -> float:
+    """Where on the piece that is, from -1 to 1."""
+    values = fitted(getattr(points, field))
+    places = np.concatenate([_roots(chebyshev.chebder(values)), [-1.0, 1.0]])
+    return float(places[np.argmax(sign * chebyshev.chebval(places, values))])
 
 
 def _cusp(piece: _Piece, points: Points) -> list[_Root]:
@@ -167,14 +188,14 @@ def _cusp(piece: _Piece, points: Points) -> list[_Root]:
 
     The caustic's velocity is along the major axis everywhere; at a cusp its component there vanishes.
     """
-    velocity = chebyshev.chebval(chebyshev.chebpts1(_NODES), chebyshev.chebder(_fit(points.direction))).T
-    speed = _fit(np.einsum("ij,ij->i", velocity, _oriented(points.major)))
+    velocity = chebyshev.chebval(NODES, chebyshev.chebder(fitted(points.direction))).T
+    speed = fitted(np.einsum("ij,ij->i", velocity, _oriented(points.major)))
     roots = _roots(speed)
     if roots.size == 0:
         return []
     place = float(roots[np.argmin(np.abs(roots))])
     slope = abs(float(chebyshev.chebval(place, chebyshev.chebder(speed))))
-    depth = float(chebyshev.chebval(place, _fit(points.depth)))
+    depth = float(chebyshev.chebval(place, fitted(points.depth)))
     # The tip moves with the square of the parameter's error, _tail / slope.
     order, _, middle, half = piece
     return [(order, middle + half * place, depth, _tail(speed) ** 2 / slope)]

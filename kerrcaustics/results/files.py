@@ -17,6 +17,7 @@ SCHEMA, _OLD_SCHEMA = "kerrcaustics/result/1", "kerrcaustics/caustics-file/1"
 
 HOMES = {
     "spacetime.camera": "Camera",
+    "spacetime.observer": "Observer",
     "beams.beam": "Rays Beams",
     "beams.paths": "SpacePoints RayPaths",
     "curves.caustic": "Cusp Caustic CausticSet",
@@ -26,6 +27,7 @@ HOMES = {
     "curves.plane_caustics": "PlaneCaustic PlaneCausticSet",
     "stars.images": "StarImages",
     "stars.plane_images": "PlaneImages PlaneCounts",
+    "stars.derivatives": "ImageDerivatives CausticDerivatives",
     "stars.events": "PairEvent PairEvents",
     "stars.tracks": "Track StarTracks",
     "stars.following": "FollowedStar",

@@ -3,7 +3,7 @@
 import math
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,8 @@ class Frame(NamedTuple):
 
     basis is the camera basis, rows e_x, e_y, e_z, in FIDO components (r, theta, phi); speed is the camera's
     speed beta measured by the FIDO, along e_y, and slowness = 1 - beta^2; the rest are metric functions at the camera.
+    zoom, below 1 for an `Observer`, magnifies the sky about the direction to the hole: see `zoomed`; cylindrical_scale
+    is multiplied by it. start, r + 2 ln r, is what the time to the camera is counted from, 0 for an `Observer`.
     """
 
     spin: float
@@ -42,6 +44,8 @@ class Frame(NamedTuple):
     speed: float
     slowness: float
     basis: tuple[tuple[float, float, float], ...]
+    zoom: Any
+    start: Any
 
 
 class Photon(NamedTuple):
@@ -91,6 +95,7 @@ class Camera:
     radius: float = quantity("", "GM/c^2", "Boyer-Lindquist radius")
     inclination: float = quantity("", "rad", "polar angle", given=True, default=math.pi / 2)
     velocity: Velocity | None = quantity("", "", "name, or vector measured by the FIDO", default=None)
+    is_distant: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Refuse a camera that cannot be there."""
@@ -201,13 +206,16 @@ def _frame(camera: Camera) -> Frame:
         # Exactly: close to the speed of light nothing of it would be left.
         slowness=float(1 - sum(Fraction(v) ** 2 for v in velocity)),
         basis=basis,
+        zoom=1.0,
+        start=camera.radius + 2 * math.log(camera.radius),
     )
 
 
-def check_camera(camera: object) -> None:
-    """Refuse what is not a Camera."""
-    if not isinstance(camera, Camera):
-        raise ValueError(f"Argument `camera` must be a Camera, but is {type(camera).__name__}.")
+def check_camera(camera: object, *, distant: bool = False) -> None:
+    """Refuse what is not a Camera; distant, whether it may be an `Observer`."""
+    if not isinstance(camera, Camera) or (camera.is_distant and not distant):
+        kinds = "a Camera or an Observer" if distant else "a Camera"
+        raise ValueError(f"Argument `camera` must be {kinds}, but is {type(camera).__name__}.")
 
 
 def orbital_velocity(camera: Camera) -> float:
@@ -298,11 +306,11 @@ def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
     References: JTFT A.1; K and kappa are written as sums of squares, so that they keep their
     digits near the principal null directions.
     """
-    n_r, n_theta, n_phi = fido_from_sky(frame, sky)
+    n_r, n_theta, n_phi = zoomed(frame, fido_from_sky(frame, sky))
     a, s, c = frame.spin, frame.sin_theta, frame.cos_theta
     energy_ratio = _energy_ratio(frame, n_phi)
     energy = 1 / energy_ratio
-    p_theta = energy * frame.root_sigma * n_theta
+    p_theta = energy * frame.root_sigma * frame.zoom * n_theta
     p_phi = energy * frame.cylindrical_scale * n_phi
     b = p_phi * s
     u = 1 / frame.radius
@@ -319,8 +327,21 @@ def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
     )
 
 
+def zoomed(frame: Frame, direction: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+    """Direction (n_r, n_theta / zoom, n_phi / zoom) in which a photon moves, from that on a magnified sky.
+
+    Tangents of half the angle from the direction to the hole are multiplied by the zoom: angles stay, and both skies
+    are whole. For a zoom of 1 nothing changes, to the bit.
+    """
+    n_r, n_theta, n_phi = direction
+    square = frame.zoom * frame.zoom
+    # Never 0, also straight away from the hole.
+    size = (1 + square) + (1 - square) * n_r + 1e-40
+    return ((1 - square) + (1 + square) * n_r) / size, 2 * n_theta / size, 2 * n_phi / size
+
+
 def _energy_ratio(frame: Frame, n_phi: Any) -> Any:
-    """Energy at infinity per energy at the FIDO of a photon that moves there with the component n_phi."""
+    """Energy at infinity per energy at the FIDO of a photon that moves there with the component n_phi / zoom."""
     return frame.lapse + frame.shift * frame.cylindrical_scale * frame.sin_theta * n_phi
 
 
@@ -332,7 +353,9 @@ def redshift(camera: Camera, sky: np.ndarray, light: Photon | None = None) -> np
     """
     frame = camera.frame()
     parts = (sky[..., 0], sky[..., 1], sky[..., 2])
-    energy_ratio = _energy_ratio(frame, fido_from_sky(frame, parts)[2]) if light is None else light.energy_ratio
+    energy_ratio = (
+        _energy_ratio(frame, zoomed(frame, fido_from_sky(frame, parts))[2]) if light is None else light.energy_ratio
+    )
     with np.errstate(divide="ignore"):
         return math.sqrt(frame.slowness) / (doppler(frame, parts)[0] * energy_ratio)
 

@@ -10,11 +10,12 @@ from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.observer import on_screen
 
 
 @usual_warnings
 def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
-    """Directions N (n, 3) on the camera sky of n points of the shadow edge, a closed curve.
+    """Directions N (n, 3) on the camera sky of n points of the shadow edge, a closed curve; of an Observer (n, 2).
 
     The curve runs clockwise as seen looking at the hole with the spin axis up, from its prograde end on the left;
     the last point is not the first one repeated.
@@ -23,10 +24,11 @@ def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
     ------
     About 1e-15 rad, from closed formulas (JTFT A.1).
     """
-    check_camera(camera)
+    check_camera(camera, distant=True)
     n = whole_number("n", n, 1)
     turn = 2 * math.pi * np.arange(n) / n
-    return sky_from_fido(camera.frame(), edge_photons(camera, turn))
+    sky = sky_from_fido(camera.frame(), edge_photons(camera, turn))
+    return on_screen(sky) if camera.is_distant else sky
 
 
 def edge_photons(camera: Camera, turn: np.ndarray) -> np.ndarray:
@@ -52,8 +54,15 @@ def edge_photons(camera: Camera, turn: np.ndarray) -> np.ndarray:
     at = kerr.metric(a, r, c)
     # Light from an orbit below the camera moves outward there, light from one above it moves inward.
     n_r = root_potential / math.sqrt(at.sigma * at.delta)
-    n_theta = p_theta / math.sqrt(at.sigma)
-    n_phi = momentum / at.cylindrical_scale
+    n_theta = p_theta / (math.sqrt(at.sigma) * frame.zoom)
+    n_phi = momentum / frame.cylindrical_scale
+    if frame.zoom != 1:
+        # The inverse of `zoomed`.
+        square, across = frame.zoom**2, n_theta**2 + n_phi**2
+        size = np.sqrt(n_r**2 + square * across)
+        n_r, n_theta, n_phi = n_r / size, n_theta / size, n_phi / size
+        half = (1 + n_r) / 2
+        n_r, n_theta, n_phi = half**2 - (n_theta**2 + n_phi**2) / 4, n_theta * half, n_phi * half
     photon = np.stack([n_r, n_theta, n_phi], axis=-1)
     return photon / np.linalg.norm(photon, axis=-1, keepdims=True)
 

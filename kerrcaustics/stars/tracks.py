@@ -110,9 +110,11 @@ class StarTracks:
         "doubt",
     )
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
-    source_radius: float = quantity("", "GM/c^2", "radius of the star, infinite on the celestial sphere")
     _branches: Branches = field(repr=False)
     _cubics: Cubics = field(repr=False)
+    source_radius: float = quantity(
+        "", "GM/c^2", "radius of the star, infinite on the celestial sphere", default=math.inf
+    )
 
     def __repr__(self) -> str:
         """One line: the star, how many tracks and events."""

@@ -13,7 +13,14 @@ import jax
 import jax.numpy as jnp
 
 from kerrcaustics.beams.closed_form import radial_leg
-from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots, Travel, start_of, travel
+from kerrcaustics.beams.closed_form.radial_motion import (
+    RadialIntegrals,
+    RadialPlace,
+    RadialRoots,
+    Travel,
+    start_of,
+    travel,
+)
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.beams.ends import Aim
 from kerrcaustics.spacetime import radial
@@ -43,7 +50,8 @@ def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Real
     y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(known & (square > 0), square, 1.0))
     # The radius itself, not 1 / u, so that its difference from the camera's is exact.
     end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - 1 - radial.horizon_lift(frame.spin))
-    there = travel(frame.spin, radial_leg.integrals(frame.spin, roots, start, end, clock=clock), aim.captured)
+    way = _counted(frame, radial_leg.integrals(frame.spin, roots, start, end, clock=clock))
+    there = travel(frame.spin, way, aim.captured)
     psi_rate, _ = _rates_at(frame.spin, light.b, u)
     return there._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=known)
 
@@ -55,7 +63,7 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim
     coefficients = radial.potential_coefficients(spin, light)
     near, certified = _found(spin, *jax.lax.stop_gradient((light, coefficients, roots, start, time)))
     near_u, y = point = _on_curve(roots, near)
-    whole = radial_leg.integrals(spin, roots, start, _place(spin, roots, point), clock=clock)
+    whole = _counted(frame, radial_leg.integrals(spin, roots, start, _place(spin, roots, point), clock=clock))
     late = time - whole.time
     slope = -y * _x(roots, near_u)
     u = near_u + jax.lax.stop_gradient(slope) * late
@@ -76,6 +84,11 @@ def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim
         clearance=jnp.minimum(clearance, (arc + jnp.abs(slope)) / 8),
         holds=aim.lost | certified,
     )
+
+
+def _counted(frame: Frame, way: RadialIntegrals) -> RadialIntegrals:
+    """The integrals, the time counted from where that of the camera is."""
+    return way if way.growing is None else way._replace(growing=way.growing + frame.start)
 
 
 def growth(frame: Frame, light: Photon, time: Reals) -> Reals:

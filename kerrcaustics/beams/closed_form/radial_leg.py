@@ -21,7 +21,10 @@ def mino_time(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> Reals
 
 
 def integrals(spin: Reals, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, clock: bool) -> RadialIntegrals:
-    """Mino time, I(r_+), I(r_-), and the integral of r^2 + 2 r if asked for, from one place to another."""
+    """Mino time, I(r_+), I(r_-), and if asked for the integral of r^2 + 2 r, from one place to another.
+
+    The last is without r + 2 ln r of the first place, as on the way to infinity.
+    """
     low, following = roots.low, roots.next
     triple, scale = _triple(roots, start, end)
     below = (low - roots.h) ** 2 - roots.d
@@ -84,7 +87,7 @@ def _growing(
     p: Reals,
     found: elliptic.Integrals,
 ) -> Reals:
-    """The integral of r^2 + 2 r from one place to another."""
+    """The integral of r^2 + 2 r from one place to another, less r + 2 ln r at the first."""
     h, d, low, following, *_ = roots
     near, below, width = (following - h) ** 2 - d, (low - h) ** 2 - d, following - low
     t1, t2 = start.r - following, end.r - following
@@ -95,5 +98,9 @@ def _growing(
     s = _sum(first, second, squares)
     power = following * time + elliptic.log_ratio(s, scale, p / (t1 * t2)) + 2 / 3 * found.thirds[-1]
     ends = (start.r - low) * (end.r - low) / (start.inner * end.inner) * scale / triple.root
-    square = second - first + (following**2 - near / 2) * time + near * (below / 3 * scale**3 * found.second + ends)
-    return square + 2 * power
+    # - first - r, of rays that start inward far away, from the difference of squares.
+    rest = (2 * following * start.r + (h * h - d + 2 * h * low)) - low * (h * h - d) / start.r
+    inward = first < 0
+    late = jnp.where(inward, rest * start.r / (t1 * jnp.where(inward, start.r - first, 1.0)), -first - start.r)
+    square = second + late + (following**2 - near / 2) * time + near * (below / 3 * scale**3 * found.second + ends)
+    return square + 2 * (power - jnp.log(start.r))

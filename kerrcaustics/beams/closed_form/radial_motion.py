@@ -80,7 +80,10 @@ class RadialPlace(NamedTuple):
 
 
 class RadialIntegrals(NamedTuple):
-    """Integrals along a way: Mino time, I(r_+), I(r_-), and that of r^2 + 2 r, to infinity its finite part."""
+    """Integrals along a way: Mino time, I(r_+), I(r_-), and that of r^2 + 2 r, to infinity its finite part.
+
+    The last is also without r + 2 ln r of the start.
+    """
 
     time: Reals
     plus: Reals
@@ -92,6 +95,8 @@ def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, *, clock
     """The radial motion of rays from the camera to infinity; with the clock if asked for."""
     roots, start = start_of(frame, light, quartic)
     way = _to_infinity(frame.spin, roots, start, clock=clock)
+    if way.growing is not None:
+        way = way._replace(growing=way.growing + frame.start)
     return travel(frame.spin, way, radial.is_captured(frame, light, quartic))
 
 
@@ -179,12 +184,19 @@ def _pole_at_infinity(roots: RadialRoots, place: RadialPlace) -> elliptic.Pole:
 def _growing(
     roots: RadialRoots, place: RadialPlace, triple: elliptic.Triple, p: Reals, found: elliptic.Integrals
 ) -> Reals:
-    """The integral of r^2 + 2 r from a place to a large radius X, less X + 2 ln X."""
+    """The integral of r^2 + 2 r from a place to a large radius X, less X + 2 ln X, and less the same at the place."""
     h, d, low, following, *_ = roots
-    r = place.r
+    r, _, inner, outer = place
+    e = (low + h) ** 2
     near, below = (following - h) ** 2 - d, (low - h) ** 2 - d
     time = 2 * found.first
-    first_power = following * time - jnp.log(p / (4 * (r - following))) + 2 / 3 * found.thirds[-1]
-    # (B - A) / (A + B) from the difference of squares.
-    ends = 2 * h * (4 * r * h + d - (low + h) ** 2) / triple.root**2
-    return (following**2 - near / 2) * time + near * below / 3 * found.second + (ends - r) + 2 * first_power
+    first_power = following * time - jnp.log(p / (4 * (r - following)) * r) + 2 / 3 * found.thirds[-1]
+    # (B - A) / (A + B) from the difference of squares; 2 h times that is 2 r, and a rest, for rays that start inward.
+    product = 4 * r * h + d - e
+    ends = 2 * h * product / triple.root**2 - 2 * r
+    # (B - A)^2 - 4 r^2, from R - r^4.
+    bend = ((h * h - d) * (h * h - e) / r + 2 * h * (e - d)) / r - (2 * h * h + d + e)
+    square = (2 * h * h - d - e) + 2 * bend / (1 + jnp.abs(outer / r) * (inner / r))
+    rest = (2 * h * square - 2 * r * (d - e)) / jnp.where(outer < 0, product, 1.0)
+    finite = jnp.where(outer < 0, rest, ends)
+    return (following**2 - near / 2) * time + near * below / 3 * found.second + finite + 2 * first_power

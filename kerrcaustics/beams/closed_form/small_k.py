@@ -68,6 +68,7 @@ def radial_motion(frame: Frame, light: Photon, end: Spherical, *, clock: bool = 
     if way.growing is not None:
         slow = jnp.where(brief, slow, 4 * way.time + 2 * turn + way.plus + way.minus)
         told = slow + (jnp.where(brief, growing, way.growing) if end.finite else way.growing)
+        told = told + jnp.where(frame.start == 0, -(frame.radius + 2 * jnp.log(frame.radius)), 0.0)
     return Travel(time, psi, jnp.zeros_like(light.b, bool), told, u=1 / end.radius + 0 * light.b)
 
 

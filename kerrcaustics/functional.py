@@ -1,0 +1,84 @@
+"""Rays as pure functions for JAX: jit, vmap, grad, of the hole, the camera and the direction.
+
+Unlike the engines behind `trace_rays`, which are compiled once for all callers and tell errors, these are traced by the
+caller's own transformations.
+
+Derivatives of any order, forward and reverse, are taken by forward differentiation inside: a loop whose number of steps
+is not known has no other, and six numbers go in.
+
+All arithmetic is in float64, whatever the settings of JAX. What JAX itself does to arguments and gradients before and
+after remains: without `jax_enable_x64`, `jit`, `vmap` and `grad` round Python's floats and NumPy's arrays to float32,
+and gradients come back in the type of the arguments.
+"""
+
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from kerrcaustics.beams.differentiable import Moving, differentiable, end, float64, motion_of
+from kerrcaustics.spacetime.camera import Velocity
+
+
+def direction(
+    spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity = "fiducial"
+) -> Float[Array, "... 3"]:
+    """Where the light of a camera-sky direction comes from: n' (..., 3), a unit vector of the celestial sphere.
+
+    Parameters
+    ----------
+    spin, radius, inclination : float or (...)
+        As in `Camera`; checked where they are numbers, not where JAX traces them.
+    sky : (..., 3)
+        Directions N on the camera sky; their length does not matter, so that a gradient is tangential.
+    velocity : str or (float, float, float), optional
+        As in `Camera`, but "fiducial" when left out. A name is the motion that belongs to the place, and is
+        differentiated with it: "circular" means the angular velocity 1 / (a + r^(3/2)).
+
+    Returns
+    -------
+    (..., 3) float64; NaN for captured rays.
+
+    Errors
+    ------
+    1e-13 or so times the beam's major diameter; derivatives lose a power of it more each.
+    """
+    return _traced(spin, radius, inclination, sky, velocity, timed=False)
+
+
+def travel_time(
+    spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity = "fiducial"
+) -> Float[Array, "..."]:
+    """The coordinate time from infinity to the camera, the limit of t - r - 2 ln r (...); all else as `direction`.
+
+    Errors: about 1e-13 times the length of the way, and the major diameter times 1e-13.
+    """
+    return _traced(spin, radius, inclination, sky, velocity, timed=True)[..., 3]
+
+
+def _traced(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity, *, timed: bool) -> Array:
+    motion = motion_of(velocity)
+    with float64():
+        place = [_wide(name, x) for name, x in (("spin", spin), ("radius", radius), ("inclination", inclination))]
+        sky = _wide("sky", sky)
+        if sky.ndim == 0 or sky.shape[-1] != 3:
+            raise ValueError(f"Argument `sky` must have the shape (..., 3), but has {sky.shape}.")
+        return _ends(*place, sky, motion, timed)
+
+
+def _wide(name: str, value: Any) -> Array:
+    """The argument in float64; what is traced already is converted as JAX does it."""
+    if isinstance(value, Tracer):
+        return jax.lax.convert_element_type(value, jnp.float64)
+    return jnp.asarray(value, jnp.float64)
+
+
+@partial(jax.jit, static_argnames=("timed",))
+def _ends(spin: Array, radius: Array, inclination: Array, sky: Array, motion: Moving, timed: bool) -> Array:
+    place = (jnp.broadcast_to(x, sky.shape[:-1]) for x in jnp.broadcast_arrays(spin, radius, inclination))
+    given = jnp.concatenate([jnp.stack(list(place), axis=-1), sky], axis=-1)
+    ends = jax.vmap(differentiable(partial(end, timed=timed)), (0, None))(given.reshape(-1, 6), motion)
+    return ends.reshape(*sky.shape[:-1], -1)
