@@ -183,7 +183,7 @@ def caustics(
     began = time.perf_counter()
     report = progress or (lambda _what, _part: None)
     report("critical curves found", 0.1)
-    surface = spherical(camera, end)
+    surface = spherical(camera, end, distant=True)
     curves = critical_curves(camera, int(orders), engine, tolerance, surface)
     report("cusps and extremes refined", 0.8)
     search = curves.search()

@@ -123,12 +123,14 @@ def _merged(first: Kind, second: Kind, returning: Bool[Array, " n"]) -> Kind:
     return replace(first, **{f.name: joined(getattr(first, f.name), getattr(second, f.name)) for f in fields(first)})
 
 
-def spherical(camera: Camera, end: object) -> Spherical:
-    """The sphere that `end=` means; what is none is refused with one ValueError."""
-    check_camera(camera)
+def spherical(camera: Camera, end: object, *, distant: bool = False) -> Spherical:
+    """The sphere that `end=` means; what is none is refused with one ValueError. distant: as for `check_camera`."""
+    check_camera(camera, distant=distant)
     found = end_of(camera, end)
     if not isinstance(found, Spherical):
         raise ValueError(f"Argument `end` must be a radius or math.inf, but is {end!r}.")
+    if camera.is_distant and not isinstance(found, CelestialSphere):
+        raise ValueError(f"Argument `end` must be math.inf for an Observer, but is {end!r}.")
     return found
 
 
