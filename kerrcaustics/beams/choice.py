@@ -35,9 +35,6 @@ def followed(
     unsure = ~ends.closed_form
     if engine is Engine.AUTO:
         unsure |= is_mostly_noise(ends, tolerance)
-    # The integrator's clock does not know an observer at infinity.
-    if wanted.time and np.isinf(camera.radius):
-        unsure[:] = False
     rest = np.flatnonzero(unsure)
     if rest.size:
         # Few rays, mostly: one program serves them all, whatever was asked for.

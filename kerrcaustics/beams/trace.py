@@ -146,8 +146,6 @@ def _traced(
 ) -> Result:
     """The result, traced block by block on all cores."""
     chosen, tolerance = check_request(camera, engine, tolerance)
-    if wanted.time and chosen is Engine.INTEGRATED and math.isinf(camera.radius):
-        raise ValueError("Argument `engine` must be auto or closed-form for times to an observer at infinity.")
     surface = end_of(camera, end)
     screen = is_screen(camera, sky)
     directions, shape = as_vectors(from_screen(sky) if screen else sky)

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
 from kerrcaustics.beams.integrator.nystroem import Path, Positions, Rates
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Reals
+from kerrcaustics.spacetime.arrays import Flags, Reals
 
 
 def started(constants: Constants, ray: Path) -> Path:
@@ -48,10 +48,20 @@ def local_error(constants: Constants, clock: Path, gap: Path) -> Reals:
     return 4 * in_y / jnp.abs(clock.position[0]) + jnp.abs(gap.psi)
 
 
-def reading(constants: Constants, start: Path, end: Path, clock: Path, at_infinity: bool) -> Reals:
-    """Coordinate time from the end to the camera; at infinity the limit of t - r - 2 ln r."""
+def reading(
+    constants: Constants, start: Path, end: Path, clock: Path, *, at_infinity: bool, distant: Flags = False
+) -> Reals:
+    """Coordinate time from the end to the camera; at infinity the limit of t - r - 2 ln r.
+
+    distant, whether r + 2 ln r of the camera is taken off too, as for an `Observer`.
+    """
     a2, a1, a0, _, _ = constants
-    time = start.rate[0] / start.position[0] + clock.psi + 4 * jnp.log(jnp.abs(clock.position[0]))
+    u, w = start.position[0], start.rate[0]
+    # w / u - 1 / u, without its cancellation where w is close to 1, from w^2 - 1.
+    inward = w > 0
+    beyond = jnp.where(inward, (a2 + (a1 + a0 * u) * u) * u / jnp.where(inward, w + 1, 1.0), (w - 1) / u)
+    first = jnp.where(distant, beyond + 2 * jnp.log(u), w / u)
+    time = first + clock.psi + 4 * jnp.log(jnp.abs(clock.position[0]))
     if at_infinity:
         return time
     u, w = end.position[0], end.rate[0]

@@ -204,8 +204,10 @@ def _timed(
     frame: Frame, journey: Journey, start: Path, last: Progress, touch: _Touch, doubt: _Doubt
 ) -> tuple[Reals, Reals, Reals]:
     """The time, its error, and what of that is round-off."""
-    time = clock.reading(journey.constants, start, touch.paths[0], touch.paths[-1], not journey.end.finite)
-    time = time + jnp.where(frame.start == 0, -(frame.radius + 2 * jnp.log(frame.radius)), 0.0)
+    at_infinity = not journey.end.finite
+    time = clock.reading(
+        journey.constants, start, touch.paths[0], touch.paths[-1], at_infinity=at_infinity, distant=frame.start == 0
+    )
     # The clock is as uncertain as n' by round-off of the steps, beside what comes with the end.
     late, rounding = errors.of_time(frame, journey.end, touch.at, doubt.direction + doubt.noise, doubt.noise)
     late = late + _gain(journey) * (0.0 if last.clock_error is None else last.clock_error)
