@@ -1,6 +1,7 @@
 """All images of a star, certified: what users keep."""
 
 import math
+from dataclasses import replace
 from typing import overload
 
 import numpy as np
@@ -15,6 +16,7 @@ from kerrcaustics.results.declared import derived, quantity, result, usual_warni
 from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.stars.deep_images import deepened, is_deep
 from kerrcaustics.stars.plane_images import PlaneImages, plane_images
 from kerrcaustics.stars.reciprocal import search_within
 from kerrcaustics.stars.search import Found, search
@@ -117,7 +119,8 @@ def star_images(
 
     Errors
     ------
-    `StarImages.error`, round-off of n' divided by the beam's minor diameter.
+    `StarImages.error`, round-off of n' divided by the beam's minor diameter; where that is more than 1e-10, as for
+    high indices, the image is put right by the distance from the shadow edge (deep_images.py), to about 1e-14.
 
     References
     ----------
@@ -131,7 +134,7 @@ def star_images(
     surface = spherical(camera, end)
     highest = checked_index(max_index)
     found = search_for(camera, from_angles(*place)[None], np.array([place]), highest, surface)
-    return images_of(camera, surface, [place], found)[0]
+    return _deepened(images_of(camera, surface, [place], found)[0], camera, surface)
 
 
 def is_within(camera: Camera, end: Spherical) -> bool:
@@ -183,6 +186,35 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
             )
         )
     return images
+
+
+def _deepened(images: StarImages, camera: Camera, end: Spherical) -> StarImages:
+    """The same, with those that lie close to the shadow edge to round-off."""
+    which = np.flatnonzero(is_deep(images.index, images.error, images.time, images.time_error))
+    if len(which) == 0:
+        return images
+    rest, seen, (theta, phi) = camera.at_rest(), camera.frame(), images.star
+    star = np.tile(from_angles(theta, phi), (len(which), 1))
+    returning = np.zeros(len(which), bool) if images.returning is None else images.returning[which]
+    sky = as_seen(images.sky[which], seen, rest.frame())
+    deep = deepened(rest, sky, images.error[which], star, end, returning)
+    these = which[deep.which]
+
+    def with_deep(values: Array | None, better: Array) -> Array | None:
+        if values is None:
+            return None
+        values = values.copy()
+        values[these] = better
+        return values
+
+    return replace(
+        images,
+        sky=with_deep(images.sky, as_seen(deep.sky, rest.frame(), seen)),
+        azimuth=with_deep(images.azimuth, phi + 2 * math.pi * np.round((images.azimuth[these] - phi) / (2 * math.pi))),
+        error=with_deep(images.error, deep.error),
+        time=with_deep(images.time, deep.time),
+        time_error=with_deep(images.time_error, deep.time_error),
+    )
 
 
 def checked_sheets(camera: Camera, max_index: int, end: float | Spherical = SKY) -> Sheets:

@@ -1,0 +1,211 @@
+"""Images next to the shadow edge, where a unit vector of doubles does not tell well enough where they lie.
+
+The way of a ray that winds about the hole depends on how far it is from the shadow edge through d alone, the square of
+half the distance of the outer roots of R. As a function of N it is known to 1e-16 or so, which e^(pi k) magnifies for
+an image of index k. So d is held beside N here, and Newton's method is one in ln |d| and the way s along the curve of
+equal d, in shadow sizes: what N knows of d is forgotten. N itself, and with it b and q, then comes out to round-off,
+and so does the time.
+"""
+
+import hashlib
+from pathlib import Path
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.beams.closed_form.finite_end import to_sphere
+from kerrcaustics.beams.closed_form.formula import LEAST_K
+from kerrcaustics.beams.closed_form.polar_motion import polar_motion, polar_swing
+from kerrcaustics.beams.closed_form.radial_motion import radial_motion
+from kerrcaustics.beams.ends import CelestialSphere, Sphere, Spherical
+from kerrcaustics.beams.programs import Program
+from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime.arrays import Reals
+from kerrcaustics.spacetime.camera import Camera, Frame, photon
+from kerrcaustics.spacetime.settings import own_settings
+from kerrcaustics.spacetime.sphere import flattened, moved, tangent_basis
+
+Array = np.ndarray
+
+# Errors of images that are worth it, in radians and of the time relative to it, and the least index.
+_POOR, _LATE, _WINDING = 1e-10, 1e-11, 2
+# Newton steps, and the half-width of the differences that stand for derivatives, in s and in ln |d|.
+_STEPS, _DIFFERENCE = 4, 1e-6
+# Fewest images that are refined together.
+_FEWEST = 8
+# Rounding of n' by radian of the way, of the time relative to it, and of N.
+_OF_END, _OF_TIME, _OF_SKY = 2e-15, 1e-15, 4e-16
+# Steps that put N back where it has the wanted d, and what they may miss it by.
+_RETURNS, _BESIDE = 3, 1e-13
+
+
+class Deep(NamedTuple):
+    """Which of the images were refined; of these the direction N, its error, the time from the star, its error."""
+
+    which: Array
+    sky: Array
+    error: Array
+    time: Array
+    time_error: Array
+
+
+class _Ends(NamedTuple):
+    """Ends of rays: n', time, radians of the way."""
+
+    direction: Array
+    time: Array
+    phase: Array
+
+
+def is_deep(
+    index: Int[Array, " images"],
+    error: Float[Array, " images"],
+    time: Float[Array, " images"] | None,
+    late: Float[Array, " images"] | None,
+) -> Bool[Array, " images"]:
+    """Whether images gain by it.
+
+    Parameters: index, Morse index; error, radians; time and late, its error, None where there is none.
+    """
+    poor = error > _POOR
+    if time is not None and late is not None:
+        poor |= late > _LATE * np.abs(time)
+    return poor & (index >= _WINDING)
+
+
+def deepened(
+    camera: Camera,
+    sky: Float[Array, "images 3"],
+    error: Float[Array, " images"],
+    star: Float[Array, "images 3"],
+    end: Spherical,
+    returning: Bool[Array, " images"],
+) -> Deep:
+    """Images close to the shadow edge, to round-off.
+
+    Parameters: sky, directions N as the camera sees them, which is at rest; error, of them, radians; star, unit
+    vectors; end, the sphere of the stars; returning, True for its second arrivals.
+
+    Errors: an image that this makes no better is left out.
+    """
+    which = np.arange(len(sky))
+    # Programs are compiled for so many images, or twice as many, and so on.
+    padded = np.resize(which, max(_FEWEST, 1 << (len(which) - 1).bit_length()))
+    search = _DeepSearch(camera, end, sky[padded], star[padded], returning[padded])
+    refined, size, time, late, good = (part[: len(which)] for part in search.run())
+    good &= size < error
+    return Deep(which[good], refined[good], size[good], time[good], late[good])
+
+
+class _DeepSearch:
+    """Newton's method in (s, ln |d|), for some images at once."""
+
+    def __init__(self, camera: Camera, end: Spherical, sky: Array, star: Array, returning: Array) -> None:
+        self._camera, self._end, self._star, self._returning = camera, end, star, returning
+        self._start = sky
+        # Of the shadow on the sky, about, from close by and from far away.
+        self._size = min(1.0, 5 / camera.radius)
+        self._depth, slope = self._d(sky), self._slope(sky)
+        self._steep = np.linalg.norm(slope, axis=1)
+        self._across = slope / self._steep[:, None]
+        self._along = self._size * np.cross(sky, self._across)
+
+    def run(self) -> tuple[Array, ...]:
+        """Directions, their errors, times, and theirs; True where that is as good as round-off."""
+        place = np.zeros((len(self._start), 2))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for _ in range(_STEPS):
+                inverse, _, residual, _ = self._linear(place)
+                place = place + np.einsum("nij,nj->ni", inverse, residual)
+            inverse, rate, residual, ends = self._linear(place)
+        rounding = _OF_END * (1 + ends.phase)
+        wrong = np.linalg.norm(residual, axis=1) + rounding
+        moved_by = np.abs(inverse) @ np.ones(2) * wrong[:, None]
+        late = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time)
+        sky, missed = self._sky(place)
+        good = (wrong < 10 * rounding) & (missed < _BESIDE) & np.isfinite(late)
+        return sky, self._size * moved_by[:, 0] + missed + _OF_SKY, ends.time, late, good
+
+    def _linear(self, place: Array) -> tuple[Array, Array, Array, _Ends]:
+        """The inverse of the derivative of n' by the place, that of the time, what is missing of n', and the ends."""
+        steps = _DIFFERENCE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+        ends = self._ends((place + steps[:, None]).reshape(-1, 2))
+        here, *beside = ends.direction.reshape(5, -1, 3)
+        times = ends.time.reshape(5, -1)
+        columns = [flattened(here, beside[i] - beside[i + 1]) / (2 * _DIFFERENCE) for i in (0, 2)]
+        rate = np.stack([times[1] - times[2], times[3] - times[4]], axis=1) / (2 * _DIFFERENCE)
+        (a, c), (b, d) = (column.T for column in columns)
+        inverse = np.moveaxis(np.array([[d, -b], [-c, a]]) / (a * d - b * c), 2, 0)
+        residual = flattened(here, self._star - here)
+        count = len(self._start)
+        return inverse, rate, residual, _Ends(here, times[0], ends.phase[:count])
+
+    def _sky(self, place: Array) -> tuple[Array, Array]:
+        """Directions N that have the wanted d, and by how much (radians) they miss it."""
+        copies = len(place) // len(self._start)
+        start, along, across = (np.tile(x, (copies, 1)) for x in (self._start, self._along, self._across))
+        steep, depth = (np.tile(x, copies) for x in (self._steep, self._depth))
+        wanted, away = depth * np.exp(place[:, 1]), np.zeros(len(place))
+
+        def there() -> tuple[Array, Array]:
+            sky = moved(start, along * place[:, :1] + across * away[:, None])
+            return sky, (wanted - self._d(sky)) / steep
+
+        for _ in range(_RETURNS):
+            away = away + there()[1]
+        sky, miss = there()
+        return sky, np.abs(miss)
+
+    @own_settings()
+    def _ends(self, place: Array) -> _Ends:
+        """Where rays end whose d is that of the place, whatever N makes of it."""
+        copies = len(place) // len(self._start)
+        d = np.tile(self._depth, copies) * np.exp(place[:, 1])
+        leaves = np.tile(self._returning, copies)
+        radius = None if isinstance(self._end, CelestialSphere) else float(self._end.radius)
+        rays = self._camera.frame(), self._sky(place)[0], d, radius, leaves
+        return _Ends(*map(np.asarray, _ENDS(*rays, on_equator=self._camera.on_equator, made_of=_MADE_OF)))
+
+    @own_settings()
+    def _d(self, sky: Array) -> Array:
+        return np.asarray(_DEPTH(self._camera.frame(), sky, made_of=_MADE_OF))
+
+    def _slope(self, sky: Array) -> Array:
+        """The derivative (n, 3) of d on the sky."""
+        step = _DIFFERENCE * self._size
+        basis = np.stack(tangent_basis(sky))
+        rates = [self._d(moved(sky, step * e)) - self._d(moved(sky, -step * e)) for e in basis]
+        return np.einsum("ij,ijk->jk", rates, basis) / (2 * step)
+
+
+def _depth(frame: Frame, sky: Array, *, made_of: str) -> Reals:
+    """d, as N tells it."""
+    return radial.factor(frame, photon(frame, tuple(sky.T))).d
+
+
+def _ends(
+    frame: Frame, sky: Array, d: Array, radius: float | None, returning: Array, *, on_equator: bool, made_of: str
+) -> tuple[Reals, Reals, Reals]:
+    """Ends of rays on a sphere, None for the celestial one, that leave in direction N and have this d."""
+    light = photon(frame, tuple(sky.T))
+    quartic = radial.factor(frame, light)._replace(d=d)
+    if radius is None:
+        travel = radial_motion(frame, light, quartic, clock=True)
+        lost = travel.captured
+    else:
+        aim = Sphere(radius, returning).aim(frame, light, quartic)
+        travel, lost = to_sphere(frame, light, quartic, radius, aim, clock=True), aim.lost
+    swing = polar_swing(frame, light, on_equator=on_equator)
+    polar = polar_motion(frame, light, swing, travel.time, on_equator=on_equator, clock=True)
+    c, s = jnp.cos(travel.psi + polar.turn), jnp.sin(travel.psi + polar.turn)
+    hidden = jnp.where(travel.holds & (light.k >= LEAST_K) & ~lost, 0.0, jnp.nan)
+    direction = jnp.stack([c * polar.x - s * polar.y, s * polar.x + c * polar.y, polar.z + hidden], axis=-1)
+    assert travel.clock is not None and polar.clock is not None
+    return direction, travel.clock + polar.clock, polar.phase
+
+
+# Programs are kept in files for as long as the rooms above stay the same; what this module says belongs to it, too.
+_MADE_OF = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+_DEPTH, _ENDS = Program(_depth), Program(_ends)
