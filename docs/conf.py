@@ -71,6 +71,16 @@ def read_as_text(app, what, name, obj, options, lines):
         lines.insert(0, "\\")
 
 
+def write_explorer(app, error):
+    """The explorer with a grid of states, as a page that needs no program."""
+    if error is None and app.builder.format == "html":
+        # Loaded late: JAX has its settings by then.
+        from kerrcaustics.explorer.still_page import write_page
+
+        write_page(Path(app.outdir) / "explorer.html")
+
+
 def setup(app):
     """Connect what this file adds to Sphinx."""
+    app.connect("build-finished", write_explorer)
     app.connect("autodoc-process-docstring", read_as_text, priority=400)

@@ -27,6 +27,7 @@ BEAMS = (
 CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
 FILMS = ("frame_store", "video")
 STARS = ("fold", "level_curves", "newton", "search", "sheets")
+EXPLORER = ("answers", "backdrop", "orbit", "view")
 SCENE_FILES = ("expressions", "geodesics", "looking", "motion")
 ROOMS = {
     "films": FILMS,
@@ -35,6 +36,7 @@ ROOMS = {
     "curves": CURVES,
     "stars": STARS,
     "scene_files": SCENE_FILES,
+    "explorer": EXPLORER,
 }
 # GB: when memory is given back, and what must not be kept then.
 MUCH, MOST = 1.8, 2.5

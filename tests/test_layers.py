@@ -23,6 +23,7 @@ STAGES = [
     "draw",
     "sweeps",
     "scene_files",
+    "explorer",
     "scripts",
     "report",
     "cli",

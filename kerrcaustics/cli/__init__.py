@@ -3,6 +3,7 @@
 from kerrcaustics.cli import (
     caustics as caustics,
     counts as counts,
+    explore as explore,
     figures as figures,
     film as film,
     images as images,

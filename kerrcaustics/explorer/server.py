@@ -1,0 +1,239 @@
+"""The page in a browser: its files, and one WebSocket, on which the newest question of each client is answered."""
+
+import asyncio
+import ipaddress
+import secrets
+import socket
+from collections.abc import AsyncIterator, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import monotonic
+from urllib.parse import urlsplit
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, greeting, question, refusal
+from kerrcaustics.explorer.state import ExplorerState
+from kerrcaustics.explorer.view import Message
+
+PAGE = Path(__file__).parent / "page"
+FILES = {
+    "/": ("index.html", "text/html"),
+    "/explorer.js": ("explorer.js", "text/javascript"),
+    "/socket.js": ("socket.js", "text/javascript"),
+    "/explorer.css": ("explorer.css", "text/css"),
+    "/icon.svg": ("icon.svg", "image/svg+xml"),
+}
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+MOST_CLIENTS = 64
+# Questions a second of one client in the mean, and how many may come at once.
+_RATE, _BURST = 80.0, 240.0
+# Computations at a time, of all clients together; the others wait in line, one a client.
+_WORKERS = 2
+# Reasons to close a socket: broken rules, too many clients.
+_POLICY, _LATER = 1008, 1013
+_LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
+
+
+@dataclass
+class _Client:
+    """One page: the newest question of each kind that was not begun yet, and how many it may still ask."""
+
+    socket: WebSocket
+    waiting: dict[str, tuple[int, str, ExplorerState]] = field(default_factory=dict)
+    awake: asyncio.Event = field(default_factory=asyncio.Event)
+    left: float = _BURST
+    since: float = field(default_factory=monotonic)
+
+    def may_ask(self) -> bool:
+        """Whether a question comes not too soon."""
+        now = monotonic()
+        self.left = min(_BURST, self.left + (now - self.since) * _RATE) - 1
+        self.since = now
+        return self.left >= 0
+
+    def asks(self, number: int, want: str, state: ExplorerState) -> None:
+        """Takes the place of what was asked for before: a view of another one."""
+        self.waiting["view" if want in ("full", "draft", "star") else want] = (number, want, state)
+        self.awake.set()
+
+    async def asked(self) -> None:
+        """Wait until there is a question."""
+        while not self.waiting:
+            self.awake.clear()
+            await self.awake.wait()
+
+    def newest(self) -> tuple[int, str, ExplorerState]:
+        """The next question, which is not waiting any more; views come first."""
+        return self.waiting.pop("view" if "view" in self.waiting else next(iter(self.waiting)))
+
+
+class Explorer:
+    """The application: pages, who may ask, and whose turn it is.
+
+    hosts: the names, with the port, under which the page may be asked for; token: that its address must hold.
+    """
+
+    def __init__(self, hosts: frozenset[str], token: str) -> None:
+        """Nothing is computed before a client asks."""
+        self.hosts, self.token = hosts, token
+        self.clients = 0
+        self._pool = ThreadPoolExecutor(_WORKERS, "explorer")
+        self._turn = asyncio.Semaphore(_WORKERS)
+        routes = [Route(path, self._file) for path in FILES]
+        self.app = Starlette(routes=[*routes, WebSocketRoute("/channel", self._channel)], lifespan=self._life)
+
+    @asynccontextmanager
+    async def _life(self, _app: Starlette) -> AsyncIterator[None]:
+        yield
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _is_own_host(self, connection: HTTPConnection) -> bool:
+        """False where another name leads here: what a page elsewhere may have told its browser."""
+        return connection.headers.get("host", "") in self.hosts
+
+    def _may_enter(self, socket: WebSocket) -> bool:
+        given = socket.query_params.get("token", "").encode()
+        origin = urlsplit(socket.headers.get("origin", ""))
+        own = origin.scheme in ("http", "https") and origin.netloc == socket.headers.get("host")
+        return self._is_own_host(socket) and own and secrets.compare_digest(given, self.token.encode())
+
+    async def _file(self, request: Request) -> Response:
+        if not self._is_own_host(request):
+            return PlainTextResponse("Unknown host.", 421, HEADERS)
+        name, kind = FILES[request.url.path]
+        return Response((PAGE / name).read_bytes(), headers=HEADERS, media_type=kind)
+
+    async def _channel(self, socket: WebSocket) -> None:
+        if not self._may_enter(socket):
+            await socket.close(_POLICY)
+        elif self.clients >= MOST_CLIENTS:
+            await socket.close(_LATER)
+        else:
+            await socket.accept()
+            self.clients += 1
+            try:
+                await self._served(_Client(socket))
+            finally:
+                self.clients -= 1
+
+    async def _served(self, client: _Client) -> None:
+        """Questions come in while answers are made; what was asked for by a page that is gone is forgotten."""
+        await client.socket.send_bytes(greeting().encoded())
+        answering = asyncio.create_task(self._answers(client))
+        try:
+            await self._questions(client)
+        except WebSocketDisconnect:
+            pass
+        finally:
+            answering.cancel()
+            with suppress(asyncio.CancelledError, Exception):
+                await answering
+
+    async def _questions(self, client: _Client) -> None:
+        while True:
+            message = await client.socket.receive()
+            if message["type"] == "websocket.disconnect":
+                return
+            if not client.may_ask():
+                await client.socket.close(_POLICY, "Too many questions.")
+                return
+            try:
+                client.asks(*question(message.get("text") or ""))
+            except ValueError as error:
+                await client.socket.send_bytes(refusal(str(error)).encoded())
+
+    async def _answers(self, client: _Client) -> None:
+        while True:
+            await client.asked()
+            async with self._turn:
+                # Taken when its turn has come: by then a newer one may be in its place.
+                asked = client.newest()
+                data = await asyncio.get_running_loop().run_in_executor(self._pool, _encoded, *asked)
+            await client.socket.send_bytes(data)
+
+
+def _encoded(number: int, want: str, state: ExplorerState) -> bytes:
+    try:
+        found: Message = answer(number, want, state)
+    except Exception as error:
+        found = refusal(f"This could not be found ({type(error).__name__}): move a slider a little.", number, want)
+    return found.encoded()
+
+
+class _Server(uvicorn.Server):
+    """Leaves Ctrl-C to the command line, which ends at once."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield
+
+
+def is_loopback(host: str) -> bool:
+    """True for an address that this machine alone can reach."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def listening(host: str, port: int) -> socket.socket:
+    """A socket at a port, or at any free one for 0; an OSError where there is none."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    opened = socket.socket(family, socket.SOCK_STREAM)
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        opened.bind((host, port))
+        # From now on who connects waits: the address is told before the server stands.
+        opened.listen(MOST_CLIENTS)
+    except OSError:
+        opened.close()
+        raise
+    return opened
+
+
+def own_names(host: str, port: int) -> frozenset[str]:
+    """What browsers call this server: for a public address, that and the machine's name."""
+    names = {*_LOCAL_NAMES, host}
+    if not is_loopback(host):
+        names |= {socket.gethostname(), socket.getfqdn(), *_addresses()}
+    return frozenset(f"[{name}]:{port}" if ":" in name else f"{name}:{port}" for name in names)
+
+
+def _addresses() -> set[str]:
+    with suppress(OSError):
+        return {str(found[4][0]) for found in socket.getaddrinfo(socket.gethostname(), None)}
+    return set()
+
+
+def serve(opened: socket.socket, host: str, token: str) -> None:
+    """Serve the explorer on a socket until the process ends."""
+    explorer = Explorer(own_names(host, opened.getsockname()[1]), token)
+    config = uvicorn.Config(
+        explorer.app,
+        log_level="critical",
+        access_log=False,
+        ws="websockets-sansio",
+        ws_max_size=2 * LONGEST_QUESTION,
+        ws_max_queue=16,
+        ws_per_message_deflate=False,
+        limit_concurrency=4 * MOST_CLIENTS,
+        server_header=False,
+        proxy_headers=False,
+    )
+    _Server(config).run(sockets=[opened])

@@ -1,0 +1,158 @@
+"""What the explorer shows, as one value: checked, written as an address, and as the commands that give the same."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Self
+from urllib.parse import parse_qsl, urlencode
+
+from kerrcaustics.spacetime.camera import VELOCITY_NAMES, Camera
+from kerrcaustics.spacetime.checks import real_number, whole_number
+
+MOST_SPIN, MOST_RADIUS, MOST_ORDERS = 0.9999, 1000.0, 4
+"""What one computation may ask for: none takes more than some seconds."""
+
+BACKDROPS = ("none", "stars", "checkerboard")
+CHARTS = ("map", "unwrapped", "globe")
+
+_NUMBERS = ("spin", "radius", "inclination", "theta", "phi")
+_CHOICES = {"velocity": VELOCITY_NAMES, "backdrop": BACKDROPS, "chart": CHARTS}
+
+
+@dataclass(frozen=True)
+class ExplorerState:
+    """What the explorer shows: a camera, a star, how many orders, and how.
+
+    spin; radius in units of the mass; inclination, theta, phi: degrees, of the camera and of the star on the celestial
+    sphere; velocity: "circular", "fiducial" or "static"; orders: of critical curves, 1 to 4, and images of index 0 to
+    orders - 1; backdrop: what shines behind the curves; chart: of the celestial sphere.
+    """
+
+    spin: float = 0.999
+    radius: float = 6.03
+    inclination: float = 90.0
+    velocity: str = "circular"
+    orders: int = 3
+    theta: float = 84.0
+    phi: float = 60.0
+    backdrop: str = "none"
+    chart: str = "map"
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """A state from anybody's values; those left out have their defaults. Refused with one ValueError."""
+        known = {f.name for f in fields(cls)}
+        for name in values:
+            if name not in known:
+                raise ValueError(
+                    f"Argument `state` must have the keys {', '.join(sorted(known))}, but has {name!r:.40}."
+                )
+        state = cls(**{name: _plain(name, value) for name, value in values.items()})
+        state.check()
+        return state
+
+    @classmethod
+    def from_address(cls, address: str) -> Self:
+        """The state that the fragment of an address tells, as `address` writes it."""
+        return cls.of({name: _from_text(name, text) for name, text in parse_qsl(address.lstrip("#"))})
+
+    def check(self) -> None:
+        """Refuse what cannot be, or would take too long."""
+        _within("spin", self.spin, 0, MOST_SPIN)
+        _within("radius", self.radius, 1, MOST_RADIUS)
+        _within("inclination", self.inclination, 0, 180)
+        _within("theta", self.theta, 0, 180)
+        _within("phi", self.phi, -36000, 36000)
+        self.camera()
+
+    def camera(self) -> Camera:
+        """The camera."""
+        inclination = math.pi / 2 if self.inclination == 90 else math.radians(self.inclination)
+        return Camera(self.spin, self.radius, inclination, self.velocity)
+
+    def star(self) -> tuple[float, float]:
+        """(theta', phi') of the star, radians."""
+        return math.radians(self.theta), math.radians(self.phi)
+
+    @property
+    def max_index(self) -> int:
+        """Highest Morse index of the images."""
+        return self.orders - 1
+
+    def record(self) -> dict[str, Any]:
+        """The values by name."""
+        return asdict(self)
+
+    def address(self) -> str:
+        """The state as the fragment of an address, without the #."""
+        return urlencode({name: _text(value) for name, value in self.record().items()})
+
+    def commands(self) -> list[str]:
+        """What gives the same numbers on the command line."""
+        camera = f"--spin {self.spin:.12g} --radius {self.radius:.12g} --velocity {self.velocity}"
+        camera += "" if self.inclination == 90 else f" --inclination {self.inclination:.12g}"
+        star = f"--star {self.theta:.12g} {self.phi:.12g}"
+        tracks = f"--star-theta {self.theta:.12g}"
+        lines = [
+            f"kerrcaustics caustics {camera} --orders {self.orders}",
+            f"kerrcaustics images {camera} {star} --max-index {self.max_index}",
+        ]
+        return lines + [f"kerrcaustics tracks {camera} {tracks} --max-index {self.max_index}"] * self.has_orbit
+
+    def python(self) -> str:
+        """What gives the same numbers in Python."""
+        inclination = "math.pi / 2" if self.inclination == 90 else f"math.radians({self.inclination:.12g})"
+        star = f"(math.radians({self.theta:.12g}), math.radians({self.phi:.12g}))"
+        return (
+            "import math\nimport kerrcaustics as kc\n\n"
+            f"camera = kc.Camera({self.spin:.12g}, {self.radius:.12g}, {inclination}, {self.velocity!r})\n"
+            f"caustics = kc.caustics(camera, orders={self.orders})\n"
+            f"images = kc.star_images(camera, {star}, max_index={self.max_index})\n"
+        )
+
+    @property
+    def has_orbit(self) -> bool:
+        """True when the camera circles the spin axis, so that stars have tracks."""
+        return (self.velocity != "static" and self.spin > 0) or self.velocity == "circular"
+
+
+PRESETS: dict[str, ExplorerState] = {
+    "JTFT fig 4: no spin": ExplorerState(spin=0.0, orders=2, theta=80.0, phi=150.0),
+    "JTFT fig 5: caustics at r = 6.03": ExplorerState(theta=84.0, phi=60.0),
+    "JTFT fig 6: a pair at r = 6.03": ExplorerState(orders=2, theta=90.0, phi=300.0),
+    "JTFT fig 7: tracks at r = 6.03": ExplorerState(orders=2, theta=70.0, phi=90.0),
+    "JTFT fig 8: stars at r = 2.6": ExplorerState(radius=2.6, theta=80.0, phi=120.0, backdrop="stars"),
+    "JTFT fig 9: caustics at r = 2.6": ExplorerState(radius=2.6, theta=100.0, phi=120.0),
+}
+"""Places to begin with: what the figures of James, von Tunzelmann, Franklin & Thorne 2015 show."""
+
+
+def _plain(name: str, value: Any) -> Any:
+    """The value as the type that its field has."""
+    if name in _CHOICES:
+        if value not in _CHOICES[name]:
+            raise ValueError(f"Argument `{name}` must be one of {', '.join(_CHOICES[name])}, but is {value!r:.40}.")
+        return value
+    if name == "orders":
+        return whole_number(name, value, 1, MOST_ORDERS)
+    number = real_number(name, value)
+    if not math.isfinite(number):
+        raise ValueError(f"Argument `{name}` must be a finite number, but is {number}.")
+    return float(number)
+
+
+def _within(name: str, value: float, least: float, most: float) -> None:
+    if not least <= value <= most:
+        raise ValueError(f"Argument `{name}` must lie in [{least:g}, {most:g}], but is {value:.12g}.")
+
+
+def _from_text(name: str, text: str) -> Any:
+    """A number where the field holds one, and the text is one."""
+    try:
+        return int(text) if name == "orders" else float(text) if name in _NUMBERS else text
+    except ValueError:
+        return text
+
+
+def _text(value: Any) -> str:
+    return f"{value:.12g}" if isinstance(value, float) else str(value)

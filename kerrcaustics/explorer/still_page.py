@@ -1,0 +1,57 @@
+"""A page that works from a file, with no program behind it: the explorer, and the states of a grid."""
+
+import base64
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from kerrcaustics.explorer.orbit import orbit_of
+from kerrcaustics.explorer.state import ExplorerState
+from kerrcaustics.explorer.view import Message, view_of
+from kerrcaustics.files import writing
+
+PAGE = Path(__file__).parent / "page"
+CAMERAS = tuple(
+    ExplorerState(spin=spin, radius=radius, theta=76.0, phi=330.0, orders=2)
+    for spin, radius in ((0.999, 6.03), (0.0, 6.03), (0.5, 6.03), (0.9, 6.03), (0.999, 2.6), (0.9, 2.6))
+)
+THETAS = (30.0, 60.0, 70.0, 76.0, 80.0, 84.0, 88.0, 90.0, 100.0, 120.0, 150.0)
+"""Heights of stars, degrees; on each, all longitudes."""
+_MOMENTS = 240
+
+
+def write_page(path: Path, cameras: Sequence[ExplorerState] = CAMERAS, thetas: Sequence[float] = THETAS) -> None:
+    """Write the page of some cameras on circular orbits, and stars at some heights (degrees) and all longitudes."""
+    states = {
+        "views": [_text(view_of(camera)) for camera in cameras],
+        "thetas": list(thetas),
+        "orbits": [[_text(orbit_of(replace(camera, theta=theta), _MOMENTS)) for theta in thetas] for camera in cameras],
+        "presets": [{"name": f"a = {one.spin:g}, r = {one.radius:g}", "state": one.record()} for one in cameras],
+    }
+    with writing(path) as file:
+        file.write(_page(json.dumps(states)).encode())
+
+
+def _page(states: str) -> str:
+    script = "".join((PAGE / name).read_text(encoding="utf-8") for name in ("explorer.js", "still.js"))
+    style = (PAGE / "explorer.css").read_text(encoding="utf-8")
+    policy = f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; img-src blob: data:"
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta name="color-scheme" content="light dark">\n<title>Kerr caustics explorer</title>\n'
+        f'<style>{style}</style>\n</head>\n<body class="kc-page">\n<main id="explorer"></main>\n'
+        f'<script type="application/json" id="states">{states}</script>\n'
+        f'<script type="module">{script}</script>\n</body>\n</html>\n'
+    )
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+
+
+def _text(message: Message) -> str:
+    return base64.b64encode(message.encoded()).decode()

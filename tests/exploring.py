@@ -1,0 +1,60 @@
+"""The explorer as a program of its own, and a page of it in Debian's Chromium."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+def needs_server():
+    for name in ("starlette", "uvicorn", "websockets"):
+        pytest.importorskip(name, reason=f"{name} is missing: pip install 'kerrcaustics[explore]'")
+
+
+def needs_browser():
+    needs_server()
+    pytest.importorskip("playwright", reason="playwright is missing: pip install playwright")
+    if CHROMIUM is None:
+        pytest.skip("Chromium is missing: apt-get install chromium")
+
+
+@contextmanager
+def served(*arguments):
+    """The address and the process of `kerrcaustics explore`."""
+    command = [sys.executable, "-m", "kerrcaustics", "explore", "--no-browser", *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ)
+    try:
+        yield process.stdout.readline().strip(), process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@contextmanager
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        try:
+            yield opened
+        finally:
+            opened.close()
+
+
+def until(page, condition, seconds=60):
+    """Wait until an expression is true; the page's policy lets no strings be evaluated there by itself."""
+    end = time.monotonic() + seconds
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, f"{condition}: {page.evaluate('window.explorer && explorer.line()')}"
+        time.sleep(0.02)
+
+
+def settled(page):
+    until(page, "!!window.explorer && !explorer.busy() && explorer.quality() === 'full'")

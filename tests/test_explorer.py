@@ -1,0 +1,226 @@
+"""The explorer without a browser: states, answers, and who is let in."""
+
+import json
+import math
+import signal
+import struct
+import time
+from dataclasses import replace
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from exploring import needs_server, served
+
+import kerrcaustics as kc
+from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, question
+from kerrcaustics.explorer.state import PRESETS, ExplorerState
+from kerrcaustics.explorer.view import view_of
+
+STATE = ExplorerState(spin=0.9, orders=2, theta=80.0, phi=250.0)
+
+
+def read(data):
+    """Record and arrays of an encoded message, read as the page reads them."""
+    assert data[:4] == b"KCX1"
+    (size,) = struct.unpack("<I", data[4:8])
+    record, body = json.loads(data[8 : 8 + size]), data[8 + size :]
+    arrays = {}
+    for name, place in record["arrays"].items():
+        count = math.prod(place["shape"])
+        kind = {"f4": "<f4", "u1": "u1"}[place["type"]]
+        arrays[name] = np.frombuffer(body, kind, count, place["offset"]).reshape(place["shape"])
+    return record, arrays
+
+
+def asked(want="star", **changes):
+    return json.dumps({"id": 7, "want": want, "state": {**STATE.record(), **changes}})
+
+
+@pytest.mark.parametrize("state", PRESETS.values(), ids=PRESETS)
+def test_addresses_bring_states_back(state):
+    assert ExplorerState.from_address("#" + state.address()) == state
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"spin": 1.0}, "`spin` must lie in"),
+        ({"spin": math.nan}, "`spin` must be a finite number"),
+        ({"spin": "fast"}, "`spin`"),
+        ({"radius": 1e9}, "`radius` must lie in"),
+        ({"orders": 5}, "`orders`"),
+        ({"orders": True}, "`orders`"),
+        ({"theta": [1]}, "`theta`"),
+        ({"velocity": "circular", "inclination": 60}, "`velocity`"),
+        ({"chart": "sphere"}, "`chart` must be one of"),
+        ({"velocity": {}}, "`velocity` must be one of"),
+        ({"file": "/etc/passwd"}, "`state` must have the keys"),
+    ],
+)
+def test_states_that_cannot_be_are_refused(values, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        ExplorerState.of(values)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "nonsense",
+        "[" * 4000,
+        "null",
+        '{"id": 1, "want": "star", "state": {"spin": NaN}}',
+        '{"id": -1, "want": "star", "state": {}}',
+        '{"id": true, "want": "star", "state": {}}',
+        '{"id": 1, "want": "files", "state": {}}',
+        '{"id": 1, "want": ["star"], "state": {}}',
+        '{"id": 1, "want": "star", "state": []}',
+        " " * (LONGEST_QUESTION + 1),
+    ],
+)
+def test_questions_that_make_no_sense_are_refused(text):
+    with pytest.raises(ValueError, match="Argument `"):
+        question(text)
+
+
+def test_views_hold_what_the_package_gives():
+    record, arrays = read(answer(*question(asked("full"))).encoded())
+    caustics, images = kc.caustics(STATE.camera(), 2), kc.star_images(STATE.camera(), STATE.star(), 1)
+    assert record["quality"] == "full" and record["id"] == 7
+    for told, caustic in zip(record["caustics"], caustics, strict=True):
+        assert told["circuits"] == caustic.circuits and told["error"] == math.degrees(caustic.error)
+        assert np.allclose(arrays[f"critical{caustic.order}"], caustic.sky, atol=1e-7, rtol=0)
+        assert np.allclose(arrays[f"caustic{caustic.order}"], np.degrees(caustic.celestial), atol=0, rtol=1e-7)
+    assert record["images"]["sky"] == images.sky.tolist() and record["images"]["certified"] is images.certified
+    assert record["images"]["per_index"] == list(images.per_index.values())
+
+
+def test_commands_and_python_give_the_same(capsys):
+    from command_line import run
+
+    status, out, _ = run(capsys, *STATE.commands()[1].split()[1:], "--json", "-")
+    images = view_of(STATE, "star").record["images"]
+    assert status == 0 and json.loads(out)["per_index"] == {str(k): n for k, n in enumerate(images["per_index"])}
+    names = {}
+    exec(STATE.python(), names)
+    assert names["images"].sky.tolist() == images["sky"] and len(names["caustics"]) == 2
+
+
+def test_coarse_curves_lie_on_the_critical_curves():
+    state = replace(STATE, spin=0.87)
+    record, arrays = read(view_of(state, "draft").encoded())
+    assert record["quality"] == "draft" and "images" not in record
+    for caustic in kc.caustics(state.camera(), 2):
+        beams = kc.trace_beams(state.camera(), arrays[f"critical{caustic.order}"].astype(float))
+        # Directions are rounded to float32, 6e-8 of their size, and the beam is that much wider.
+        assert np.abs(beams.delta_minus / beams.delta_plus).max() < 1e-3
+        assert np.abs(caustic.phi_extent - np.radians(np.ptp(arrays[f"caustic{caustic.order}"][:, 1]))) < 0.2
+
+
+def test_orbits_hold_the_images_of_each_moment():
+    record, arrays = read(answer(*question(asked("orbit"))).encoded())
+    events = kc.pair_events(STATE.camera(), math.radians(80), 1)
+    assert [e["part"] for e in record["events"]][: len(events)] == [e.time / record["period"] for e in events]
+    first = arrays["first"].astype(int)
+    for moment in (0, 100, 259):
+        images = kc.star_images(STATE.camera(), (math.radians(80), math.radians(arrays["phi"][moment])), 1)
+        these = slice(first[moment], first[moment + 1])
+        assert sorted(arrays["frame_numbers"][these, 0]) == sorted(images.index)
+
+
+def test_an_orbit_that_is_none_is_refused_in_words():
+    record, _ = read(answer(*question(asked("orbit", velocity="static", spin=0.0))).encoded())
+    assert record["kind"] == "refusal" and record["line"].startswith("Argument `") and record["id"] == 7
+
+
+@pytest.fixture(scope="module")
+def address():
+    needs_server()
+    with served() as (address, _):
+        yield urlsplit(address)
+
+
+def opened(address, **changes):
+    """A connection as a browser's page makes it, or with some of it changed."""
+    from websockets.sync.client import connect
+
+    given = {"token": address.query.split("=")[1], "origin": f"http://{address.netloc}", **changes}
+    host = {"additional_headers": {"Host": given["host"]}} if "host" in given else {}
+    return connect(f"ws://{address.netloc}/channel?token={given['token']}", origin=given["origin"], **host)
+
+
+@pytest.mark.parametrize("wrong", [{"token": "guess"}, {"token": ""}, {"origin": "http://elsewhere"}, {"origin": None}])
+def test_strangers_are_not_let_in(address, wrong):
+    from websockets.exceptions import InvalidStatus
+
+    with pytest.raises(InvalidStatus, match="403"):
+        opened(address, **wrong)
+
+
+def test_other_hosts_are_refused(address):
+    from http.client import HTTPConnection
+
+    for host, status in ((address.netloc, 200), (f"rebound.example:{address.port}", 421), ("", 421)):
+        connection = HTTPConnection(address.hostname, address.port)
+        connection.request("GET", "/", headers={"Host": host})
+        reply = connection.getresponse()
+        assert reply.status == status and "default-src 'none'" in reply.headers["Content-Security-Policy"]
+    connection = HTTPConnection(address.hostname, address.port)
+    connection.request("GET", "/../state.py", headers={"Host": address.netloc})
+    assert connection.getresponse().status == 404
+
+
+def test_newest_question_wins_and_garbage_is_answered(address):
+    with opened(address) as socket:
+        assert read(socket.recv())[0]["kind"] == "greeting"
+        socket.send("garbage")
+        socket.send(b"\x00\x01")
+        assert [read(socket.recv())[0]["kind"] for _ in range(2)] == ["refusal", "refusal"]
+        for number in range(100):
+            socket.send(json.dumps({"id": number, "want": "star", "state": STATE.record() | {"phi": float(number)}}))
+        told = []
+        while not told or told[-1] != 99:
+            told.append(read(socket.recv(timeout=60))[0]["id"])
+        assert len(told) < 100 and told == sorted(told)
+
+
+def test_floods_and_huge_messages_end_the_connection(address):
+    from websockets.exceptions import ConnectionClosed
+
+    for text, times, code in (("x", 2000, 1008), ("x" * 100_000, 1, 1009)):
+        with opened(address) as socket, pytest.raises(ConnectionClosed) as closed:
+            for _ in range(times):
+                socket.send(text)
+            while True:
+                socket.recv(timeout=20)
+        assert closed.value.rcvd.code == code
+    with opened(address) as socket:
+        assert read(socket.recv())[0]["kind"] == "greeting"
+
+
+def test_interrupt_ends_it_at_once():
+    needs_server()
+    with served() as (address, process), opened(urlsplit(address)) as socket:
+        socket.recv()
+        # In the midst of work.
+        socket.send(asked("full", spin=0.985, orders=4))
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=3) == 0
+        assert process.stderr.read() == "kerrcaustics: Interrupted: the explorer has ended.\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--port", "99999"], "--port must lie in"),
+        (["--port", "x"], "must be a whole number"),
+        (["--host", "999.1.1.1"], "--host must be free"),
+        (["--json", "missing/file.json"], "--json must name a file in a folder that exists"),
+    ],
+)
+def test_bad_input_is_refused(assert_refused, arguments, complaint):
+    needs_server()
+    assert_refused(["explore", "--no-browser", *arguments], complaint)
