@@ -2,14 +2,15 @@
 
 import math
 
-import dense_twin
 import numpy as np
 import pytest
 from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
+from kerrcaustics.scripts import STUDIES
 
+TWIN = STUDIES.module("near_sources.twin")
 CAMERA = kc.Camera(0.9, 10.0, 1.2, "fiducial")
 
 
@@ -62,12 +63,25 @@ def test_plane_images_against_a_dense_grid(crossing):
         source = (1 + math.sqrt(1 - camera.spin**2)) * math.exp(rng.uniform(0.05, 3)), rng.uniform(0, 6)
         images = kc.star_images(camera, source, 3, end=end)
         assert images.certified
-        assert not _lacking(dense_twin.images(camera, source, end, 3), images)
+        assert not _lacking(TWIN.Twin(camera, end).images(source, 3), images)
         beams = kc.trace_beams(camera, images.sky, "integrated", end=end, time=True)
         np.testing.assert_allclose(beams.radius, source[0], rtol=1e-6)
         np.testing.assert_allclose(np.cos(beams.azimuth), math.cos(source[1]), atol=1e-6)
         np.testing.assert_array_equal(beams.index, images.index)
         np.testing.assert_allclose(beams.time, images.time, rtol=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("crossing", [1, 2, 3])
+def test_cameras_below_the_plane_see_what_those_above_it_see(crossing):
+    """Mirrored, certified."""
+    cameras = [CAMERA, kc.Camera(CAMERA.spin, CAMERA.radius, math.pi - CAMERA.inclination, "fiducial")]
+    for source in ((3.3, 2.8), (6.0, 0.4)):
+        above, below = (kc.star_images(camera, source, 3, end=kc.EquatorialPlane(crossing)) for camera in cameras)
+        assert above.certified and below.certified and len(above) == len(below) > 0
+        for n, index in zip(above.sky * [1, 1, -1], above.index, strict=True):
+            i = int(np.argmin(np.linalg.norm(below.sky - n, axis=1)))
+            assert below.index[i] == index and np.linalg.norm(below.sky[i] - n) < 1e-12
 
 
 @pytest.mark.slow
@@ -78,9 +92,7 @@ def test_sphere_images_against_a_dense_grid():
         radius = factor * camera.radius
         images = kc.star_images(camera, star, 2, end=radius)
         assert images.certified
-        leaves = [Sphere(radius), Sphere(radius, True)][: 1 + (factor < 1)]
-        twin = np.concatenate([dense_twin.images(camera, star, end, 2) for end in leaves])
-        assert not _lacking(twin, images)
+        assert not _lacking(TWIN.Twin(camera, Sphere(radius)).images(star, 2), images)
 
 
 @pytest.mark.slow

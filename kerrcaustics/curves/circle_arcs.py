@@ -98,7 +98,7 @@ def _plain(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> Array:
     noise = _ERRORS * (one.error + other.error)
     # At the first crossing, for even index, the azimuth falls as turn grows; the next one is seen from the other side.
     odd = (one.index + arcs.circles.end.crossing - 1) % 2
-    along = (step * (1 - 2 * odd) <= noise) | ~same
+    along = (arcs.circles.side * step * (1 - 2 * odd) <= noise) | ~same
     return known & (np.abs(step) <= _LONGEST) & (np.abs(one.index - other.index) <= 1) & along
 
 
@@ -111,7 +111,7 @@ def _doubts(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> tuple[str, ...]
     wrong = int((~_plain(arcs, one, other)).sum())
     if wrong:
         return (f"{wrong} of {len(one)} steps along the circle could not be resolved",)
-    turns = _step(one, other).sum() / _TURN
+    turns = arcs.circles.side * _step(one, other).sum() / _TURN
     return () if round(turns) == -1 else (f"the circle is seen {-turns:.3g} times round, not once",)
 
 

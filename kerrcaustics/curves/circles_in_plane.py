@@ -62,6 +62,8 @@ class Circles:
     def __init__(self, camera: Camera, crossing: int, lines: int) -> None:
         """Look at all lines."""
         self.camera, self.end = camera, EquatorialPlane(crossing)
+        # From below the plane circles are seen to run the other way round.
+        self.side = 1 if camera.cos_theta > 0 else -1
         turn = 2 * math.pi * (np.arange(lines) + 0.5) / lines
         self._lines = Lines(camera, turn, self.end)
 

@@ -19,16 +19,26 @@ def places(rays: kc.Rays, plane: bool) -> np.ndarray:
     return rays.direction[..., :2] * np.asarray(rays.radius)[..., None] if plane else rays.direction
 
 
-def images(camera: Camera, target: tuple[float, float], end: Sphere | EquatorialPlane, highest: int) -> np.ndarray:
-    """Directions N (n, 3) and indices, as columns (n, 4), of the images that the grid finds; camera: at rest."""
-    plane = isinstance(end, EquatorialPlane)
-    goal = (
-        np.array([target[0] * math.cos(target[1]), target[0] * math.sin(target[1])]) if plane else from_angles(*target)
-    )
-    sky = grid(camera, inside=isinstance(end, EquatorialPlane) or end.radius < camera.radius)
-    rays = kc.trace_rays(camera, sky, "integrated", 1e-8, end=end)
-    starts = around(places(rays, plane), goal, plane)
-    return newton(camera, sky[:-1, :-1][starts], goal, end, highest)
+class Twin:
+    """The sky of one camera, at rest, and where all of it leads on one sphere, on both leaves, or in the plane."""
+
+    def __init__(self, camera: Camera, end: Sphere | EquatorialPlane) -> None:
+        self.camera, self.plane = camera, isinstance(end, EquatorialPlane)
+        within = isinstance(end, Sphere) and end.radius < camera.radius
+        self.ends = (end, Sphere(end.radius, True)) if isinstance(end, Sphere) and within else (end,)
+        self.sky = grid(camera, inside=self.plane or within)
+        traced = (kc.trace_rays(camera, self.sky, "integrated", 1e-8, end=one) for one in self.ends)
+        self.places = [places(rays, self.plane) for rays in traced]
+
+    def images(self, target: tuple[float, float], highest: int) -> np.ndarray:
+        """Directions N and indices, as columns (n, 4), of the images of a source at (theta, phi), or (r, phi)."""
+        first, phi = target
+        goal = np.array([first * math.cos(phi), first * math.sin(phi)]) if self.plane else from_angles(first, phi)
+        found = []
+        for end, ends in zip(self.ends, self.places, strict=True):
+            starts = around(ends, goal, self.plane)
+            found.append(newton(self.camera, self.sky[:-1, :-1][starts], goal, end, highest))
+        return np.concatenate(found)
 
 
 def grid(camera: Camera, inside: bool) -> np.ndarray:
@@ -60,7 +70,7 @@ def newton(camera: Camera, sky: np.ndarray, goal: np.ndarray, end: object, highe
     found = np.empty((0, 4))
     for _ in range(_STEPS):
         if not len(sky):
-            return found
+            break
         beams = kc.trace_beams(camera, sky, "integrated", 1e-11, end=end)
         at = places(beams, plane)
         away = np.linalg.norm(at - goal, axis=1)
