@@ -57,6 +57,7 @@ SETTINGS = {
         "near_sines": (0.0625, 0.125, 0.25, 0.5),
         "orders": 2,
     },
+    "near_sources": {"spheres": 2, "planes": 2, "azimuths": 2},
     "open_questions": {name: (FAR,) for name in ("critical", "caustics", "orbits", "counted", "events")}
     | {"orders": 2, "stars": 8, "points": 4, "normals": 50, "steps": 4, "thetas": (60.0,)},
     "orders": {"spins": (0.5,), "orders": 3, "lines": 9, "inclinations": (90.0,)},
@@ -103,6 +104,12 @@ def check_fit(entry):
     assert all(0 < error < 0.1 for error in entry["standard_error"])
 
 
+def check_near_sources(entry):
+    assert len(entry["pairs"]) == 8 and "wrong" not in entry["verdicts"]
+    assert all(row["certified"] and row["lacking"] == row["false"] == 0 for row in entry["pairs"])
+    assert sum(row["images"] for row in entry["pairs"]) > 10
+
+
 def check_orders(entry):
     for end in entry["ends"]:
         reached = [pair for pair in zip(end["true_error"], end["error"], strict=True) if pair[1] is not None]
@@ -126,6 +133,7 @@ CHECKS = {
     "astroids": check_astroids,
     "disk_checks": check_disk_checks,
     "fit": check_fit,
+    "near_sources": check_near_sources,
     "orders": check_orders,
     "stability": check_stability,
 }

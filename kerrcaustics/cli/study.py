@@ -30,8 +30,8 @@ def study(name: str, /, *, output: Path | None = None) -> None:
     Parameters
     ----------
     name
-        Which study: accuracy, adversary, astroids, cost, disk_checks, far_camera, fit, inclination, open_questions,
-        orders, spin_radius or stability.
+        Which study: accuracy, adversary, astroids, cost, disk_checks, far_camera, fit, inclination, near_sources,
+        open_questions, orders, spin_radius or stability.
     output
         Folder for the files, by default study-NAME; it is made when missing.
     """

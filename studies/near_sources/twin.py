@@ -64,7 +64,9 @@ def around(ends: np.ndarray, goal: np.ndarray, plane: bool) -> np.ndarray:
     return (np.linalg.norm(middle - goal, axis=-1) < 1.2 * size) & (size < 1.5 * scale)
 
 
-def newton(camera: Camera, sky: np.ndarray, goal: np.ndarray, end: object, highest: int) -> np.ndarray:
+def newton(
+    camera: Camera, sky: np.ndarray, goal: np.ndarray, end: Sphere | EquatorialPlane, highest: int
+) -> np.ndarray:
     """Roots from all starts, each once."""
     plane = isinstance(end, EquatorialPlane)
     found = np.empty((0, 4))
