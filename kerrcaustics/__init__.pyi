@@ -2,6 +2,7 @@
 # What functions return besides these is reached through its module.
 
 from . import functional as functional
+from .astronomy.physical_scale import PhysicalScale as PhysicalScale
 from .beams.beam import Beams as Beams, Rays as Rays, Status as Status
 from .beams.ends import EquatorialPlane as EquatorialPlane
 from .beams.paths import RayPaths as RayPaths, ray_paths as ray_paths, trapped_orbit as trapped_orbit
@@ -45,7 +46,7 @@ from .scenes.disk.wisps import Wisps as Wisps
 from .scenes.flare import flared as flared, halo as halo
 from .scenes.footprint import Footprint as Footprint
 from .scenes.motion import ShutterMotion as ShutterMotion
-from .scenes.panorama import Panorama as Panorama
+from .scenes.panorama import Panorama as Panorama, save_sky as save_sky
 from .scenes.render import celestial_picture as celestial_picture, render as render, trace_view as trace_view
 from .scenes.render_volume import render_volume as render_volume
 from .scenes.star_field import StarField as StarField
@@ -56,7 +57,7 @@ from .spacetime.observer import Observer as Observer
 from .spacetime.shadow import shadow_edge as shadow_edge
 from .spacetime.sphere import tangent_basis as tangent_basis
 from .stars.circles import circle_images as circle_images
-from .stars.counts import count_map as count_map, image_counts as image_counts
+from .stars.counts import count_map as count_map, image_counts as image_counts, read_count_map as read_count_map
 from .stars.derivatives import (
     caustic_derivatives as caustic_derivatives,
     image_derivatives as image_derivatives,

@@ -12,6 +12,7 @@ from kerrcaustics import scripts
 
 # All but what a caller meets: modules that refuse what is wrong themselves, in words, and results.
 SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
+ASTRONOMY = ("plate_carree",)
 BEAMS = (
     "calls",
     "choice",
@@ -32,6 +33,7 @@ SCENE_FILES = ("expressions", "geodesics", "looking", "motion")
 ROOMS = {
     "films": FILMS,
     "spacetime": SPACETIME,
+    "astronomy": ASTRONOMY,
     "beams": BEAMS,
     "curves": CURVES,
     "stars": STARS,

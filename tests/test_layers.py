@@ -15,6 +15,7 @@ STAGES = [
     "results",
     "films",
     "spacetime",
+    "astronomy",
     "beams",
     "functional",
     "curves",
@@ -30,7 +31,7 @@ STAGES = [
 ]
 ENTRY_POINTS = {"__init__", "__main__"}
 MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
-HEAVY = {"distributed", "jax", "matplotlib", "msgspec", "pyvista", "scipy", "skimage", "xarray", "zarr"}
+HEAVY = {"astropy", "distributed", "jax", "matplotlib", "msgspec", "pyvista", "scipy", "skimage", "xarray", "zarr"}
 STARTS = {
     "import": "import kerrcaustics",
     "help": "sys.argv[1:] = ['--help']; runpy.run_module('kerrcaustics', run_name='__main__')",

@@ -9,6 +9,7 @@ from kerrcaustics.cli import (
     images as images,
     light_curve as light_curve,
     render as render,
+    scale as scale,
     scene as scene,
     study as study,
     sweep as sweep,

@@ -8,8 +8,10 @@ import numpy as np
 from jaxtyping import Float, Float32
 from numpy.typing import ArrayLike
 
+from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.scenes.colour import decoded, shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
+from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
 
@@ -59,10 +61,14 @@ class Panorama:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], orientation: ArrayLike | None = None) -> "Panorama":
-        """The panorama of a PNG, JPEG or OpenEXR file, twice as wide as high.
+        """The panorama of a PNG, JPEG or OpenEXR file, twice as wide as high, or of a FITS image of the whole sky.
 
-        Values of PNG and JPEG count as sRGB, those of OpenEXR as linear; OpenEXR needs the package of that name.
+        Values of PNG and JPEG count as sRGB, those of OpenEXR and FITS as linear; OpenEXR needs the package of that
+        name, FITS astropy. FITS images (.fits, .fit, .fits.gz) are plate carree, of one plane (grey) or three; theta'
+        and phi' are 90 degrees - latitude and longitude of whatever frame they are in.
         """
+        if plate_carree.is_fits(path):
+            return cls(plate_carree.read_sky(path), orientation)
         values = read_picture(path)
         if values.shape[1] != 2 * values.shape[0]:
             raise ValueError(
@@ -70,6 +76,27 @@ class Panorama:
                 f"{values.shape[1]} x {values.shape[0]} pixels."
             )
         return cls(values, orientation)
+
+    @classmethod
+    def from_healpix(
+        cls,
+        values: ArrayLike,
+        order: healpix.Order = "ring",
+        rows: int | None = None,
+        orientation: ArrayLike | None = None,
+    ) -> "Panorama":
+        """The panorama of a HEALPix map (12 nside^2,), grey, or of three (3, 12 nside^2), linear between pixels.
+
+        order is "ring" or "nested"; rows is 4 nside when left out. theta' and phi' are those of the map. Needs the
+        package astropy-healpix.
+        """
+        light = healpix.plate_carree_of(values, order, rows)
+        return cls(np.repeat(light, 3, axis=2) if light.shape[2] == 1 else light, orientation)
+
+    def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Float32[Array, "3 pixels"]:
+        """Light (3, 12 nside^2) in HEALPix, each the mean about a pixel's centre. Needs the package astropy-healpix."""
+        theta, phi = healpix.centres(nside, order)
+        return self.around(from_angles(theta, phi), np.full(len(theta), healpix.resolution(nside))).T
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels; for a shift of colours the picture counts as lit by daylight."""
@@ -93,6 +120,17 @@ class Panorama:
                 fine += part[which] * (_looked_up(self._levels[k + 1], *place) - fine)
             light[:, which] = fine
         return light.T
+
+
+def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
+    """Write light (h, 2 h, 3) of a whole sky, as `celestial_picture` gives it for any sky, as a FITS image.
+
+    In single precision, three planes. `Panorama.read` reads it. Needs the package astropy.
+    """
+    picture = np.asarray(light, np.float32)
+    if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
+        raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")
+    plate_carree.write(path, {"SKY": picture.transpose(2, 0, 1)}, {"CTYPE3": ("RGB", "red, green, blue; linear sRGB")})
 
 
 def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:

@@ -1,11 +1,14 @@
 """How many images stars have: for many stars at once, as a map over the celestial sphere."""
 
 import math
+import os
 from typing import overload
 
 import numpy as np
+from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
+from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
@@ -18,6 +21,7 @@ from kerrcaustics.stars.plane_images import PlaneCounts, plane_counts
 Array = np.ndarray
 
 _MOST_ROWS = 4096
+_FITS_AXIS = "MORSE"
 
 
 @result(
@@ -84,6 +88,28 @@ class CountMap:
         """Solid angle of a cell of each row."""
         half = math.pi / len(self.theta) / 2
         return (np.cos(self.theta - half) - np.cos(self.theta + half)) * 2 * math.pi / len(self.phi)
+
+    def to_fits(self, path: str | os.PathLike[str]) -> None:
+        """Write the map as FITS images: counts (morse_index, theta, phi), and ON_CAUSTIC. `read_count_map` reads it.
+
+        Needs the package astropy.
+        """
+        infinite = math.isinf(self.source_radius)
+        radius = {} if infinite else {"SRCRAD": (self.source_radius, "[GM/c^2] radius of the stars")}
+        cards = {"CTYPE3": (_FITS_AXIS, "Morse index of the images"), "CRPIX3": 1.0, "CRVAL3": 0.0, "CDELT3": 1.0}
+        images = {"COUNTS": self.counts.transpose(2, 0, 1).astype("int32"), "ON_CAUSTIC": self.on_caustic.astype("u1")}
+        plate_carree.write(path, images, {**cards, "BUNIT": "count", **radius})
+
+    def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Int[Array, "morse_index pixels"]:
+        """Counts (max_index + 1, 12 nside^2) in HEALPix: of the map's cell that holds the centre of each pixel.
+
+        order is "ring" or "nested". Needs the package astropy-healpix.
+        """
+        theta, phi = healpix.centres(nside, order)
+        rows, columns = self.on_caustic.shape
+        i = np.minimum((theta / math.pi * rows).astype(int), rows - 1)
+        j = (phi / (2 * math.pi) * columns).astype(int) % columns
+        return np.ascontiguousarray(self.counts[i, j].T)
 
 
 @overload
@@ -155,10 +181,24 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
     surface = spherical(camera, end)
     sheets = checked_sheets(camera, max_index, surface)
-    theta = (np.arange(rows) + 0.5) * math.pi / rows
-    phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
+    theta, phi = _centres(rows)
     grid = np.stack(np.meshgrid(theta, phi, indexing="ij"), axis=-1)
     told = sheets.counted(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))
     shape = grid.shape[:2]
     counts = told.expected.reshape(*shape, -1)
     return CountMap(theta, phi, counts, told.on_caustic.reshape(shape), float(surface.radius))
+
+
+def read_count_map(path: str | os.PathLike[str]) -> CountMap:
+    """The map that `CountMap.to_fits` wrote, equal to the one that was written. Needs the package astropy."""
+    (counts, header), *others = plate_carree.read(path)
+    if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1:
+        raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")
+    counts = counts[:, ::-1].transpose(1, 2, 0).astype(int)
+    radius = float(header.get("SRCRAD", math.inf))
+    return CountMap(*_centres(len(counts)), counts, others[0][0][::-1].astype(bool), radius)
+
+
+def _centres(rows: int) -> tuple[Float[Array, " rows"], Float[Array, " 2*rows"]]:
+    """theta' and phi' of the centres of cells."""
+    return (np.arange(rows) + 0.5) * math.pi / rows, (np.arange(2 * rows) + 0.5) * math.pi / rows

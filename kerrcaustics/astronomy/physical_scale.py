@@ -1,0 +1,98 @@
+"""What one M is in seconds, in metres, and on the sky of an observer: for a hole of known mass and distance.
+
+Everything else in the package has units G = c = M = 1.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from numpy.typing import ArrayLike
+
+from kerrcaustics.astronomy.extra import needed
+from kerrcaustics.spacetime.checks import numbers, real_number
+
+# SI and CODATA: exact by definition.
+SPEED_OF_LIGHT = 299792458.0
+# m^3/s^2, the nominal solar mass parameter of IAU 2015 Resolution B3: exact as a unit. The Sun's own, 1.32712440041e20
+# (IAU 2009 system of constants), differs by 3e-10.
+SOLAR_MASS_PARAMETER = 1.3271244e20
+# Metres, IAU 2012 Resolution B2; and the parsec of IAU 2015 Resolution B2, note 4: both exact.
+ASTRONOMICAL_UNIT = 149597870700.0
+PARSEC = 648000 / math.pi * ASTRONOMICAL_UNIT
+
+_MICROARCSECOND = math.pi / 648000e6
+_UNITS = {"time": ("seconds", "s"), "length": ("metres", "m"), "angle": ("microarcseconds", "uarcsec")}
+
+
+@dataclass(frozen=True)
+class PhysicalScale:
+    """What one M is for a hole of known mass and distance.
+
+    Parameters
+    ----------
+    mass : float
+        Of the hole, in solar masses; or a Quantity of astropy.
+    distance : float, optional
+        From the observer, in parsec; or a Quantity of astropy. Only angles need it. For a hole at a cosmological
+        redshift z the angular diameter distance; times as they are received are 1 + z times longer.
+
+    Errors
+    ------
+    Round-off: the constants are exact by definition (IAU 2012 B2, IAU 2015 B2 and B3, CODATA). Mass and distance are
+    what is uncertain; relative errors of both carry over as they are. A mass in kilograms brings in that of G, 2.2e-5.
+    """
+
+    mass: float
+    distance: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no mass and no distance can be; leave plain numbers."""
+        object.__setattr__(self, "mass", _positive("mass", self.mass, "solMass", "solar masses"))
+        if self.distance is not None:
+            object.__setattr__(self, "distance", _positive("distance", self.distance, "pc", "parsec"))
+
+    @property
+    def seconds(self) -> float:
+        """GM/c^3 in seconds: times of the package, times this, are seconds."""
+        return self.metres / SPEED_OF_LIGHT
+
+    @property
+    def metres(self) -> float:
+        """GM/c^2 in metres."""
+        return self.mass * SOLAR_MASS_PARAMETER / SPEED_OF_LIGHT**2
+
+    @property
+    def astronomical_units(self) -> float:
+        """GM/c^2 in astronomical units."""
+        return self.metres / ASTRONOMICAL_UNIT
+
+    @property
+    def microarcseconds(self) -> float:
+        """GM/c^2 across the line of sight, at the hole's distance, in micro-arcseconds on the observer's sky."""
+        if self.distance is None:
+            raise ValueError("Argument `distance` must be given where angles are asked for, but is None.")
+        return self.metres / (self.distance * PARSEC) / _MICROARCSECOND
+
+    def quantity(self, kind: Literal["time", "length", "angle"], values: ArrayLike = 1.0) -> Any:
+        """Values in units of M as an astropy Quantity: times in s, lengths in m, angles in micro-arcseconds.
+
+        Needs the package astropy.
+        """
+        if kind not in _UNITS:
+            raise ValueError(f"Argument `kind` must be one of {', '.join(_UNITS)}, but is {kind!r}.")
+        name, unit = _UNITS[kind]
+        return needed("astropy.units").Quantity(numbers("values", values) * getattr(self, name), unit)
+
+
+def _positive(name: str, value: Any, unit: str, units: str) -> float:
+    """The argument `name` as a number in this unit."""
+    try:
+        plain = value.to_value(unit) if hasattr(value, "to_value") else value
+    except ValueError:
+        # An astropy Quantity of another kind.
+        plain = math.nan
+    number = real_number(name, plain)
+    if not (math.isfinite(number) and number > 0):
+        raise ValueError(f"Argument `{name}` must be a positive number of {units}, but is {value}.")
+    return number

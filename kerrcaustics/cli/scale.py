@@ -1,0 +1,27 @@
+"""The command `scale`: what one M is for a hole of known mass and distance."""
+
+from kerrcaustics.cli.app import app
+from kerrcaustics.cli.options import COMMON, CommonOptions
+from kerrcaustics.cli.terminal import plain_errors, say
+
+
+@app.command
+def scale(*, mass: float, distance: float | None = None, common: CommonOptions = COMMON) -> None:
+    """Tell what one M is in seconds, metres, astronomical units and, at a distance, micro-arcseconds.
+
+    Parameters
+    ----------
+    mass
+        Of the hole, in solar masses.
+    distance
+        From the observer, in parsec.
+    """
+    common.check()
+    with plain_errors():
+        from kerrcaustics.astronomy.physical_scale import PhysicalScale
+
+        found = PhysicalScale(mass, distance)
+    names = ("seconds", "metres", "astronomical_units", *(() if distance is None else ("microarcseconds",)))
+    values = {name: getattr(found, name) for name in names}
+    common.write({"schema": "kerrcaustics/scale/1", "mass": mass, "distance": distance, **values})
+    say(common.console(), "One M is " + ", ".join(f"{v:.6g} {name.replace('_', ' ')}" for name, v in values.items()))
