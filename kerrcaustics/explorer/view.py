@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.beams.ends import SKY
 from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
 from kerrcaustics.curves.critical_points import Points, Search
 from kerrcaustics.explorer.state import ExplorerState
@@ -106,7 +107,7 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
         if quality == "full":
             _add_caustics(record, arrays, curves)
         star = state.star()
-        found = images_of(camera, sheets, [star], search(sheets, from_angles(*star)[None]))[0]
+        found = images_of(camera, SKY, [star], search(sheets, from_angles(*star)[None]))[0]
         record["images"] = told_images(found)
         arrays["images"] = found.sky
     record["seconds"] = time.perf_counter() - began
