@@ -41,7 +41,7 @@ ROOMS = {
     "explorer": EXPLORER,
 }
 # GB: when memory is given back, and what must not be kept then.
-MUCH, MOST = 1.8, 2.5
+MUCH, MOST = 1.8, 3.5
 CHECKED = ["kerrcaustics.draw", *(f"kerrcaustics.{room}.{name}" for room, names in ROOMS.items() for name in names)]
 
 
