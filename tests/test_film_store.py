@@ -22,6 +22,7 @@ from kerrcaustics.films.film import Film, frames_folder, make_film
 from kerrcaustics.films.frame_store import FrameStore, write_frame
 from kerrcaustics.films.scene_films import scene_film
 from kerrcaustics.films.video import write_pictures
+from kerrcaustics.scene_files import templates
 
 GOOD = MovingBar()
 
@@ -198,6 +199,7 @@ def scenes(monkeypatch, tmp_path):
     reading = SimpleNamespace(read_scene=read_bar)
     monkeypatch.setitem(sys.modules, "kerrcaustics.scene_files", SimpleNamespace(reading=reading))
     monkeypatch.setitem(sys.modules, "kerrcaustics.scene_files.reading", reading)
+    monkeypatch.setitem(sys.modules, "kerrcaustics.scene_files.templates", templates)
 
     def write(text="{}"):
         file = tmp_path / "bar.toml"
