@@ -82,7 +82,7 @@ lock: ## Bring requirements.lock in line with pyproject.toml (needs uv)
 	@echo "Resolving requirements.lock"
 	@$(UV) pip compile pyproject.toml --quiet --no-config \
 		--universal --python-version 3.11 --fork-strategy fewest --generate-hashes \
-		--extra space --extra films --extra catalogues --extra exr --extra sweep \
+		--extra space --extra films --extra catalogues --extra exr --extra astro --extra explore --extra notebook --extra sweep \
 		--extra test --extra docs --extra lint --group build \
 		--custom-compile-command "make lock" --output-file requirements.lock
 
