@@ -42,7 +42,7 @@ HEADERS = {
 }
 MOST_CLIENTS = 64
 # Questions a second of one client in the mean, and how many may come at once.
-_RATE, _BURST = 80.0, 240.0
+_RATE, _BURST = 250.0, 500.0
 # Computations at a time, of all clients together; the others wait in line, one a client.
 _WORKERS = 2
 # Reasons to close a socket: broken rules, too many clients.

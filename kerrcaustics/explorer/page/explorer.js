@@ -561,8 +561,8 @@ export function mount(element, channel, options = {}) {
   };
   const round = (x, digits) => Number(x.toPrecision(digits));
   const same = (x) => x;
-  const velocity = select("Velocity of the camera", [["circular", "circular orbit"], ["fiducial", "fiducial observer"], ["static", "static"]], (value) => { wantedVelocity = value; change({ velocity: value }, "full"); });
-  const orders = select("Orders of critical curves", [1, 2, 3, 4].map((k) => [k, `${k}: index 0 to ${k - 1}`]), (value) => change({ orders: Number(value) }, "full"));
+  const velocity = select("Velocity of the camera", [["circular", "circular"], ["fiducial", "fiducial"], ["static", "static"]], (value) => { wantedVelocity = value; change({ velocity: value }, "full"); });
+  const orders = select("Orders of critical curves", [1, 2, 3, 4].map((k) => [k, `${k}: index ${k > 1 ? `0–${k - 1}` : 0}`]), (value) => change({ orders: Number(value) }, "full"));
   const backdrop = select("Sky behind the curves", [["none", "none"], ["stars", "star field"], ["checkerboard", "checkerboard"]], (value) => change({ backdrop: value }, "full"));
   const preset = select("Presets", [["", "Presets: figures of JTFT …"]], (name) => { const chosen = presets.find((p) => p.name === name); if (chosen) show(chosen.state); preset.value = ""; });
   const labelled = (words, node) => h("label", { class: "kc-choice" }, h("span", {}, words), node);
@@ -874,11 +874,19 @@ export function mount(element, channel, options = {}) {
       mode = down.size > 1 ? "pinch" : onStarAt(x, y, reach) ? "star" : "pan";
       dragging = mode === "star"; redraw();
     });
+    const dragged = (e) => {
+      if (mode !== "star" || !down.has(e.pointerId)) return;
+      const under = thing.under(...spot(e), frame());
+      if (under) moveStar(under[0], under[1], e.timeStamp);
+    };
+    // Moves wait for the next picture; where the browser tells them at once, the question leaves half a picture earlier.
+    const early = "onpointerrawupdate" in window && isSecureContext;
+    if (early) canvas.addEventListener("pointerrawupdate", dragged);
     canvas.addEventListener("pointermove", (e) => {
       const [x, y] = spot(e), before = down.get(e.pointerId);
       if (!before) return hover(canvas, thing, x, y, e);
       moved += Math.hypot(x - before[0], y - before[1]);
-      if (mode === "star") { const under = thing.under(x, y, frame()); if (under) moveStar(under[0], under[1], e.timeStamp); }
+      if (mode === "star") { if (!early) dragged(e); }
       else if (mode === "pinch" && down.size === 2) {
         const [other] = [...down].filter(([id]) => id !== e.pointerId).map(([, p]) => p);
         const grown = Math.hypot(x - other[0], y - other[1]) / Math.max(1, Math.hypot(before[0] - other[0], before[1] - other[1]));
