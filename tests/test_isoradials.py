@@ -9,6 +9,8 @@ from command_line import run
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
+from kerrcaustics.draw.light_curve_films import SpotFrames
+from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import photon
 
 PAPER = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
@@ -128,6 +130,31 @@ def test_bad_input_is_one_line(ask, words):
     with pytest.raises(ValueError, match=words) as told:
         ask()
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.slow
+def test_frames_of_a_light_curve_show_the_images_that_are_there():
+    """Two more between a creation and an annihilation; where each is, the spot was when its light left it."""
+    camera = kc.Camera(0.9, 50.0, math.radians(75), "static")
+    found = kc.light_curve(camera, 6.0, 40, crossings=2)
+    frames = SpotFrames(found, "circular", 15)
+    orbital = 2 * math.pi / found.period
+    births = {event.kind: event.time for event in found.events if event.crossing == 2}
+    begin, end = births["creation"], births["annihilation"]
+    for time in frames.times:
+        images = frames.images(time)
+        between = (time - begin) % found.period < (end - begin) % found.period
+        assert [len(images[crossing][0]) for crossing in (1, 2)] == [1, 3 if between else 1]
+        for crossing, (places, bright) in images.items():
+            view = View(1000, 500, math.radians(22), "fisheye")
+            x, y = np.radians(places * [1, -1]).T / view.pixel + [[499.5], [249.5]]
+            beams = kc.trace_beams(camera, view.directions(x, y)[0], end=kc.EquatorialPlane(crossing), time=True)
+            np.testing.assert_allclose(beams.radius, 6, rtol=1e-2)
+            np.testing.assert_allclose(np.cos(beams.azimuth - orbital * (time - beams.time)), 1, atol=1e-3)
+            assert (bright > 0).all()
+    first, later = frames.frame(0), frames.frame(5)
+    assert first.shape == (720, 1280, 3) and (first != later).any()
+    np.testing.assert_array_equal(frames.frame(0), first)
 
 
 @pytest.mark.slow

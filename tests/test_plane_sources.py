@@ -28,10 +28,44 @@ def test_sources_that_are_none(camera, star, complaint):
         kc.star_images(camera, star, end=kc.EquatorialPlane(2))
 
 
-def test_planes_that_other_analyses_refuse():
-    for function in (kc.star_tracks, kc.pair_events):
-        with pytest.raises(ValueError, match=r"`end` must be a radius or math\.inf"):
-            function(kc.Camera(0.9, 10.0), 1.2, end=kc.EquatorialPlane(1))
+@pytest.mark.parametrize("function", [kc.star_tracks, kc.pair_events])
+@pytest.mark.parametrize("radius", [1.2, math.inf, math.nan, "far"])
+def test_circles_that_are_none(function, radius):
+    with pytest.raises(ValueError, match="`theta` must be, in the equatorial plane, a radius larger than the horizon"):
+        function(CAMERA, radius, end=kc.EquatorialPlane(1))
+
+
+def test_circles_are_not_seen_from_within_the_plane():
+    for function in (kc.star_tracks, kc.pair_events, kc.count_map):
+        with pytest.raises(ValueError, match="`camera` must not lie in the equatorial plane"):
+            function(kc.Camera(0.9, 10.0), 2, end=kc.EquatorialPlane(1))
+
+
+@pytest.mark.parametrize("radii", [[3.0, 2.0], [1.2, 3.0], [], [[3.0]], [3.0, math.nan], [3.0, math.inf], "all"])
+def test_radii_of_maps_that_are_none(radii):
+    with pytest.raises(ValueError, match=r"`radii` must be radii in rising order, larger than the horizon's 1\.43"):
+        kc.count_map(CAMERA, 1, end=kc.EquatorialPlane(1), radii=radii)
+
+
+def test_spheres_have_no_radii():
+    with pytest.raises(ValueError, match="`radii` must come with an EquatorialPlane"):
+        kc.count_map(CAMERA, 1, end=20.0, radii=[3.0])
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--plane", "1"], "--orbit must be given with --plane"),
+        (["--orbit", "6"], "--orbit must come with --plane"),
+        (["--plane", "1", "--orbit", "1.2"], "--orbit must be, in the equatorial plane, a radius larger than"),
+        (["--plane", "1", "--orbit", "6", "--star-theta", "70"], "--star-theta must not come with --plane"),
+        (["--plane", "1", "--orbit", "6", "--film", "x.mp4"], "--film must not come with --plane"),
+        (["--plane", "0", "--orbit", "6"], "--plane must be at least 1"),
+    ],
+)
+def test_command_line_refuses_circles_that_are_none(capsys, options, complaint):
+    code, out, err = run(capsys, "tracks", "--spin", "0.9", "--radius", "10", "--inclination", "70", *options)
+    assert code == 2 and out == "" and err.count("\n") == 1 and complaint in err
 
 
 def test_command_line_refuses_bad_planes(capsys):
@@ -82,6 +116,79 @@ def test_cameras_below_the_plane_see_what_those_above_it_see(crossing):
         for n, index in zip(above.sky * [1, 1, -1], above.index, strict=True):
             i = int(np.argmin(np.linalg.norm(below.sky - n, axis=1)))
             assert below.index[i] == index and np.linalg.norm(below.sky[i] - n) < 1e-12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("crossing", "radius"), [(1, 3.0), (2, 6.0), (3, 2.5)])
+def test_tracks_in_the_plane_hold_all_images(crossing, radius):
+    """Every point leads to the circle by the integrator; images at any azimuth lie on tracks, as many as there are."""
+    moving, end = kc.Camera(0.9, 10.0, 1.2, (0.1, 0.3, 0.2)), kc.EquatorialPlane(crossing)
+    found = kc.star_tracks(moving, radius, 2, end=end)
+    assert found.certified and found.tracks
+    for track in found.tracks:
+        plain = np.flatnonzero(track.parity != 0)
+        beams = kc.trace_beams(moving, track.sky[plain], "integrated", 1e-12, end=end, time=True)
+        np.testing.assert_allclose(beams.radius, radius, rtol=1e-7)
+        turned = beams.azimuth - track.azimuth[plain]
+        np.testing.assert_allclose(turned, 2 * math.pi * np.round(turned / (2 * math.pi)), atol=1e-7)
+        np.testing.assert_array_equal(beams.index, track.index[plain])
+        np.testing.assert_allclose(beams.time, track.time[plain], rtol=1e-8)
+        assert track.turns == (-1 if track.closed else 0)
+        assert (track.index[list(track.places)] == [event.order for event in track.events]).all()
+    for images in found.images_at(np.linspace(0, 6.2, 13)):
+        assert images.certified
+        passed = sum(_passes(track, images.phi) for track in found.tracks)
+        assert passed == len(images)
+
+
+def _passes(track, phi):
+    """How often a track passes an azimuth."""
+    azimuth = np.append(track.azimuth, track.azimuth[0] + 2 * math.pi * track.turns) if track.closed else track.azimuth
+    return int(np.abs(np.diff(np.floor((azimuth - phi) / (2 * math.pi)))).sum())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("inclination", [1.2, math.pi - 1.2])
+def test_pair_events_in_the_plane_change_the_counts(inclination):
+    """By one of each index, the way that their kind says; by the integrator, the beam is flat there."""
+    camera, end = kc.Camera(0.9, 10.0, inclination, "fiducial"), kc.EquatorialPlane(2)
+    for radius in (2.2, 6.0):
+        events = kc.pair_events(camera, radius, 2, end=end)
+        assert events.certified and [event.kind for event in events] == ["creation", "annihilation"]
+        for event in events:
+            sides = [(radius, event.azimuth - 1e-6), (radius, event.azimuth + 1e-6)]
+            counts = kc.image_counts(camera, sides, 2, end=end)
+            assert counts.certified.all()
+            change = 1 if event.kind == "creation" else -1
+            np.testing.assert_array_equal(np.diff(counts.counts, axis=0)[0], [0, change, change])
+            beams = kc.trace_beams(camera, event.sky[None], "integrated", 1e-12, end=end)
+            assert abs(beams.delta_minus[0] / beams.delta_plus[0]) < 1e-7
+            assert beams.radius[0] == pytest.approx(radius, rel=1e-8)
+            assert math.cos(beams.azimuth[0] - event.azimuth) == pytest.approx(1, abs=1e-15) and event.error < 1e-10
+        ends = kc.star_tracks(camera, radius, 1, end=end).ends
+        assert [one.azimuth for one in ends] == [event.azimuth for event in events]
+        assert len(kc.pair_events(camera, radius, 1, end=end)) == 0
+
+
+@pytest.mark.slow
+def test_count_maps_of_the_plane_and_their_files(tmp_path, capsys):
+    """As the counts of single sources; the command line writes the same."""
+    end, radii = kc.EquatorialPlane(2), [2.0, 4.0, 12.0]
+    world = kc.count_map(CAMERA, 2, 20, end=end, radii=radii)
+    assert world.certified.all() and world.counts.shape == (3, 40, 3)
+    place = [(4.0, world.phi[j]) for j in range(0, 40, 3)]
+    np.testing.assert_array_equal(world.counts[1, ::3], kc.image_counts(CAMERA, place, 2, end=end).counts)
+    # Where the caustic is crossed.
+    assert set(world.counts[1].sum(axis=1)) == {1, 3}
+    tracks = kc.star_tracks(CAMERA, 4.0, 2, end=end)
+    for result in (world, tracks, kc.pair_events(CAMERA, 4.0, 2, end=end)):
+        kc.save(tmp_path / "result", result)
+        assert kc.load(tmp_path / "result") == result
+    camera = ["--spin", "0.9", "--radius", "10", "--inclination", "70", "--velocity", "static", "--plane", "2"]
+    code, out, err = run(capsys, "tracks", "--orbit", "4", *camera, "--figure", str(tmp_path / "tracks.png"))
+    assert code == 0 and "1 tracks, 2 events" in out and err == "" and (tmp_path / "tracks.png").exists()
+    code, out, err = run(capsys, "counts", "--map", "--rows", "4", *camera, "--figure", str(tmp_path / "map.png"))
+    assert code == 0 and "100.00% of 32 places certified" in out and (tmp_path / "map.png").exists()
 
 
 @pytest.mark.slow

@@ -27,6 +27,8 @@ from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.terminal import counted, place_of, plain_errors, plain_table, progress, say, sure
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from kerrcaustics.beams.ends import EquatorialPlane
     from kerrcaustics.spacetime.camera import Camera
     from kerrcaustics.stars.circles import CircleImages
@@ -67,11 +69,11 @@ def counts(
     stars
         Count those of many stars: a file with lines "theta,phi" in degrees; lines that begin with # are left out.
     map_
-        Count on a grid over the celestial sphere, by the winding of the caustics.
+        Count on a grid over the celestial sphere, by the winding of the caustics; with --plane over r and phi.
     circle
         Find the images of a great circle, which are curves; given is its normal: theta', phi' in degrees.
     rows
-        With --map: cells from pole to pole; twice as many go round.
+        With --map: cells from pole to pole; twice as many go round. In the plane: circles, of about a second each.
     line
         With --circle: count the crossings with the line straight away from the shadow edge at this parameter, degrees:
         0 at the prograde edge, 180 at the retrograde one.
@@ -93,7 +95,7 @@ def counts(
         places = _read_stars(stars, source)
     elif star:
         places = [source.place("--star", star)]
-    count = partial(_stars, places, source.end()) if places else partial(_map, rows, source.sphere(), figure)
+    count = partial(_stars, places, source.end()) if places else partial(_map, rows, source.end(), figure)
     if circle:
         if source != SKY_SOURCES:
             raise BadInput("Arguments --source-radius and --plane must not come with --circle.")
@@ -121,11 +123,21 @@ def _stars(
     return record(found, camera=camera), found.all_certified
 
 
-def _map(rows: int, end: float, figure: Path | None, camera: "Camera", max_index: int, out: Console) -> Counted:
+def _map(
+    rows: int,
+    end: "float | EquatorialPlane",
+    figure: Path | None,
+    camera: "Camera",
+    max_index: int,
+    out: Console,
+) -> Counted:
     with plain_errors(), progress() as report:
+        from kerrcaustics.beams.ends import EquatorialPlane
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.counts import count_map
 
+        if isinstance(end, EquatorialPlane):
+            return _plane_map(rows, end, figure, camera, max_index, out)
         found = count_map(camera, max_index, rows, end=end)
         if figure is not None:
             report("drawing", 0.9)
@@ -135,6 +147,24 @@ def _map(rows: int, end: float, figure: Path | None, camera: "Camera", max_index
             write_figure(count_map_figure(found, caustics(camera, max_index + 1, end=end)), figure)
     _print_map(camera, found, out)
     return record(found, camera=camera), True
+
+
+def _plane_map(
+    rows: int, end: "EquatorialPlane", figure: Path | None, camera: "Camera", max_index: int, out: Console
+) -> Counted:
+    from kerrcaustics.results.records import record
+    from kerrcaustics.stars.counts import count_map
+
+    found = count_map(camera, max_index, rows, end=end)
+    if figure is not None:
+        from kerrcaustics.curves.caustic import caustics
+        from kerrcaustics.draw.plane_maps import plane_count_map_figure
+
+        write_figure(plane_count_map_figure(found, caustics(camera, max_index + 1, end=end)), figure)
+    say(out, f"{place_of(camera)}: image counts over the equatorial plane, crossing {found.crossing}")
+    _print_layers(found.counts, None, out)
+    say(out, f"{found.certified.mean():.2%} of {found.certified.size} places certified")
+    return record(found, camera=camera), bool((found.certified | found.on_caustic).all())
 
 
 def _circle(
@@ -237,13 +267,16 @@ def _print_plane(found: "PlaneCounts", out: Console) -> None:
 
 def _print_map(camera: "Camera", found: "CountMap", out: Console) -> None:
     say(out, f"{place_of(camera)}: image counts over the celestial sphere")
-    share = found.solid_angle[:, None, None] / (4 * math.pi)
-    table = plain_table(("index", "fewest", "most", "mean"))
-    for k in range(found.counts.shape[2]):
-        layer = found.counts[..., k]
-        table.add_row(str(k), str(layer.min()), str(layer.max()), f"{(layer[..., None] * share).sum():.4f}")
-    total = found.counts.sum(axis=2)
-    table.add_row("all", str(total.min()), str(total.max()), f"{(total[..., None] * share).sum():.4f}")
+    _print_layers(found.counts, found.solid_angle[:, None] / (4 * math.pi), out)
+
+
+def _print_layers(counts: "np.ndarray", share: "np.ndarray | None", out: Console) -> None:
+    """Fewest, most and mean of a map's counts, by index; share: of each cell in the whole, None for no mean."""
+    table = plain_table(("index", "fewest", "most", *(() if share is None else ("mean",))))
+    layers = {str(k): counts[..., k] for k in range(counts.shape[2])} | {"all": counts.sum(axis=2)}
+    for name, layer in layers.items():
+        mean = () if share is None else (f"{(layer * share).sum():.4f}",)
+        table.add_row(name, str(layer.min()), str(layer.max()), *mean)
     out.print(table)
 
 

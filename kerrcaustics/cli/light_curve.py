@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import app
+from kerrcaustics.cli.app import app, stop
 from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Flag, WholeNumber
-from kerrcaustics.cli.outputs import check_ending, write_figure
+from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.terminal import place_of, plain_errors, plain_table, progress, say
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ def light_curve(
     motion: Literal["circular", "retrograde"] = "circular",
     power: float = 4.0,
     figure: Path | None = None,
+    film: Path | None = None,
+    restart: Flag = False,
     save: Path | None = None,
     common: CommonOptions = COMMON,
     points: Flag = False,
@@ -51,13 +53,19 @@ def light_curve(
         Intensity goes by the frequency ratio to this power: 4 for all light together.
     figure
         Draw the light curve and the images of the orbit into this file: .png, .pdf or .svg.
+    film
+        Write a film of one orbit into this file: .mp4 or .gif. Its curve is as fine as --times. Started again after an
+        interruption, it goes on where it stopped.
+    restart
+        Throw away frames of an unfinished film that are there, and draw all anew.
     save
         Save everything into this file, to be loaded with kerrcaustics.load.
     points
         Put flux, error, centroid and travel time at all times into the JSON too.
     """
-    common.check({"--figure": figure, "--save": save})
+    common.check({"--figure": figure, "--film": film, "--save": save})
     check_ending(figure)
+    check_film(film)
     common.check_points(points)
     seen_from = replace(camera, velocity=camera.velocity or "static").made()
     began = time.perf_counter()
@@ -75,8 +83,20 @@ def light_curve(
             from kerrcaustics.draw.light_curves import light_curve_figure
 
             write_figure(light_curve_figure(found), figure)
+    if film is not None:
+        _write_film(found, motion, film, restart)
     common.write_found(record(found, camera=seen_from, points=points), seconds, None)
     _print(found, common.console())
+
+
+def _write_film(found: "LightCurve", motion: str, path: Path, restart: bool) -> None:
+    from kerrcaustics.cli.film import filmed
+    from kerrcaustics.draw.light_curve_films import light_curve_film
+
+    with progress(left=True, lines=True) as report:
+        made = filmed(path, light_curve_film(found, motion), report, restart=restart)
+    if made.output is None:
+        stop(1, made.complaint)
 
 
 def _print(found: "LightCurve", out: Console) -> None:

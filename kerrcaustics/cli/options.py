@@ -101,7 +101,7 @@ class SourceOptions:
         """The radius of the sources, where a plane will not do."""
         self.check()
         if self.plane is not None:
-            raise BadInput("Argument --plane must come with caustics, images, counts --star or counts --stars.")
+            raise BadInput("Argument --plane must not come with --film.")
         return math.inf if self.source_radius is None else self.source_radius
 
     def end(self) -> "float | EquatorialPlane":

@@ -62,8 +62,8 @@ def sure(certified: bool) -> str:
 
 
 @contextmanager
-def plain_errors() -> Iterator[None]:
-    """Turn the package's own complaints about arguments into those of the command line."""
+def plain_errors(named: dict[str, str] | None = None) -> Iterator[None]:
+    """Turn the package's own complaints about arguments into those of the command line; named: of other options."""
     try:
         yield
     except ValueError as error:
@@ -71,7 +71,7 @@ def plain_errors() -> Iterator[None]:
         if not message.startswith("Argument `"):
             raise
         name = message.split("`")[1]
-        option = _OPTIONS.get(name, name).replace("_", "-")
+        option = {**_OPTIONS, **(named or {})}.get(name, name).replace("_", "-")
         raise BadInput(message.replace(f"`{name}`", f"--{option}", 1)) from None
 
 

@@ -24,6 +24,7 @@ from kerrcaustics.cli.terminal import WIDE, place_of, plain_errors, plain_table,
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
     from kerrcaustics.spacetime.camera import Camera
+    from kerrcaustics.stars.plane_tracks import PlaneTracks
     from kerrcaustics.stars.tracks import StarTracks
 
 
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
 def tracks(
     *,
     camera: CameraOptions,
-    star_theta: Angle,
+    star_theta: Angle | None = None,
+    orbit: float | None = None,
     max_index: MaxIndex = 2,
     figure: Path | None = None,
     film: Path | None = None,
@@ -47,6 +49,9 @@ def tracks(
     ----------
     star_theta
         The star's angle theta' from the spin axis, degrees. Its phi' runs through a whole turn.
+    orbit
+        With --plane, instead: radius of the circle in the equatorial plane that the star runs round, in units of the
+        mass. The camera may be static.
     figure
         Draw the tracks, the events and the brightness into this file: .png, .pdf or .svg.
     film
@@ -55,12 +60,14 @@ def tracks(
     restart
         Throw away frames of an unfinished film that are there, and draw all anew.
     """
-    if not 0 <= star_theta <= 180:
-        raise BadInput(f"Argument --star-theta must lie in [0, 180] degrees, but is {star_theta:g}.")
-    sphere = source.sphere()
     common.check({"--figure": figure, "--film": film})
     check_ending(figure)
     check_film(film)
+    if source.plane is not None:
+        _only_a_circle(star_theta, film)
+        _in_plane(camera.made(), orbit, max_index, figure, source, common)
+        return
+    theta, sphere = _checked(star_theta, orbit), source.sphere()
     seen_from = camera.made()
     _check_orbit(seen_from)
     began = time.perf_counter()
@@ -68,7 +75,7 @@ def tracks(
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.tracks import star_tracks
 
-        found = star_tracks(seen_from, math.radians(star_theta), max_index, end=sphere)
+        found = star_tracks(seen_from, math.radians(theta), max_index, end=sphere)
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 0.9)
@@ -77,6 +84,54 @@ def tracks(
         _write_film(found, film, restart)
     common.write_found(record(found), seconds, None)
     _print_tracks(found, common.console(WIDE))
+    if not found.certified:
+        stop(1, "The tracks are not certified: see the remarks.")
+
+
+def _checked(star_theta: float | None, orbit: float | None) -> float:
+    """The angle of a star on a sphere, degrees."""
+    if orbit is not None:
+        raise BadInput("Argument --orbit must come with --plane.")
+    if star_theta is None:
+        raise BadInput("Argument --star-theta must be given.")
+    if not 0 <= star_theta <= 180:
+        raise BadInput(f"Argument --star-theta must lie in [0, 180] degrees, but is {star_theta:g}.")
+    return star_theta
+
+
+def _only_a_circle(star_theta: float | None, film: Path | None) -> None:
+    for name, value in (("--star-theta", star_theta), ("--film", film)):
+        if value is not None:
+            raise BadInput(f"Argument {name} must not come with --plane.")
+
+
+def _in_plane(
+    camera: "Camera",
+    orbit: float | None,
+    max_index: int,
+    figure: Path | None,
+    source: SourceOptions,
+    common: CommonOptions,
+) -> None:
+    """The tracks of a source that circles in the plane."""
+    if orbit is None:
+        raise BadInput("Argument --orbit must be given with --plane.")
+    began = time.perf_counter()
+    with plain_errors({"theta": "orbit"}), progress() as report:
+        from kerrcaustics.results.records import record
+        from kerrcaustics.stars.plane_tracks import PlaneTracks
+        from kerrcaustics.stars.tracks import star_tracks
+
+        found = star_tracks(camera, orbit, max_index, end=source.end())
+        assert isinstance(found, PlaneTracks)
+        seconds = time.perf_counter() - began
+        if figure is not None:
+            report("drawing", 0.9)
+            from kerrcaustics.draw.plane_tracks import plane_tracks_figure
+
+            write_figure(plane_tracks_figure(found), figure)
+    common.write_found(record(found, camera=camera), seconds, None)
+    _print_plane(found, common.console(WIDE))
     if not found.certified:
         stop(1, "The tracks are not certified: see the remarks.")
 
@@ -128,7 +183,7 @@ def _print_tracks(found: "StarTracks", out: Console) -> None:
     say(out, "time 0 is when the star's phi' is that of the camera; errors are those of phi' in radians")
 
 
-def _print_curves(found: "StarTracks", out: Console) -> None:
+def _print_curves(found: "StarTracks | PlaneTracks", out: Console) -> None:
     table = plain_table(("track", "index", "points", "turns in phi'", "events"))
     for i, track in enumerate(found.tracks, start=1):
         # At the ends of an open track the index is that of the images beyond.
@@ -151,3 +206,17 @@ def _print_events(found: "StarTracks", out: Console) -> None:
             f"{event.error:.0e}",
         )
     out.print(table)
+
+
+def _print_plane(found: "PlaneTracks", out: Console) -> None:
+    say(
+        out,
+        f"{place_of(found.camera)}: tracks of a circle r = {found.radius:g}, crossing {found.crossing} of the plane",
+    )
+    _print_curves(found, out)
+    for event in (*found.events, *found.ends):
+        pair = f"{event.kind} of images of index {event.indices[0]}, {event.indices[1]}"
+        say(out, f"{pair} at phi = {math.degrees(event.azimuth):.8f} deg, off by {event.error:.0e} rad")
+    for remark in found.remarks:
+        say(out, remark)
+    say(out, f"{len(found.tracks)} tracks, {len(found.events)} events, as phi grows: {sure(found.certified)}")

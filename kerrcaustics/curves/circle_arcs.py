@@ -2,9 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
@@ -39,6 +40,16 @@ class Arcs:
     folds: PlanePoints
     doubts: tuple[str, ...]
 
+    @property
+    def folded(self) -> Bool[Array, " arcs"]:
+        """True for arcs whose low end is a fold."""
+        return self.index != np.roll(self.index, 1)
+
+    @property
+    def sense(self) -> Int[Array, " arcs"]:
+        """1 where the azimuth grows with turn, -1 where it falls: as the index says."""
+        return _sense(self.circles, self.index)
+
     def at(self, turn: Float[Array, " points"]) -> PlanePoints:
         """Points of the circle."""
         assert self.distance is not None
@@ -46,7 +57,13 @@ class Arcs:
 
 
 def arcs_of(camera: Camera, crossing: int, radius: float) -> Arcs:
-    """The arcs of a circle, on more lines where few do not tell."""
+    """The arcs of a circle, on more lines where few do not tell; kept for the next source on it."""
+    circles_of(camera, crossing)
+    return _arcs_at_rest(camera.at_rest(), crossing, float(radius))
+
+
+@lru_cache(maxsize=8)
+def _arcs_at_rest(camera: Camera, crossing: int, radius: float) -> Arcs:
     arcs = _arcs(circles_of(camera, crossing), radius)
     return _arcs(circles_of(camera, crossing, many=True), radius) if arcs.doubts else arcs
 
@@ -69,7 +86,8 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
     one, other = points[change], following[change]
     low, high = low.joined(one, folds), high.joined(folds, other)
     index = np.concatenate([index, one.index, other.index])
-    return Arcs(circles, radius, distance, low, high, index, folds, doubts)
+    order = np.argsort(low.turn, kind="stable")
+    return Arcs(circles, radius, distance, low[order], high[order], index[order], folds, doubts)
 
 
 def _sampled(arcs: Arcs, points: PlanePoints) -> PlanePoints:
@@ -92,17 +110,20 @@ def _sampled(arcs: Arcs, points: PlanePoints) -> PlanePoints:
 
 def _plain(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> Array:
     """True for short steps on which the azimuth runs as the index says, or that hold one fold."""
-    step = _step(one, other)
+    step = step_between(one, other)
     known = (one.index >= 0) & (other.index >= 0)
     same = one.index == other.index
     noise = _ERRORS * (one.error + other.error)
-    # At the first crossing, for even index, the azimuth falls as turn grows; the next one is seen from the other side.
-    odd = (one.index + arcs.circles.end.crossing - 1) % 2
-    along = (arcs.circles.side * step * (1 - 2 * odd) <= noise) | ~same
+    along = (_sense(arcs.circles, one.index) * step >= -noise) | ~same
     return known & (np.abs(step) <= _LONGEST) & (np.abs(one.index - other.index) <= 1) & along
 
 
-def _step(one: PlanePoints, other: PlanePoints) -> Float[Array, " points"]:
+def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
+    """How the azimuth runs as turn grows: at the first crossing down for even index; at the next one the other way."""
+    return circles.side * (2 * ((index + circles.end.crossing - 1) % 2) - 1)
+
+
+def step_between(one: PlanePoints, other: PlanePoints) -> Float[Array, " points"]:
     """Steps in azimuth, without whole turns."""
     return (other.azimuth - one.azimuth + math.pi) % _TURN - math.pi
 
@@ -111,7 +132,7 @@ def _doubts(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> tuple[str, ...]
     wrong = int((~_plain(arcs, one, other)).sum())
     if wrong:
         return (f"{wrong} of {len(one)} steps along the circle could not be resolved",)
-    turns = arcs.circles.side * _step(one, other).sum() / _TURN
+    turns = arcs.circles.side * step_between(one, other).sum() / _TURN
     return () if round(turns) == -1 else (f"the circle is seen {-turns:.3g} times round, not once",)
 
 

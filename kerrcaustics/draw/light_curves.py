@@ -42,10 +42,10 @@ def show_flux(ax: Axes, light: "LightCurve") -> None:
     ax.semilogy(time, light.flux[order], color="black", label="all")
     for crossing, share in enumerate(light.shares, start=1):
         shown = np.maximum(share[order], 1e-300)
-        ax.semilogy(time, shown, color=_colour(crossing), lw=1, label=f"{_name(crossing)} crossing")
+        ax.semilogy(time, shown, color=crossing_colour(crossing), lw=1, label=f"{_name(crossing)} crossing")
     for event in light.events:
         line = "--" if event.kind == "creation" else ":"
-        ax.axvline(event.time, color=_colour(event.crossing), ls=line, lw=0.8)
+        ax.axvline(event.time, color=crossing_colour(event.crossing), ls=line, lw=0.8)
     ax.set_xlim(time[0], time[-1])
     ax.set_ylim(_FAINTEST * light.flux.max(), 2 * light.flux.max())
     ax.set_xlabel("time of the camera (GM/c³)")
@@ -56,26 +56,31 @@ def show_flux(ax: Axes, light: "LightCurve") -> None:
 def show_orbit(ax: Axes, light: "LightCurve") -> None:
     """The images of the orbit about the shadow; creations (circles), annihilations (crosses), the centroid (grey)."""
     crossings = len(light.shares)
-    ax.fill(*_degrees(shadow_edge(light.camera, 400)).T, color="0.85")
+    ax.fill(*in_degrees_about_hole(shadow_edge(light.camera, 400)).T, color="0.85")
     for curve in disk_images(light.camera, [light.radius], crossings, _POINTS):
-        ax.plot(*_degrees(np.append(curve.sky, curve.sky[:1], axis=0)).T, color=_colour(curve.crossing), lw=1)
-    ax.plot(*_degrees(light.centroid).T, color="0.4", lw=0.8, ls=(0, (4, 2)))
+        ax.plot(
+            *in_degrees_about_hole(np.append(curve.sky, curve.sky[:1], axis=0)).T,
+            color=crossing_colour(curve.crossing),
+            lw=1,
+        )
+    ax.plot(*in_degrees_about_hole(light.centroid).T, color="0.4", lw=0.8, ls=(0, (4, 2)))
     for event in light.events:
         marker = "o" if event.kind == "creation" else "x"
-        ax.plot(*_degrees(event.sky), marker, color=_colour(event.crossing), ms=5)
+        ax.plot(*in_degrees_about_hole(event.sky), marker, color=crossing_colour(event.crossing), ms=5)
     ax.set_aspect("equal")
     ax.set_xlabel("to the right (deg)")
     ax.set_ylabel("up (deg)")
 
 
-def _degrees(sky: Float[Array, "*batch 3"]) -> Float[Array, "*batch 2"]:
+def in_degrees_about_hole(sky: Float[Array, "*batch 3"]) -> Float[Array, "*batch 2"]:
     """Angles to the right and up of directions N, about the hole."""
     view = View(1000, 500, math.radians(22), "fisheye")
     place = view.pixels(sky) - [(view.width - 1) / 2, (view.height - 1) / 2]
     return np.asarray(np.degrees(place * view.pixel) * [1, -1])
 
 
-def _colour(crossing: int) -> str:
+def crossing_colour(crossing: int) -> str:
+    """Of all that belongs to one crossing."""
     return f"C{crossing - 1}"
 
 

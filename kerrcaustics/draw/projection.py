@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.spatial import KDTree
 
 from kerrcaustics.curves.caustic import CausticSet
-from kerrcaustics.spacetime.camera import sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.sphere import angle_between
 
 Array = np.ndarray
@@ -28,7 +28,12 @@ def view_axes(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Float[Array, "
     horizon, where the shadow is nearly the whole sky) it is the direction of light that comes straight out of the hole,
     which every critical curve encloses.
     """
-    frame = caustics.camera.frame()
+    return axes_about(caustics.camera, edge, [caustic.sky for caustic in caustics])
+
+
+def axes_about(camera: Camera, edge: Float[Array, "n 3"], curves: list[Array]) -> Float[Array, "3 3"]:
+    """The same about any curves (n, 3) on the camera sky that enclose the hole."""
+    frame = camera.frame()
     hole = sky_from_fido(frame, np.array([1.0, 0.0, 0.0]))
     area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
     centre = area / np.linalg.norm(area) * math.copysign(1, area @ hole)
@@ -37,7 +42,7 @@ def view_axes(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Float[Array, "
         up = -e_theta + (e_theta @ forward) * forward
         up /= np.linalg.norm(up)
         axes = np.stack([forward, np.cross(forward, up), up])
-        if all(_encloses_centre(curve, axes) for curve in (edge, *(caustic.sky for caustic in caustics))):
+        if all(_encloses_centre(curve, axes) for curve in (edge, *curves)):
             break
     return axes
 

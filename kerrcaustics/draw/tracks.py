@@ -22,6 +22,7 @@ from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.stars.events import PairEvent
 from kerrcaustics.stars.images import StarImages
+from kerrcaustics.stars.plane_tracks import PlaneTrack
 from kerrcaustics.stars.tracks import StarTracks, Track
 
 Array = np.ndarray
@@ -269,7 +270,9 @@ def _steps(picture: Float[Array, "n 2"], closed: bool) -> Float[Array, "n 2"]:
     return steps
 
 
-def stretches(track: Track, broken: Bool[Array, " n"] | None = None) -> Iterator[tuple[int, Int[Array, " _"]]]:
+def stretches(
+    track: Track | PlaneTrack, broken: Bool[Array, " n"] | None = None
+) -> Iterator[tuple[int, Int[Array, " _"]]]:
     """Points of the pieces of a track that have one index, each with the events at its ends; and that index.
 
     broken (n,): True where the step after a point is not to be drawn.

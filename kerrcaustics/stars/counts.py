@@ -17,6 +17,7 @@ from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.images import checked_index, checked_sheets, checked_stars, search_for
 from kerrcaustics.stars.plane_images import PlaneCounts, plane_counts
+from kerrcaustics.stars.plane_maps import PlaneCountMap, plane_count_map
 
 Array = np.ndarray
 
@@ -164,8 +165,23 @@ def image_counts(
     return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure, radius)
 
 
+@overload
+def count_map(
+    camera: Camera, max_index: int = ..., rows: int = ..., *, end: EquatorialPlane, radii: ArrayLike | None = ...
+) -> PlaneCountMap: ...
+@overload
+def count_map(
+    camera: Camera, max_index: int = ..., rows: int = ..., *, end: float = ..., radii: None = ...
+) -> CountMap: ...
 @usual_warnings
-def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float = math.inf) -> CountMap:
+def count_map(
+    camera: Camera,
+    max_index: int = 2,
+    rows: int = 180,
+    *,
+    end: float | EquatorialPlane = math.inf,
+    radii: ArrayLike | None = None,
+) -> CountMap | PlaneCountMap:
     """Image counts over the whole celestial sphere, or one of finite radius, on a grid of equal steps in theta', phi'.
 
     Parameters
@@ -176,9 +192,23 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float
     rows : int
         Cells from pole to pole; twice as many go round.
     end : float
-        Radius of the stars; math.inf is the celestial sphere.
+        Radius of the stars; math.inf is the celestial sphere. An `EquatorialPlane`: a map over r and phi, in which
+        rows are circles, of about a second each.
+    radii : array
+        In the plane alone: the radii of the circles, rising. Left out, they are `rows` in equal ratios, from 1.05 times
+        the horizon's to twice the camera's.
+
+    Returns
+    -------
+    CountMap
+        For the plane `PlaneCountMap`.
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
+    if isinstance(end, EquatorialPlane):
+        check_camera(camera)
+        return plane_count_map(camera, checked_index(max_index), rows if radii is None else radii, 2 * rows, end)
+    if radii is not None:
+        raise ValueError(f"Argument `radii` must come with an EquatorialPlane as `end`, but that is {end!r}.")
     surface = spherical(camera, end)
     sheets = checked_sheets(camera, max_index, surface)
     theta, phi = _centres(rows)

@@ -2,14 +2,17 @@
 
 import math
 from collections.abc import Iterable
+from typing import overload
 
 import numpy as np
 
+from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, orbital_velocity, sky_from_looking
-from kerrcaustics.stars.images import checked_sheets
+from kerrcaustics.spacetime.camera import Camera, check_camera, orbital_velocity, sky_from_looking
+from kerrcaustics.stars.images import checked_index, checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
+from kerrcaustics.stars.plane_tracks import PlanePairEvents, plane_pair_events
 
 Array = np.ndarray
 
@@ -54,8 +57,14 @@ class PairEvents(Items[PairEvent]):
     remarks: tuple[str, ...] = quantity("", "", "what could not be told")
 
 
+@overload
+def pair_events(camera: Camera, theta: float, max_index: int = ..., *, end: EquatorialPlane) -> PlanePairEvents: ...
+@overload
+def pair_events(camera: Camera, theta: float, max_index: int = ..., *, end: float = ...) -> PairEvents: ...
 @usual_warnings
-def pair_events(camera: Camera, theta: float, max_index: int = 2, *, end: float = math.inf) -> PairEvents:
+def pair_events(
+    camera: Camera, theta: float, max_index: int = 2, *, end: float | EquatorialPlane = math.inf
+) -> PairEvents | PlanePairEvents:
     """When pairs of images of a star are created and annihilated, over one orbit of the camera.
 
     Parameters
@@ -63,21 +72,25 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2, *, end: float 
     camera : Camera
         On a circular orbit about the spin axis: its velocity has no component but the azimuthal one.
     theta : float
-        theta' of the star in radians.
+        theta' of the star in radians; in the plane its r.
     max_index : int
         0 to 6: pairs whose images have index up to it.
     end : float
-        Radius of the star; math.inf is the celestial sphere.
+        Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source circles in the plane,
+        seen by any camera that does not lie in it, and events are told by its azimuth.
 
     Returns
     -------
     PairEvents
-        A sequence of PairEvent, in the order of time.
+        A sequence of PairEvent, in the order of time. For the plane `PlanePairEvents`.
 
     Errors
     ------
     `PairEvent.error`, round-off of the caustic's point, more where it runs nearly along the star's path.
     """
+    if isinstance(end, EquatorialPlane):
+        check_camera(camera)
+        return plane_pair_events(camera, theta, checked_index(max_index), end)
     angular_velocity = orbital_velocity(camera)
     height = checked_theta(theta)
     found = meetings(checked_sheets(camera, max_index, end), Circle.about_spin_axis(height))

@@ -2,17 +2,19 @@
 
 import math
 from dataclasses import field
+from typing import overload
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
-from kerrcaustics.spacetime.camera import Camera, as_seen, looking_from_sky, orbital_velocity
+from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera, looking_from_sky, orbital_velocity
 from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.stars.events import (
     PairEvent,
@@ -21,11 +23,12 @@ from kerrcaustics.stars.events import (
     in_time,
     pair_events_of,
 )
-from kerrcaustics.stars.images import StarImages, checked_sheets, images_of, is_within
+from kerrcaustics.stars.images import StarImages, checked_index, checked_sheets, images_of, is_within
 from kerrcaustics.stars.level_curves.branches import Branches, Cubics
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.newton import find_roots
+from kerrcaustics.stars.plane_tracks import PlaneTracks, plane_tracks
 from kerrcaustics.stars.search import Candidates, found_of, search
 from kerrcaustics.stars.sheets import TOLERANCE
 
@@ -208,8 +211,14 @@ class StarTracks:
         return moment[order], index[order], sky[order], error[order]
 
 
+@overload
+def star_tracks(camera: Camera, theta: float, max_index: int = ..., *, end: EquatorialPlane) -> PlaneTracks: ...
+@overload
+def star_tracks(camera: Camera, theta: float, max_index: int = ..., *, end: float = ...) -> StarTracks: ...
 @usual_warnings
-def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float = math.inf) -> StarTracks:
+def star_tracks(
+    camera: Camera, theta: float, max_index: int = 2, *, end: float | EquatorialPlane = math.inf
+) -> StarTracks | PlaneTracks:
     """The tracks of all images of a star over one whole orbit of the camera.
 
     Parameters
@@ -217,20 +226,26 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float 
     camera : Camera
         On a circular orbit about the spin axis: its velocity has no component but the azimuthal one.
     theta : float
-        theta' of the star in radians. The images of a star at a pole stand still: tracks of one point.
+        theta' of the star in radians. The images of a star at a pole stand still: tracks of one point. In the plane its
+        r.
     max_index : int
         0 to 6: images with Morse index up to it.
     end : float
-        Radius of the star, at least the camera's; math.inf is the celestial sphere.
+        Radius of the star, at least the camera's; math.inf is the celestial sphere. An `EquatorialPlane`: the source
+        circles in the plane, seen by any camera that does not lie in it.
 
     Returns
     -------
     StarTracks
+        For the plane `PlaneTracks`, by the source's azimuth.
 
     Errors
     ------
     `Track.error`: every point is refined to round-off. `StarTracks.certified` tells whether the tracks hold all images.
     """
+    if isinstance(end, EquatorialPlane):
+        check_camera(camera)
+        return plane_tracks(camera, theta, checked_index(max_index), end)
     angular_velocity = orbital_velocity(camera)
     height = checked_theta(theta)
     surface = spherical(camera, end)

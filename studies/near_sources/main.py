@@ -7,8 +7,8 @@ azimuths on one circle of it. The twin (`twin.py`) traces a dense grid of the sk
 Newton's method wherever a cell leads around the source. Wrong is a certified answer that lacks an image of the twin, or
 has one that by the integrator does not lead to the source with the index it claims. The twin misses images too, where
 cells of its grid are large: these are counted, not held against anybody. Spheres among photon orbits are refused, and
-drawn anew. The picture shows the pairs by the radii of camera and source. Writes near_sources.json,
-near_sources.png and near_sources.md.
+drawn anew. The picture shows the pairs by the radii of camera and source, those that share both as a ring of dots.
+Writes near_sources.json, near_sources.png and near_sources.md.
 """
 
 import math
@@ -20,8 +20,9 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullLocator
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import EquatorialPlane, Sphere
@@ -39,6 +40,10 @@ SPHERES, PLANES, AZIMUTHS = 3, 3, 8
 HIGHEST, HIGHEST_IN_PLANE, CROSSINGS = 2, 3, 3
 # Images closer than this on the camera sky are the same; ends of ours may miss the source by so much, relative to r.
 _SAME, _MISSED = 1e-5, 1e-6
+
+# What became of a pair: marker, colour of the palette, size. Size of a group's ring, in e-folds of both radii.
+LOOKS = {"agree": ("o", 0, 1.5), "twin missed": ("^", 4, 2.2), "not certified": ("s", 3, 2.5), "wrong": ("X", 1, 5)}
+RING = (0.055, 0.14)
 
 Images = kc.StarImages | PlaneImages
 
@@ -191,30 +196,44 @@ def groups(
 
 
 def picture(pairs: list[Pair]) -> Figure:
-    """The figure of the study: all pairs, by the radii of camera and source."""
-    looks = {"agree": ("o", 0), "twin missed": ("^", 5), "not certified": ("s", 4), "wrong": ("X", 1)}
+    """The figure of the study: all pairs, by the radii of camera and source; a group is a ring about its own."""
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 3.2), layout="constrained")
+        figure = Figure(figsize=(style.PAGE_WIDTH, 3.7), layout="constrained")
         axes = figure.subplots(1, 2, sharey=True)
         for ax, name in zip(axes, ("sphere", "crossing"), strict=True):
-            for verdict, (marker, colour) in looks.items():
-                these = [pair for pair in pairs if pair.end.startswith(name) and pair.verdict == verdict]
-                place = [pair.camera_radius for pair in these], [pair.radius for pair in these]
-                ax.plot(
-                    *place,
-                    marker,
-                    color=style.PALETTE[colour],
-                    markersize=4,
-                    alpha=0.7,
-                    label=f"{verdict}: {len(these)}",
-                )
-            ax.set(xscale="log", yscale="log", xlabel="camera's radius $r_c$", xlim=(2, 120), ylim=(1, 1e5))
-            ax.xaxis.set_minor_formatter(NullFormatter())
+            draw_pairs(ax, [pair for pair in pairs if pair.end.startswith(name)])
             ax.set_title("sources on spheres" if name == "sphere" else "sources in the plane")
-            ax.axline((10, 10), (20, 20), color=style.GUIDE_COLOUR, linewidth=0.8, zorder=0)
-            ax.legend(loc="upper left")
         axes[0].set_ylabel("source's radius $r$")
     return figure
+
+
+def draw_pairs(ax: Axes, pairs: list[Pair]) -> None:
+    """Pairs of one kind of end, each a dot, with what became of it."""
+    place = ringed(pairs)
+    for verdict, (marker, colour, size) in LOOKS.items():
+        these = [i for i, pair in enumerate(pairs) if pair.verdict == verdict]
+        dots = {"color": style.PALETTE[colour], "markersize": size, "markeredgewidth": 0, "linestyle": "none"}
+        ax.plot(*place[these].T, marker=marker, label=f"{verdict}: {len(these)}", **dots)
+    ax.set(xscale="log", yscale="log", xlabel="camera's radius $r_c$", xlim=(2, 120), ylim=(1, 3e4))
+    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.axline((10, 10), (20, 20), color=style.GUIDE_COLOUR, linewidth=0.8, zorder=0)
+    ax.legend(loc="upper left", markerscale=1.4)
+
+
+def ringed(pairs: list[Pair]) -> np.ndarray:
+    """Places (n, 2) of pairs on the picture: radii of camera and source, the pairs of a group round the same place."""
+    groups = Counter((pair.camera_radius, pair.radius) for pair in pairs)
+    seen: Counter[tuple[float, float]] = Counter()
+    places = []
+    for pair in pairs:
+        group = pair.camera_radius, pair.radius
+        turn = 2 * math.pi * seen[group] / groups[group]
+        seen[group] += 1
+        ring = np.array([math.cos(turn), math.sin(turn)]) * (groups[group] > 1)
+        places.append(group * np.exp(ring * RING))
+    return np.array(places).reshape(-1, 2)
 
 
 def table(pairs: list[Pair]) -> str:

@@ -1,0 +1,147 @@
+"""Frames of a light curve: where the spot's images are on the sky at a moment, beside the curve that they add up to."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+
+from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.curves.isoradials import Isoradial, disk_images
+from kerrcaustics.draw import style
+from kerrcaustics.draw.films import Backdrop, Film, blank_frame
+from kerrcaustics.draw.light_curves import crossing_colour, in_degrees_about_hole, show_flux, show_orbit
+from kerrcaustics.spacetime.checks import whole_number
+
+if TYPE_CHECKING:
+    from kerrcaustics.curves.light_curves import LightCurve
+
+Array = np.ndarray
+
+_TURN = 2 * math.pi
+# Points of the image of the orbit; dots fainter than this part of the brightest have the least size.
+_POINTS, _FAINTEST = 1440, 1e-4
+
+
+class SpotFrames:
+    """One orbit of a spot, drawn frame by frame.
+
+    times (frames,): of the camera. A dot stands for an image of the spot, the larger the more light it sends, a grey
+    one for the centroid; those on the curves tell the flux at that moment, of each crossing and of all.
+    """
+
+    def __init__(self, light: "LightCurve", motion: str, frames: int) -> None:
+        """Find where the orbit is seen. motion: as it was given to `light_curve`."""
+        self.light = light
+        self.times = light.time.min() + light.period * np.arange(frames) / frames
+        self._orbital = float(EMITTERS[motion](light.camera.spin, light.radius, 0.0).orbital)
+        curves = disk_images(light.camera, [light.radius], len(light.shares), _POINTS, motion, time=True)
+        self._rings = [(curve.crossing, *_ring(curve, self._orbital, light)) for curve in curves]
+        self._brightest = max(float(np.quantile(ring[3], 0.99)) for ring in self._rings)
+        order = np.argsort(light.time)
+        self._way = in_degrees_about_hole(light.centroid[order])
+        self._curves = light.time[order], [light.flux[order], *(share[order] for share in light.shares)]
+        with rc_context(style.FILM_RC):
+            self.figure = blank_frame()
+            self.figure.set_layout_engine("constrained")
+            self.axes = self._panels()
+            self._spots = {crossing: self._dots(crossing) for crossing, *_ in self._rings}
+            colours = ["black", *(crossing_colour(n) for n in range(1, len(light.shares) + 1))]
+            mark = {"marker": "o", "linestyle": "none", "markeredgecolor": "white", "zorder": 5}
+            self._marks = [self.axes[1].plot([], [], color=colour, **mark)[0] for colour in colours]
+            self._now = self.axes[1].axvline(self.times[0], color="0.5", linewidth=0.8, zorder=0.5)
+            self._centre = self.axes[0].plot([], [], color="0.4", **mark)[0]
+            self._backdrop = Backdrop(self.figure, [*self._spots.values(), *self._marks, self._now, self._centre])
+
+    def frame(self, number: int) -> UInt8[Array, "height width 3"]:
+        """The picture (height, width, 3) of a frame."""
+        with rc_context(style.FILM_RC):
+            now = float(self.times[number])
+            time, values = self._curves
+            self._now.set_xdata([now, now])
+            for mark, value in zip(self._marks, values, strict=True):
+                mark.set_data([now], [np.interp(now, time, value, period=self.light.period)])
+            way = (np.interp(now, time, part, period=self.light.period) for part in self._way.T)
+            self._centre.set_data(*([part] for part in way))
+            for crossing, (places, bright) in self.images(now).items():
+                self._spots[crossing].set_offsets(places)
+                self._spots[crossing].set_sizes(self._area(bright))
+            return self._backdrop.pixels()
+
+    def images(self, time: float) -> dict[int, tuple[Float[Array, "images 2"], Float[Array, " images"]]]:
+        """Where the images of the spot are at a time, degrees right and up, and how bright, by crossing."""
+        found = {}
+        for crossing, place, phase, bright in self._rings:
+            turns = (phase - self._orbital * time) / _TURN
+            low, high = turns[:-1], turns[1:]
+            whole = np.where(high > low, np.floor(high), np.ceil(high))
+            held = np.flatnonzero(np.floor(low) != np.floor(high))
+            part = ((whole - low)[held] / (high - low)[held]).clip(0, 1)[:, None]
+            found[crossing] = place[held] * (1 - part) + place[held + 1] * part, bright[held]
+        return found
+
+    def _panels(self) -> tuple[Axes, Axes]:
+        left, right = self.figure.subplots(1, 2, width_ratios=[1, 1.25])
+        show_orbit(left, self.light)
+        left.set_title("where the spot is seen; grey: the centroid")
+        show_flux(right, self.light)
+        camera = self.light.camera
+        where = f"spin {camera.spin:g}, seen from r = {camera.radius:g}, {math.degrees(camera.inclination):.4g} deg"
+        right.set_title(f"its light: orbit at r = {self.light.radius:g}, {where}")
+        return left, right
+
+    def _dots(self, crossing: int) -> PathCollection:
+        return self.axes[0].scatter(
+            [], [], color=crossing_colour(crossing), edgecolors="black", linewidths=0.6, zorder=5
+        )
+
+    def _area(self, bright: Float[Array, " images"]) -> Float[Array, " images"]:
+        """Area of a dot in square points: larger with the logarithm of its light."""
+        part = np.log(np.clip(bright / self._brightest, _FAINTEST, 1)) / -math.log(_FAINTEST)
+        return (4 + 10 * (1 + part)) ** 2
+
+
+def _ring(
+    curve: Isoradial, orbital: float, light: "LightCurve"
+) -> tuple[Float[Array, "n 2"], Float[Array, " n"], Float[Array, " n-1"]]:
+    """A closed image of the orbit: its points, its phase phi + Omega T, and the light of the spot where it is there."""
+    assert curve.time is not None
+    sky = np.append(curve.sky, curve.sky[:1], axis=0)
+    gained = _TURN * np.round((curve.azimuth[-1] - curve.azimuth[0]) / _TURN)
+    azimuth = np.append(curve.azimuth, curve.azimuth[0] + gained)
+    phase = azimuth + orbital * np.append(curve.time, curve.time[:1])
+    # A spot is so wide in phase: where the phase stands still its light does not grow without bound.
+    step = np.linalg.norm(np.diff(sky, axis=0), axis=1) / np.hypot(np.diff(phase), light.size / light.radius)
+    return in_degrees_about_hole(sky), phase, curve.redshift**light.power * curve.width * step
+
+
+def light_curve_film(light: "LightCurve", motion: str = "circular", frames: int = 240, rate: int = 24) -> Film:
+    """The film of one orbit of a spot.
+
+    Parameters
+    ----------
+    light : LightCurve
+        At times all over one orbit: `light_curve(camera, orbit, 400)`.
+    motion : str
+        As it was given to `light_curve`.
+    frames, rate : int
+        How many, and how many a second.
+    """
+    frames = whole_number("frames", frames, 2)
+    camera = light.camera
+    settings = {
+        "spin": camera.spin,
+        "radius": camera.radius,
+        "inclination": camera.inclination,
+        "velocity": camera.velocity,
+        "orbit": light.radius,
+        "size": light.size,
+        "crossings": len(light.shares),
+        "power": light.power,
+        "times": len(light.time),
+        "motion": motion,
+    }
+    return Film("light_curve", settings, frames, rate, SpotFrames(light, motion, frames).frame)
