@@ -80,6 +80,11 @@ def order_name(order: int | np.integer) -> str:
     return _NAMES[order - 1] if order <= len(_NAMES) else f"{order}th order"
 
 
+def number(value: float | np.floating | np.integer, form: str = "g") -> str:
+    """A number in words of a picture: with a minus sign, which is longer than a hyphen."""
+    return format(value, form).replace("-", "−")
+
+
 def tick_step(span: float, most: int) -> float:
     """Smallest round number of degrees that puts at most `most` ticks in a span."""
     return next((step for step in _STEPS if span / step <= most), _STEPS[-1])
