@@ -2,17 +2,17 @@
 Aberration
 ==========
 
-The paint swatches of the checkerboard's figure, seen by three cameras at one place, r = 2.6 on the equator of a hole of
-spin 0.999: on a circular orbit; at rest with respect to the fiducial observer, which moves at 0.546 of the speed of
-light backward as the circular camera sees it; and at rest in Boyer-Lindquist coordinates (static), at 0.813 backward. The
-red dot is the direction of the orbital motion, the black one its opposite. Remakes JTFT figure 12.
+The paint swatches of the checkerboard's figure, seen by three cameras at one place, r = 2.6 on the equator of a hole
+of spin 0.999: on a circular orbit; at rest with respect to the fiducial observer, which moves at 0.546 of the speed
+of light backward as the circular camera sees it; and at rest in Boyer-Lindquist coordinates (static), at 0.813
+backward. The red dot is the direction of the orbital motion, the black one its opposite. Remakes JTFT figure 12.
 
 The paper's: hole, cameras, their velocities, the lensed swatches, the dots. Ours: the projection, longitude and
 latitude of the whole sky about the direction of the hole (−e_r), which all three share; that red is forward and black
-backward; the critical curves. All three see the same rays, so their pictures differ by aberration alone, which is exact here: the
-faster a camera moves to the right, the more the sky crowds together there, and the smaller the shadow, most of which
-lies on that side. It covers 0.45, 0.87 and 1.24 of half the sky. The caustics on the celestial sphere are the same for
-all three.
+backward; the critical curves. All three see the same rays, so their pictures differ by aberration alone, which is
+exact here: the faster a camera moves to the right, the more the sky crowds together there, and the smaller the
+shadow, most of which lies on that side. It covers 0.45, 0.87 and 1.24 of half the sky. The caustics on the celestial
+sphere are the same for all three.
 """
 
 import math

@@ -3,14 +3,14 @@ The caustic line without spin
 =============================
 
 Rays in the plane of a hole without spin, of the camera at r = 6.03 (square) and of a star, on the Schwarzschild
-coordinates r, φ; and in space. The primary caustic is the line behind the hole, from the horizon outward: at each place
-of it rays of a whole cone meet, and a star there is seen as a ring. A star beside it is seen twice: its primary ray passes
-the hole on one side, its secondary ray on the other. In the plane sources are infinitely far away, and the dashed rays that
-meet on the line are parallel; in space they are at r = 12. Remakes JTFT figure 3.
+coordinates r, φ; and in space. The primary caustic is the line behind the hole, from the horizon outward: at each
+place of it rays of a whole cone meet, and a star there is seen as a ring. A star beside it is seen twice: its primary
+ray passes the hole on one side, its secondary ray on the other. In the plane sources are infinitely far away, and the
+dashed rays that meet on the line are parallel; in space they are at r = 12. Remakes JTFT figure 3.
 
-The paper's: the caustic line, the cone of rays to it, a star with its primary and its secondary ray, in space. Ours: the
-camera's radius, at which place the star is; in the plane the secondary caustic, too, the line behind the camera, whose rays
-turn through 360 degrees. The cones have the impact parameters 6.4936 and 5.2540, the shadow 5.1962.
+The paper's: the caustic line, the cone of rays to it, a star with its primary and its secondary ray, in space. Ours:
+the camera's radius, at which place the star is; in the plane the secondary caustic, too, the line behind the camera,
+whose rays turn through 360 degrees. The cones have the impact parameters 6.4936 and 5.2540, the shadow 5.1962.
 
 Writes pictures (PNG, PDF), a model (glTF) and a page to turn with the mouse (HTML).
 """

@@ -7,11 +7,11 @@ a circular orbit at r = 2.6 round a hole of spin 0.999 sees of it: its whole sky
 critical curve, 1cc and 2cc. (c) The flat left edge of the shadow, with the tertiary one, 3cc. Dashed lines run in the
 gaps between rows of swatches, at constant θ′: along them stars move. Remakes JTFT figure 10.
 
-The paper's: hole, camera, swatches with hue by φ′ and gaps, dashed tracks, names of the curves. Ours: how many swatches,
-their colours, and the projections: longitude and latitude for the whole sky in (b); degrees of (c) count from the middle
-of (b), the middle of the shadow. On a critical curve a small beam is flattened to a line on the celestial sphere: there
-the swatches are stretched along one direction, and across the curve the picture is mirrored. Next to the shadow the
-whole sphere is seen again and again, between each curve and the next.
+The paper's: hole, camera, swatches with hue by φ′ and gaps, dashed tracks, names of the curves. Ours: how many
+swatches, their colours, and the projections: longitude and latitude for the whole sky in (b); degrees of (c) count
+from the middle of (b), the middle of the shadow. On a critical curve a small beam is flattened to a line on the
+celestial sphere: there the swatches are stretched along one direction, and across the curve the picture is mirrored.
+Next to the shadow the whole sphere is seen again and again, between each curve and the next.
 """
 
 import math

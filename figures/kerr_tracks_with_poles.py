@@ -2,10 +2,10 @@
 Star tracks of a fast spinning hole
 ===================================
 
-The star field of a camera on a circular orbit at r = 6.03 round a hole of spin 0.999, and paths of star images over its
-sky: of primary images in red, of secondary ones in yellow, with arrows in the sense in which they move; the two critical
-curves in violet; and the four images of the two stars on the spin axis, which stand still, as disks in the colour of
-their tracks. Remakes JTFT figure 4.
+The star field of a camera on a circular orbit at r = 6.03 round a hole of spin 0.999, and paths of star images over
+its sky: of primary images in red, of secondary ones in yellow, with arrows in the sense in which they move; the two
+critical curves in violet; and the four images of the two stars on the spin axis, which stand still, as disks in the
+colour of their tracks. Remakes JTFT figure 4.
 
 The paper's: spin, camera, these colours, what is drawn. Ours: at which θ′ the stars are, and the stars of the field,
 those of the Hipparcos-2 catalogue. Outside the primary critical curve stars drift from left to right past the hole,

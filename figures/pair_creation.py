@@ -3,9 +3,9 @@ Pair creation and annihilation
 ==============================
 
 The images of one star just before and just after two of them are created, and just before two are annihilated: on the
-camera sky (left) beside the celestial sphere (right), where the star crosses the secondary caustic. a = 0.999, circular
-orbit at r = 6.03. The track of the images of order ε = 1, which cross the equatorial plane once, is red; #1, #2 and #3 are
-its images. Remakes JTFT figure 6.
+camera sky (left) beside the celestial sphere (right), where the star crosses the secondary caustic. a = 0.999,
+circular orbit at r = 6.03. The track of the images of order ε = 1, which cross the equatorial plane once, is red; #1,
+#2 and #3 are its images. Remakes JTFT figure 6.
 
 The paper's: hole, camera, the star at θ′ = 0.608 π (following JTFT), the moments after the creation and before the
 annihilation, the numbers, the red track. Ours: the first row, and a time of 1 M from the events. #1 is there all the

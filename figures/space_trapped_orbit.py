@@ -2,8 +2,8 @@
 ================
 
 An unstable photon orbit of constant radius round a hole of spin 0.999, on its sphere: it swings between two latitudes
-while the hole drags it round (after figure 11 of JTFT). It is the orbit of the figure trapped_orbit, that of a ray at the
-flat edge of the shadow seen from r = 2.6; one swing up and down takes 18 turns.
+while the hole drags it round (after figure 11 of JTFT). It is the orbit of the figure trapped_orbit, that of a ray at
+the flat edge of the shadow seen from r = 2.6; one swing up and down takes 18 turns.
 
 Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
 """

@@ -6,11 +6,11 @@ A ray at the flat left edge of the shadow, for a = 0.999 and a camera at r = 2.6
 of constant r before it escapes or falls in. Left: which direction of the camera sky it is; middle: its orbit on the
 sphere of that radius, the far side faint; right: θ against φ. Remakes JTFT figure 11.
 
-The paper's: hole, camera, a direction at the flat edge, the orbit on its sphere: prograde and of a shallow pitch. Ours: which
-direction, 16° above the equator; the radius follows from its angular momentum b, with the Carter constant q. The light
-circles the hole forward 18 times while it swings up and down once between two latitudes, so rays a little outside the
-edge come from anywhere on the celestial sphere between them, many times over: what makes the many images next to the
-flat edge. The model in space, space_trapped_orbit, has the same orbit.
+The paper's: hole, camera, a direction at the flat edge, the orbit on its sphere: prograde and of a shallow pitch.
+Ours: which direction, 16° above the equator; the radius follows from its angular momentum b, with the Carter constant
+q. The light circles the hole forward 18 times while it swings up and down once between two latitudes, so rays a
+little outside the edge come from anywhere on the celestial sphere between them, many times over: what makes the many
+images next to the flat edge. The model in space, space_trapped_orbit, has the same orbit.
 """
 
 import math
@@ -68,7 +68,7 @@ def orbit(radius: float, b: float, q: float) -> tuple[np.ndarray, np.ndarray]:
         s, c = math.sin(theta), math.cos(theta)
         return [speed, c * (b**2 / s**3 - a**2 * s), b / s**2 - a + a * (radius**2 + a**2 - a * b) / delta]
 
-    path = solve_ivp(rates, (0, DURATION), [math.pi / 2, -math.sqrt(q), 0], rtol=1e-9, atol=1e-9, max_step=0.01)
+    path = solve_ivp(rates, (0, DURATION), [math.pi / 2, -math.sqrt(q), 0], rtol=1e-9, atol=1e-9, max_step=0.001)
     return path.y[0], path.y[2]
 
 

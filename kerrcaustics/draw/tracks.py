@@ -39,7 +39,7 @@ _MARK: dict[str, Any] = {
     "linestyle": "none",
     "zorder": 3,
 }
-_ARROW: dict[str, Any] = {"arrowstyle": "-|>", "linewidth": 0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 10}
+_ARROW: dict[str, Any] = {"arrowstyle": "-|>", "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
 _HALO = withStroke(linewidth=2, foreground="white")
 _MARKERS = {"creation": "^", "annihilation": "v"}
 # Moments between two events, crowded where images run together; nearer than this part of the time in between, none.
@@ -96,12 +96,14 @@ def tracks_on_sky(
 
 
 def moving_lines(
-    star: StarTracks, track: Track, picture: Float[Array, "n 2"]
+    star: StarTracks, track: Track, picture: Float[Array, "n 2"], longest: float = 90.0
 ) -> Iterator[tuple[int, Float[Array, "_ 2"]]]:
-    """Index, and line in the order of time, of each piece of a track that is drawn at places (n, 2), degrees."""
-    # Round the back of the sky a short step is a long way on the picture.
-    for index, which in stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
-        later = -star.angular_velocity * (_later(track.azimuth[which]))
+    """Index, and line in the order of time, of each piece of a track that is drawn at places (n, 2).
+
+    longest: of a step on the picture, in its unit (degrees); round the back of the sky a short one is longer there.
+    """
+    for index, which in stretches(track, np.hypot(*_steps(picture, track.closed).T) > longest):
+        later = -star.angular_velocity * _later(track.azimuth[which])
         yield index, picture[which if later >= 0 else which[::-1]]
 
 
@@ -111,24 +113,24 @@ def _later(azimuth: Float[Array, " n"]) -> float:
     return float(np.median(np.sign(np.diff(azimuth)))) if len(azimuth) > 1 else 0.0
 
 
-def draw_motion(ax: Axes, line: Float[Array, "n 2"], colour: str, spacing: float = 0.6) -> None:
+def draw_motion(ax: Axes, line: Float[Array, "n 2"], colour: str, spacing: float = 0.6, size: float = 10.0) -> None:
     """Arrow heads along a line (n, 2), in its order: one in its middle, or one every `spacing` of the axes' width.
 
-    Only what lies within the limits of the axes counts; a line shorter than a twentieth of the width has none.
+    Only what lies within the limits of the axes counts; a line shorter than a twentieth of the width has none. size: of
+    the heads, points of type.
     """
     (left, right), (low, high) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
     inside = (line > (left, low)).all(axis=1) & (line < (right, high)).all(axis=1)
-    steps = np.hypot(*np.diff(line, axis=0).T) * (inside[1:] & inside[:-1])
+    # Places that a pinhole has behind it are NaN.
+    steps = np.where(inside[1:] & inside[:-1], np.hypot(*np.diff(line, axis=0).T), 0.0)
     way, width = np.concatenate([[0.0], np.cumsum(steps)]), right - left
     if way[-1] < 0.05 * width:
         return
     count = max(1, round(way[-1] / (spacing * width)))
     for middle in (np.arange(count) + 0.5) / count * way[-1]:
-        tail, head = (
-            tuple(np.interp(middle + away * width, way, part) for part in line.T) for away in (-0.006, 0.006)
-        )
+        tail, head = (tuple(np.interp(middle + away * width, way, part) for part in line.T) for away in (-0.006, 0.006))
         if np.hypot(*np.subtract(head, tail)) < 0.05 * width:
-            ax.annotate("", head, tail, arrowprops={**_ARROW, "color": colour}, zorder=2.6)
+            ax.annotate("", head, tail, arrowprops={**_ARROW, "color": colour, "mutation_scale": size}, zorder=2.6)
 
 
 def number_images(

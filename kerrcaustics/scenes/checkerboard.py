@@ -111,7 +111,7 @@ class Checkerboard:
 
     @cached_property
     def _rounds(self) -> Float[Array, "2 3 columns+1"]:
-        """Integrals (2, 3, columns + 1) of those over phi', in columns, from phi' = 0 to the start of each, and round."""
+        """Integrals (2, 3, columns + 1) of those over phi', in columns, from 0 to the start of each, and once round."""
         return np.cumsum(np.pad(self._columns, ((0, 0), (0, 0), (1, 0))), axis=-1) * (1 - self.gap)
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
