@@ -63,7 +63,7 @@ def test_velocities_of_the_cameras_of_figure_12():
 @pytest.mark.slow
 @pytest.mark.parametrize(("theta", "outside", "inside"), [(10, 1, -1), (170, -1, 1)])
 def test_senses_in_which_images_circle_the_poles(theta, outside, inside):
-    """Northern ones of index 0 counter-clockwise round the upper image of a pole, of index 1 clockwise round the lower."""
+    """Northern ones: of index 0 counter-clockwise round the upper image, of index 1 clockwise, round the lower."""
     axes = view_axes(kc.caustics(FAR, 2), kc.shadow_edge(FAR, 2000))
     poles = azimuthal_equidistant(kc.star_images(FAR, (math.pi * (theta > 90), 0.0), max_index=1).sky, axes)
     assert (np.sign(poles[:, 1]) == (outside, inside)).all()

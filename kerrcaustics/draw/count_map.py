@@ -1,7 +1,6 @@
 """Picture of the image counts over the celestial sphere, with the caustics on it."""
 
 import math
-from typing import Any
 
 import numpy as np
 from matplotlib import colormaps, rc_context

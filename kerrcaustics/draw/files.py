@@ -1,6 +1,7 @@
 """Pictures as files, never half-written."""
 
 from pathlib import Path
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
@@ -9,7 +10,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.files import writing
 
 # Fonts as outlines that every journal takes, rather than as Type 3 programs; text in SVG stays text.
-_EMBEDDED = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
+_EMBEDDED: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
 
 
 def write_picture(picture: Figure, path: Path) -> Path:

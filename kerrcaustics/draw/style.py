@@ -61,7 +61,7 @@ FILM_RC: dict[Any, Any] = {
 }
 """The same for frames of films, which are seen at 100 pixels an inch."""
 
-_STEPS = (1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1080, 1800, 3600, 7200, 18000)
+_STEPS = (*(m / 10**n for n in range(12, 0, -1) for m in (1, 2, 5)), 1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1080, 1800, 3600, 7200, 18000)
 _NAMES = ("primary", "secondary", "tertiary")
 
 

@@ -120,7 +120,7 @@ def draw_motion(ax: Axes, line: Float[Array, "n 2"], colour: str, spacing: float
     the heads, points of type.
     """
     (left, right), (low, high) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
-    inside = (line > (left, low)).all(axis=1) & (line < (right, high)).all(axis=1)
+    inside: Array = np.all((line > (left, low)) & (line < (right, high)), axis=1)
     # Places that a pinhole has behind it are NaN.
     steps = np.where(inside[1:] & inside[:-1], np.hypot(*np.diff(line, axis=0).T), 0.0)
     way, width = np.concatenate([[0.0], np.cumsum(steps)]), right - left
@@ -128,9 +128,11 @@ def draw_motion(ax: Axes, line: Float[Array, "n 2"], colour: str, spacing: float
         return
     count = max(1, round(way[-1] / (spacing * width)))
     for middle in (np.arange(count) + 0.5) / count * way[-1]:
-        tail, head = (tuple(np.interp(middle + away * width, way, part) for part in line.T) for away in (-0.006, 0.006))
+        near = middle + width * np.array([-0.006, 0.006])
+        tail, head = zip(*(np.interp(near, way, part).tolist() for part in line.T), strict=True)
         if np.hypot(*np.subtract(head, tail)) < 0.05 * width:
-            ax.annotate("", head, tail, arrowprops={**_ARROW, "color": colour, "mutation_scale": size}, zorder=2.6)
+            arrow = {**_ARROW, "color": colour, "mutation_scale": size}
+            ax.annotate("", head, tail, arrowprops=arrow, zorder=2.6)
 
 
 def number_images(
@@ -138,7 +140,7 @@ def number_images(
 ) -> None:
     """Names such as #1 beside images at places (n, 2), at offsets (n, 2) in points of type."""
     for place, name, offset in zip(places, names, offsets, strict=True):
-        text = {"textcoords": "offset points", "ha": "center", "va": "center", "fontweight": "bold"}
+        text: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "fontweight": "bold"}
         ax.annotate(name, place, tuple(offset), color=colour, path_effects=[_HALO], zorder=5, **text)
 
 
