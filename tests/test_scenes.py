@@ -161,7 +161,9 @@ def test_a_long_footprint_sees_the_mean_of_the_columns():
     assert seen[0] == pytest.approx(around.mean(axis=0), abs=0.02)
 
 
-@pytest.mark.parametrize("values", [{"rows": 1}, {"columns": 7}, {"gap": 1.0}, {"colours": ("red",)}, {"colours": ()}, {"along": "x"}])
+@pytest.mark.parametrize(
+    "values", [{"rows": 1}, {"columns": 7}, {"gap": 1.0}, {"colours": ("red",)}, {"colours": ()}, {"along": "x"}]
+)
 def test_checkerboard_refuses(values):
     with pytest.raises(ValueError, match="must"):
         kc.Checkerboard(**values)
