@@ -131,10 +131,11 @@ def draw_computed(ax: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n
     """
     known = np.isfinite(x) & np.isfinite(y)
     points = [np.log(part[known]) if name in log else part[known] for name, part in (("x", x), ("y", y))]
-    order = np.argsort(points[0])
-    fine = np.linspace(points[0].min(), points[0].max(), 400)
-    smooth = PchipInterpolator(points[0][order], points[1][order])(fine)
-    curve = [np.exp(part) if name in log else part for name, part in (("x", fine), ("y", smooth))]
+    if known.sum() > 1:
+        order = np.argsort(points[0])
+        fine = np.linspace(points[0].min(), points[0].max(), 400)
+        points = [fine, PchipInterpolator(points[0][order], points[1][order])(fine)]
+    curve = [np.exp(part) if name in log else part for name, part in zip("xy", points, strict=True)]
     (drawn,) = ax.plot(*curve, **line)
     ax.plot(x, y, ".", color=drawn.get_color(), alpha=drawn.get_alpha(), markersize=2.5, linestyle="none")
 
