@@ -6,8 +6,9 @@ Stars and paint swatches seen by a camera that falls toward a hole of spin 0.999
 one moment, by swept beams, and as the mean of many pictures at moments of their own. Remakes JTFT figure A1.
 
 The paper's: blur by swept beams, which need one picture, against the mean of many. Ours: the scene, the camera's
-motion, and swatches beside the stars. Swept beams take about twice as long as one moment, the mean as many times as
-it has pictures.
+motion, and swatches beside the stars. The paper's swept beams take about twice as long as one moment. So do ours
+where the camera circles the hole (1.6 times for stars, 2.8 for swatches, measured); as it falls and turns as here, 8
+and 11 times, and the mean as many times as it has pictures.
 """
 
 import math

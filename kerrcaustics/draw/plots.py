@@ -242,7 +242,7 @@ def headline(caustics: CausticSet) -> str:
     if isinstance(camera.velocity, str):
         motion = _MOTIONS[camera.velocity]
     else:
-        motion = "velocity (r, θ, φ) = (" + ", ".join(f"{v:.4g}" for v in camera.fido_velocity()) + ")"
+        motion = "velocity (r, θ, φ) = (" + ", ".join(style.number(v, ".4g") for v in camera.fido_velocity()) + ")"
     inclination = f"{math.degrees(camera.inclination):.12g} deg"
     text = f"spin {camera.spin:.12g}, radius {camera.radius:.12g}, inclination {inclination}, {motion}"
     if caustics.missing:

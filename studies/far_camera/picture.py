@@ -6,8 +6,10 @@ import numpy as np
 import xarray
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from kerrcaustics.draw import style
 
@@ -16,6 +18,13 @@ from .tube import Section
 # Opacity of a slow hole's lines.
 _FAINT, _LINE = 0.35, {"color": "#555555", "linewidth": 0.8, "zorder": 0}
 _SYMBOLS = {"across": "s", "along": "o"}
+
+
+def plain_ticks(axis: Axis) -> None:
+    """Ticks at 1, 2, 5, 10, ... of a logarithmic axis, as plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
 
 
 def width_panel(ax: Axes, grid: xarray.Dataset, sections: list[list[Section]], width: float, other: float) -> None:
@@ -46,6 +55,7 @@ def width_panel(ax: Axes, grid: xarray.Dataset, sections: list[list[Section]], w
     ]
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 0.02))
     ax.set(xscale="log", ylim=(None, width + 0.006), xlabel="radius r (M)", ylabel="full width × r²/a²")
+    plain_ticks(ax.xaxis)
     ax.set_title(f"primary caustic, a = {spins.max():g} (pale: a = {spins.min():g})")
 
 
@@ -77,6 +87,7 @@ def spin_panel(ax: Axes, found: list[Any], heads: tuple[str, str]) -> None:
             style.draw_computed(ax, np.array([r.spin for r in rows]), np.array(values), "y", **line)
     ax.set(yscale="log", xlim=(0, 1), xlabel="spin a", ylabel=heads[1])
     ax.legend(loc="upper left")
+    plain_ticks(ax.yaxis)
     ax.set_title(heads[0])
 
 
@@ -99,6 +110,7 @@ def drift_panel(ax: Axes, found: list[Any], drift: float) -> None:
         va="top",
     )
     ax.set(yscale="log", xlim=(0, 1), xlabel="spin a", ylabel="drift / a")
+    plain_ticks(ax.yaxis)
     ax.legend(loc="upper left")
     ax.set_title("drift from order to order, at infinite radius")
 
