@@ -26,6 +26,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.plots import headline, primary_zoom
+from kerrcaustics.stars.events import PairEvents
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
 STAR = 0.608 * math.pi
@@ -45,7 +46,7 @@ def main(output: Path) -> list[Path]:
     return write_line_art(figure, output, "star_through_caustic")
 
 
-def draw_path(ax: Axes, caustics: kc.CausticSet, events: kc.PairEvents) -> Axes:
+def draw_path(ax: Axes, caustics: kc.CausticSet, events: PairEvents) -> Axes:
     """The caustics, the path with the direction of motion, and where it crosses the secondary one."""
     for caustic in caustics:
         line = np.degrees(np.concatenate([caustic.celestial, caustic.celestial[:1]]))
