@@ -2,19 +2,25 @@
 All tracks of one star
 ======================
 
-Every image of index 0 to 3 of one star over a whole orbit, for a = 0.999 and a circular orbit at r = 6.03: on the
-camera sky (a), and with the distance to the shadow edge drawn out (b), where the tracks that hug the shadow come
-apart. Triangles are the creations and annihilations of pairs, all of them on critical curves. Remakes JTFT figure 7.
+Every image of index 0 to 3 of one star over a whole orbit, for a = 0.999 and a circular orbit at r = 6.03: for a star
+18 degrees off the equatorial plane (a), and for one 1.8 degrees off it (b). Left: on the camera sky; right: with the
+distance to the shadow edge drawn out, where the tracks that hug the shadow come apart. Arrows point the way the
+images move; triangles are the creations and annihilations of pairs, all of them on critical curves. Remakes JTFT
+figure 7.
 
-As there, each connected track belongs to one order ε, the number of times its rays cross the equatorial plane: that
-of order 0 stays outside the primary critical curve, that of order 1 crosses the secondary curve and comes back, that
-of order 2 does so with the tertiary one, and so on: one critical curve each.
+The paper's: hole, camera, two stars, at θ′ = 0.6 π and 0.51 π (following JTFT), labels ε. Ours: the drawn-out view
+and the colours, by Morse index. Each connected track belongs to one order ε, the number of times its rays cross the
+equatorial plane: that of order 0 stays outside the primary critical curve, that of order 1 crosses the secondary
+curve and comes back, that of order 2 does so with the tertiary one, and so on: one critical curve each. The closer
+the star is to the plane, the closer its tracks follow the critical curves.
 """
 
 import math
 from pathlib import Path
 
+import numpy as np
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import kerrcaustics as kc
@@ -24,27 +30,33 @@ from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unrolled
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
-STAR = math.radians(77)
+STARS = {"(a)": 0.6 * math.pi, "(b)": 0.51 * math.pi}
 MAX_INDEX = 3
 # Position angle and distance in degrees where there is room for the name of an order.
-LABELS = {0: (85, 55), 1: (280, 3.5), 2: (85, 0.22), 3: (315, 0.005)}
+LABELS = {0: (270, 65), 1: (85, 4.5), 2: (270, 0.3), 3: (115, 0.006)}
 
 
 def main(output: Path) -> list[Path]:
     caustics, edge = kc.caustics(CAMERA, orders=MAX_INDEX + 1), kc.shadow_edge(CAMERA, 6000)
-    tracks = kc.star_tracks(CAMERA, STAR, MAX_INDEX)
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 4.4), layout="constrained")
-        sky, unrolled = figure.subplots(1, 2)
-        tracks_on_sky(sky, tracks, caustics, edge).set_title("(a) camera sky")
-        sky.set_aspect("equal")
-        tracks_unrolled(unrolled, tracks, caustics, edge).set_title("(b) drawn out at the shadow edge")
-        for track in tracks.tracks:
-            order = int(kc.trace_beams(CAMERA, track.sky[len(track) // 2]).crossings)
-            unrolled.annotate(f"ε = {order}", LABELS[order], ha="center", fontsize=style.SMALLEST_TEXT)
+        figure = Figure(figsize=(style.PAGE_WIDTH, 7.6), layout="constrained")
+        for panels, (letter, theta) in zip(figure.subplots(2, 2), STARS.items(), strict=True):
+            name = f"{letter} star at θ′ = {math.degrees(theta):.1f} deg"
+            draw_star(*panels, kc.star_tracks(CAMERA, theta, MAX_INDEX), caustics, edge, name)
         figure.legend(handles=tracks_legend(MAX_INDEX), loc="outside lower center", ncols=4)
-        figure.suptitle(f"star at θ′ = {math.degrees(STAR):.12g} deg; {headline(caustics)}")
+        figure.suptitle(headline(caustics))
     return write_line_art(figure, output, "all_tracks")
+
+
+def draw_star(
+    sky: Axes, unrolled: Axes, tracks: kc.StarTracks, caustics: kc.CausticSet, edge: np.ndarray, name: str
+) -> None:
+    """The tracks of one star in both views, with the orders of the tracks."""
+    tracks_on_sky(sky, tracks, caustics, edge).set_title(name)
+    tracks_unrolled(unrolled, tracks, caustics, edge).set_title("drawn out at the shadow edge")
+    for track in tracks.tracks:
+        order = int(kc.trace_beams(CAMERA, track.sky[len(track) // 2]).crossings)
+        unrolled.annotate(f"ε = {order}", LABELS[order], ha="center", color=style.order_colour(order + 1))
 
 
 if __name__ == "__main__":

@@ -2,12 +2,16 @@
 From the camera's sky to the celestial sphere
 =============================================
 
-What is mapped to what: a direction (θcs, φcs) on the local sky of the camera, whose axes are e_x (away from the
-hole), e_y (the direction of motion) and e_z, is followed backward along a ray to a place (θ′, φ′) of the celestial
-sphere. A beam that is a circle on the camera's sky becomes an ellipse there. Remakes JTFT figure 1.
+What is mapped to what. At the camera's place a fiducial observer (FIDO) has the basis e_r, e_θ, e_φ (grey, drawn
+below it). The camera moves past it with the velocity β (red), which sets the camera's own axes: e_y along it, e_x in
+the plane of e_r and e_φ, e_z across both. A direction (θcs, φcs) on the camera's local sky is followed backward along
+a ray to a place (θ′, φ′) of the celestial sphere. A beam that is a circle on the camera's sky becomes an ellipse
+there, with the diameters δ₊ and δ₋, whose major axis is at the angle μ from e_θ′, the direction of growing θ′.
+Remakes JTFT figure 1.
 
-The ray is a real one, of a hole without spin, as are the shape and the position angle of the ellipse; sizes are not
-to scale, and the celestial sphere is drawn at r = 12 instead of infinity.
+The paper's: what is drawn, and its names. Ours: which ray. It is a real one, of a hole without spin and a camera at r =
+6.03 that moves along e_φ, so slowly that aberration does not show; shape and angle of the ellipse are real, too. Sizes
+are not to scale, and the celestial sphere is drawn at r = 12 instead of infinity.
 """
 
 import math
@@ -25,13 +29,14 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.spacetime.camera import photon
 
-CAMERA = kc.Camera(spin=0.0, radius=6.03, velocity="fiducial")
+CAMERA = kc.Camera(spin=0.0, radius=6.03, velocity=(0.0, 0.0, 1e-3))
 # The direction that is followed, degrees; radii of the two spheres; half the width of the beam at the camera.
 THETA_CS, PHI_CS = 55.0, 243.0
 LOCAL, CELESTIAL, BEAM = 2.6, 12.0, 0.17
 # Where the scene is seen from, degrees.
 AZIMUTH, LATITUDE = -62.0, 22.0
-COLOURS = {"camera": style.PALETTE[0], "sky": style.PALETTE[2], "ray": style.PALETTE[1]}
+COLOURS = {"camera": style.PALETTE[0], "sky": style.PALETTE[2], "ray": style.PALETTE[1], "fido": "#777777"}
+VELOCITY = "#c00000"
 X, Y, Z = np.eye(3)
 HALO = withStroke(linewidth=3, foreground="white")
 
@@ -73,6 +78,7 @@ def draw_camera_sky(ax: Axes, looking: np.ndarray, theta: float, phi: float) -> 
     draw_globe(ax, centre, LOCAL, colour)
     for axis, name in ((X, "$e_x$"), (Y, "$e_y$"), (Z, "$e_z$")):
         draw_arrow(ax, centre, centre + 1.5 * LOCAL * axis, name, colour="black")
+    draw_observer(ax, centre)
     sides = np.linspace(0, phi, 60)[:, None]
     draw(ax, centre + LOCAL * (np.cos(sides) * X + np.sin(sides) * Y), color=colour, linewidth=1.4)
     level = np.array([math.cos(phi), math.sin(phi), 0])
@@ -94,6 +100,16 @@ def draw_camera_sky(ax: Axes, looking: np.ndarray, theta: float, phi: float) -> 
     write(ax, centre + 2.0 * LOCAL * Z, "camera's local sky", colour)
 
 
+def draw_observer(ax: Axes, centre: np.ndarray) -> None:
+    """The basis of the fiducial observer at the camera's place, drawn below it, and the camera's velocity past it."""
+    beside, length = centre - 1.9 * LOCAL * Z, 1.15 * LOCAL
+    for axis, name in ((X, "$e_r$"), (Y, r"$e_\varphi$"), (-Z, r"$e_\theta$")):
+        draw_arrow(ax, beside, beside + length * axis, name, colour=COLOURS["fido"])
+    above = beside + 0.32 * length * Z - 0.12 * length * X
+    draw_arrow(ax, above, above + 0.75 * length * Y, "β", colour=VELOCITY)
+    write(ax, beside - 1.45 * length * Z, "FIDO's basis, at the same place", COLOURS["fido"])
+
+
 def draw_celestial_sphere(ax: Axes, beam: kc.Beams) -> None:
     """The celestial sphere with the angles of the ray's end and the beam's ellipse."""
     colour, end = COLOURS["sky"], beam.direction
@@ -112,7 +128,25 @@ def draw_celestial_sphere(ax: Axes, beam: kc.Beams) -> None:
     major, minor = math.cos(mu) * e_theta + math.sin(mu) * e_phi, math.cos(mu) * e_phi - math.sin(mu) * e_theta
     ellipse = float(beam.delta_plus) * np.cos(turn) * major + float(beam.delta_minus) * np.sin(turn) * minor
     draw(ax, CELESTIAL * (end + 0.6 * BEAM * ellipse), color=COLOURS["ray"], linewidth=1.2, zorder=5)
+    draw_axes(ax, end, {"major": float(beam.delta_plus) * major, "minor": float(beam.delta_minus) * minor}, e_theta)
     write(ax, -1.12 * CELESTIAL * Z, "celestial sphere", colour)
+
+
+def draw_axes(ax: Axes, end: np.ndarray, halves: dict[str, np.ndarray], e_theta: np.ndarray) -> None:
+    """The diameters of the ellipse, and the angle from e_theta' to the major one."""
+    scale = 0.6 * BEAM * CELESTIAL
+    centre, colour = CELESTIAL * end, COLOURS["ray"]
+    for (name, half), away in zip(halves.items(), (-1.45, -1.9), strict=True):
+        draw(ax, np.stack([centre - scale * half, centre + scale * half]), color=colour, linewidth=0.8)
+        write(ax, centre + away * scale * half, r"$\delta_+$" if name == "major" else r"$\delta_-$", colour)
+    length = 1.25 * np.linalg.norm(scale * halves["major"])
+    draw_arrow(ax, centre, centre + length * e_theta, r"$e_{\theta'}$", colour="black")
+    major = halves["major"] / np.linalg.norm(halves["major"])
+    along = np.linspace(0, 1, 30)[:, None]
+    arc = (1 - along) * e_theta + along * major
+    arc /= np.linalg.norm(arc, axis=1, keepdims=True)
+    draw(ax, centre + 0.55 * length * arc, color="black", linewidth=0.8)
+    write(ax, centre + 0.75 * length * arc[15], "μ", "black")
 
 
 def draw_hole(ax: Axes) -> None:

@@ -22,7 +22,7 @@ RADII = (50.0, 15.0, 6.03, 2.6, 1.5)
 
 def main(output: Path) -> list[Path]:
     rows = {f"r = {radius:g}": kc.caustics(kc.Camera(SPIN, radius), orders=3) for radius in RADII}
-    return write_line_art(multiples_figure(rows, f"spin {SPIN}, camera on the equator"), output, Path(__file__).stem)
+    return write_line_art(multiples_figure(rows, f"spin {SPIN}, inclination 90 deg"), output, Path(__file__).stem)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ SPINS = (0.3, 0.6, 0.9, 0.99, 0.999)
 
 def main(output: Path) -> list[Path]:
     rows = {f"a = {spin}": kc.caustics(kc.Camera(spin, RADIUS), orders=3) for spin in SPINS}
-    return write_line_art(multiples_figure(rows, f"camera on the equator at r = {RADIUS}"), output, Path(__file__).stem)
+    return write_line_art(multiples_figure(rows, f"radius {RADIUS}, inclination 90 deg"), output, Path(__file__).stem)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,10 @@ Critical curves and caustics
 
 The first three critical curves on the camera sky and their caustics on the celestial sphere, for cameras on circular
 orbits at r = 6.03 and r = 2.6 round a hole of spin 0.999, and for an inclined one. Letters mark matching points: the
-cusps. Remakes JTFT figures 5 (r = 6.03) and 9 (r = 2.6), and the curves of figure 8.
+cusps. Remakes JTFT figure 9 (r = 2.6), and the curves of figures 5 (r = 6.03) and 8.
+
+The paper's: hole and cameras on the equator, the pairs of curves, letters that match. Ours: that letters are put at the
+cusps, in the order of the curve, the primary pair beside the others, the unrolled view, and the inclined camera.
 
 At r = 6.03 the primary caustic is an astroid 0.42 by 0.45 degrees wide, not far from the point behind the hole; the
 secondary one reaches over 0.73 of a circuit and the tertiary winds 5.2 times round the sky. At r = 2.6 these are 1.8

@@ -34,7 +34,7 @@ def main(output: Path) -> list[Path]:
                 ax.set_title(
                     f"{style.order_name(caustic.order)} caustic, r = {radius}: {caustic.circuits:.2f} circuits"
                 )
-        figure.suptitle(f"spin {SPIN}, camera on the equator")
+        figure.suptitle(f"spin {SPIN}, inclination 90 deg")
     return write_line_art(figure, output, "caustics_unwrapped")
 
 

@@ -2,9 +2,16 @@
 A checkerboard sky at r = 2.6
 =============================
 
-The celestial sphere of paint swatches (JTFT fig 10), and what a camera on a circular orbit at r = 2.6 round a hole of
-spin 0.999 sees of it: the whole front of its sky, and the flat left edge of the shadow with three critical curves. On
-each critical curve swatches shrink to lines; across it their image is mirrored.
+(a) A celestial sphere of paint swatches, whose hue runs with φ′ and whose brightness alternates. (b) What a camera on
+a circular orbit at r = 2.6 round a hole of spin 0.999 sees of it: its whole sky, with the primary and the secondary
+critical curve, 1cc and 2cc. (c) The flat left edge of the shadow, with the tertiary one, 3cc. Dashed lines run in the
+gaps between rows of swatches, at constant θ′: along them stars move. Remakes JTFT figure 10.
+
+The paper's: hole, camera, swatches with hue by φ′ and gaps, dashed tracks, names of the curves. Ours: how many
+swatches, their colours, and the projections: longitude and latitude for the whole sky in (b); degrees of (c) count
+from the middle of (b), the middle of the shadow. On a critical curve a small beam is flattened to a line on the
+celestial sphere: there the swatches are stretched along one direction, and across the curve the picture is mirrored.
+Next to the shadow the whole sphere is seen again and again, between each curve and the next.
 """
 
 import math
@@ -14,52 +21,71 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MultipleLocator
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_picture
-from kerrcaustics.draw.scenes import show_critical_curves, show_picture
+from kerrcaustics.draw.plots import headline
+from kerrcaustics.draw.scenes import show_critical_curves, show_curve_names, show_line, show_picture
+from kerrcaustics.scenes.checkerboard import HUES
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
-SKY = kc.Checkerboard()
+SKY = kc.Checkerboard(rows=15, columns=32, colours=HUES, along="longitude")
+DASHED = {"color": "black", "linewidth": 0.6, "linestyle": (0, (4, 2))}
+# Of (c).
+FIELD = math.radians(44)
 
 
-def flat_edge(width: int, height: int, field: float) -> kc.View:
-    """The view of a field (radians) that has the prograde end of the shadow edge two thirds to the right."""
-    middle = kc.View.toward_hole(CAMERA, width, height, field)
+def flat_edge(pixels: int) -> kc.View:
+    """The view that has the prograde end of the shadow edge two thirds to the right."""
+    middle = kc.View.toward_hole(CAMERA, pixels, pixels, FIELD)
     left = kc.shadow_edge(CAMERA, 4)[0]
     outward = np.cross(np.cross(left, middle.forward), left)
-    away = -field / 6
+    away = -FIELD / 5
     forward = left * math.cos(away) + outward / np.linalg.norm(outward) * math.sin(away)
-    return kc.View(width, height, field, forward=forward, up=middle.up)
+    return kc.View(pixels, pixels, FIELD, forward=forward, up=middle.up)
 
 
 def celestial_panel(ax: Axes) -> None:
-    light = kc.celestial_picture(SKY, 400)
-    ax.imshow(kc.tone_mapped(light), extent=(0, 360, 180, 0))
-    ax.set_xticks(range(0, 361, 90))
-    ax.set_yticks(range(0, 181, 45))
-    ax.set_xlabel("φ′ (deg)")
-    ax.set_ylabel("θ′ (deg)")
-    ax.set_title("celestial sphere")
+    ax.imshow(kc.tone_mapped(kc.celestial_picture(SKY, 400)), extent=(0, 360, 180, 0))
+    for row in range(1, SKY.rows):
+        ax.axhline(180 * row / SKY.rows, **DASHED)
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    ax.yaxis.set_major_locator(MultipleLocator(45))
+    ax.set(xlabel="φ′ (deg)", ylabel="θ′ (deg)", title="(a) celestial sphere")
 
 
-def seen(ax: Axes, view: kc.View, caustics: kc.CausticSet) -> Axes:
-    show_picture(ax, view, kc.tone_mapped(kc.render(CAMERA, view, SKY).light))
-    return show_critical_curves(ax, view, caustics)
+def seen(ax: Axes, view: kc.View, caustics: kc.CausticSet, stars: list[kc.StarTracks], whole: kc.View | None) -> Axes:
+    """The sky in a view, with tracks and critical curves; whole: the view from whose middle degrees count.
+
+    Tracks end at the last of the curves.
+    """
+    show_picture(ax, view, kc.tone_mapped(kc.render(CAMERA, view, SKY).light), whole)
+    for track in (track for star in stars for track in star.tracks):
+        sky = np.where((track.index < len(caustics))[:, None], track.sky, np.nan)
+        show_line(ax, view, np.concatenate([sky, sky[:1]]) if track.closed else sky, **DASHED)
+    return show_critical_curves(ax, view, caustics, linewidth=1.2)
 
 
 def main(output: Path) -> list[Path]:
     caustics = kc.caustics(CAMERA, orders=3)
+    stars = [kc.star_tracks(CAMERA, math.pi * row / SKY.rows, max_index=2) for row in range(1, SKY.rows)]
+    middle = kc.View.toward_hole(CAMERA, 800, 800, 1.0)
+    whole = kc.View(1440, 720, 2 * math.pi, "equirectangular", middle.forward, middle.up)
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 5.3), layout="constrained")
-        grid = figure.add_gridspec(2, 2, width_ratios=[1.35, 1.0], height_ratios=[1, 1.6])
-        whole = kc.View.toward_hole(CAMERA, 1000, 1200, math.radians(190), "fisheye")
-        seen(figure.add_subplot(grid[:, 0]), whole, caustics).set_title("camera sky")
-        celestial_panel(figure.add_subplot(grid[0, 1]))
-        near = seen(figure.add_subplot(grid[1, 1]), flat_edge(800, 800, math.radians(50)), caustics)
-        near.set_title("left edge of the shadow")
-        figure.legend(*near.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        figure = Figure(figsize=(style.PAGE_WIDTH, 7.0), layout="constrained")
+        grid = figure.add_gridspec(2, 2, height_ratios=[1, 1.25])
+        celestial_panel(figure.add_subplot(grid[0, 0]))
+        wide = seen(figure.add_subplot(grid[1, :]), whole, caustics[:2], stars, None)
+        show_curve_names(wide, whole, caustics, {1: 110, 2: 172}).set_title("(b) camera sky, all of it")
+        close = flat_edge(700)
+        near = seen(figure.add_subplot(grid[0, 1]), close, caustics, stars, whole)
+        show_curve_names(near, close, caustics, {2: 75, 3: 60}).set_title("(c) left edge of the shadow")
+        handles = [*near.get_legend_handles_labels()[0], Line2D([], [], label="tracks of stars", **DASHED)]
+        figure.legend(handles=handles, loc="outside lower center", ncols=4)
+        figure.suptitle(headline(caustics))
     return [write_picture(figure, output / "checkerboard.png")]
 
 

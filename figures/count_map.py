@@ -22,9 +22,11 @@ ROWS = 360
 
 def main(output: Path) -> list[Path]:
     files = []
-    for radius in RADII:
-        camera = kc.Camera(SPIN, radius)
-        picture = count_map_figure(kc.count_map(camera, max_index=2, rows=ROWS), kc.caustics(camera, orders=3))
+    maps = {radius: kc.count_map(kc.Camera(SPIN, radius), max_index=2, rows=ROWS) for radius in RADII}
+    # One colour a count in all of them.
+    most = max(int(counts.counts.sum(axis=2).max()) for counts in maps.values())
+    for radius, counts in maps.items():
+        picture = count_map_figure(counts, kc.caustics(kc.Camera(SPIN, radius), orders=3), most)
         files += write_line_art(picture, output, f"count_map_r{radius}")
     return files
 

@@ -45,10 +45,11 @@ def main(output: Path) -> list[Path]:
             for ax, inclination in zip(row, INCLINATIONS, strict=True):
                 panel(ax, inclination, crossing)
                 ax.set_title(f"{inclination:g}°, crossing {crossing}", fontsize="small")
+        figure.suptitle(f"spin {SPIN}, radius {RADIUS:g}; inclination of the camera and crossing of the plane")
         for ax in axes[-1]:
-            ax.set_xlabel("r cos φ (GM/c²)")
+            ax.set_xlabel("r cos φ (M)")
         for ax in axes[:, 0]:
-            ax.set_ylabel("r sin φ (GM/c²)")
+            ax.set_ylabel("r sin φ (M)")
     return [write_picture(figure, output / "disk_caustics.png")]
 
 

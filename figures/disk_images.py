@@ -2,9 +2,12 @@
 A thin disk and its images
 ==========================
 
-A disk of gas at 4500 K, in wisps that let about half of the light through, round a hole of spin 0.999 before the stars
-(JTFT fig 14); camera and disk are those of the swatches. Light is not shifted: what differs is how deep the gas is, how
-often a ray meets it, and where. Over the front of the disk its bottom face shines through.
+A disk of gas at 4500 K, in wisps that let about half of the light through, round a hole of spin 0.999 before the
+stars; camera and disk are those of the swatches. Remakes JTFT figure 14. Light is not shifted: what differs is how
+deep the gas is, how often a ray meets it, and where. Over the front of the disk its bottom face shines through.
+
+The paper's: the spin, rims and camera, one temperature (following JTFT), a thin disk that is barely opaque, stars
+behind it. Ours: the wisps, which are random, their depth of 0.8, and the stars of Hipparcos.
 """
 
 import math

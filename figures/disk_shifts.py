@@ -2,9 +2,12 @@
 A disk with its light shifted
 =============================
 
-The disk round a hole of spin 0.6 (JTFT figs 15a to c): with its light unchanged; with its colours shifted, and its
-brightness kept; with both shifted, as a camera sees it. On the left the gas comes toward the camera. Numbers are the
-extremes of the frequency ratio over the first image, for gas on circular geodesics and a camera at rest.
+The disk round a hole of spin 0.6: with its light unchanged; with its colours shifted, and its brightness kept; with
+both shifted, as a camera sees it. On the left the gas comes toward the camera. Remakes JTFT figures 15a to c.
+
+The paper's: the spin, which lights are shifted in which picture, disk and camera (following JTFT). Ours: that the
+camera is at rest, the gas on circular geodesics, the wisps of the gas, and the colours that a black body has. Numbers
+are the extremes of the frequency ratio over the first image.
 """
 
 import math
@@ -48,6 +51,8 @@ def main(output: Path) -> list[Path]:
             ax.imshow(kc.tone_mapped(traced.show(disk=DISK, **shifts).light, exposure=1 / white))
             ax.set_axis_off()
             ax.set_title(title)
+        place = f"radius {CAMERA.radius}, inclination {math.degrees(CAMERA.inclination):.2f} deg, static"
+        figure.suptitle(f"spin {CAMERA.spin}, {place}; disk from r = {DISK.inner} to {DISK.outer} M")
     return [write_picture(figure, output / "disk_shifts.png")]
 
 

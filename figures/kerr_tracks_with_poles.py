@@ -2,27 +2,34 @@
 Star tracks of a fast spinning hole
 ===================================
 
-Paths of star images over the camera sky, for a = 0.999 and a camera on a circular orbit at r = 6.03. Every star goes
-round once in an orbit; its image of index 0 moves outside the primary critical curve, that of index 1 inside, and
-both circle the two images of a celestial pole, which stand still. Remakes JTFT figure 4.
+The star field of a camera on a circular orbit at r = 6.03 round a hole of spin 0.999, and paths of star images over
+its sky: of primary images in red, of secondary ones in yellow, with arrows in the sense in which they move; the two
+critical curves in violet; and the four images of the two stars on the spin axis, which stand still, as disks in the
+colour of their tracks. Remakes JTFT figure 4.
 
-As there: outside the primary critical curve stars drift from left to right over the picture, inside it images of
-index 1 move back round the shadow in closed eddies round the images of the poles; no track crosses the primary
-critical curve unless its star crosses the tiny primary caustic, so both kinds of track run along it.
+The paper's: spin, camera, these colours, what is drawn. Ours: at which θ′ the stars are, and the stars of the field,
+those of the Hipparcos-2 catalogue. Outside the primary critical curve stars drift from left to right past the hole,
+those of the northern sky counter-clockwise round the upper image of a pole, the southern ones clockwise round the lower
+one. Between the two curves images move the other way, in eddies: those of northern stars clockwise round the
+lower image, which is the north pole's there. No track crosses the primary critical curve unless its star crosses the
+tiny primary caustic, so both kinds of track run along it. Tracks that meet the secondary curve end there: beyond it
+images have index 2.
 """
 
 import math
 from pathlib import Path
 
+import numpy as np
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.plots import headline
-from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
-from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky
+from kerrcaustics.draw.projection import azimuthal_equidistant
+from kerrcaustics.draw.star_maps import DARK_RIM, INDEX_COLOURS, star_map_legend, tracks_on_stars
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
 # Polar angles of the stars in degrees; the southern half of the sky mirrors the northern one.
@@ -35,23 +42,26 @@ def main(output: Path) -> list[Path]:
     stars = [
         kc.star_tracks(CAMERA, math.radians(theta), max_index=1) for north in STARS for theta in (north, 180 - north)
     ]
-    axes = view_axes(caustics, edge)
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 6.6), layout="constrained")
-        ax = tracks_on_sky(figure.add_subplot(aspect="equal"), stars, caustics, edge)
-        for theta, name in ((0.0, "north"), (math.pi, "south")):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 6.9), layout="constrained")
+        ax = figure.add_subplot()
+        axes = tracks_on_stars(ax, stars, caustics, edge, kc.StarField(), VIEW)
+        for theta, name in ((0.0, "north pole"), (math.pi, "south pole")):
             poles = kc.star_images(CAMERA, (theta, 0.0), max_index=1)
             for place, index in zip(azimuthal_equidistant(poles.sky, axes), poles.index, strict=True):
-                ax.plot(*place, marker="*", markersize=9, color=style.order_colour(index + 1), markeredgecolor="white")
-                # Beside the star outside the ring, in the shadow inside it.
-                offset = (8, 0) if index == 0 else (0, -20 if place[1] > 0 else 20)
-                text = {"textcoords": "offset points", "va": "center", "fontsize": style.SMALLEST_TEXT}
-                ax.annotate(f"{name} pole", place, offset, **text)
-        ax.set_xlim(-VIEW, VIEW)
-        ax.set_ylim(-VIEW, VIEW)
-        figure.legend(handles=tracks_legend(1), loc="outside lower center", ncols=5)
+                draw_pole(ax, place, int(index), name)
+        figure.legend(handles=star_map_legend(1), loc="outside lower center", ncols=3)
         figure.suptitle(f"stars at θ′ = {', '.join(map(str, STARS))} deg, and mirrored\n{headline(caustics)}")
     return write_line_art(figure, output, "kerr_tracks_with_poles")
+
+
+def draw_pole(ax: Axes, place: np.ndarray, index: int, name: str) -> None:
+    """The image of a star on the spin axis; its name beside it outside the ring, in the shadow inside it."""
+    colour = INDEX_COLOURS[index]
+    ax.plot(*place, marker="o", markersize=8, color=colour, markeredgecolor="black", zorder=4)
+    offset = (9, 0) if index == 0 else (0, -20 if place[1] > 0 else 20)
+    text = {"textcoords": "offset points", "va": "center", "ha": "left" if index == 0 else "center"}
+    ax.annotate(name, place, offset, color=colour, fontsize=8, path_effects=[DARK_RIM], **text)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,9 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_picture
 from kerrcaustics.draw.scenes import show_critical_curves, show_picture
 
-CAMERAS = {"r = 6.03": (kc.Camera(spin=0.999, radius=6.03), 150), "r = 2.6": (kc.Camera(spin=0.999, radius=2.6), 230)}
+SPIN = 0.999
+# Radii, and fields of view in degrees.
+FIELDS = {6.03: 150, 2.6: 230}
 SIZE = 480
 # Powers of ten, shown as a colour.
 RANGE = Normalize(-4, 2)
@@ -42,9 +44,10 @@ def main(output: Path) -> list[Path]:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 3.6), layout="constrained")
         axes = figure.subplots(1, 2)
-        for ax, (name, (camera, field)) in zip(axes, CAMERAS.items(), strict=True):
-            panel(ax, camera, field)
-            ax.set_title(f"camera sky, {name}")
+        for ax, (radius, field) in zip(axes, FIELDS.items(), strict=True):
+            panel(ax, kc.Camera(SPIN, radius), field)
+            ax.set_title(f"camera sky, radius {radius}")
+        figure.suptitle(f"spin {SPIN}, inclination 90 deg, circular orbits")
         axes[1].set_ylabel("")
         bar = figure.colorbar(ScalarMappable(RANGE, COLOURS), ax=axes, shrink=0.8, pad=0.02, extend="both")
         bar.set_label("magnification")

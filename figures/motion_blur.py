@@ -2,8 +2,13 @@
 Motion blur
 ===========
 
-Stars and paint swatches seen by a camera that falls toward a hole of spin 0.999 and turns while the shutter is open
-(JTFT fig A1): at one moment, by swept beams, and as the mean of many pictures at moments of their own.
+Stars and paint swatches seen by a camera that falls toward a hole of spin 0.999 and turns while the shutter is open: at
+one moment, by swept beams, and as the mean of many pictures at moments of their own. Remakes JTFT figure A1.
+
+The paper's: blur by swept beams, which need one picture, against the mean of many. Ours: the scene, the camera's
+motion, and swatches beside the stars. The paper's swept beams take about twice as long as one moment. So do ours
+where the camera circles the hole (1.6 times for stars, 2.8 for swatches, measured); as it falls and turns as here, 8
+and 11 times, and the mean as many times as it has pictures.
 """
 
 import math
@@ -55,6 +60,7 @@ def main(output: Path) -> list[Path]:
                 ax.set_axis_off()
         for ax, title in zip(rows[0], titles, strict=True):
             ax.set_title(title)
+        figure.suptitle(f"spin {SPIN}, radius {RADIUS}, falling by {FALL} M, turning by {math.degrees(TURN):.1f} deg")
     return [write_picture(figure, output / "motion_blur.png")]
 
 

@@ -2,16 +2,17 @@
 Pair creation and annihilation
 ==============================
 
-The images of one star, at θ′ = 77 degrees, shortly before and after two of them are created, and shortly before they
-are annihilated: on the camera sky (left) beside the celestial sphere (right), where the star crosses the secondary
-caustic. a = 0.999, circular orbit at r = 6.03. Remakes JTFT figure 6.
+The images of one star just before and just after two of them are created, and just before two are annihilated: on the
+camera sky (left) beside the celestial sphere (right), where the star crosses the secondary caustic. a = 0.999,
+circular orbit at r = 6.03. The track of the images of order ε = 1, which cross the equatorial plane once, is red; #1,
+#2 and #3 are its images. Remakes JTFT figure 6.
 
-As there, the star drifts along its line of latitude while the camera moves on; it enters the secondary caustic
-through one fold and leaves it through another. At the first a pair of images, of index 1 and 2, springs up on the
-secondary critical curve on the right, the retrograde, side; one of the two then moves away outward, one inward. At
-the second the pair that vanishes on the prograde side is another one: the inner image of the new pair meets the image
-of index 1 that was there all the time. Images of order ε = 0 and 1, by crossings of the equatorial plane, are shown;
-the first one, of index 0, is behind the camera at these times, and those of higher order hug the shadow.
+The paper's: hole, camera, the star at θ′ = 0.608 π (following JTFT), the moments after the creation and before the
+annihilation, the numbers, the red track. Ours: the first row, and a time of 1 M from the events. #1 is there all the
+time. At the creation #2 and #3 spring up together, #2 inside the secondary critical curve (index 2) and #3 outside
+(index 1). #2 then moves round the shadow counter-clockwise, #1 and #3 clockwise. At the other side #2 meets #1, both
+vanish, and #3 has taken the place of #1. The primary image, of order 0, is behind the camera at these times; its track
+is blue.
 """
 
 import math
@@ -22,6 +23,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 import kerrcaustics as kc
@@ -29,20 +31,23 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
-from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky
+from kerrcaustics.draw.tracks import draw_motion, moving_lines, number_images, tracks_legend, tracks_on_sky
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
-STAR = math.radians(77)
+STAR = 0.608 * math.pi
 # How long before and after an event, units of M.
 SOON = 1.0
 VIEW = 70.0
+TRACK = "#d62728"
+# Offsets of the numbers, points of type.
+OFFSETS = {"#0": (0, 11), "#1": (-12, 0), "#2": (11, -8), "#3": (12, 2)}
 
 
 def main(output: Path) -> list[Path]:
     caustics, edge = kc.caustics(CAMERA, orders=2), kc.shadow_edge(CAMERA, 2000)
     tracks = kc.star_tracks(CAMERA, STAR, max_index=2)
-    # Those of order 0 and 1; the third is of order 2.
-    shown = replace(tracks, tracks=tracks.tracks[:2], ends=())
+    # Marks of the events alone: the track is drawn in one colour.
+    bare = replace(tracks, tracks=(), ends=())
     created, annihilated = tracks.events
     moments = {
         f"{SOON:g} M before the creation": created.time - SOON,
@@ -53,20 +58,39 @@ def main(output: Path) -> list[Path]:
         figure = Figure(figsize=(style.PAGE_WIDTH, 8.6), layout="constrained")
         rows = figure.subplots(3, 2, width_ratios=(1, 1.25))
         for (sky, sphere), (title, time) in zip(rows, moments.items(), strict=True):
-            tracks_on_sky(sky, shown, caustics, edge)
+            tracks_on_sky(sky, bare, caustics, edge)
+            sky.set(xlim=(-VIEW, VIEW), ylim=(-VIEW, VIEW))
+            draw_tracks(sky, tracks, view_axes(caustics, edge))
             draw_images(sky, tracks.images_at(time), view_axes(caustics, edge)).set_title(title)
             draw_star(sphere, tracks, time, caustics).set_title(f"celestial sphere at t = {time:.1f} M")
-        figure.legend(handles=tracks_legend(2), loc="outside lower center", ncols=6)
-        figure.suptitle(f"star at θ′ = {math.degrees(STAR):.12g} deg; {headline(caustics)}")
+        colours = {"order 0": style.order_colour(1), "track of order ε = 1": TRACK}
+        lines = [Line2D([], [], color=colour, label=name) for name, colour in colours.items()]
+        handles = [*reversed(lines), *tracks_legend(0)[1:]]
+        figure.legend(handles=handles, loc="outside lower center", ncols=6)
+        figure.suptitle(f"star at θ′ = {math.degrees(STAR):.2f} deg; {headline(caustics)}")
     return write_line_art(figure, output, "pair_creation")
 
 
+def draw_tracks(ax: Axes, tracks: kc.StarTracks, axes: np.ndarray) -> None:
+    """The tracks of order 0 and 1, with arrows; those of higher order hug the shadow."""
+    for track, colour in zip(tracks.tracks, (style.order_colour(1), TRACK), strict=False):
+        for _, line in moving_lines(tracks, track, azimuthal_equidistant(track.sky, axes)):
+            ax.plot(*line.T, color=colour, linewidth=1.0, scalex=False, scaley=False)
+            draw_motion(ax, line, colour, spacing=0.35)
+
+
 def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
-    """The images at one moment as dots, in the colour of their index."""
+    """The images at one moment as dots with their numbers, which follow from index and side."""
     first = images.crossings <= 1
-    for place, index in zip(azimuthal_equidistant(images.sky[first], axes), images.index[first], strict=True):
-        ax.plot(*place, "o", markersize=6, color=style.order_colour(index + 1), markeredgecolor="black", zorder=4)
-    ax.set(xlim=(-VIEW, VIEW), ylim=(-VIEW, VIEW), aspect="equal")
+    places = azimuthal_equidistant(images.sky[first], axes)
+    # Of those of index 1, #1 is on the left from one event to the other.
+    names = ["#0" if k == 0 else "#2" if k == 2 else "#1" if place[0] < 0 else "#3"
+             for k, place in zip(images.index[first], places, strict=True)]  # fmt: skip
+    seen = np.abs(places).max(axis=1) < VIEW
+    for place in places[seen]:
+        ax.plot(*place, "o", markersize=5, color="black", zorder=4)
+    shown = [name for name, here in zip(names, seen, strict=True) if here]
+    number_images(ax, places[seen], shown, np.array([OFFSETS[name] for name in shown]))
     return ax
 
 

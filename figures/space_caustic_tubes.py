@@ -3,7 +3,8 @@
 
 The caustics of a camera's past light cone, from the hole out to the celestial sphere: the primary tube, thin as a
 thread, and the secondary one, which the hole's spin winds round it. Every point is a conjugate point of a ray. The
-radius is drawn as r / (r + r_c).
+radius is drawn as r / (r + r_c). The tubes are cut off at r = 2, the ergosphere: further in they wind round the hole
+closer and closer.
 
 Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
 """

@@ -1,8 +1,9 @@
 """Rays round the hole
 ===================
 
-Rays of a camera at r = 6.03 M that leave close to the shadow, in the equatorial plane and in a plane tilted against it,
-in the colour of their Morse index: how many conjugate points each has passed when it comes from the sky.
+Rays of a camera at r = 6.03 M that arrive from close to the shadow, in the equatorial plane and in a plane tilted
+against it, in the colour of their Morse index: how many conjugate points each has passed when it comes from the sky.
+Rays of the shadow, which no star sends, are left out.
 
 Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
 """
@@ -19,12 +20,13 @@ from kerrcaustics.draw.space import write_model
 def main(output: Path) -> list[Path]:
     """The files, made in an existing folder."""
     camera = kc.Camera(spin=0.999, radius=6.03)
-    across = np.radians(np.linspace(-44, 40, 59))
+    across = np.radians(np.linspace(-60, 60, 41))
     fans = [
         np.stack([-np.cos(across), np.sin(across) * np.cos(tilt), np.sin(across) * np.sin(tilt)], axis=-1)
-        for tilt in np.radians([0.0, 60.0])
+        for tilt in np.radians([0.0, 70.0])
     ]
-    paths = kc.ray_paths(camera, np.concatenate(fans), 600)
+    sky = np.concatenate(fans)
+    paths = kc.ray_paths(camera, sky[kc.trace_rays(camera, sky).escaped], 600)
     return write_model(rays_model(camera, paths), output, "space_rays")
 
 

@@ -6,6 +6,7 @@ The light of two images of a star while the camera turns slowly, 100 frames over
 what the pixel in the middle gets (right), the same for both. In grey the bound of 2 % that JTFT set themselves.
 """
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,9 @@ def main(output: Path) -> list[Path]:
         total.legend(fontsize="small")
         panel(middle, [part[:, 1] / part[:, 0].mean() for part in light], labels)
         middle.set_ylabel("part that one pixel gets")
+        theta, phi = (style.number(math.degrees(angle), ".1f") for angle in STAR)
+        camera = f"spin {CAMERA.spin}, radius {CAMERA.radius}, circular orbit"
+        figure.suptitle(f"star at θ′ = {theta}, φ′ = {phi} deg; {camera}")
     return [write_picture(figure, output / "star_steadiness.png")]
 
 

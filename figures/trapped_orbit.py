@@ -4,12 +4,13 @@ The trapped photon orbit
 
 A ray at the flat left edge of the shadow, for a = 0.999 and a camera at r = 2.6 on the equator, winds onto an orbit
 of constant r before it escapes or falls in. Left: which direction of the camera sky it is; middle: its orbit on the
-sphere of that radius, the far side faint; right: theta against phi. Remakes JTFT figure 11.
+sphere of that radius, the far side faint; right: θ against φ. Remakes JTFT figure 11.
 
-As there, the light circles the hole forward while it oscillates up and down between two latitudes, so rays a little
-outside the edge come from anywhere on the celestial sphere between them, many times over: what makes the many images
-next to the flat edge. It goes round five times while it swings up and down once. The radius follows from the ray's
-angular momentum b, with the Carter constant q.
+The paper's: hole, camera, a direction at the flat edge, the orbit on its sphere: prograde and of a shallow pitch.
+Ours: which direction, 16° above the equator; the radius follows from its angular momentum b, with the Carter constant
+q. The light circles the hole forward 18 times while it swings up and down once between two latitudes, so rays a
+little outside the edge come from anywhere on the celestial sphere between them, many times over: what makes the many
+images next to the flat edge. The model in space, space_trapped_orbit, has the same orbit.
 """
 
 import math
@@ -31,9 +32,9 @@ from kerrcaustics.spacetime.camera import photon
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
 # The direction: a point of the shadow edge, of EDGE_POINTS from the prograde end on the left over the top.
-EDGE_POINTS, DIRECTION = 2000, 65
+EDGE_POINTS, DIRECTION = 2000, 20
 # How long the orbit is followed, in Mino time, and from which latitude it is looked at, degrees.
-DURATION, LATITUDE = 5.0, 20.0
+DURATION, LATITUDE = 3.05, 20.0
 
 
 def main(output: Path) -> list[Path]:
@@ -67,7 +68,7 @@ def orbit(radius: float, b: float, q: float) -> tuple[np.ndarray, np.ndarray]:
         s, c = math.sin(theta), math.cos(theta)
         return [speed, c * (b**2 / s**3 - a**2 * s), b / s**2 - a + a * (radius**2 + a**2 - a * b) / delta]
 
-    path = solve_ivp(rates, (0, DURATION), [math.pi / 2, -math.sqrt(q), 0], rtol=1e-9, atol=1e-9, max_step=0.01)
+    path = solve_ivp(rates, (0, DURATION), [math.pi / 2, -math.sqrt(q), 0], rtol=1e-9, atol=1e-9, max_step=0.001)
     return path.y[0], path.y[2]
 
 
@@ -94,7 +95,7 @@ def draw_sphere(ax: Axes, theta: np.ndarray, phi: np.ndarray) -> Axes:
     for longitude in np.radians(np.arange(0, 180, 30)):
         draw_on_sphere(ax, whole, np.full_like(whole, longitude), color=style.GUIDE_COLOUR, linewidth=0.5)
     ax.plot(np.cos(whole), np.sin(whole), color="#8c8c8c", linewidth=0.6)
-    draw_on_sphere(ax, theta, phi, color=style.order_colour(2), linewidth=1.2)
+    draw_on_sphere(ax, theta, phi, color=style.order_colour(2), linewidth=0.8)
     ax.annotate("", (0, 1.35), (0, math.cos(math.radians(LATITUDE))), arrowprops={"arrowstyle": "->", "linewidth": 0.9})
     ax.annotate("spin", (0.05, 1.18), fontsize=style.SMALLEST_TEXT)
     ax.set(aspect="equal", xlim=(-1.4, 1.4), ylim=(-1.4, 1.4))

@@ -10,6 +10,10 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from kerrcaustics.draw import plots, style
+from kerrcaustics.draw.projection import unrolled
+from kerrcaustics.draw.scenes import show_picture
+from kerrcaustics.draw.tracks import draw_motion
+from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
 from kerrcaustics.spacetime.shadow import shadow_edge
 
@@ -175,6 +179,47 @@ def test_overview_of_points_and_missing_orders():
     assert "not found: secondary" in figure.get_suptitle()
     assert [ax.get_title() for ax in figure.axes[2:]] == ["primary caustic, a point", "tertiary caustic, a point"]
     plots.overview(made_set([], missing=(1,)), EDGE)
+
+
+def test_arrows_point_along_a_line_within_the_limits():
+    ax = new_axes()
+    ax.set(xlim=(0, 10), ylim=(-1, 1))
+    draw_motion(ax, np.stack([np.linspace(20, -10, 61), np.zeros(61)], axis=-1), "black", spacing=0.5)
+    arrows = [(text.xy, text.xyann) for text in ax.texts]
+    assert len(arrows) == 2
+    for head, tail in arrows:
+        assert head[0] < tail[0] and 0 < head[0] < 10 and head[1] == tail[1] == 0
+    draw_motion(ax, np.array([[3.0, 0], [3.2, 0]]), "black")
+    assert len(ax.texts) == 2
+
+
+def test_ticks_and_numbers_of_small_spans():
+    assert style.tick_step(0.29, 7) == 0.05 and style.tick_step(200, 7) == 30
+    assert style.number(-0.5) == "−0.5" and style.number(1234.5, ".0f") == "1234"
+
+
+def test_a_curve_beside_the_centre_is_unrolled_at_every_turn():
+    line = unrolled(np.array([350.0, 355, 5, 10, 5, 355]), np.array([1.0, 2, 2, 1, 0.5, 0.5]), closed=True)
+    seen = line[np.isfinite(line[:, 0])]
+    for low, high in ((-10, 10), (350, 370)):
+        here = seen[(seen[:, 0] >= low) & (seen[:, 0] <= high)]
+        assert len(here) == 7 and np.ptp(here[:, 0]) == 20
+
+
+def test_letters_are_left_out_where_there_is_no_room():
+    small = replace(astroid(2, 0.01, 2), order=2)
+    ax = plots.camera_sky(new_axes(), made_set([astroid(1, 0.01, 45), small]), ring(1))
+    assert {colour for _, colour in letters(ax)} == {style.order_colour(1).upper()}
+
+
+def test_a_part_of_a_picture_counts_degrees_from_the_middle_of_the_whole():
+    whole = View(100, 100, math.radians(60), "fisheye")
+    turned = math.radians(20)
+    part = View(50, 50, math.radians(10), forward=(-math.cos(turned), math.sin(turned), 0))
+    ax = show_picture(new_axes(), part, np.zeros((50, 50, 3), np.uint8), whole)
+    places, names = ax.xaxis.get_major_locator()(), ax.xaxis.get_major_formatter()
+    middle = [names(place, 0) for place in places if abs(place - 24.5) < 0.6]
+    assert middle == ["20"]
 
 
 def test_colours_and_dashes_tell_ten_orders_apart():

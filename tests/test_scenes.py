@@ -111,8 +111,9 @@ def test_bend_of_a_fold():
     assert bend(curving, np.array([[0.0, 1, 0]]))[0] == 0
 
 
-def test_swatches_are_averaged_over_their_box():
-    board = kc.Checkerboard(rows=7, columns=10, gap=0.3)
+@pytest.mark.parametrize("along", ["latitude", "longitude"])
+def test_swatches_are_averaged_over_their_box(along):
+    board = kc.Checkerboard(rows=7, columns=10, gap=0.3, along=along)
     centre, size = np.array([1.1, 2.9]), 0.4
     half = size * math.sqrt(3) / 2
     theta = centre[0] + half * (np.arange(400) + 0.5 - 200) / 200
@@ -123,8 +124,9 @@ def test_swatches_are_averaged_over_their_box():
     assert coarse[0] == pytest.approx(fine.mean(axis=0), abs=2e-3)
 
 
-def test_swatches_have_no_seam_and_no_pinch():
-    board = kc.Checkerboard()
+@pytest.mark.parametrize("along", ["latitude", "longitude"])
+def test_swatches_have_no_seam_and_no_pinch(along):
+    board = kc.Checkerboard(along=along)
     theta = np.linspace(0.05, 3.1, 300)
     sides = [
         board.light(identity_footprint(from_angles(theta, phi), 0.03), False, False) for phi in (3.14159, -3.14159)
@@ -132,6 +134,20 @@ def test_swatches_have_no_seam_and_no_pinch():
     assert np.abs(sides[0] - sides[1]).max() < 1e-3
     round_pole = board.light(identity_footprint(from_angles(1e-4, np.arange(60) * 0.1), 0.1), False, False)
     assert np.ptp(round_pole, axis=0).max() < 1e-12
+
+
+def test_hues_run_with_longitude_and_brightness_alternates():
+    board = kc.Checkerboard(rows=6, columns=8, gap=0.2, colours=("#ff0000", "#00ff00", "#0000ff"), along="longitude")
+    theta, phi = (np.arange(6) + 0.5) * math.pi / 6, (np.arange(8) + 0.5) * math.pi / 4
+    places = from_angles(*np.meshgrid(theta, phi, indexing="ij")).reshape(-1, 3)
+    light = board.light(identity_footprint(places, 1e-6), False, False).reshape(6, 8, 3)
+    assert light[::2] == pytest.approx(np.broadcast_to(light[0], (3, 8, 3)), abs=1e-9)
+    # Every second swatch has half the light of the one below it.
+    ratio = light[0].sum(axis=-1) / light[1].sum(axis=-1)
+    assert ratio == pytest.approx(np.tile([2.0, 0.5], 4), rel=1e-6)
+    assert light[0, 0].argmax() == 0 and light[0, 3].argmax() == 1 and light[1, 6].argmax() == 2
+    gaps = board.light(identity_footprint(from_angles(theta, np.zeros(6)), 1e-6), False, False)
+    assert gaps == pytest.approx(np.broadcast_to(gaps[0], gaps.shape), abs=1e-9) and gaps.min() > 0.85
 
 
 def test_a_long_footprint_sees_the_mean_of_the_columns():
@@ -145,7 +161,9 @@ def test_a_long_footprint_sees_the_mean_of_the_columns():
     assert seen[0] == pytest.approx(around.mean(axis=0), abs=0.02)
 
 
-@pytest.mark.parametrize("values", [{"rows": 1}, {"columns": 7}, {"gap": 1.0}, {"colours": ("red",)}, {"colours": ()}])
+@pytest.mark.parametrize(
+    "values", [{"rows": 1}, {"columns": 7}, {"gap": 1.0}, {"colours": ("red",)}, {"colours": ()}, {"along": "x"}]
+)
 def test_checkerboard_refuses(values):
     with pytest.raises(ValueError, match="must"):
         kc.Checkerboard(**values)

@@ -41,13 +41,14 @@ def caustics_frame(caustics: CausticSet, text: str) -> UInt8[Array, "height widt
     with rc_context(style.FILM_RC):
         figure = blank_frame()
         edge = shadow_edge(caustics.camera, _EDGE_POINTS)
-        _sky_panel(figure.add_axes((0.065, 0.205, 0.425, 0.73)), caustics, edge)
-        _sphere_panel(figure.add_axes((0.575, 0.37, 0.40, 0.565)), caustics)
+        _sky_panel(figure.add_axes((0.065, 0.205, 0.425, 0.71)), caustics, edge)
+        _sphere_panel(figure.add_axes((0.575, 0.37, 0.40, 0.545)), caustics)
         handles = [
             Line2D([], [], label=_extent(caustic), linewidth=1.6, **style.order_line(caustic.order))
             for caustic in caustics
         ]
         figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.57, 0.265), fontsize=11.5, labelspacing=0.6)
+        figure.text(0.5, 0.993, headline(caustics), ha="center", va="top")
         figure.text(0.03, 0.1, text, fontsize=12.5, va="top", linespacing=1.35)
         return pixels(figure)
 

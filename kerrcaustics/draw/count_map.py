@@ -1,7 +1,6 @@
 """Picture of the image counts over the celestial sphere, with the caustics on it."""
 
 import math
-from typing import Any
 
 import numpy as np
 from matplotlib import colormaps, rc_context
@@ -17,13 +16,13 @@ from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped, wrap
 from kerrcaustics.stars.counts import CountMap
 
 _HALO = withStroke(linewidth=3, foreground="white")
-# Caustics below this extent, radians, are ringed.
+# Caustics below this extent, radians, are pointed out.
 _SMALL = math.radians(4.0)
 # Light enough for the lines of caustics on top.
 _COLOURS = ("YlGnBu", 0.0, 0.66)
 
 
-def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet) -> Axes:
+def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet, most: int = 0) -> Axes:
     """Total image counts over the celestial sphere, one colour a count, and the caustics, in degrees.
 
     Parameters
@@ -34,19 +33,21 @@ def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet) -> Axes:
         What `count_map` returned.
     caustics : CausticSet
         Of the same camera; drawn wrapped into phi' of -180 to 180 degrees. theta' is 0 at the top.
+    most : int
+        Highest count of the colour bar, where the map's own is lower: maps with one bar have one colour a count.
     """
-    _draw_counts(ax, counts)
+    _draw_counts(ax, counts, most)
     for caustic in caustics:
         if caustic.kind != "point" and max(caustic.theta_extent, caustic.phi_extent) < _SMALL:
-            _draw_ring(ax, caustic)
+            _point_out(ax, caustic)
         draw_wrapped(ax, caustic, 1.1, 0.7, label=style.order_name(caustic.order))
     return celestial_sphere_axes(ax)
 
 
-def _draw_counts(ax: Axes, counts: CountMap) -> None:
+def _draw_counts(ax: Axes, counts: CountMap, most: int) -> None:
     """The counts as colours, and what they mean beside them."""
     total = counts.counts.sum(axis=2)
-    seen = np.unique(total)
+    seen = np.unique(np.append(total, np.arange(total.max(), most + 1)))
     name, low, high = _COLOURS
     colours = ListedColormap(colormaps[name](np.linspace(low, high, len(seen))))
     edges = np.arange(len(seen) + 1) - 0.5
@@ -61,18 +62,20 @@ def _draw_counts(ax: Axes, counts: CountMap) -> None:
     bar.set_label(f"images of index 0 to {counts.counts.shape[2] - 1}")
 
 
-def _draw_ring(ax: Axes, caustic: Caustic) -> None:
-    """A ring round a caustic that is too small to be seen."""
-    middle = np.degrees(caustic.celestial.mean(axis=0, keepdims=True))
-    ring: dict[str, Any] = {"marker": "o", "markersize": 9, "markerfacecolor": "none", "linestyle": "none"}
-    ax.plot(*wrapped(middle).T, color=style.order_colour(caustic.order), path_effects=[_HALO], **ring)
+def _point_out(ax: Axes, caustic: Caustic) -> None:
+    """The name of a caustic that is too small to be seen, and a line to it."""
+    place = wrapped(np.degrees(caustic.celestial.mean(axis=0, keepdims=True)))[0]
+    colour = style.order_colour(caustic.order)
+    arrow = {"arrowstyle": "-", "color": colour, "linewidth": 0.8, "shrinkB": 1, "path_effects": [_HALO]}
+    text = {"textcoords": "offset points", "ha": "center", "color": colour, "path_effects": [_HALO]}
+    ax.annotate(style.order_name(caustic.order), tuple(place), (0, 30), arrowprops=arrow, **text)
 
 
-def count_map_figure(counts: CountMap, caustics: CausticSet) -> Figure:
-    """Figure of `count_map_axes`, 7 inches wide, with the camera in its title."""
+def count_map_figure(counts: CountMap, caustics: CausticSet, most: int = 0) -> Figure:
+    """Figure of `count_map_axes`, 7 inches wide, with the camera in its title; most: as there."""
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 4.1), layout="constrained")
-        ax = count_map_axes(figure.add_subplot(), counts, caustics)
+        ax = count_map_axes(figure.add_subplot(), counts, caustics, most)
         handles, labels = ax.get_legend_handles_labels()
         labels = [f"{label} caustic" for label in labels]
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(handles), 4))

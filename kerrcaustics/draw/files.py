@@ -1,11 +1,16 @@
 """Pictures as files, never half-written."""
 
 from pathlib import Path
+from typing import Any
 
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from kerrcaustics.draw import style
 from kerrcaustics.files import writing
+
+# Fonts as outlines that every journal takes, rather than as Type 3 programs; text in SVG stays text.
+_EMBEDDED: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}
 
 
 def write_picture(picture: Figure, path: Path) -> Path:
@@ -13,7 +18,7 @@ def write_picture(picture: Figure, path: Path) -> Path:
     # No date: the same picture is the same file.
     dated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
     ending = path.suffix[1:].lower()
-    with writing(path) as file:
+    with writing(path) as file, rc_context(_EMBEDDED):
         picture.savefig(file, format=ending, dpi=style.RC["savefig.dpi"], metadata=dated.get(ending))
     return path
 

@@ -32,6 +32,9 @@ def light_curve_figure(light: "LightCurve") -> Figure:
         upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.1])
         show_flux(upper, light)
         show_orbit(lower, light)
+        camera = light.camera
+        place = f"spin {camera.spin:g}, radius {camera.radius:g}, inclination {math.degrees(camera.inclination):g} deg"
+        figure.suptitle(f"spot at r = {light.radius:g} M; {place}")
     return figure
 
 
@@ -48,7 +51,7 @@ def show_flux(ax: Axes, light: "LightCurve") -> None:
         ax.axvline(event.time, color=crossing_colour(event.crossing), ls=line, lw=0.8)
     ax.set_xlim(time[0], time[-1])
     ax.set_ylim(_FAINTEST * light.flux.max(), 2 * light.flux.max())
-    ax.set_xlabel("time of the camera (GM/c³)")
+    ax.set_xlabel("time of the camera (M)")
     ax.set_ylabel("flux of a unit spot")
     ax.legend(ncols=2, loc="lower center", fontsize="small")
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 
-_ROW_HEIGHT = 1.15
+_ROW_HEIGHT = 1.25
 # Part of the width of a page for the columns of order 1, 2, 3, ...
 _WIDTHS = (1.0, 1.3, 2.1)
 # Half the width of the panel of a primary caustic over the caustic's.
@@ -79,9 +79,12 @@ def multiples_figure(rows: Mapping[str, CausticSet], title: str) -> Figure:
             found = [caustics[column] for caustics in rows.values()]
             (_own_scales if order == 1 else _common_scale)(list(panels[:, column]), found)
             panels[0, column].set_title(f"{style.order_name(order)} caustic")
-            panels[-1, column].set_xlabel("φ′, from its middle (deg)" if order == 1 else "φ′ (deg)")
+            panels[-1, column].set_xlabel("φ′ − middle (deg)" if order == 1 else "φ′ (deg)")
+            if order > 1:
+                for ax in panels[:, column]:
+                    ax.set_ylabel("θ′ (deg)")
         for ax, name in zip(panels[:, 0], rows, strict=True):
-            ax.set_ylabel(f"{name}\nθ′, from its middle")
+            ax.set_ylabel(f"{name}\nθ′ − middle (deg)")
         figure.suptitle(f"{title}; widths in φ′ × in θ′")
     return figure
 

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import Backdrop, Film, blank_frame
+from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant, distance_to_edge, position_angle, unrolled, view_axes
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, critical_line, draw_wrapped
 from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
@@ -145,8 +146,8 @@ class Orbit:
         return azimuthal_equidistant(sky, self._view), np.stack([position_angle(sky, self._view), distance], axis=-1)
 
     def _panels(self) -> tuple[Axes, Axes, Axes]:
-        sky = self.figure.add_axes((0.065, 0.205, 0.425, 0.73))
-        near = self.figure.add_axes((0.575, 0.625, 0.40, 0.31))
+        sky = self.figure.add_axes((0.065, 0.205, 0.425, 0.71))
+        near = self.figure.add_axes((0.575, 0.615, 0.40, 0.30))
         sphere = self.figure.add_axes((0.575, 0.205, 0.40, 0.30))
         return sky, near, sphere
 
@@ -170,6 +171,8 @@ class Orbit:
         ]
         self._rings = [ax.plot([], [], **_RING)[0] for ax in self.axes]
         self._legend()
+        star = f"star at θ′ = {math.degrees(self.tracks.theta):.6g} deg; {headline(self.caustics)}"
+        self.figure.text(0.5, 0.993, star, ha="center", va="top")
         self._caption = self.figure.text(0.03, 0.115, "", fontsize=12.5, va="top", linespacing=1.35)
 
     def _curves(self) -> None:

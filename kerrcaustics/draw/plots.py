@@ -31,6 +31,8 @@ Array = np.ndarray
 _MOTIONS = {"circular": "circular orbit", "fiducial": "fiducial observer", "static": "static"}
 # Curves of higher order lie too close together on the camera sky for letters.
 _HIGHEST_LETTERED = 3
+# Of the picture's width: a curve smaller than this has no room for letters round it.
+_ROOM = 0.2
 
 
 def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axes:
@@ -42,7 +44,7 @@ def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axe
         Where to draw.
     caustics : CausticSet
         Their critical curves, one line an order. Cusps up to order 3 are lettered in the curve's order; those
-        of higher order have no room here, and their letters stand on `camera_sky_unrolled`.
+        of higher order, and of small curves, have no room here: their letters stand on `camera_sky_unrolled`.
     edge : (n, 3) array
         Directions N of the shadow edge, as `shadow_edge` returns them.
 
@@ -59,7 +61,7 @@ def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axe
     span = float(np.ptp(np.concatenate([outline, *curves]), axis=0).max())
     for i, (caustic, curve) in enumerate(zip(caustics, curves, strict=True)):
         ax.plot(*curve.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
-        if caustic.order <= _HIGHEST_LETTERED and caustic.cusps:
+        if caustic.order <= _HIGHEST_LETTERED and caustic.cusps and np.ptp(curve, axis=0).max() > _ROOM * span:
             cusps = azimuthal_equidistant(np.array([cusp.sky for cusp in caustic.cusps]), axes)
             outer = curves[i - 1] if i else None
             offsets = _camera_sky_offsets(cusps, caustic.order, outer, span)
@@ -240,7 +242,7 @@ def headline(caustics: CausticSet) -> str:
     if isinstance(camera.velocity, str):
         motion = _MOTIONS[camera.velocity]
     else:
-        motion = "velocity (r, θ, φ) = (" + ", ".join(f"{v:.4g}" for v in camera.fido_velocity()) + ")"
+        motion = "velocity (r, θ, φ) = (" + ", ".join(style.number(v, ".4g") for v in camera.fido_velocity()) + ")"
     inclination = f"{math.degrees(camera.inclination):.12g} deg"
     text = f"spin {camera.spin:.12g}, radius {camera.radius:.12g}, inclination {inclination}, {motion}"
     if caustics.missing:

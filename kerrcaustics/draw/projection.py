@@ -17,6 +17,8 @@ Array = np.ndarray
 OVERLAP = 14
 # Nearer to the shadow edge than this (degrees), round-off of the camera-sky direction is all there is.
 _ROUND_OFF = 5e-14
+# The unrolled camera sky shows a little more than a turn.
+_TURNS = (-360, 0, 360)
 # Curves of so many points are smoothed: fewer are drawn as they are, more need it not.
 _FEWEST_SMOOTHED, _MOST_SMOOTHED = 32, 1000
 
@@ -96,12 +98,19 @@ def distance_to_edge(directions: Float[Array, "n 3"], edge: Float[Array, "m 3"])
 
 
 def unrolled(angle: Float[Array, " n"], distance: Float[Array, " n"], closed: bool) -> Float[Array, "m 2"]:
-    """Line (m, 2) of a curve round the shadow; a closed one runs through the whole of 0 to 360 degrees."""
+    """Line (m, 2) of a curve round the shadow; a closed one runs through the whole of 0 to 360 degrees.
+
+    One that does not go round the shadow is there three times, a turn apart.
+    """
     if not closed:
         jump = np.flatnonzero(np.abs(np.diff(angle)) > 180) + 1
         return np.insert(np.stack([angle, distance], axis=-1), jump, np.nan, axis=0)
     smooth = np.unwrap(np.append(angle, angle[0]), period=360)
     circuit = 360 * round((smooth[-1] - smooth[0]) / 360)
+    if circuit == 0:
+        # Beside the centre rather than round it: the whole curve, at every turn at which it is seen.
+        whole = np.append(distance, distance[0])
+        return np.concatenate([[*zip(smooth + turn, whole, strict=True), (math.nan, math.nan)] for turn in _TURNS])
     thrice = np.concatenate([smooth[:-1] + turn * circuit for turn in (-1, 0, 1)])
     wanted = np.flatnonzero(np.abs(thrice - 180) < 185 + OVERLAP)
     part = slice(wanted[0], wanted[-1] + 1)

@@ -1,20 +1,23 @@
 """Pictures of the sky seen through the hole: as files, and on axes with the critical curves."""
 
+import math
 import os
 import shutil
 import tempfile
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, FuncFormatter
 from PIL import Image
 
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.draw.projection import smoothed
+from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed
 from kerrcaustics.files import writing
 from kerrcaustics.scenes.view import View
 
@@ -54,31 +57,57 @@ def save_light(path: str | os.PathLike[str], light: Array) -> None:
             shutil.copyfileobj(made, file)
 
 
-def show_picture(ax: Axes, view: View, picture: UInt8[Array, "height width 3"]) -> Axes:
+def show_picture(ax: Axes, view: View, picture: UInt8[Array, "height width 3"], whole: View | None = None) -> Axes:
     """A picture (height, width, 3) uint8 of a view on axes, in pixels that are labelled as degrees from its centre.
 
-    Degrees are true along the axes through the centre; for a fisheye view, along every line through it.
+    Degrees are true along the axes through the centre; for a fisheye view, along every line through it. whole: a view
+    of which this one is a part; degrees then count from the centre of that one, as on its picture if it is a fisheye.
     """
     ax.imshow(picture, interpolation="antialiased", extent=(-0.5, view.width - 0.5, view.height - 0.5, -0.5))
-    _degrees(ax, view)
+    if whole is None:
+        _degrees(ax, view)
+    else:
+        _degrees_of(ax, view, whole)
+    ax.set_xlabel("to the right (deg)")
+    ax.set_ylabel("up (deg)")
     return ax
 
 
 def show_critical_curves(ax: Axes, view: View, caustics: CausticSet, **line: Any) -> Axes:
     """Critical curves over a picture of the same view and camera, one colour an order, as lines in its pixels."""
-    limits = ax.get_xlim(), ax.get_ylim()
     for caustic in caustics:
         curve = smoothed(caustic.sky) if caustic.closed else caustic.sky
         if caustic.closed:
             curve = np.concatenate([curve, curve[:1]])
-        places = view.pixels(curve)
-        # Where an equirectangular picture ends at one side and goes on at the other, the line is broken.
-        jump = np.flatnonzero(np.abs(np.diff(places[:, 0])) > view.width / 2) + 1
-        places = np.insert(places, jump, np.nan, axis=0)
         settings = {**style.order_line(caustic.order), "linewidth": 0.9, "path_effects": _CASING, **line}
-        ax.plot(*places.T, label=style.order_name(caustic.order), **settings)
-    ax.set_xlim(limits[0])
-    ax.set_ylim(limits[1])
+        show_line(ax, view, curve, label=style.order_name(caustic.order), **settings)
+    return ax
+
+
+def show_line(ax: Axes, view: View, sky: Float[Array, "n 3"], **line: Any) -> Axes:
+    """A line through directions (n, 3) over a picture of the same view, in its pixels; the limits stay."""
+    places = view.pixels(sky)
+    # Where a picture of the whole sky ends at one side and goes on at the other, the line is broken.
+    jump = np.flatnonzero(np.hypot(*np.diff(places, axis=0).T) > view.width / 2) + 1
+    ax.plot(*np.insert(places, jump, np.nan, axis=0).T, scalex=False, scaley=False, **line)
+    return ax
+
+
+def show_curve_names(ax: Axes, view: View, caustics: CausticSet, angles: Mapping[int, float]) -> Axes:
+    """Names 1cc, 2cc, 3cc, as JTFT write them, beside critical curves on a picture.
+
+    angles: for each order, where on the curve: degrees from the right over up, at the middle of the picture.
+    """
+    middle = np.array([(view.width - 1) / 2, (view.height - 1) / 2])
+    for caustic in caustics:
+        if caustic.order not in angles:
+            continue
+        places = view.pixels(caustic.sky) - middle
+        direction = np.degrees(np.arctan2(-places[:, 1], places[:, 0]))
+        away = np.abs((direction - angles[caustic.order] + 180) % 360 - 180)
+        place = middle + places[int(np.nanargmin(away))]
+        text = {"ha": "center", "va": "center", "fontsize": style.SMALLEST_TEXT, "path_effects": _CASING}
+        ax.annotate(f"{caustic.order}cc", tuple(place), color=style.order_colour(caustic.order), **text)
     return ax
 
 
@@ -93,9 +122,26 @@ def _degrees(ax: Axes, view: View) -> None:
         step = style.tick_step(2 * ends[row], 7)
         angle = np.arange(-int(ends[row] / step + 1e-9), int(ends[row] / step + 1e-9) + 1) * float(step)
         turn = np.radians(angle)[:, None]
-        places = view.pixels(np.cos(turn) * axes[0] + np.sin(turn) * axes[row])[:, row - 1]
-        axis.set_major_locator(FixedLocator(places.tolist()))
-        names = {round(float(place), 6): f"{value:g}" for place, value in zip(places, angle, strict=True)}
-        axis.set_major_formatter(FuncFormatter(lambda place, _, names=names: names.get(round(float(place), 6), "")))
-    ax.set_xlabel("to the right (deg)")
-    ax.set_ylabel("up (deg)")
+        _tick(axis, view.pixels(np.cos(turn) * axes[0] + np.sin(turn) * axes[row])[:, row - 1], angle)
+
+
+def _degrees_of(ax: Axes, view: View, whole: View) -> None:
+    """Ticks at round degrees of the picture of another view, as they are met along the middle row and column."""
+    axes = np.stack([whole.forward, whole.right, whole.up])
+    middle = (view.width - 1) / 2, (view.height - 1) / 2
+    x, y = np.arange(view.width), np.arange(view.height)[::-1]
+    across = azimuthal_equidistant(view.directions(x, middle[1])[0], axes)[:, 0]
+    above = azimuthal_equidistant(view.directions(middle[0], y)[0], axes)[:, 1]
+    for axis, degrees, pixels in ((ax.xaxis, across, x), (ax.yaxis, above, y)):
+        step = style.tick_step(float(np.ptp(degrees)), 7)
+        angle = np.arange(math.ceil(degrees[0] / step), math.floor(degrees[-1] / step) + 1) * float(step)
+        _tick(axis, np.interp(angle, degrees, pixels), angle)
+
+
+def _tick(axis: Axis, places: Float[Array, " n"], values: Float[Array, " n"]) -> None:
+    """Ticks at places (n,) with the numbers (n,)."""
+    axis.set_major_locator(FixedLocator(places.tolist()))
+    names = {
+        round(float(place), 6): style.number(float(value) + 0.0) for place, value in zip(places, values, strict=True)
+    }
+    axis.set_major_formatter(FuncFormatter(lambda place, _: names.get(round(float(place), 6), "")))

@@ -28,6 +28,8 @@ CAPTURED_COLOUR = "#a8a8a8"
 CAMERA_COLOUR = "#000000"
 DISK_COLOUR, DISK_RIM_COLOUR = "#e8dcc0", "#a08c5a"
 _MIDDLE, _FINE = 48, 96
+# Radius, units of M: the ergosphere's in the equatorial plane.
+_TUBES_FROM = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +103,10 @@ def in_all_space(points: SpacePoints, scale: float) -> Float[Array, "*batch 3"]:
 
 
 def tubes_model(camera: Camera, tubes: tuple[CausticTube, ...]) -> Model:
-    """The caustic tubes of a camera from the hole to the celestial sphere; radius drawn as r / (r + r_c)."""
+    """The caustic tubes of a camera from next to the hole to the celestial sphere; radius drawn as r / (r + r_c).
+
+    They are cut off where they come to the ergosphere: inside, they wind round the hole closer and closer.
+    """
     scale = camera.radius
     hole = kerr.horizon(camera.spin)
     surfaces = [Surface("horizon", hole / (hole + scale) * _sphere(), HORIZON_COLOUR)]
@@ -109,11 +114,13 @@ def tubes_model(camera: Camera, tubes: tuple[CausticTube, ...]) -> Model:
     for tube in tubes:
         colour, name = style.order_colour(tube.order), style.order_name(tube.order)
         points = in_all_space(tube.points, scale)
+        outside = np.flatnonzero(tube.points.radius.min(axis=1) > _TUBES_FROM)
+        points = points[: outside[-1] + 1] if len(outside) else points
         surfaces.append(Surface(f"{name} tube", points, colour, 1.0 if tube.order == 1 else 0.3, closed=True))
         lines.append(SpaceCurve(f"{name} caustic", _closed(points[0]), colour, 5.0))
     key = [(f"{style.order_name(tube.order)} caustic", style.order_colour(tube.order)) for tube in tubes]
     title = f"Caustic tubes, spin {camera.spin:g}, camera at r = {camera.radius:g} M; radius drawn as r / (r + r_c)"
-    return Model(title, tuple(surfaces), tuple(lines), (*key, ("horizon", HORIZON_COLOUR)), (-20.0, 32.0), extent=1.15)
+    return Model(title, tuple(surfaces), tuple(lines), (*key, ("horizon", HORIZON_COLOUR)), (-20.0, 32.0), extent=1.25)
 
 
 def rays_model(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Model:
@@ -206,7 +213,7 @@ def trapped_model(orbit: SpacePoints) -> Model:
 
 def celestial_model(caustics: CausticSet) -> Model:
     """The celestial sphere with the caustics wound round it, seen from outside."""
-    surfaces = (Surface("celestial sphere", 0.985 * _sphere(_FINE), "#e2e2e2"),)
+    surfaces = (Surface("celestial sphere", 0.985 * _sphere(_FINE), "#ececec", 0.55),)
     lines = [*_sky_frame(), _spin_axis(1.1)]
     # The highest order lies lowest, so that the lower ones are seen.
     for caustic in reversed(caustics):
@@ -221,7 +228,7 @@ def celestial_model(caustics: CausticSet) -> Model:
     camera = caustics.camera
     title = f"Caustics on the celestial sphere, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
     first = math.degrees(float(caustics[0].celestial[:, 1].mean())) if caustics else 0.0
-    return Model(title, surfaces, tuple(lines), key, (first - 25, 20.0), extent=1.15)
+    return Model(title, surfaces, tuple(lines), key, (first - 25, 20.0), extent=1.27)
 
 
 def _sphere(rows: int = _MIDDLE) -> Float[Array, "rows 2*rows 3"]:
@@ -235,7 +242,7 @@ def _hole(spin: float) -> list[Surface]:
     theta, phi = np.meshgrid(np.linspace(0, math.pi, _MIDDLE), np.linspace(0, 2 * math.pi, 2 * _MIDDLE), indexing="ij")
     static = 1 + np.sqrt(1 - (spin * np.cos(theta)) ** 2)
     horizon = np.full_like(theta, kerr.horizon(spin))
-    solids = (("horizon", horizon, HORIZON_COLOUR, 1.0), ("ergosphere", static, ERGOSPHERE_COLOUR, 0.3))
+    solids = (("horizon", horizon, HORIZON_COLOUR, 1.0), ("ergosphere", static, ERGOSPHERE_COLOUR, 0.4))
     return [
         Surface(
             name, SpacePoints(spin=spin, mino_time=0 * r, radius=r, theta=theta, azimuth=phi).position, colour, opaque

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
+from scipy.interpolate import PchipInterpolator
 
 PAGE_WIDTH = 7.0
 """Width in inches of a picture that fills a journal page."""
@@ -61,7 +62,26 @@ FILM_RC: dict[Any, Any] = {
 }
 """The same for frames of films, which are seen at 100 pixels an inch."""
 
-_STEPS = (1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1080, 1800, 3600, 7200, 18000)
+_STEPS = (
+    *(m / 10**n for n in range(12, 0, -1) for m in (1, 2, 5)),
+    1,
+    2,
+    5,
+    10,
+    15,
+    30,
+    45,
+    60,
+    90,
+    180,
+    360,
+    720,
+    1080,
+    1800,
+    3600,
+    7200,
+    18000,
+)
 _NAMES = ("primary", "secondary", "tertiary")
 
 
@@ -78,6 +98,11 @@ def order_line(order: int | np.integer) -> dict[str, Any]:
 def order_name(order: int | np.integer) -> str:
     """Name of an order: primary, secondary, tertiary, 4th order, 5th order, ..."""
     return _NAMES[order - 1] if order <= len(_NAMES) else f"{order}th order"
+
+
+def number(value: float | np.floating | np.integer, form: str = "g") -> str:
+    """A number in words of a picture: with a minus sign, which is longer than a hyphen."""
+    return format(value, form).replace("-", "−")
 
 
 def tick_step(span: float, most: int) -> float:
@@ -97,6 +122,22 @@ def draw_cross(ax: Axes, point: Float[np.ndarray, "2"], order: int | np.integer)
         color=order_colour(order),
         label=order_name(order),
     )
+
+
+def draw_computed(ax: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], log: str = "", **line: Any) -> None:
+    """Dots at computed points and a curve without kinks through them, of one colour.
+
+    The curve is monotonic between two points, in the logarithms of the coordinates that `log` names ("x", "y", "xy").
+    """
+    known = np.isfinite(x) & np.isfinite(y)
+    points = [np.log(part[known]) if name in log else part[known] for name, part in (("x", x), ("y", y))]
+    if known.sum() > 1:
+        order = np.argsort(points[0])
+        fine = np.linspace(points[0].min(), points[0].max(), 400)
+        points = [fine, PchipInterpolator(points[0][order], points[1][order])(fine)]
+    curve = [np.exp(part) if name in log else part for name, part in zip("xy", points, strict=True)]
+    (drawn,) = ax.plot(*curve, **line)
+    ax.plot(x, y, ".", color=drawn.get_color(), alpha=drawn.get_alpha(), markersize=2.5, linestyle="none")
 
 
 def draw_letters(

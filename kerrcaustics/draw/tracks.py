@@ -11,6 +11,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from scipy.optimize import linear_sum_assignment
 
@@ -39,6 +40,8 @@ _MARK: dict[str, Any] = {
     "linestyle": "none",
     "zorder": 3,
 }
+_ARROW: dict[str, Any] = {"arrowstyle": "-|>", "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
+_HALO = withStroke(linewidth=2, foreground="white")
 _MARKERS = {"creation": "^", "annihilation": "v"}
 # Moments between two events, crowded where images run together; nearer than this part of the time in between, none.
 _MOMENTS, _NEAREST = 100, 1e-10
@@ -65,7 +68,7 @@ def tracks_on_sky(
     Notes
     -----
     The projection is that of `camera_sky`: angles from the centre of the shadow are true. Half of the sky, 90 degrees
-    around the centre, is shown, and more where a track with events needs it.
+    around the centre, is shown, and more where a track with events needs it. Arrows point the way images move.
     """
     stars = (tracks,) if isinstance(tracks, StarTracks) else tracks
     axes = view_axes(caustics, edge)
@@ -74,23 +77,72 @@ def tracks_on_sky(
     for line in (critical_line(caustic, axes) for caustic in caustics):
         ax.plot(*line.T, zorder=1.5, **_CRITICAL)
         reach.append(1.1 * np.abs(line).max())
-    for track in (track for star in stars for track in star.tracks):
-        picture = azimuthal_equidistant(track.sky, axes)
-        _draw_track(ax, track, picture)
-        if track.events:
-            reach.append(1.1 * np.abs(picture).max())
+    pieces = []
+    for star in stars:
+        for track in star.tracks:
+            picture = azimuthal_equidistant(track.sky, axes)
+            pieces += [(index, line, _track_line(track, index)) for index, line in moving_lines(star, track, picture)]
+            if track.events:
+                reach.append(1.1 * np.abs(picture).max())
+    for _, line, settings in pieces:
+        ax.plot(*line.T, **settings)
     for event in (event for star in stars for event in _all_events(star)):
         _mark(ax, azimuthal_equidistant(event.sky, axes), event)
     limit = min(max(reach), 180.0)
     ax.set(xlim=(-limit, limit), ylim=(-limit, limit))
     ax.set_aspect("equal", adjustable="box")
+    for index, line, _ in pieces:
+        draw_motion(ax, line, style.order_colour(index + 1))
     return camera_sky_axes(ax, style.tick_step(2 * limit, 7))
 
 
-def _draw_track(ax: Axes, track: Track, picture: Float[Array, "n 2"]) -> None:
-    # Round the back of the sky a short step is a long way on the picture.
-    for index, which in stretches(track, np.hypot(*_steps(picture, track.closed).T) > 90):
-        ax.plot(*picture[which].T, **_track_line(track, index))
+def moving_lines(
+    star: StarTracks, track: Track, picture: Float[Array, "n 2"], longest: float = 90.0
+) -> Iterator[tuple[int, Float[Array, "_ 2"]]]:
+    """Index, and line in the order of time, of each piece of a track that is drawn at places (n, 2).
+
+    longest: of a step on the picture, in its unit (degrees); round the back of the sky a short one is longer there.
+    """
+    for index, which in stretches(track, np.hypot(*_steps(picture, track.closed).T) > longest):
+        later = -star.angular_velocity * _later(track.azimuth[which])
+        yield index, picture[which if later >= 0 else which[::-1]]
+
+
+def _later(azimuth: Float[Array, " n"]) -> float:
+    """A number with the sign of the way in which the azimuth changes along a piece of a track."""
+    # A step over the start of a closed track is a whole turn back.
+    return float(np.median(np.sign(np.diff(azimuth)))) if len(azimuth) > 1 else 0.0
+
+
+def draw_motion(ax: Axes, line: Float[Array, "n 2"], colour: str, spacing: float = 0.6, size: float = 10.0) -> None:
+    """Arrow heads along a line (n, 2), in its order: one in its middle, or one every `spacing` of the axes' width.
+
+    Only what lies within the limits of the axes counts; a line shorter than a twentieth of the width has none. size: of
+    the heads, points of type.
+    """
+    (left, right), (low, high) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
+    inside: Array = np.all((line > (left, low)) & (line < (right, high)), axis=1)
+    # Places that a pinhole has behind it are NaN.
+    steps = np.where(inside[1:] & inside[:-1], np.hypot(*np.diff(line, axis=0).T), 0.0)
+    way, width = np.concatenate([[0.0], np.cumsum(steps)]), right - left
+    if way[-1] < 0.05 * width:
+        return
+    count = max(1, round(way[-1] / (spacing * width)))
+    for middle in (np.arange(count) + 0.5) / count * way[-1]:
+        near = middle + width * np.array([-0.006, 0.006])
+        tail, head = zip(*(np.interp(near, way, part).tolist() for part in line.T), strict=True)
+        if np.hypot(*np.subtract(head, tail)) < 0.05 * width:
+            arrow = {**_ARROW, "color": colour, "mutation_scale": size}
+            ax.annotate("", head, tail, arrowprops=arrow, zorder=2.6)
+
+
+def number_images(
+    ax: Axes, places: Float[Array, "n 2"], names: Sequence[str], offsets: Float[Array, "n 2"], colour: str = "black"
+) -> None:
+    """Names such as #1 beside images at places (n, 2), at offsets (n, 2) in points of type."""
+    for place, name, offset in zip(places, names, offsets, strict=True):
+        text: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "fontweight": "bold"}
+        ax.annotate(name, place, tuple(offset), color=colour, path_effects=[_HALO], zorder=5, **text)
 
 
 def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axes:

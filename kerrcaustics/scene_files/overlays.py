@@ -17,7 +17,7 @@ from kerrcaustics.curves.caustic import caustics
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import pixels
 from kerrcaustics.draw.scenes import show_critical_curves
-from kerrcaustics.draw.tracks import stretches
+from kerrcaustics.draw.tracks import draw_motion, moving_lines
 from kerrcaustics.scene_files.cameras import CameraWay
 from kerrcaustics.scene_files.complaints import SceneError, about
 from kerrcaustics.scene_files.contents import OverlaysTable
@@ -26,7 +26,7 @@ from kerrcaustics.scene_files.motion import PLACE_NAMES
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, orbital_velocity
-from kerrcaustics.stars.tracks import Track, star_tracks
+from kerrcaustics.stars.tracks import StarTracks, star_tracks
 
 Array = np.ndarray
 
@@ -100,22 +100,23 @@ def _track_line(index: int) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=64)
-def _tracks(camera: Camera, theta: float, max_index: int) -> tuple[Track, ...]:
+def _tracks(camera: Camera, theta: float, max_index: int) -> StarTracks:
     """The same for all frames of a camera on a circular orbit."""
-    return star_tracks(camera, theta, max_index).tracks
+    return star_tracks(camera, theta, max_index)
 
 
 def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Camera, view: View) -> None:
-    limits = ax.get_xlim(), ax.get_ylim()
+    limits, lines = (ax.get_xlim(), ax.get_ylim()), []
     for i, theta in enumerate(stars):
         with about("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
-            tracks = _tracks(camera, math.radians(theta), most)
-        for track in tracks:
-            for index, which in stretches(track):
-                places = view.pixels(track.sky[which])
-                jump = np.flatnonzero(np.hypot(*np.diff(places, axis=0).T) > view.width / 2) + 1
-                ax.plot(*np.insert(places, jump, np.nan, axis=0).T, **_track_line(index))
+            star = _tracks(camera, math.radians(theta), most)
+        for track in star.tracks:
+            for index, places in moving_lines(star, track, view.pixels(track.sky), view.width / 2):
+                lines.append((index, places))
+                ax.plot(*places.T, **_track_line(index))
     ax.set(xlim=limits[0], ylim=limits[1])
+    for index, places in lines:
+        draw_motion(ax, places, _TRACKS[index % len(_TRACKS)], spacing=0.35, size=20)
 
 
 def _write(ax: Axes, text: str) -> None:
@@ -128,7 +129,7 @@ def _filled(caption: str, moment: Moment) -> str:
 
     def value(found: re.Match[str]) -> str:
         name = "t" if found[1] == "time" else found[1]
-        return format(moment.named(name).value, found[2] or "g")
+        return style.number(moment.named(name).value, found[2] or "g")
 
     return _BLANK.sub(value, caption)
 

@@ -1,4 +1,4 @@
-"""A celestial sphere of paint swatches: colours by latitude, alternating in brightness, with gaps."""
+"""A celestial sphere of paint swatches: colours by latitude or longitude, alternating in brightness, with gaps."""
 
 import math
 from dataclasses import dataclass
@@ -16,6 +16,8 @@ Array = np.ndarray
 
 # From the north pole to the south pole; told apart by colour-blind readers (after Okabe and Ito).
 COLOURS = ("#B04000", "#E8821E", "#F5D547", "#A8DDB5", "#56B4E9", "#0072B2", "#3B2F80")
+# Once round: the last one is next to the first.
+HUES = ("#D04A3A", "#E8A13A", "#B9C94A", "#3FA96B", "#3F9FC4", "#4A62C4", "#8A55B8", "#C8559A")
 GAP_COLOUR = "#F4F4F0"
 # Every second swatch is so much darker.
 DARKER = 0.5
@@ -60,6 +62,8 @@ class Checkerboard:
     colours : tuple of str
         "#rrggbb", north to south; rows between two of them are mixed in linear light.
     gap_colour : str
+    along : str
+        "latitude": `colours` go from pole to pole; "longitude": once round, from phi' = 0 on, as the hues of JTFT.
 
     Notes
     -----
@@ -72,10 +76,13 @@ class Checkerboard:
     gap: float = 0.16
     colours: tuple[str, ...] = COLOURS
     gap_colour: str = GAP_COLOUR
+    along: str = "latitude"
 
     def __post_init__(self) -> None:
         """Refuse what is no checkerboard."""
         check_pattern(self, least_rows=2)
+        if self.along not in ("latitude", "longitude"):
+            raise ValueError(f"Argument `along` must be latitude or longitude, but is {self.along!r}.")
 
     @cached_property
     def _background(self) -> Float[Array, "3"]:
@@ -94,6 +101,19 @@ class Checkerboard:
         """Integrals (2, 3, rows) of the swatches over theta', in rows, from the pole to the start of each row."""
         return (np.cumsum(self._swatches, axis=-1) - self._swatches) * (1 - self.gap)
 
+    @cached_property
+    def _columns(self) -> Float[Array, "2 3 columns"]:
+        """Colours (2, 3, columns), above the background, of the swatches of even and of odd rows, once round."""
+        bright = mixed((*self.colours, self.colours[0]), self.columns)
+        even = (np.arange(self.columns) % 2 == 0)[:, None]
+        ones, others = np.where(even, bright, DARKER * bright), np.where(even, DARKER * bright, bright)
+        return (np.stack([ones, others]) - self._background).swapaxes(1, 2)
+
+    @cached_property
+    def _rounds(self) -> Float[Array, "2 3 columns+1"]:
+        """Integrals (2, 3, columns + 1) of those over phi', in columns, from 0 to the start of each, and once round."""
+        return np.cumsum(np.pad(self._columns, ((0, 0), (0, 0), (1, 0))), axis=-1) * (1 - self.gap)
+
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
         light = averaged(self._average, footprint, finest=1e-6)
@@ -109,6 +129,8 @@ class Checkerboard:
             half_phi = np.minimum(half / across, math.pi)
         # What a box reaches beyond a pole is left out: on the other side all meridians meet as well.
         low, high = np.maximum(theta - half, 0), np.minimum(theta + half, math.pi)
+        if self.along == "longitude":
+            return self._hues(low, high, phi, half_phi)
         down = (self._along_theta(high) - self._along_theta(low)) * (math.pi / self.rows / (high - low))
         turn = self.columns / (4 * math.pi)
         right, left = (phi + half_phi) * turn, (phi - half_phi) * turn
@@ -129,3 +151,29 @@ class Checkerboard:
         """Integral (m,) of the swatches of one parity, in periods of two swatches."""
         whole = np.floor(turns)
         return whole * (1 - self.gap) / 2 + np.clip(turns - whole - self.gap / 4, 0, (1 - self.gap) / 2)
+
+    def _hues(
+        self, low: Float[Array, " m"], high: Float[Array, " m"], phi: Float[Array, " m"], half_phi: Float[Array, " m"]
+    ) -> Float[Array, "m 3"]:
+        """Colours (m, 3) over boxes from `low` to `high` in theta', about phi, where they change along phi'."""
+        turn = self.columns / (2 * math.pi)
+        right, left = (phi + half_phi) * turn, (phi - half_phi) * turn
+        round_about = (self._along_columns(right) - self._along_columns(left)) / (right - left)
+        scale = math.pi / self.rows / (high - low)
+        down = [(self._in_rows(high, parity) - self._in_rows(low, parity)) * scale for parity in range(2)]
+        return (self._background[:, None] + down[0] * round_about[0] + down[1] * round_about[1]).T
+
+    def _in_rows(self, theta: Float[Array, " m"], parity: int) -> Float[Array, " m"]:
+        """Integral (m,) of the even or the odd rows from the pole to theta', in rows."""
+        place = theta * (self.rows / math.pi) - parity
+        whole = np.floor(place / 2)
+        return whole * (1 - self.gap) + np.clip(place - 2 * whole - self.gap / 2, 0, 1 - self.gap)
+
+    def _along_columns(self, place: Float[Array, " m"]) -> Float[Array, "2 3 m"]:
+        """Integral (2, 3, m) of the swatches of both parities of rows, in columns, from phi' = 0 on."""
+        turns = np.floor(place / self.columns)
+        within = place - turns * self.columns
+        column = np.minimum(within.astype(int), self.columns - 1)
+        inside = np.clip(within - column - self.gap / 2, 0, 1 - self.gap)
+        whole = self._rounds[..., -1:] * turns
+        return whole + self._rounds.take(column, axis=-1) + self._columns.take(column, axis=-1) * inside

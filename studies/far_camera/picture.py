@@ -6,8 +6,10 @@ import numpy as np
 import xarray
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from kerrcaustics.draw import style
 
@@ -18,6 +20,13 @@ _FAINT, _LINE = 0.35, {"color": "#555555", "linewidth": 0.8, "zorder": 0}
 _SYMBOLS = {"across": "s", "along": "o"}
 
 
+def plain_ticks(axis: Axis) -> None:
+    """Ticks at 1, 2, 5, 10, ... of a logarithmic axis, as plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
+
+
 def width_panel(ax: Axes, grid: xarray.Dataset, sections: list[list[Section]], width: float, other: float) -> None:
     """Widths of the primary caustic and of tubes, in a^2 / r^2 (and sin^2 i), against radius."""
     colour, radius = style.order_colour(1), grid.radius.values
@@ -26,7 +35,7 @@ def width_panel(ax: Axes, grid: xarray.Dataset, sections: list[list[Section]], w
         row = grid.sel(spin=spin, order=1).squeeze("inclination")
         for name, dashes in (("phi", "-"), ("theta", style.DASHES[1])):
             values = np.radians(row[f"{name}_extent"].values) * (radius / spin) ** 2
-            ax.plot(radius, values, color=colour, alpha=alpha, linestyle=dashes)
+            style.draw_computed(ax, radius, values, "x", color=colour, alpha=alpha, linestyle=dashes)
     mark: dict[str, Any] = {"color": "black", "linestyle": "none", "markersize": 3, "fillstyle": "none"}
     fastest = max((cuts for cuts in sections), key=lambda cuts: (cuts[0].spin, cuts[0].inclination))
     for name, symbol in _SYMBOLS.items():
@@ -46,6 +55,7 @@ def width_panel(ax: Axes, grid: xarray.Dataset, sections: list[list[Section]], w
     ]
     ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 0.02))
     ax.set(xscale="log", ylim=(None, width + 0.006), xlabel="radius r (M)", ylabel="full width × r²/a²")
+    plain_ticks(ax.xaxis)
     ax.set_title(f"primary caustic, a = {spins.max():g} (pale: a = {spins.min():g})")
 
 
@@ -56,7 +66,7 @@ def shift_panel(ax: Axes, grid: xarray.Dataset, shift: float) -> None:
     for spin, alpha in ((spins.min(), _FAINT), (spins.max(), 1.0)):
         row = grid.sel(spin=spin, order=1).squeeze("inclination")
         values = (180 - (row.phi_min + row.phi_max).values / 2) * np.pi / 180 / (spin * x**2)
-        ax.plot(x, (values - 1) / x, color=style.order_colour(1), alpha=alpha, label=f"a = {spin:g}")
+        style.draw_computed(ax, x, (values - 1) / x, color=style.order_colour(1), alpha=alpha, label=f"a = {spin:g}")
     ax.axhline(shift, **_LINE)
     ax.annotate(
         "5π/32", (1, shift), (-3, 2), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right"
@@ -73,9 +83,11 @@ def spin_panel(ax: Axes, found: list[Any], heads: tuple[str, str]) -> None:
         for name, dashes in (("phi", "-"), ("theta", style.DASHES[1])):
             values = [getattr(one, name).value for one in rows]
             label = style.order_name(order) if name == "phi" else None
-            ax.plot([r.spin for r in rows], values, color=style.order_colour(order), linestyle=dashes, label=label)
+            line = {"color": style.order_colour(order), "linestyle": dashes, "label": label}
+            style.draw_computed(ax, np.array([r.spin for r in rows]), np.array(values), "y", **line)
     ax.set(yscale="log", xlim=(0, 1), xlabel="spin a", ylabel=heads[1])
     ax.legend(loc="upper left")
+    plain_ticks(ax.yaxis)
     ax.set_title(heads[0])
 
 
@@ -85,7 +97,8 @@ def drift_panel(ax: Axes, found: list[Any], drift: float) -> None:
     for order in sorted({one.order for one in found}):
         spins = [one.spin for one in found if one.order == order]
         values = [lags[order, spin] - lags.get((order - 1, spin), 0.0) for spin in spins]
-        ax.plot(spins, values, color=style.order_colour(order), label=f"order {order - 1} to {order}")
+        line = {"color": style.order_colour(order), "label": f"order {order - 1} to {order}"}
+        style.draw_computed(ax, np.array(spins), np.array(values), "y", **line)
     ax.axhline(drift, **_LINE)
     ax.annotate(
         "2π/(3√3)",
@@ -97,6 +110,7 @@ def drift_panel(ax: Axes, found: list[Any], drift: float) -> None:
         va="top",
     )
     ax.set(yscale="log", xlim=(0, 1), xlabel="spin a", ylabel="drift / a")
+    plain_ticks(ax.yaxis)
     ax.legend(loc="upper left")
     ax.set_title("drift from order to order, at infinite radius")
 

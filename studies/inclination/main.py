@@ -135,7 +135,9 @@ def lines_panel(ax: Axes, grid: xarray.Dataset, values: xarray.DataArray, sines:
     for order in grid.order.values.tolist():
         for radius, dashes in zip(grid.radius.values, _DASHES, strict=False):
             line = values.sel(order=order, radius=radius, spin=grid.spin.max())
-            ax.plot(x, line, color=style.order_colour(order), linestyle=dashes)
+            scales = "xy" if sines else ""
+            look = {"color": style.order_colour(order), "linestyle": dashes, "linewidth": 0.9}
+            style.draw_computed(ax, x.values, line.values, scales, **look)
     if sines:
         ax.set(xscale="log", yscale="log", xlim=(x.min(), 1), xlabel="sin i")
     else:

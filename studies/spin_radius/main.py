@@ -66,7 +66,11 @@ def circuits_panel(ax: Axes, grid: xarray.Dataset, order: int) -> None:
     for i, spin in enumerate(chosen):
         shade = 0.25 + 0.75 * i / max(len(chosen) - 1, 1)
         line = grid.circuits.sel(spin=spin, order=order).squeeze("inclination")
-        ax.plot(grid.radius, line, color=style.order_colour(order), alpha=shade, linewidth=1.0)
+        look = {"color": style.order_colour(order), "alpha": shade, "linewidth": 1.0}
+        style.draw_computed(ax, grid.radius.values, line.values, "xy", **look)
+        if i in (0, len(chosen) // 2, len(chosen) - 1):
+            text = {"textcoords": "offset points", "va": "center", "fontsize": style.SMALLEST_TEXT}
+            ax.annotate(f"a = {spin:.3g}", (grid.radius.values[-1], line.values[-1]), (2, 0), **text)
     ax.set(xscale="log", yscale="log", xlabel="radius of the camera (M)", ylabel="circuits")
     ax.axhline(1, color=style.GUIDE_COLOUR, linewidth=0.8, zorder=0)
     ax.set_title(f"{style.order_name(order)} caustic")
@@ -79,7 +83,7 @@ def winding_panel(ax: Axes, found: list[Winding]) -> None:
     for turns in sorted({one.turns for one in found}):
         points = [(1 - one.spin, one.radius) for one in found if one.turns == turns]
         label = f"winds {'once' if turns == 1 else 'twice' if turns == 2 else f'{turns} times'}"
-        ax.plot(*np.array(points).T, marker="o", markersize=3, label=label, color=style.PALETTE[turns])
+        style.draw_computed(ax, *np.array(points).T, "x", label=label, color=style.PALETTE[turns])
     ax.set(xscale="log", xlabel="1 − a", ylabel="radius of the camera (M)")
     ax.invert_xaxis()
     ax.legend()

@@ -1,0 +1,134 @@
+"""
+The caustic line without spin
+=============================
+
+Rays in the plane of a hole without spin, of the camera at r = 6.03 (square) and of a star, on the Schwarzschild
+coordinates r, φ; and in space. The primary caustic is the line behind the hole, from the horizon outward: at each
+place of it rays of a whole cone meet, and a star there is seen as a ring. A star beside it is seen twice: its primary
+ray passes the hole on one side, its secondary ray on the other. In the plane sources are infinitely far away, and the
+dashed rays that meet on the line are parallel; in space they are at r = 12. Remakes JTFT figure 3.
+
+The paper's: the caustic line, the cone of rays to it, a star with its primary and its secondary ray, in space. Ours:
+the camera's radius, at which place the star is; in the plane the secondary caustic, too, the line behind the camera,
+whose rays turn through 360 degrees. The cones have the impact parameters 6.4936 and 5.2540, the shadow 5.1962.
+
+Writes pictures (PNG, PDF), a model (glTF) and a page to turn with the mouse (HTML).
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from scipy.integrate import solve_ivp
+
+import kerrcaustics as kc
+from kerrcaustics.draw import style
+from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.plots import headline
+from kerrcaustics.draw.solids import CAMERA_COLOUR, HORIZON_COLOUR, Model, SpaceCurve, Surface
+from kerrcaustics.draw.space import write_model
+from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.spacetime.sphere import from_angles
+
+CAMERA = kc.Camera(spin=0.0, radius=6.03, velocity="fiducial")
+# The star of the rays, degrees from the camera round the hole; where rays leave the picture; rays of the cone.
+STAR, FAR, CONE = 150.0, 13.5, 24
+# In space: radius of the sources, and angle between the plane of the star's rays and the horizontal, radians.
+SOURCES, TURN = 12.0, 0.5
+VIOLET, PALE, STAR_COLOUR = "#8a2be2", "#b9a3d6", "#c00000"
+LABELS = {
+    "camera": (6.5, -1.6),
+    "primary\ncaustic": (-12.5, 0.6),
+    "secondary\ncaustic": (9.4, 0.6),
+    "to the star": (-5.6, 12.3),
+}
+
+
+def main(output: Path) -> list[Path]:
+    caustics = kc.caustics(CAMERA, orders=2)
+    with rc_context(style.RC):
+        figure = Figure(figsize=(5.0, 5.2), layout="constrained")
+        draw_rays(figure.add_subplot(), caustics).set_title("rays of a star (solid) and of the rings (dashed)")
+        figure.suptitle(headline(caustics))
+    return [*write_line_art(figure, output, "caustic_line"), *write_model(in_space(), output, "space_caustic_line")]
+
+
+def draw_rays(ax: Axes, caustics: kc.CausticSet) -> Axes:
+    """The two images of a star, the rays of the Einstein rings, and the caustics that they come from."""
+    ax.add_patch(Circle((0, 0), 2, facecolor=HORIZON_COLOUR))
+    for caustic, far in zip(caustics, (-FAR, FAR), strict=True):
+        colour = style.order_colour(caustic.order)
+        ax.plot([math.copysign(2, far), far], [0, 0], color=colour, linewidth=4, alpha=0.25)
+        for side in (-1, 1):
+            ax.plot(*ray(caustic.sky[0], side), color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
+    images = kc.star_images(CAMERA, (math.pi / 2, math.radians(STAR)), max_index=1)
+    names = "primary ray", "secondary ray"
+    for looking, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
+        path, colour = ray(looking, math.copysign(1, azimuth)), style.order_colour(index + 1)
+        ax.plot(*path, color=colour, linewidth=1.8, label=names[index])
+    ax.plot(CAMERA.radius, 0, "ks", markersize=4)
+    for text, place in LABELS.items():
+        ax.annotate(text, place, fontsize=style.SMALLEST_TEXT)
+    ax.legend(loc="lower left")
+    ax.set(xlim=(-FAR, FAR), ylim=(-FAR, FAR), aspect="equal", xlabel="r cos φ (M)", ylabel="r sin φ (M)")
+    return ax
+
+
+def in_space() -> Model:
+    """Horizon, caustic line, the cone of rays to a place on it, and the two rays to a star beside it."""
+    theta, phi = np.meshgrid(np.linspace(0, math.pi, 48), np.linspace(0, 2 * math.pi, 96), indexing="ij")
+    cone = in_plane(*ray(kc.caustics(CAMERA, orders=1, end=SOURCES)[0].sky[0], 1, SOURCES))
+    lines = [SpaceCurve("caustic line", np.array([[-2.0, 0, 0], [-1.25 * SOURCES, 0, 0]]), VIOLET, 7.0)]
+    lines += [SpaceCurve("ray of the cone", turned(cone, 2 * math.pi * k / CONE), PALE, 1.5) for k in range(CONE)]
+    images = kc.star_images(CAMERA, (math.pi / 2, math.radians(STAR)), max_index=1, end=SOURCES)
+    for looking, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
+        # Turned out of the plane, so that it is seen from above.
+        path = turned(in_plane(*ray(looking, math.copysign(1, azimuth), SOURCES)), TURN)
+        lines.append(SpaceCurve("ray of the star", path, style.order_colour(index + 1), 5.0))
+    marks = {CAMERA_COLOUR: np.array([CAMERA.radius, 0, 0]), STAR_COLOUR: path[-1], VIOLET: cone[-1]}
+    lines += [SpaceCurve("mark", place + bar, colour, 6.0) for colour, place in marks.items() for bar in crosses(0.3)]
+    key = (("primary caustic, a line", VIOLET), ("rays that meet at a place on it", PALE),
+           ("primary ray to a star", style.order_colour(1)), ("secondary ray", style.order_colour(2)),
+           ("the star", STAR_COLOUR), ("camera", CAMERA_COLOUR), ("horizon", HORIZON_COLOUR))  # fmt: skip
+    title = f"Caustic line, spin 0, camera at r = {CAMERA.radius:g} M, sources at r = {SOURCES:g} M"
+    surfaces = (Surface("horizon", 2 * from_angles(theta, phi), HORIZON_COLOUR),)
+    return Model(title, surfaces, tuple(lines), key, (-72.0, 20.0), extent=10.5)
+
+
+def in_plane(right: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Points (n, 3) of a path in the plane of x and y."""
+    return np.stack([right, up, np.zeros_like(up)], axis=-1)
+
+
+def crosses(size: float) -> np.ndarray:
+    """Three bars (3, 2, 3) along the axes."""
+    return size * np.stack([np.outer([-1, 1], axis) for axis in np.eye(3)])
+
+
+def turned(points: np.ndarray, angle: float) -> np.ndarray:
+    """Points (n, 3) turned about the x axis."""
+    c, s = math.cos(angle), math.sin(angle)
+    return points @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
+
+
+def ray(looking: np.ndarray, side: float, until: float = 1.5 * FAR) -> tuple[np.ndarray, np.ndarray]:
+    """A ray in its plane, from the camera to a radius: u'' = 3 u^2 - u with u = 1/r against the angle swept."""
+    seen = photon(CAMERA.frame(), tuple(looking))
+    start = [1 / CAMERA.radius, seen.rate[0] / math.sqrt(seen.k)]
+
+    def leaves(_angle: float, state: np.ndarray) -> float:
+        return state[0] - 1 / until
+
+    leaves.terminal = True
+    path = solve_ivp(lambda _, y: [y[1], 3 * y[0] ** 2 - y[0]], (0, 10), start, events=leaves, rtol=1e-9, max_step=0.03)
+    return np.cos(path.t) / path.y[0], side * np.sin(path.t) / path.y[0]
+
+
+if __name__ == "__main__":
+    OUT = Path(__file__).parent / "out"
+    OUT.mkdir(exist_ok=True)
+    print(*main(OUT), sep="\n")

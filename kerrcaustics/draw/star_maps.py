@@ -1,0 +1,82 @@
+"""Star tracks and critical curves over a picture of the stars, as JTFT figures 2 and 4 show them."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+from matplotlib.patheffects import withStroke
+
+from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.draw import style
+from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
+from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line
+from kerrcaustics.draw.tracks import draw_motion, moving_lines
+from kerrcaustics.scenes.colour import tone_mapped
+from kerrcaustics.scenes.render import render
+from kerrcaustics.scenes.sky_light import Sky
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.stars.tracks import StarTracks
+
+Array = np.ndarray
+
+INDEX_COLOURS = ("#ff6b5e", "#ffd447", "#8fe08f", "#8fd3ff")
+"""Of tracks of index 0, 1, 2, 3 on black: red for primary images and yellow for secondary ones, as in JTFT."""
+
+CURVE_COLOUR = "#c58cff"
+"""Of critical curves on black: violet, as in JTFT."""
+
+DARK_RIM = withStroke(linewidth=2.5, foreground="black")
+_CURVES: dict[str, Any] = {"color": CURVE_COLOUR, "linewidth": 1.2, "linestyle": (0, (5, 2))}
+# What the sky's light is divided by, and how softly the brightest is cut off.
+_LOOK: dict[str, Any] = {"exposure": 1 / 2500, "curve": "asinh", "softening": 25}
+
+
+def sky_behind(ax: Axes, camera: Camera, axes: Float[Array, "3 3"], reach: float, sky: Sky, pixels: int = 560) -> Axes:
+    """A sky as the camera sees it, on axes of the azimuthal equidistant picture up to `reach` degrees from its centre.
+
+    axes (3, 3): as `view_axes` returns them; pixels: rows and columns. Two corners may be at most 180 degrees apart
+    from the centre: reach is below 127.
+    """
+    view = View(pixels, pixels, math.radians(2 * reach), "fisheye", axes[0], axes[2])
+    picture = tone_mapped(render(camera, view, sky).light, **_LOOK)
+    ax.imshow(picture, extent=(-reach, reach, -reach, reach), interpolation="antialiased", zorder=0)
+    ax.set_facecolor("black")
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    return camera_sky_axes(ax, style.tick_step(2 * reach, 7))
+
+
+def tracks_on_stars(
+    ax: Axes, stars: Sequence[StarTracks], caustics: CausticSet, edge: Float[Array, "n 3"], sky: Sky, reach: float
+) -> Float[Array, "3 3"]:
+    """Tracks with arrows of motion, critical curves and shadow over a sky, to `reach` degrees; the axes (3, 3) of it.
+
+    Tracks have one of `INDEX_COLOURS` each, critical curves are violet and dashed.
+    """
+    axes = view_axes(caustics, edge)
+    sky_behind(ax, caustics.camera, axes, reach, sky)
+    ax.add_patch(Polygon(azimuthal_equidistant(edge, axes), facecolor="none", edgecolor="#9a9a9a", linewidth=0.7))
+    for caustic in caustics:
+        ax.plot(*critical_line(caustic, axes).T, scalex=False, scaley=False, **_CURVES)
+    for star in stars:
+        for track in star.tracks:
+            for index, line in moving_lines(star, track, azimuthal_equidistant(track.sky, axes)):
+                colour = INDEX_COLOURS[index]
+                ax.plot(*line.T, color=colour, linewidth=0.8, scalex=False, scaley=False)
+                draw_motion(ax, line, colour, spacing=0.35)
+    return axes
+
+
+def star_map_legend(max_index: int) -> list[Line2D]:
+    """Handles for a legend of `tracks_on_stars`, drawn for a white page."""
+    names = ("primary images", "secondary images", "tertiary images", "images of index 3")
+    lines = [
+        Line2D([], [], color=INDEX_COLOURS[k], linewidth=2, label=f"{names[k]} (index {k})" if k < 3 else names[k])
+        for k in range(max_index + 1)
+    ]
+    return [*lines, Line2D([], [], label="critical curves", **{**_CURVES, "linewidth": 1.6})]

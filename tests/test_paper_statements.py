@@ -1,0 +1,109 @@
+"""What JTFT states about its figures, checked; docs/figures_of_the_paper.md has the statements about speed, too."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
+
+NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
+# The star of figures 5 and 6 (following JTFT), and that of the counts at the flat edge.
+STAR = 0.608 * math.pi
+COUNTED = math.pi / 2, math.radians(141)
+
+
+def winding(picture):
+    """Turns of a closed curve (n, 2) about the origin, counter-clockwise."""
+    angle = np.unwrap(np.arctan2(picture[:, 1], picture[:, 0]))
+    return round((angle[-1] - angle[0]) / (2 * math.pi))
+
+
+@pytest.mark.slow
+def test_without_spin_a_star_has_one_image_on_each_side_of_the_ring():
+    """One image of index 0 outside the Einstein ring, one of index 1 inside, on opposite sides of the shadow."""
+    camera = kc.Camera(0.0, 6.03, velocity="fiducial")
+    # The ring is the circle of rays that turn through 180 degrees: its impact parameter is 6.4936.
+    ring = math.asin(6.493_636 * math.sqrt(1 - 2 / camera.radius) / camera.radius)
+    for star in ((0.3, 1.0), (1.2, 3.0), (2.0, 4.5), (1.6, 0.2)):
+        images = kc.star_images(camera, star, max_index=1)
+        away = np.arccos(-images.sky[:, 0])
+        assert images.index.tolist() == [0, 1] and away[0] > ring > away[1]
+        first, second = (image[1:] / np.linalg.norm(image[1:]) for image in images.sky)
+        np.testing.assert_allclose(first, -second, atol=1e-7)
+
+
+def test_counts_of_one_star_at_the_flat_edge_are_those_of_the_paper():
+    """2, 3 and 8 images between the critical curves, but two pairs of them are not in the equatorial plane."""
+    images = kc.star_images(NEAR, COUNTED, max_index=2)
+    assert images.certified and images.per_index == {0: 2, 1: 3, 2: 8}
+    in_plane = np.abs(images.sky[:, 2]) < 1e-9
+    assert [int(in_plane[images.index == k].sum()) for k in range(3)] == [2, 1, 6]
+    np.testing.assert_allclose(images.sky[~in_plane, 2].sum(), 0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("velocity", "part"), [("static", 1.24), ("fiducial", 0.87), ("circular", 0.45)])
+def test_solid_angles_of_the_shadow(velocity, part):
+    """In units of half the sky, by the fan of triangles from a direction within the shadow."""
+    edge = kc.shadow_edge(kc.Camera(0.999, 2.6, velocity=velocity), 4000)
+    middle, after = np.array([-1.0, 0.0, 0.0]), np.roll(edge, -1, axis=0)
+    volume = np.cross(middle, edge)
+    tangent = (volume * after).sum(axis=1), 1 + edge @ middle + after @ middle + (edge * after).sum(axis=1)
+    assert abs(2 * np.arctan2(*tangent).sum()) / (2 * math.pi) == pytest.approx(part, abs=0.005)
+
+
+def test_velocities_of_the_cameras_of_figure_12():
+    """As the circular camera measures them, the fiducial one moves at -0.546 c, the static one at -0.813 c."""
+    circular, static = (kc.Camera(0.999, 2.6, velocity=name).fido_velocity()[2] for name in ("circular", "static"))
+    assert -circular == pytest.approx(-0.546, abs=5e-4)
+    assert (static - circular) / (1 - static * circular) == pytest.approx(-0.813, abs=5e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("theta", "outside", "inside"), [(10, 1, -1), (170, -1, 1)])
+def test_senses_in_which_images_circle_the_poles(theta, outside, inside):
+    """Northern ones: of index 0 counter-clockwise round the upper image, of index 1 clockwise, round the lower."""
+    axes = view_axes(kc.caustics(FAR, 2), kc.shadow_edge(FAR, 2000))
+    poles = azimuthal_equidistant(kc.star_images(FAR, (math.pi * (theta > 90), 0.0), max_index=1).sky, axes)
+    assert (np.sign(poles[:, 1]) == (outside, inside)).all()
+    tracks = kc.star_tracks(FAR, math.radians(theta), max_index=1).tracks
+    for track, pole, sense in zip(tracks, poles, (outside, inside), strict=True):
+        # The star's azimuth falls with time.
+        forward = slice(None, None, -int(np.sign(track.turns)))
+        picture = azimuthal_equidistant(np.concatenate([track.sky, track.sky[:1]])[forward], axes)
+        assert winding(picture - pole) == sense
+
+
+@pytest.mark.slow
+def test_life_of_the_star_of_figures_5_and_6():
+    """A creation and an annihilation an orbit; 1 or 3 images of order 1; the third takes the place of the first."""
+    tracks = kc.star_tracks(FAR, STAR, max_index=2)
+    assert tracks.certified and [event.kind for event in tracks.events] == ["creation", "annihilation"]
+    born, died = tracks.events
+    assert born.order == died.order == 2
+    numbers = {}
+    for name, time in (("before", born.time - 1), ("between", born.time + 1), ("after", died.time + 1)):
+        images = tracks.images_at(time)
+        numbers[name] = sorted(images.index[images.crossings == 1].tolist())
+    assert numbers == {"before": [1], "between": [1, 1, 2], "after": [1]}
+
+
+@pytest.mark.slow
+def test_senses_in_which_the_images_of_that_star_move():
+    """#2, born inside the secondary critical curve, goes one way round the shadow, #1 and #3 the other."""
+    tracks = kc.star_tracks(FAR, STAR, max_index=2)
+    born, died = tracks.events
+    axes = view_axes(kc.caustics(FAR, 2), kc.shadow_edge(FAR, 2000))
+    turned = {}
+    for time in np.linspace(born.time + 0.3, died.time - 0.3, 8):
+        images = tracks.images_at(float(time))
+        shown = images.crossings == 1
+        right, up = azimuthal_equidistant(images.sky[shown], axes).T
+        # Of index 1 are #1 at the prograde edge on the left, and #3 on the right.
+        for index, angle, left in zip(images.index[shown], np.arctan2(up, right), right < 0, strict=True):
+            name = "2" if index == 2 else "1" if left else "3"
+            turned.setdefault(name, []).append(angle)
+    senses = {name: np.sign(np.diff(angles)) for name, angles in turned.items()}
+    assert sorted(senses) == ["1", "2", "3"] and all(len(sense) == 7 for sense in senses.values())
+    assert (senses["2"] == 1).all() and (senses["1"] == -1).all() and (senses["3"] == -1).all()
