@@ -124,9 +124,10 @@ class Search:
         """
         looking, returning = self.map.looking(turn, depth)
         index, ratio = np.zeros(looking.shape[:-1], int), np.ones(looking.shape[:-1])
-        bent = (self._photon(looking).k >= LEAST_K) & (1 - looking[..., 0] > self._straight)
+        light = self._photon(looking)
+        bent = (light.k >= LEAST_K) & (1 - looking[..., 0] > self._straight)
         if self.map.level:
-            bent &= looking[..., 0] < 0
+            bent &= light.rate[0] > 0
         beams = self._trace(looking[bent], returning[bent], _COARSE_TOLERANCE)
         captured = ~beams.escaped
         index[bent] = np.where(captured, _CAPTURED, np.asarray(beams.index))

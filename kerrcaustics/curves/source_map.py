@@ -7,6 +7,7 @@ from there on the second one to the shadow edge, and its depth grows smoothly al
 all photon orbits there is no rim: lines come to the shadow edge from inside.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -33,6 +34,8 @@ Kind = TypeVar("Kind", bound=Rays)
 _TABLE = 2048
 # How far below the horizontal a line begins where the sphere has the camera's own radius, radians.
 _BELOW = 1e-9
+# Rays with an impact parameter of so many radii of a sphere that is outside all photon orbits miss it.
+_FAR = 40.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,8 @@ class SourceMap:
         if not self.level:
             return np.zeros_like(turn)
         reach = sky_lines.line_reach(self.camera, turn)
-        return -np.log((reach - np.pi / 2 - _BELOW) / reach)
+        beyond = _beyond_horizontal(self.camera) + _BELOW * self.camera.frame().zoom
+        return -np.log((reach - beyond) / reach)
 
     def looking(
         self, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"]
@@ -129,8 +133,6 @@ def spherical(camera: Camera, end: object, *, distant: bool = False) -> Spherica
     found = end_of(camera, end)
     if not isinstance(found, Spherical):
         raise ValueError(f"Argument `end` must be a radius or math.inf, but is {end!r}.")
-    if camera.is_distant and not isinstance(found, CelestialSphere):
-        raise ValueError(f"Argument `end` must be math.inf for an Observer, but is {end!r}.")
     return found
 
 
@@ -156,6 +158,11 @@ def _edge_orbits(camera: Camera, turn: Float[Array, " turns"]) -> Float[Array, "
     return np.asarray(kerr.spherical_orbit_of_impact(camera.spin, light.b)[0])
 
 
+def _beyond_horizontal(camera: Camera) -> float:
+    """The part of a line, radians, whose rays never fall: none of an observer at infinity."""
+    return 2 * math.atan(camera.frame().zoom)
+
+
 @lru_cache(maxsize=8)
 def _rim(camera: Camera, radius: float) -> CubicSpline | None:
     """How far from the shadow edge rays only graze a sphere, by turn; None where all that meet it fall in."""
@@ -170,6 +177,10 @@ def _rim(camera: Camera, radius: float) -> CubicSpline | None:
         square = radius**2 + camera.spin**2
         return (square - camera.spin * light.b) ** 2 - (square - 2 * radius) * light.kappa
 
-    found = elementwise.find_root(potential, (np.zeros(_TABLE), reach - np.pi / 2), args=(turn, reach))
+    beyond = _beyond_horizontal(camera)
+    if camera.is_distant:
+        # Of places that are surely beyond the rim.
+        beyond = max(beyond, 2 * math.atan(2 * frame.zoom * frame.radius / (_FAR * radius)))
+    found = elementwise.find_root(potential, (np.zeros(_TABLE), reach - beyond), args=(turn, reach))
     width = np.append(found.x, found.x[0])
     return CubicSpline(np.append(turn, 2 * np.pi), width, bc_type="periodic")

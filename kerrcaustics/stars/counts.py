@@ -150,16 +150,16 @@ def image_counts(
     None where certified; elsewhere found and expected counts tell by how much they differ.
     """
     if isinstance(end, EquatorialPlane):
-        check_camera(camera)
+        check_camera(camera, distant=True)
         return plane_counts(camera, stars, checked_index(max_index), end)
     places, angles = checked_stars(stars), numbers("stars", stars)
-    surface = spherical(camera, end)
+    surface = spherical(camera, end, distant=True)
     radius = float(surface.radius)
     if find:
         found = search_for(camera, places, angles, checked_index(max_index), surface)
         on_caustic = np.asarray(found.touching.any(axis=1))
         return ImageCounts(angles, found.counts, found.expected, on_caustic, found.certified, radius)
-    told = checked_sheets(camera, max_index, surface).counted(places)
+    told = checked_sheets(camera, max_index, surface, distant=True).counted(places)
     unsure = np.zeros(len(places), bool)
     return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure, radius)
 
@@ -179,8 +179,8 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float
         Radius of the stars; math.inf is the celestial sphere.
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
-    surface = spherical(camera, end)
-    sheets = checked_sheets(camera, max_index, surface)
+    surface = spherical(camera, end, distant=True)
+    sheets = checked_sheets(camera, max_index, surface, distant=True)
     theta, phi = _centres(rows)
     grid = np.stack(np.meshgrid(theta, phi, indexing="ij"), axis=-1)
     told = sheets.counted(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))

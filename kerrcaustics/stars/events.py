@@ -5,8 +5,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from kerrcaustics.curves.screens import shown_looking
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, orbital_velocity, sky_from_looking
+from kerrcaustics.spacetime.camera import Camera, check_camera, orbital_velocity
 from kerrcaustics.stars.images import checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
@@ -78,9 +79,10 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2, *, end: float 
     ------
     `PairEvent.error`, round-off of the caustic's point, more where it runs nearly along the star's path.
     """
-    angular_velocity = orbital_velocity(camera)
+    check_camera(camera, distant=True)
+    angular_velocity = None if camera.is_distant else orbital_velocity(camera)
     height = checked_theta(theta)
-    found = meetings(checked_sheets(camera, max_index, end), Circle.about_spin_axis(height))
+    found = meetings(checked_sheets(camera, max_index, end, distant=True), Circle.about_spin_axis(height))
     events = pair_events_of(camera, found, height, angular_velocity)
     return PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks)
 
@@ -105,7 +107,7 @@ def pair_events_of(
     camera: Camera, found: Meetings, theta: float | None = None, angular_velocity: float | None = None
 ) -> list[PairEvent]:
     """The meetings as events, in the same order; theta and angular velocity: of a star, and of its camera's orbit."""
-    sky = sky_from_looking(camera.frame(), found.points.looking)
+    sky = shown_looking(camera, found.points.looking)
     return [_event(found, i, sky[i], theta, angular_velocity) for i in range(len(found.order))]
 
 

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.screens import lengths, shown, unshown
 from kerrcaustics.curves.source_map import on_leaves, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
+from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.deep_images import deepened, is_deep
@@ -128,10 +129,10 @@ def star_images(
     there is its degree.
     """
     if isinstance(end, EquatorialPlane):
-        check_camera(camera)
+        check_camera(camera, distant=True)
         return plane_images(camera, star, checked_index(max_index), end)
     place = checked_place("star", star)
-    surface = spherical(camera, end)
+    surface = spherical(camera, end, distant=True)
     highest = checked_index(max_index)
     found = search_for(camera, from_angles(*place)[None], np.array([place]), highest, surface)
     return _deepened(images_of(camera, surface, [place], found)[0], camera, surface)
@@ -151,7 +152,7 @@ def search_for(camera: Camera, star: Array, angles: Array, max_index: int, end: 
 
 def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
     """The images that a search for some stars on a sphere found, star by star, as the camera sees them."""
-    sky = as_seen(found.sky, camera.at_rest().frame(), camera.frame())
+    sky, error = shown(camera, found.sky), found.error * lengths(camera, found.sky)
 
     def traced(sky: Array, end: Spherical) -> Beams:
         return trace_beams(camera, sky, "auto", TOLERANCE, end=end, time=isinstance(end, Sphere))
@@ -173,7 +174,7 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
                 crossings=np.asarray(beams.crossings)[these],
                 crossings_certain=np.asarray(beams.crossings_certain)[these],
                 redshift=np.asarray(beams.redshift)[these],
-                error=found.error[these],
+                error=error[these],
                 per_index=dict(enumerate(found.counts[i].tolist())),
                 expected=dict(enumerate(found.expected[i].tolist())),
                 on_caustic=orders,
@@ -193,11 +194,11 @@ def _deepened(images: StarImages, camera: Camera, end: Spherical) -> StarImages:
     which = np.flatnonzero(is_deep(images.index, images.error, images.time, images.time_error))
     if len(which) == 0:
         return images
-    rest, seen, (theta, phi) = camera.at_rest(), camera.frame(), images.star
+    rest, (theta, phi) = camera.at_rest(), images.star
     star = np.tile(from_angles(theta, phi), (len(which), 1))
     returning = np.zeros(len(which), bool) if images.returning is None else images.returning[which]
-    sky = as_seen(images.sky[which], seen, rest.frame())
-    deep = deepened(rest, sky, images.error[which], star, end, returning)
+    sky = unshown(camera, images.sky[which])
+    deep = deepened(rest, sky, images.error[which] / lengths(camera, sky), star, end, returning)
     these = which[deep.which]
 
     def with_deep(values: Array | None, better: Array) -> Array | None:
@@ -209,18 +210,20 @@ def _deepened(images: StarImages, camera: Camera, end: Spherical) -> StarImages:
 
     return replace(
         images,
-        sky=with_deep(images.sky, as_seen(deep.sky, rest.frame(), seen)),
+        sky=with_deep(images.sky, shown(camera, deep.sky)),
         azimuth=with_deep(images.azimuth, phi + 2 * math.pi * np.round((images.azimuth[these] - phi) / (2 * math.pi))),
-        error=with_deep(images.error, deep.error),
+        error=with_deep(images.error, deep.error * lengths(camera, deep.sky)),
         time=with_deep(images.time, deep.time),
         time_error=with_deep(images.time_error, deep.time_error),
     )
 
 
-def checked_sheets(camera: Camera, max_index: int, end: float | Spherical = SKY) -> Sheets:
-    """The sheets of a camera; bad input is refused with one ValueError."""
-    check_camera(camera)
-    return sheets_of(camera, checked_index(max_index), spherical(camera, end))
+def checked_sheets(
+    camera: Camera, max_index: int, end: float | Spherical = SKY, *, distant: bool = False
+) -> Sheets:
+    """The sheets of a camera; bad input is refused with one ValueError. distant: whether it may be an `Observer`."""
+    check_camera(camera, distant=distant)
+    return sheets_of(camera, checked_index(max_index), spherical(camera, end, distant=distant))
 
 
 def checked_index(max_index: int) -> int:

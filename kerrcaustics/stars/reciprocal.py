@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from kerrcaustics.beams.ends import Sphere
+from kerrcaustics.beams.ends import SKY, Sphere
+from kerrcaustics.curves.screens import magnified
 from kerrcaustics.curves.source_map import check_domain
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, photon, sky_from_looking
@@ -41,7 +42,7 @@ def search_within(camera: Camera, angles: Float[Array, "stars 2"], max_index: in
 def _one(camera: Camera, theta: float, phi: float, max_index: int, end: Sphere) -> Found:
     """The images of one star, from those that are seen of the camera there."""
     there = Camera(camera.spin, float(end.radius), theta, "fiducial")
-    outward = Sphere(camera.radius)
+    outward = SKY if math.isinf(camera.radius) else Sphere(camera.radius)
     try:
         check_domain(there, outward)
         sheets = sheets_of(there, max_index, outward)
@@ -58,7 +59,8 @@ def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: S
     returning = light.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):
-        sky = sky_from_looking(camera.frame(), -_motion(camera, np.asarray(light.b), np.asarray(light.q), sign))
+        motion = _motion(camera, np.asarray(light.b), np.asarray(light.q), sign)
+        sky = sky_from_looking(camera.frame(), -magnified(camera.frame(), motion))
         for leaf in (False, True):
             these = np.flatnonzero((returning == leaf) & np.isfinite(sky).all(axis=1))
             images = _refined(camera, star, found.index[these], sky[these], replace(end, returning=leaf))
