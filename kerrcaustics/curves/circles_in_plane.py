@@ -140,7 +140,7 @@ def _circles(camera: Camera, crossing: int, lines: int) -> Circles:
 
 def circles_of(camera: Camera, crossing: int, *, many: bool = False) -> Circles:
     """The circles of a camera, kept for the next source: they depend on its place alone. many: on many lines."""
-    check_camera(camera)
+    check_camera(camera, distant=True)
     if camera.on_equator:
         raise ValueError(
             "Argument `camera` must not lie in the equatorial plane where sources do (from within, every crossing is a "

@@ -152,7 +152,7 @@ def _curve(
     return PlaneCaustic(
         order=order,
         crossing=circles.end.crossing,
-        sky=as_seen(points.sky, camera.at_rest().frame(), camera.frame()),
+        sky=shown(camera, points.sky),
         place=place,
         ends=ends,
         r_min=extremes[0],

@@ -12,7 +12,7 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.screens import lengths, shown, unshown
-from kerrcaustics.curves.source_map import on_leaves, spherical
+from kerrcaustics.curves.source_map import SourceMap, on_leaves, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
@@ -24,6 +24,8 @@ from kerrcaustics.stars.search import Found, search
 from kerrcaustics.stars.sheets import HIGHEST_INDEX, TOLERANCE, Sheets, sheets_of
 
 Array = np.ndarray
+
+_DIRECT = "the star is seen directly, by an image of index 0, at infinite (alpha, beta): it is not among the images"
 
 
 @result(
@@ -55,7 +57,11 @@ class StarImages:
     )
     certified: bool = quantity("", "1", "True when both counts agree for every index, and the star lies on no caustic")
     remarks: tuple[str, ...] = quantity(
-        "", "", "what is not certain, and what to do about it; empty when certified", default=()
+        "",
+        "",
+        "what is not certain, and what to do about it; certified images of an Observer at infinity may have one, too: "
+        "that stars at infinity are seen directly at infinite (alpha, beta)",
+        default=(),
     )
     source_radius: float = quantity(
         "", "GM/c^2", "radius of the star, infinite on the celestial sphere", default=math.inf
@@ -159,6 +165,7 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
 
     beams = on_leaves(end, sky, found.returning, traced)
     within = is_within(camera, end)
+    notes = (_DIRECT,) if SourceMap(camera, end).unbounded else ()
     images = []
     for i, star in enumerate(stars):
         these = np.flatnonzero(found.star == i)
@@ -179,7 +186,7 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
                 expected=dict(enumerate(found.expected[i].tolist())),
                 on_caustic=orders,
                 certified=bool(found.certified[i]),
-                remarks=_remarks(found.coarse, found.counts[i], found.expected[i], orders),
+                remarks=(*notes, *_remarks(found.coarse, found.counts[i], found.expected[i], orders)),
                 source_radius=float(end.radius),
                 time=None if beams.time is None else beams.time[these],
                 time_error=None if beams.time_error is None else beams.time_error[these],

@@ -10,9 +10,10 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
 from kerrcaustics.curves.circles_in_plane import TOLERANCE
+from kerrcaustics.curves.screens import lengths, shown
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, as_seen
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import numbers
 
 Array = np.ndarray
@@ -38,7 +39,7 @@ class PlaneImages:
     index: Array = quantity("image", "1", "Morse index")
     parity: Array = quantity("image", "1", "(-1)^index")
     magnification: Array = quantity(
-        "image", "c^4/(GM)^2", "solid angle on the sky by area r dr dphi in the plane: 1 / |det J|"
+        "image", "c^4/(GM)^2", "solid angle on the sky by area r dr dphi in the plane: 1 / |det J|; of an Observer (GM/c^2)^2 by that area"
     )
     redshift: Array = quantity("image", "1", "nu_camera / nu_source, for the plane's emitter")
     time: Array = quantity("image", "GM/c^3", "coordinate time from the source to the camera")
@@ -81,7 +82,7 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
     found = arcs.at(turn) if len(turn) else arcs.low[:0]
     order = np.lexsort((turn, index))
     found, index = found[order], index[order]
-    sky = as_seen(found.sky, camera.at_rest().frame(), camera.frame())
+    sky = shown(camera, found.sky)
     beams = trace_beams(camera, sky, "auto", TOLERANCE, end=end, time=True)
     miss = np.hypot(np.log(found.radius / radius), _away(found.azimuth, phi))
     near = _near_fold(arcs, phi)
@@ -100,7 +101,7 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
         redshift=np.asarray(beams.redshift),
         time=np.asarray(beams.time),
         time_error=np.asarray(beams.time_error),
-        error=radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor),
+        error=radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor) * lengths(camera, found.sky),
         per_index={k: int((index == k).sum()) for k in range(max_index + 1)},
         on_caustic=near,
         certified=not remarks,
