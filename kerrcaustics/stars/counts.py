@@ -33,7 +33,12 @@ class ImageCounts:
     """Image counts of many stars."""
 
     stars: Array = quantity("star angle", "rad", "theta', phi' of the stars", json="star_deg", given=True)
-    counts: Array = quantity("star morse_index", "1", "images found, by Morse index", json="per_index")
+    counts: Array = quantity(
+        "star morse_index",
+        "1",
+        "images found, by Morse index; of an Observer those at finite (alpha, beta)",
+        json="per_index",
+    )
     expected: Array = quantity(
         "star morse_index",
         "1",
@@ -70,7 +75,9 @@ class CountMap:
 
     theta: Array = quantity("theta", "rad", "theta' of the centres of the map's cells")
     phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
-    counts: Array = quantity("theta phi morse_index", "1", "images of a star there, by Morse index")
+    counts: Array = quantity(
+        "theta phi morse_index", "1", "images of a star there, by Morse index; of an Observer at finite (alpha, beta)"
+    )
     on_caustic: Array = quantity("theta phi", "1", "True where a star cannot be told from some caustic")
     source_radius: float = quantity(
         "", "GM/c^2", "radius of the stars, infinite on the celestial sphere", default=math.inf
@@ -128,7 +135,7 @@ def image_counts(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
     stars : (n, 2) array
         (theta', phi') in radians.
     max_index : int
@@ -148,6 +155,11 @@ def image_counts(
     Errors
     ------
     None where certified; elsewhere found and expected counts tell by how much they differ.
+
+    Notes
+    -----
+    An Observer at infinity sees stars of the celestial sphere directly, by an image of index 0 each, at infinite
+    (alpha, beta): the counts have 0 there.
     """
     if isinstance(end, EquatorialPlane):
         check_camera(camera, distant=True)
@@ -170,7 +182,7 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
     max_index : int
         0 to 6.
     rows : int

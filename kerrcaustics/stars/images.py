@@ -37,17 +37,17 @@ class StarImages:
     """The images of one star, ordered by Morse index."""
 
     star: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the star", given=True)
-    sky: Array = quantity("image axis", "1", "directions N on the camera sky")
+    sky: Array = quantity("image axis", "1", "directions N on the camera sky; of an Observer (alpha, beta)")
     azimuth: Array = quantity("image", "rad", "unwrapped phi' of the ray: phi' plus whole turns", json="phi_deg")
     index: Array = quantity("image", "1", "Morse index")
     parity: Array = quantity("image", "1", "(-1)^index")
-    magnification: Array = quantity("image", "1", "1 / |det J|")
+    magnification: Array = quantity("image", "1", "1 / |det J|; of an Observer (GM/c^2)^2 by solid angle")
     crossings: Array = quantity("image", "1", "crossings of the equatorial plane")
     crossings_certain: Array = quantity(
         "image", "1", "False where crossings may be one off: the star lies in the equatorial plane, within errors"
     )
     redshift: Array = quantity("image", "1", "nu_camera / nu_source")
-    error: Array = quantity("image", "rad", "error of sky", json="error_rad")
+    error: Array = quantity("image", "rad", "error of sky; of an Observer in GM/c^2", json="error_rad")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
     expected: dict[int, int] = quantity(
         "morse_index", "1", "how many there are, from the winding of the caustics about the star"
@@ -108,7 +108,7 @@ def star_images(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
         Its sky is searched once and kept: the next star at the same place costs little.
     star : (theta', phi')
         Radians, on the celestial sphere or the one of `end`; in the plane (r, phi).
@@ -123,6 +123,11 @@ def star_images(
     -------
     StarImages
         For the plane `PlaneImages`, which has the same names.
+
+    Notes
+    -----
+    An Observer at infinity sees stars of the celestial sphere directly at infinite (alpha, beta): images of index 0 are
+    not among the images then, and `per_index` and `expected` say 0 of them.
 
     Errors
     ------

@@ -34,7 +34,7 @@ class PlaneImages:
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
     radius: float = quantity("", "GM/c^2", "of the source")
     phi: float = quantity("", "rad", "azimuth of the source", given=True)
-    sky: Array = quantity("image axis", "1", "directions N on the camera sky")
+    sky: Array = quantity("image axis", "1", "directions N on the camera sky; of an Observer (alpha, beta)")
     azimuth: Array = quantity("image", "rad", "unwrapped phi of the ray: phi plus whole turns", json="azimuth_deg")
     index: Array = quantity("image", "1", "Morse index")
     parity: Array = quantity("image", "1", "(-1)^index")
@@ -44,7 +44,7 @@ class PlaneImages:
     redshift: Array = quantity("image", "1", "nu_camera / nu_source, for the plane's emitter")
     time: Array = quantity("image", "GM/c^3", "coordinate time from the source to the camera")
     time_error: Array = quantity("image", "GM/c^3", "estimated error of time")
-    error: Array = quantity("image", "rad", "error of sky", json="error_rad")
+    error: Array = quantity("image", "rad", "error of sky; of an Observer in GM/c^2", json="error_rad")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
     on_caustic: bool = quantity("", "1", "True where the source cannot be told from a caustic")
     certified: bool = quantity(
