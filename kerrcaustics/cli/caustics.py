@@ -85,10 +85,8 @@ def caustics(
     if figure is not None:
         _draw(found, figure)
     _print_table(found, common.console())
-    # At infinity there is no primary one.
-    lost = [order for order in found.missing if order > seen_from.is_distant]
-    if lost:
-        names = ", ".join(map(str, lost))
+    if found.lost:
+        names = ", ".join(map(str, found.lost))
         stop(1, f"Orders not found within double precision: {names}.")
 
 

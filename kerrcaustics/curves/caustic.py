@@ -109,6 +109,12 @@ class CausticSet(Items[Caustic]):
         "", "GM/c^2", "radius of the sphere of the sources, infinite", json="source_radius", default=math.inf
     )
 
+    @property
+    def lost(self) -> tuple[int, ...]:
+        """Orders that exist and are missing: not the primary one where camera and sources both lie at infinity."""
+        unbounded = math.isinf(self.camera.radius) and math.isinf(self.end)
+        return tuple(order for order in self.missing if order > unbounded)
+
     def __repr__(self) -> str:
         """One line: the camera and the kinds of the caustics."""
         return f"<CausticSet of {self.camera}: {', '.join(f'{c.order} {c.kind}' for c in self) or 'none'}>"
