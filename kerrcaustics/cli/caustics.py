@@ -143,7 +143,7 @@ def _print_table(found: "CausticSet", out: Console) -> None:
     for curve in found:
         for remark in curve.remarks:
             say(out, f"order {curve.order}: {remark}")
-    for order in found.missing:
+    for order in found.lost:
         say(out, f"order {order}: not found")
     residual = max((curve.residual for curve in found), default=0.0)
     effort = f"{found.seconds:.2f} s, {found.beams} beams ({found.engine})"
