@@ -16,7 +16,17 @@ from kerrcaustics.cli.options import (
     MaxIndex,
     SourceOptions,
 )
-from kerrcaustics.cli.terminal import WIDE, counted, direction_head, place_of, plain_errors, plain_table, progress, say, sure
+from kerrcaustics.cli.terminal import (
+    WIDE,
+    counted,
+    direction_head,
+    place_of,
+    plain_errors,
+    plain_table,
+    progress,
+    say,
+    sure,
+)
 
 if TYPE_CHECKING:
     from kerrcaustics.spacetime.camera import Camera

@@ -37,7 +37,9 @@ class PlaneCaustic:
     order: int = quantity("", "1", "1 primary, 2 secondary, and on")
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
     sky: Array = quantity(
-        "point axis", "1", "directions N of the critical curve of the plane, in order along it; of an Observer (alpha, beta)"
+        "point axis",
+        "1",
+        "directions N of the critical curve of the plane, in order along it; of an Observer (alpha, beta)",
     )
     place: Array = quantity("point place_axis", "1", "r in GM/c^2, unwrapped phi in radians")
     ends: tuple[str, ...] = quantity(

@@ -43,8 +43,8 @@ def wide_reach(camera: Camera, turn: HostReals, zoom: float) -> HostReals:
 def on_wide_sky(camera: Camera, turn: HostReals, distance: HostReals, zoom: float) -> HostVectors:
     """Looking directions on the lines at a distance (radians) from the edge, as it is on a sky that is made smaller.
 
-    On that sky the tangents of half the angles from the hole are `zoom` times those of the sky itself: where the hole is
-    large and all else lies far out, lines show both. Errors as for `looking`.
+    On that sky the tangents of half the angles from the hole are `zoom` times those of the sky itself: where the hole
+    is large and all else lies far out, lines show both. Errors as for `looking`.
     """
     if zoom == 1:
         return beside_edge(camera, turn, distance / line_reach(camera, turn))

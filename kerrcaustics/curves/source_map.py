@@ -58,7 +58,7 @@ class SourceMap:
 
     @property
     def zoom(self) -> float:
-        """How much smaller the sky is on which lines run evenly: the sources and the hole are seen on it, below 1 in size.
+        """How much smaller the sky is on which lines run evenly, 1 or less.
 
         On an observer's screen lines run as on the sky of a camera where the sources are.
         """

@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import lengths, shown, unshown
+from kerrcaustics.curves.screens import clock, lengths, searcher, seen, shown
 from kerrcaustics.curves.source_map import SourceMap, on_leaves, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.deep_images import deepened, is_deep
+from kerrcaustics.stars.far_images import sharpened
 from kerrcaustics.stars.plane_images import PlaneImages, plane_images
 from kerrcaustics.stars.reciprocal import search_within
 from kerrcaustics.stars.search import Found, search
@@ -146,7 +147,7 @@ def star_images(
     surface = spherical(camera, end, distant=True)
     highest = checked_index(max_index)
     found = search_for(camera, from_angles(*place)[None], np.array([place]), highest, surface)
-    return _deepened(images_of(camera, surface, [place], found)[0], camera, surface)
+    return _deepened(images_of(camera, surface, [place], found)[0], found.sky, camera, surface)
 
 
 def is_within(camera: Camera, end: Spherical) -> bool:
@@ -158,17 +159,22 @@ def search_for(camera: Camera, star: Array, angles: Array, max_index: int, end: 
     """All images of stars (n, 3), whose angles (n, 2) are known too, on a sphere."""
     if isinstance(end, Sphere) and is_within(camera, end):
         return search_within(camera, angles, max_index, end)
-    return search(sheets_of(camera, max_index, end), star)
+    found, lens = search(sheets_of(camera, max_index, end), star), searcher(camera)
+    return sharpened(lens, found, star, end) if lens.is_distant and math.isfinite(lens.radius) else found
 
 
 def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
     """The images that a search for some stars on a sphere found, star by star, as the camera sees them."""
-    sky, error = shown(camera, found.sky), found.error * lengths(camera, found.sky)
+    error = found.error * lengths(camera, found.sky)
 
-    def traced(sky: Array, end: Spherical) -> Beams:
-        return trace_beams(camera, sky, "auto", TOLERANCE, end=end, time=isinstance(end, Sphere))
+    def traced(lens: Camera, sky: Array) -> Beams:
+        def leaf(sky: Array, end: Spherical) -> Beams:
+            return trace_beams(lens, sky, "auto", TOLERANCE, end=end, time=isinstance(end, Sphere))
 
-    beams = on_leaves(end, sky, found.returning, traced)
+        return on_leaves(end, sky, found.returning, leaf)
+
+    at = seen(camera, found.sky, traced)
+    beams, time, time_error = at.beams, *clock(camera, at.beams.time, at.beams.time_error)
     within = is_within(camera, end)
     notes = (_DIRECT,) if SourceMap(camera, end).unbounded else ()
     images = []
@@ -178,14 +184,14 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
         images.append(
             StarImages(
                 star=star,
-                sky=sky[these],
+                sky=at.sky[these],
                 azimuth=beams.azimuth[these],
                 index=found.index[these],
                 parity=1 - 2 * (found.index[these] % 2),
-                magnification=beams.magnification[these],
+                magnification=at.magnification[these],
                 crossings=np.asarray(beams.crossings)[these],
                 crossings_certain=np.asarray(beams.crossings_certain)[these],
-                redshift=np.asarray(beams.redshift)[these],
+                redshift=at.redshift[these],
                 error=error[these],
                 per_index=dict(enumerate(found.counts[i].tolist())),
                 expected=dict(enumerate(found.expected[i].tolist())),
@@ -193,25 +199,26 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
                 certified=bool(found.certified[i]),
                 remarks=(*notes, *_remarks(found.coarse, found.counts[i], found.expected[i], orders)),
                 source_radius=float(end.radius),
-                time=None if beams.time is None else beams.time[these],
-                time_error=None if beams.time_error is None else beams.time_error[these],
+                time=None if time is None else time[these],
+                time_error=None if time_error is None else time_error[these],
                 returning=found.returning[these] if within else None,
             )
         )
     return images
 
 
-def _deepened(images: StarImages, camera: Camera, end: Spherical) -> StarImages:
-    """The same, with those that lie close to the shadow edge to round-off."""
+def _deepened(images: StarImages, sky: Float[Array, "images 3"], camera: Camera, end: Spherical) -> StarImages:
+    """The same, with those that lie close to the shadow edge to round-off; sky: where they were found."""
     which = np.flatnonzero(is_deep(images.index, images.error, images.time, images.time_error))
     if len(which) == 0:
         return images
-    rest, (theta, phi) = camera.at_rest(), images.star
+    (theta, phi), sky = images.star, sky[which]
     star = np.tile(from_angles(theta, phi), (len(which), 1))
     returning = np.zeros(len(which), bool) if images.returning is None else images.returning[which]
-    sky = unshown(camera, images.sky[which])
-    deep = deepened(rest, sky, images.error[which] / lengths(camera, sky), star, end, returning)
+    deep = deepened(searcher(camera), sky, images.error[which] / lengths(camera, sky), star, end, returning)
     these = which[deep.which]
+    time, time_error = clock(camera, deep.time, deep.time_error)
+    assert time is not None and time_error is not None
 
     def with_deep(values: Array | None, better: Array) -> Array | None:
         if values is None:
@@ -225,14 +232,12 @@ def _deepened(images: StarImages, camera: Camera, end: Spherical) -> StarImages:
         sky=with_deep(images.sky, shown(camera, deep.sky)),
         azimuth=with_deep(images.azimuth, phi + 2 * math.pi * np.round((images.azimuth[these] - phi) / (2 * math.pi))),
         error=with_deep(images.error, deep.error * lengths(camera, deep.sky)),
-        time=with_deep(images.time, deep.time),
-        time_error=with_deep(images.time_error, deep.time_error),
+        time=with_deep(images.time, time),
+        time_error=with_deep(images.time_error, time_error),
     )
 
 
-def checked_sheets(
-    camera: Camera, max_index: int, end: float | Spherical = SKY, *, distant: bool = False
-) -> Sheets:
+def checked_sheets(camera: Camera, max_index: int, end: float | Spherical = SKY, *, distant: bool = False) -> Sheets:
     """The sheets of a camera; bad input is refused with one ValueError. distant: whether it may be an `Observer`."""
     check_camera(camera, distant=distant)
     return sheets_of(camera, checked_index(max_index), spherical(camera, end, distant=distant))

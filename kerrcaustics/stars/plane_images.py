@@ -6,11 +6,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.optimize import elementwise
 
+from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
 from kerrcaustics.curves.circles_in_plane import TOLERANCE
-from kerrcaustics.curves.screens import lengths, shown
+from kerrcaustics.curves.screens import clock, lengths, seen
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
@@ -39,7 +40,9 @@ class PlaneImages:
     index: Array = quantity("image", "1", "Morse index")
     parity: Array = quantity("image", "1", "(-1)^index")
     magnification: Array = quantity(
-        "image", "c^4/(GM)^2", "solid angle on the sky by area r dr dphi in the plane: 1 / |det J|; of an Observer (GM/c^2)^2 by that area"
+        "image",
+        "c^4/(GM)^2",
+        "solid angle on the sky by area r dr dphi in the plane: 1 / |det J|; of an Observer (GM/c^2)^2 by that area",
     )
     redshift: Array = quantity("image", "1", "nu_camera / nu_source, for the plane's emitter")
     time: Array = quantity("image", "GM/c^3", "coordinate time from the source to the camera")
@@ -82,8 +85,12 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
     found = arcs.at(turn) if len(turn) else arcs.low[:0]
     order = np.lexsort((turn, index))
     found, index = found[order], index[order]
-    sky = shown(camera, found.sky)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, end=end, time=True)
+
+    def traced(lens: Camera, sky: Array) -> Beams:
+        return trace_beams(lens, sky, "auto", TOLERANCE, end=end, time=True)
+
+    at = seen(camera, found.sky, traced)
+    time, time_error = clock(camera, at.beams.time, at.beams.time_error)
     miss = np.hypot(np.log(found.radius / radius), _away(found.azimuth, phi))
     near = _near_fold(arcs, phi)
     remarks = list(arcs.doubts)
@@ -93,14 +100,14 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
         crossing=end.crossing,
         radius=radius,
         phi=phi,
-        sky=sky,
-        azimuth=beams.azimuth,
+        sky=at.sky,
+        azimuth=at.beams.azimuth,
         index=index,
         parity=1 - 2 * (index % 2),
-        magnification=beams.magnification,
-        redshift=np.asarray(beams.redshift),
-        time=np.asarray(beams.time),
-        time_error=np.asarray(beams.time_error),
+        magnification=at.magnification,
+        redshift=at.redshift,
+        time=np.asarray(time),
+        time_error=np.asarray(time_error),
         error=radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor) * lengths(camera, found.sky),
         per_index={k: int((index == k).sum()) for k in range(max_index + 1)},
         on_caustic=near,

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import SKY, Sphere
-from kerrcaustics.curves.screens import magnified
+from kerrcaustics.curves.screens import magnified, searcher
 from kerrcaustics.curves.source_map import check_domain
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, photon, sky_from_looking
@@ -35,7 +35,7 @@ def search_within(camera: Camera, angles: Float[Array, "stars 2"], max_index: in
     """
     if math.sin(camera.inclination) == 0:
         raise ValueError("Argument `end` must be at least the camera's radius where the camera is on the spin axis.")
-    parts = [_one(camera.at_rest(), theta, phi, max_index, end) for theta, phi in angles.tolist()]
+    parts = [_one(searcher(camera), theta, phi, max_index, end) for theta, phi in angles.tolist()]
     return found_together(parts)
 
 

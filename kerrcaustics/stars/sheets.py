@@ -23,6 +23,7 @@ from kerrcaustics.beams.rehearsal import rehearse
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.ring_at_infinity import with_ring_at_infinity
+from kerrcaustics.curves.screens import searcher
 from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
@@ -135,7 +136,8 @@ class Sheets:
     """The sheets of index 0 to max_index at one event, their edges, and the star counts that these tell.
 
     An observer at infinity sees no images of index 0 of stars at infinity: that sheet is empty, and the first edge is
-    the ring at infinity. frame: of the camera at rest; folds: of all edges but that one; pole_counts: how many images the north pole has on each sheet.
+    the ring at infinity. frame: of the camera at rest; folds: of all edges but that one; pole_counts: how many images
+    the north pole has on each sheet.
     """
 
     curves: CriticalCurves
@@ -161,7 +163,8 @@ class Sheets:
         """Directions N on the sky at rest of what lies in directions of the FIDO."""
         return sky_from_looking(self.frame, looking)
 
-    def _looking(self, turn: HostReals, depth: HostReals) -> HostVectors:
+    def looking(self, turn: HostReals, depth: HostReals) -> HostVectors:
+        """Directions of the FIDO on the lines of the map."""
         return SourceMap(self.camera, self.end).looking(turn, depth)[0]
 
     def counted(self, star: Float[Array, "stars 3"]) -> Counted:
@@ -188,7 +191,7 @@ class Sheets:
         for sheet in self.sheets:
             here = cells.sheet[cell] == sheet.index
             depth[here] = sheet.depth(turn[here], part[here])
-        return which, cells.sheet[cell], self.sky(self._looking(turn, depth))
+        return which, cells.sheet[cell], self.sky(self.looking(turn, depth))
 
     def fold_starts(self, star: Float[Array, "stars 3"], windings: tuple[Winding, ...]) -> Starts:
         """Guesses for images of stars next to critical curves, on both sides of each."""
@@ -199,7 +202,7 @@ class Sheets:
             which, turn, depth, step = fold_guesses(fold, polygon.curve.points, star, winding)
             index = np.where(step < 0, order - 1, order)
             known = (index < len(self.sheets)) & (depth + step > 0)
-            looking = self._looking(turn[known], (depth + step)[known])
+            looking = self.looking(turn[known], (depth + step)[known])
             parts.append((which[known], index[known], self.sky(looking)))
         return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
@@ -258,7 +261,7 @@ def _sheets_at_rest(camera: Camera, max_index: int, end: Spherical) -> Sheets:
 
 def sheets_of(camera: Camera, max_index: int, end: Spherical = SKY) -> Sheets:
     """The sheets of a camera, kept for the next star: they depend on its place alone."""
-    return _sheets_at_rest(camera.at_rest(), max_index, end)
+    return _sheets_at_rest(searcher(camera), max_index, end)
 
 
 def _mapped(source: SourceMap, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"]) -> HostVectors:

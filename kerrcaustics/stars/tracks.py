@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import lengths, shown
+from kerrcaustics.curves.screens import Seen, lengths, seen
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
@@ -93,7 +93,9 @@ class StarTracks:
     camera: Camera = quantity("", "", "the camera", json="", column="")
     theta: float = quantity("", "rad", "theta' of the star", json="star_theta_deg", given=True)
     max_index: int = quantity("", "1", "highest Morse index that was asked for")
-    angular_velocity: float = quantity("", "c^3/GM", "of the camera: coordinate azimuth per coordinate time; 0 of an Observer")
+    angular_velocity: float = quantity(
+        "", "c^3/GM", "of the camera: coordinate azimuth per coordinate time; 0 of an Observer"
+    )
     period: float = quantity("", "GM/c^3", "time of one orbit of the camera; infinite for an Observer")
     tracks: tuple[Track, ...] = quantity("track", "", "tracks, those with images of low index first")
     events: PairEvents = quantity(
@@ -244,7 +246,9 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float 
             f"Argument `end` must be at least the camera's radius {camera.radius:.12g} for tracks, but is "
             f"{surface.radius:.12g}."
         )
-    branches = Branches(checked_sheets(camera, max_index, surface, distant=True), camera, Circle.about_spin_axis(height))
+    branches = Branches(
+        checked_sheets(camera, max_index, surface, distant=True), camera, Circle.about_spin_axis(height)
+    )
     found = branches.meetings
     events = pair_events_of(camera, found, height, angular_velocity)
     remarks = (*found.remarks, *branches.remarks, *(r for i in np.flatnonzero(~found.known) for r in events[i].remarks))
@@ -268,34 +272,33 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float 
 def _tracks(camera: Camera, branches: Branches, events: list[PairEvent]) -> tuple[Track, ...]:
     """The chains of links, as the camera sees them."""
     frame = branches.sheets.frame
-    sky = shown(camera, branches.nodes.sky)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, end=branches.sheets.end)
-    error = errors_on_sky(branches, beams, np.array([event.error for event in events]))
+
+    def traced(lens: Camera, sky: Array) -> Beams:
+        return trace_beams(lens, sky, "auto", TOLERANCE, end=branches.sheets.end)
+
+    at = seen(camera, branches.nodes.sky, traced)
+    error = errors_on_sky(branches, at.beams, np.array([event.error for event in events]))
     error = error * lengths(camera, branches.nodes.sky)
     eastward = looking_from_sky(frame, branches.nodes.sky)[:, 2] < 0
-    tracks = [
-        _track(chain, branches, events, sky, beams, error, eastward) for chain in chains(branches, over_events=True)
-    ]
+    tracks = [_track(chain, branches, events, at, error, eastward) for chain in chains(branches, over_events=True)]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
-def _track(
-    chain: Chain, branches: Branches, events: list[PairEvent], sky: Array, beams: Beams, error: Array, eastward: Array
-) -> Track:
-    """One of the chains; sky, beams, error of the nodes, and which of their photons move eastward at the camera."""
+def _track(chain: Chain, branches: Branches, events: list[PairEvent], at: Seen, error: Array, eastward: Array) -> Track:
+    """One of the chains; what is seen at the nodes, its error, and which of their photons move eastward there."""
     chosen = chain.nodes
     index, event = branches.nodes.index[chosen], branches.nodes.event[chosen]
     # Named after a ray with b < 0 where there is one, as caustics are; of low index.
     anchor = np.lexsort((eastward[chosen], index))[0]
-    turns = np.round((beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
+    turns = np.round((at.beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
     places = np.flatnonzero(event >= 0)
     return Track(
-        sky=sky[chosen],
+        sky=at.sky[chosen],
         azimuth=chain.longitude + _TURN * turns,
         index=index,
         parity=np.where(event >= 0, 0, 1 - 2 * (index % 2)),
-        magnification=np.where(event >= 0, np.inf, beams.magnification[chosen]),
-        redshift=np.asarray(beams.redshift)[chosen],
+        magnification=np.where(event >= 0, np.inf, at.magnification[chosen]),
+        redshift=at.redshift[chosen],
         error=error[chosen],
         closed=chain.closed,
         turns=round(chain.sweep / _TURN) if chain.closed else 0,
