@@ -155,10 +155,17 @@ def test_sources_in_the_plane(crossing):
         np.testing.assert_allclose(rays.radius, source[0], rtol=1e-9)
         counts = kc.image_counts(OBSERVER, [source], 4, end=end)
         assert counts.certified.all() and counts.counts[0].tolist() == list(limit.per_index.values())
+
+
+@pytest.mark.slow
+def test_caustics_in_the_plane_lead_there():
     curves = kc.caustics(OBSERVER, 3, end=kc.EquatorialPlane(3))
-    others = kc.caustics(camera_at(1e6), 3, end=kc.EquatorialPlane(3))
-    assert [curve.order for curve in curves] == [curve.order for curve in others]
-    assert curves[0].sky.shape[1] == 2 and curves[0].r_min == pytest.approx(others[0].r_min, abs=1e-4)
+    assert len(curves)
+    for curve in curves:
+        beams = kc.trace_beams(OBSERVER, curve.sky, end=kc.EquatorialPlane(3))
+        near = curve.place[:, 0] < 100
+        np.testing.assert_allclose(beams.radius[near], curve.place[near, 0], rtol=1e-7)
+        assert np.abs(beams.delta_minus / beams.delta_plus)[near].max() < 1e-6
 
 
 @pytest.mark.slow
@@ -200,7 +207,7 @@ def test_far_cameras_see_as_well_as_near_ones(radius):
     spread = 1e-15 * beams.delta_plus
     assert (np.abs(beams.direction[:, :2] - place).max(axis=1) < 1e-12 + spread).all()
     np.testing.assert_allclose(images.redshift, beams.redshift, rtol=1e-9)
-    np.testing.assert_allclose(images.magnification, beams.magnification, rtol=1e-5)
+    np.testing.assert_allclose(images.magnification, beams.magnification, rtol=1e-7 + 1e-13 * radius)
     caustics = kc.caustics(moving, 4)
     assert caustics.missing == () and [curve.kind for curve in caustics][1:] == ["astroid"] * 3
     assert max(curve.error for curve in caustics) < 1e-9
@@ -227,9 +234,9 @@ def test_times_and_places_go_on_where_an_observer_stands_in():
         (("counts", "--circle", "70", "120"), "--radius must be a finite number"),
         (
             ("tracks", "--star-theta", "70", "--figure", "t.png"),
-            "--figure must be left out for an observer at infinity",
+            "--figure must be left out for an observer",
         ),
-        (("tracks", "--star-theta", "70", "--film", "t.mp4"), "--film must be left out for an observer at infinity"),
+        (("tracks", "--star-theta", "70", "--film", "t.mp4"), "--film must be left out for an observer"),
         (("images", "--star", "70", "120", "--max-index", "0"), "--max-index must be at least 1 for an observer"),
         (("images", "--star", "70", "120", "--velocity", "static"), "--velocity must be fiducial at infinity"),
     ],
