@@ -9,8 +9,8 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
-from kerrcaustics.curves.screens import lengths, magnified, searcher, shown
-from kerrcaustics.spacetime.camera import as_seen, photon
+from kerrcaustics.curves.screens import as_seen, lengths, magnified, searcher, shown
+from kerrcaustics.spacetime.camera import photon
 from kerrcaustics.spacetime.observer import from_screen, on_screen
 
 INCLINATION = math.radians(60)

@@ -19,11 +19,21 @@ from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 _POINTS, _UNKNOWN = 64, 1e-6
 
 
-def with_ring_at_infinity(curves: CriticalCurves) -> CriticalCurves:
-    """The curves, with the ring as the first one: a point."""
+def check_index(source: SourceMap, max_index: int) -> None:
+    """Refuse to look for nothing but images at infinity."""
+    if source.unbounded and max_index == 0:
+        raise ValueError(
+            "Argument `max_index` must be at least 1 for an observer and stars at infinity (images of index 0 lie at "
+            "infinite (alpha, beta)), but is 0."
+        )
+
+
+def with_ring_at_infinity(source: SourceMap, curves: CriticalCurves) -> CriticalCurves:
+    """The curves, where there is such a ring with it as the first one: a point."""
+    if not source.unbounded:
+        return curves
     camera = curves.camera
     turn = 2 * math.pi * np.arange(_POINTS) / _POINTS
-    source = SourceMap(camera, curves.end)
     depth, ones = source.first(turn), np.ones(_POINTS)
     theta = math.pi - camera.inclination
     opposite = np.tile(from_angles(theta, math.pi), (_POINTS, 1))

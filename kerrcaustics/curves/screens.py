@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.spacetime.camera import Camera, Frame, as_seen, doppler, sky_from_looking
+from kerrcaustics.spacetime.camera import Camera, Frame, doppler, looking_from_sky, sky_from_looking
 from kerrcaustics.spacetime.observer import Observer, on_screen, screen_basis
 
 Array = np.ndarray
@@ -21,7 +21,7 @@ _FAR = 1e5
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenLight:
     """Light on the sky of a camera: directions N or places, beams, magnification and redshift as the camera has them.
 
     The beams belong to who searches for the camera; places and times of their ends are the camera's too.
@@ -38,6 +38,24 @@ def searcher(camera: Camera) -> Camera:
     if camera.is_distant or camera.radius < _FAR:
         return camera.at_rest()
     return Observer(camera.spin, camera.inclination, camera.radius)
+
+
+def as_seen(sky: np.ndarray, one: Frame, other: Frame) -> np.ndarray:
+    """The directions N (..., 3) on the sky of one camera, as the other one sees them: cameras at the same event."""
+    looking = looking_from_sky(one, sky)
+    return sky_from_looking(other, looking if one.zoom == other.zoom else _zoomed_by(one.zoom / other.zoom, looking))
+
+
+def _zoomed_by(zoom: float, looking: np.ndarray) -> np.ndarray:
+    """Directions (..., 3) of the FIDO, tangents of half the angle from that to the hole being multiplied by zoom."""
+    inward = -looking[..., :1]
+    across = (looking[..., 1:] ** 2).sum(axis=-1, keepdims=True)
+    # 1 + cos and 1 - cos of the angle, of which one is small.
+    near, far = np.where(inward > 0, 1 + inward, 0), np.where(inward > 0, 0, 1 - inward)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        near, far = np.where(inward > 0, near, across / far), np.where(inward > 0, across / near, far)
+    size = near + zoom**2 * far
+    return np.concatenate([(zoom**2 * far - near) / size, 2 * zoom * looking[..., 1:] / size], axis=-1)
 
 
 def shown(camera: Camera, sky: Float[Array, "n 3"]) -> Float[Array, "n axes"]:
@@ -65,17 +83,17 @@ def radians_of(radius: float, sky: Float[Array, "n 3"], size: Float[Array, " n"]
     return size / (radius * (1 + part**2))
 
 
-def seen(camera: Camera, sky: Float[Array, "n 3"], traced: Callable[[Camera, Array], Beams]) -> Seen:
+def seen(camera: Camera, sky: Float[Array, "n 3"], traced: Callable[[Camera, Array], Beams]) -> SeenLight:
     """Directions on the sky that is searched, as the camera has them; traced: beams of a camera, with redshift."""
     lens, place = searcher(camera), shown(camera, sky)
     if not lens.is_distant:
         beams = traced(camera, place)
-        return Seen(place, beams, beams.magnification, np.asarray(beams.redshift))
+        return SeenLight(place, beams, beams.magnification, np.asarray(beams.redshift))
     beams, frame = traced(lens, sky), camera.frame()
     shift = 1.0 if camera.is_distant else frame.slowness**0.5 / doppler(frame, tuple(place.T))[0]
     # Aberration shrinks what it shifts to the blue.
     size = lengths(camera, sky) / shift
-    return Seen(place, beams, beams.magnification * size**2, np.asarray(beams.redshift) * shift)
+    return SeenLight(place, beams, beams.magnification * size**2, np.asarray(beams.redshift) * shift)
 
 
 def clock(

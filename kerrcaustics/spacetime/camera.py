@@ -292,24 +292,6 @@ def sky_from_looking(frame: Frame, looking: np.ndarray) -> np.ndarray:
     return sky_from_fido(frame, -np.asarray(looking))
 
 
-def as_seen(sky: np.ndarray, one: Frame, other: Frame) -> np.ndarray:
-    """The directions N (..., 3) on the sky of one camera, as the other one sees them: cameras at the same event."""
-    looking = looking_from_sky(one, sky)
-    return sky_from_looking(other, looking if one.zoom == other.zoom else _zoomed_by(one.zoom / other.zoom, looking))
-
-
-def _zoomed_by(zoom: float, looking: np.ndarray) -> np.ndarray:
-    """Directions (..., 3) of the FIDO, tangents of half the angle from that to the hole being multiplied by zoom."""
-    inward = -looking[..., :1]
-    across = (looking[..., 1:] ** 2).sum(axis=-1, keepdims=True)
-    # 1 + cos and 1 - cos of the angle, of which one is small.
-    near, far = np.where(inward > 0, 1 + inward, 0), np.where(inward > 0, 0, 1 - inward)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        near, far = np.where(inward > 0, near, across / far), np.where(inward > 0, across / near, far)
-    size = near + zoom**2 * far
-    return np.concatenate([(zoom**2 * far - near) / size, 2 * zoom * looking[..., 1:] / size], axis=-1)
-
-
 def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
     """The photon that arrives from camera-sky direction N, with unit energy at infinity.
 

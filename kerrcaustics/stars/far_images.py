@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.ends import Spherical
-from kerrcaustics.curves.screens import lengths, radians_of
-from kerrcaustics.spacetime.camera import Camera, as_seen
+from kerrcaustics.curves.screens import as_seen, lengths, radians_of
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import Found
 

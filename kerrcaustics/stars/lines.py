@@ -10,8 +10,8 @@ from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.results.declared import quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import as_seen
 from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis

@@ -22,7 +22,7 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.rehearsal import rehearse
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.curves.ring_at_infinity import with_ring_at_infinity
+from kerrcaustics.curves.ring_at_infinity import check_index, with_ring_at_infinity
 from kerrcaustics.curves.screens import searcher
 from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
@@ -225,14 +225,8 @@ def _sheets_at_rest(camera: Camera, max_index: int, end: Spherical) -> Sheets:
     if end == SKY:
         rehearse(camera)
     source = SourceMap(camera, end)
-    if source.unbounded and max_index == 0:
-        raise ValueError(
-            "Argument `max_index` must be at least 1 for an observer and stars at infinity (images of index 0 lie at "
-            "infinite (alpha, beta)), but is 0."
-        )
-    curves = critical_curves(camera, max_index + 1, end=end)
-    if source.unbounded:
-        curves = with_ring_at_infinity(curves)
+    check_index(source, max_index)
+    curves = with_ring_at_infinity(source, critical_curves(camera, max_index + 1, end=end))
     if curves.unbroken <= max_index:
         raise ValueError(
             f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import Seen, lengths, seen
+from kerrcaustics.curves.screens import SeenLight, lengths, seen
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
@@ -284,7 +284,9 @@ def _tracks(camera: Camera, branches: Branches, events: list[PairEvent]) -> tupl
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
-def _track(chain: Chain, branches: Branches, events: list[PairEvent], at: Seen, error: Array, eastward: Array) -> Track:
+def _track(
+    chain: Chain, branches: Branches, events: list[PairEvent], at: SeenLight, error: Array, eastward: Array
+) -> Track:
     """One of the chains; what is seen at the nodes, its error, and which of their photons move eastward there."""
     chosen = chain.nodes
     index, event = branches.nodes.index[chosen], branches.nodes.event[chosen]
