@@ -265,3 +265,15 @@ def test_commands_take_an_observer(tmp_path, capsys):
     assert status == 0 and picture.exists()
     status, out, _ = run(capsys, "tracks", *camera, "--star-theta", 70)
     assert status == 0 and "in one turn of phi': certified" in out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("inclination", [0.0, math.pi])
+def test_on_the_spin_axis(inclination):
+    """Where any azimuth will do: nothing jumps, and both counts agree."""
+    observer, beside = (kc.Observer(0.9, abs(inclination - tilt)) for tilt in (0.0, 1e-7))
+    found, told = (kc.image_counts(observer, STARS, 2, find=find, end=6.0) for find in (True, False))
+    assert found.certified.all() and (found.counts == told.counts).all()
+    images, others = (kc.star_images(one, STARS[0], 2, end=6.0) for one in (observer, beside))
+    np.testing.assert_allclose(images.sky, others.sky, atol=1e-5)
+    np.testing.assert_allclose(images.time, others.time, atol=1e-5)
