@@ -15,7 +15,7 @@ from kerrcaustics.stars.plane_images import plane_counts
 Array = np.ndarray
 
 # Radii that are looked at: from so many horizon radii to so many camera radii.
-_LOWEST, _HIGHEST = 1.05, 2.0
+_LOWEST, _HIGHEST, _FROM_AFAR = 1.05, 2.0, 100.0
 
 
 @result("plane-count-map/1", record="crossing max_index radius phi counts on_caustic certified")
@@ -56,7 +56,8 @@ def plane_count_map(
 
 
 def _spread(camera: Camera, rows: int) -> Array:
-    return np.geomspace(_LOWEST * kerr.horizon(camera.spin), _HIGHEST * camera.radius, rows)
+    highest = _FROM_AFAR if camera.is_distant else _HIGHEST * camera.radius
+    return np.geomspace(_LOWEST * kerr.horizon(camera.spin), highest, rows)
 
 
 def _checked(camera: Camera, radii: ArrayLike) -> Array:

@@ -15,9 +15,10 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of, step_between
 from kerrcaustics.curves.circles_in_plane import TOLERANCE
+from kerrcaustics.curves.screens import SeenLight, clock, lengths, seen, shown
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, as_seen
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import numbers, real_number
 from kerrcaustics.stars.plane_images import PlaneImages, plane_images
 
@@ -36,7 +37,9 @@ class PlanePairEvent:
     indices: tuple[int, int] = quantity("pair", "1", "Morse indices of the two images: order - 1 and order")
     radius: float = quantity("", "GM/c^2", "of the source")
     azimuth: float = quantity("", "rad", "phi of the source at that moment, in [0, 2 pi)", json="phi_deg")
-    sky: Array = quantity("axis", "1", "direction N on the camera sky where the two images meet")
+    sky: Array = quantity(
+        "axis", "1", "direction N on the camera sky where the two images meet; of an Observer (alpha, beta)"
+    )
     error: float = quantity("", "rad", "error of azimuth", json="error_rad")
 
     def __repr__(self) -> str:
@@ -64,7 +67,7 @@ class PlaneTrack:
     where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
     """
 
-    sky: Array = quantity("point axis", "1", "directions N")
+    sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
     azimuth: Array = quantity(
         "point", "rad", "phi of the source of which there is an image here, continuous along the curve", json="phi_deg"
     )
@@ -180,7 +183,7 @@ def _events(camera: Camera, arcs: Arcs) -> dict[int, PlanePairEvent]:
     """The events of a circle, by the arc that begins there."""
     which = np.flatnonzero(arcs.folded)
     folds = arcs.low[which]
-    sky = as_seen(folds.sky, camera.at_rest().frame(), camera.frame())
+    sky = shown(camera, folds.sky)
     error = _event_errors(arcs, folds.turn, folds.distance)
     orders = np.maximum(arcs.index, np.roll(arcs.index, 1))[which].tolist()
     return {
@@ -216,11 +219,16 @@ def _tracks(
 ) -> tuple[PlaneTrack, ...]:
     if not len(arcs.index):
         return ()
-    sky = as_seen(arcs.low.sky, camera.at_rest().frame(), camera.frame())
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, end=end, time=True)
-    error = _errors_on_sky(arcs, beams)
+
+    def traced(lens: Camera, sky: Array) -> Beams:
+        return trace_beams(lens, sky, "auto", TOLERANCE, end=end, time=True)
+
+    light = seen(camera, arcs.low.sky, traced)
+    time, time_error = clock(camera, light.beams.time, light.beams.time_error)
+    times = np.stack([np.asarray(time), np.asarray(time_error)])
+    error = _errors_on_sky(arcs, light.beams) * lengths(camera, arcs.low.sky)
     chains = _chains(arcs.index <= max_index)
-    tracks = [_track(arcs, chain, events, sky, beams, error) for chain in chains]
+    tracks = [_track(arcs, chain, events, light, times, error) for chain in chains]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
@@ -248,7 +256,12 @@ def _errors_on_sky(arcs: Arcs, beams: Beams) -> Float[Array, " nodes"]:
 
 
 def _track(
-    arcs: Arcs, chain: Int[Array, " _"], events: dict[int, PlanePairEvent], sky: Array, beams: Beams, error: Array
+    arcs: Arcs,
+    chain: Int[Array, " _"],
+    events: dict[int, PlanePairEvent],
+    light: SeenLight,
+    times: Float[Array, "2 nodes"],
+    error: Float[Array, " nodes"],
 ) -> PlaneTrack:
     """One of the chains of nodes."""
     closed = len(chain) == len(arcs.index)
@@ -257,14 +270,14 @@ def _track(
     index = np.where(folded, np.maximum(arcs.index, np.roll(arcs.index, 1))[chain], arcs.index[chain])
     places = np.flatnonzero(folded)
     return PlaneTrack(
-        sky=sky[chain],
+        sky=light.sky[chain],
         azimuth=low.azimuth[0] + np.concatenate([[0], np.cumsum(steps[:-1])]),
         index=index,
         parity=np.where(folded, 0, 1 - 2 * (index % 2)),
-        magnification=np.where(folded, np.inf, beams.magnification[chain]),
-        redshift=np.asarray(beams.redshift)[chain],
-        time=np.asarray(beams.time)[chain],
-        time_error=np.asarray(beams.time_error)[chain],
+        magnification=np.where(folded, np.inf, light.magnification[chain]),
+        redshift=light.redshift[chain],
+        time=times[0, chain],
+        time_error=times[1, chain],
         error=error[chain],
         closed=closed,
         turns=round(steps.sum() / _TURN) if closed else 0,
