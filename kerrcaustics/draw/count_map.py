@@ -23,7 +23,7 @@ _SMALL = math.radians(4.0)
 _COLOURS = ("YlGnBu", 0.0, 0.66)
 
 
-def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet) -> Axes:
+def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet | tuple[Caustic, ...] = ()) -> Axes:
     """Total image counts over the celestial sphere, one colour a count, and the caustics, in degrees.
 
     Parameters
@@ -32,7 +32,7 @@ def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet) -> Axes:
         Where to draw; a colour bar is put beside it.
     counts : CountMap
         What `count_map` returned.
-    caustics : CausticSet
+    caustics : CausticSet, optional
         Of the same camera; drawn wrapped into phi' of -180 to 180 degrees. theta' is 0 at the top.
     """
     _draw_counts(ax, counts)

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import KDTree
 
+from kerrcaustics.results.declared import Shown
 from kerrcaustics.spacetime.checks import real_number
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -24,8 +25,8 @@ _POLE, _NODE = (192.85948, 27.12825), 122.93192
 _SUN, _SAME = 0.65, 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class StarCatalogue:
+@dataclass(frozen=True, eq=False, repr=False)
+class StarCatalogue(Shown):
     """Stars: direction (n, 3), unit vectors; magnitude (n,); colour_index (n,), B - V."""
 
     direction: Float[Array, "stars 3"]

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.results.declared import Shown
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
 from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, star_temperature
 from kerrcaustics.scenes.footprint import Footprint
@@ -23,8 +24,8 @@ _BAND_ROWS, _BAND_ASPECT = 512, 4.0
 _SQUARE_DEGREES = (180 / math.pi) ** 2
 
 
-@dataclass(frozen=True, eq=False)
-class StarField:
+@dataclass(frozen=True, eq=False, repr=False)
+class StarField(Shown):
     """A sky of stars and of the diffuse light of a galactic plane.
 
     Parameters
