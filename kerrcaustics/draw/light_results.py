@@ -8,15 +8,15 @@ from matplotlib.axes import Axes
 from kerrcaustics.curves.light_curves import LightCurve
 from kerrcaustics.draw.light_curves import show_flux
 from kerrcaustics.draw.scenes import show_picture
-from kerrcaustics.scenes.colour import luminance, tone_mapped
+from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.render import Rendering, TracedView
 from kerrcaustics.scenes.render_volume import VolumeRendering
 
 Array = np.ndarray
 
-# Part of the pixels that a picture shows as white or brighter, without an exposure.
-_WHITE = 0.003
+# Without an exposure, the part of the pixels that are brighter than this; the curve leaves them room for their colours.
+_BRIGHT, _LEVEL = 0.003, 0.4
 
 
 def light_curve(ax: Axes, light: LightCurve) -> Axes:
@@ -40,8 +40,8 @@ def rendering(
 ) -> Axes:
     """The picture, in degrees from its middle; exposure and curve as for `tone_mapped`, by the light when left out."""
     if exposure is None:
-        bright = float(np.nanquantile(luminance(rendering.light), 1 - _WHITE))
-        exposure = 1 / bright if 0 < bright < math.inf else 1.0
+        bright = float(np.nanquantile(rendering.light.max(axis=2), 1 - _BRIGHT))
+        exposure = _LEVEL / bright if 0 < bright < math.inf else 1.0
     return show_picture(ax, rendering.view, tone_mapped(np.nan_to_num(rendering.light), exposure, curve))
 
 

@@ -68,7 +68,7 @@ def _in_plane(places: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Float[Ar
 
 def _plane_axes(ax: Axes) -> Axes:
     ax.set(xlabel="x (GM/c²)", ylabel="y (GM/c²)")
-    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_aspect("equal", adjustable="box")
     return ax
 
 

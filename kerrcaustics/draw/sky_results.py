@@ -231,7 +231,7 @@ def _name_axes(ax: Axes, sky: Float[Array, "n k"]) -> None:
     distant = sky.shape[-1] == 2
     ax.set_xlabel("α (GM/c²)" if distant else "to the right (deg)")
     ax.set_ylabel("β (GM/c²)" if distant else "up (deg)")
-    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_aspect("equal", adjustable="box")
 
 
 def _legend(ax: Axes) -> Axes:

@@ -35,6 +35,7 @@ def one_line(result: Any) -> str:
     return f"{type(result).__name__}({', '.join(parts)})"
 
 
+@np.errstate(all="ignore")
 def page(result: Any) -> str:
     """What a notebook shows: the line, a table of numbers, one of its rows, and a small picture where there is one."""
     entries = [entry for entry in _entries(result) if not _says_nothing(entry.value)]

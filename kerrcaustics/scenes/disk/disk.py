@@ -26,7 +26,7 @@ class Disk:
         Radii of its rims, outside the horizon.
     emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or anything else with their methods
         What it shines with; both faces alike.
-    opacity : float, or function of (radius, azimuth)
+    opacity : float or function
         The part of the light behind that the disk keeps from one who looks along its axis, 0 to 1: 1 - exp(-tau). It
         tells nothing of the emission: a transparent disk shines too.
     motion : str

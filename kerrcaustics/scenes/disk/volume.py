@@ -129,18 +129,20 @@ class Volume:
 
     Parameters
     ----------
-    density : float, function of (radius, theta, azimuth), or VolumeGrid
-        Optical depth per length (units of the mass) that the matter measures, alike for all frequencies.
-    temperature : float, function of (radius, theta, azimuth), or VolumeGrid
-        Kelvin. A black body of 6504 K has luminance 1, and is white.
+    density : float, function or VolumeGrid
+        Optical depth per length (units of the mass) that the matter measures, alike for all frequencies. A function is
+        called with radius, theta and azimuth.
+    temperature : float, function or VolumeGrid
+        Kelvin, likewise. A black body of 6504 K has luminance 1, and is white.
     inner, outer : float
         Radii, outside the horizon, beyond which there is nothing.
     scale : float
         Length over which density and temperature change, in units of the mass: rays are marched by a part of it. A
         function needs one, a grid has its cells, a number needs none.
-    motion : str, or function of (radius, theta)
+    motion : str or function
         "circular" (as prograde circular geodesics of the equatorial plane do at the distance r sin theta from the
-        axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself.
+        axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself, a
+        function of radius and theta.
     brightness : float
         Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
     response : str
