@@ -87,10 +87,8 @@ def write_commands(app, page, source):
     if page == "commands":
         from kerrcaustics.cli import app as commands
 
-        told = commands.generate_docs(output_format="rst")
-        source[0] = source[0].replace(
-            "COMMANDS", re.sub(r"\.\. contents::.*\n(   .*\n)*", "", told.partition("**Commands:**")[2])
-        )
+        told = commands.generate_docs(output_format="rst").partition("**Commands:**")[2]
+        source[0] = source[0].replace("COMMANDS", told)
 
 
 def read_again(app, env, added, changed, removed):

@@ -1,4 +1,4 @@
-"""How sphinx-gallery makes pages of scripts: figures/ by their function `main`, the lessons of the tutorial as they are."""
+"""How sphinx-gallery makes pages of scripts: of figures/ by their function `main`, of lessons as they are."""
 
 import shutil
 import sys
@@ -29,7 +29,7 @@ class order:
 
 
 def pictures(block, script, conf):
-    """The pictures of a lesson's cell, or of all that the `main` of a figure makes, put where the gallery looks for them."""
+    """The pictures of a lesson's cell, or all that the `main` of a figure makes, where the gallery looks for them."""
     if Path(script["src_file"]).parent.name == "lessons":
         return matplotlib_scraper(block, script, conf)
     places = []

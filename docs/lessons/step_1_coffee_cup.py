@@ -47,8 +47,8 @@ figure
 # Seen from the coffee
 # --------------------
 #
-# Now be a small fish in the coffee and look at the wall. You see the sun mirrored there: once for each ray that comes to
-# you. A ray comes to you if your place lies on it, that is, where this function of :math:`t` is zero.
+# Now be a small fish in the coffee and look at the wall. You see the sun mirrored there: once for each ray that
+# comes to you. A ray comes to you if your place lies on it, that is, where this function of :math:`t` is zero.
 
 
 def miss(place, t):
@@ -67,10 +67,10 @@ ax.legend()
 plt.show()
 
 # %%
-# At :math:`x = 0.2` the curve crosses zero once: one sun. At 0.8 it crosses three times: three suns. A smooth curve that
-# is bent until it touches the axis and crosses it has gained *two* crossings, one on the way down and one on the way up;
-# it cannot gain a single one. **That is why images come in pairs.** The two are mirror images of each other: one is seen
-# where the curve goes up, one where it goes down.
+# At :math:`x = 0.2` the curve crosses zero once: one sun. At 0.8 it crosses three times: three suns. A smooth curve
+# that is bent until it touches the axis and crosses it has gained *two* crossings, one on the way down and one on
+# the way up; it cannot gain a single one. **That is why images come in pairs.** The two are mirror images of each
+# other: one is seen where the curve goes up, one where it goes down.
 #
 # Let us count the suns everywhere in the cup.
 
@@ -105,6 +105,6 @@ plt.show()
 # its tip              a *cusp*; elsewhere it is a *fold*     the same words
 # ===================  =====================================  ==============================================
 #
-# A camera near a hole sends its lines of sight out, as the wall sends rays. They bend, and land on the celestial sphere.
-# A star is the fish: as many lines of sight land on it as the camera sees images of it. A star inside a caustic has two
-# more images than one outside, and when it crosses the line two of them appear, or vanish, together.
+# A camera near a hole sends its lines of sight out, as the wall sends rays. They bend, and land on the celestial
+# sphere. A star is the fish: as many lines of sight land on it as the camera sees images of it. A star inside a
+# caustic has two more images than one outside, and when it crosses the line two of them appear, or vanish, together.

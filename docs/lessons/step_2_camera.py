@@ -2,17 +2,17 @@
 2. A hole, a camera, a critical curve
 =====================================
 
-A black hole bends light. We put a camera next to one that spins, follow its lines of sight to the stars, and find where a
-narrow beam of light is squeezed to a line.
+A black hole bends light. We put a camera next to one that spins, follow its lines of sight to the stars, and find where
+a narrow beam of light is squeezed to a line.
 """
 
 # %%
 # The camera
 # ----------
 #
-# ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass: the horizon of a hole that spins fast is
-# at 1, far away is 100 and more. Without more words the camera sits in the plane of the hole's equator and moves on a
-# circular orbit. Angles are radians everywhere in Python.
+# ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass: the horizon of a hole that spins
+# fast is at 1, far away is 100 and more. Without more words the camera sits in the plane of the hole's equator and
+# moves on a circular orbit. Angles are radians everywhere in Python.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -23,8 +23,8 @@ camera = kc.Camera(spin=0.999, radius=6.03)
 camera
 
 # %%
-# The picture shows its *shadow*: directions from which no light comes, since lines of sight end in the hole. It does not
-# lie in the middle: the camera moves, which shifts all directions, and the hole drags light round with it.
+# The picture shows its *shadow*: directions from which no light comes, since lines of sight end in the hole. It does
+# not lie in the middle: the camera moves, which shifts all directions, and the hole drags light round with it.
 #
 # Lines of sight
 # --------------
@@ -56,9 +56,9 @@ ax.invert_xaxis()
 plt.show()
 
 # %%
-# It passes through zero, again and again the nearer we come to the shadow. Each zero is a point of a *critical curve*:
-# there the beam is squeezed to a line, as light is on the coffee. ``index`` counts how often that has happened on the way
-# to the star. It is 0 far from the shadow, and grows by one across each critical curve.
+# It passes through zero, again and again the nearer we come to the shadow. Each zero is a point of a *critical
+# curve*: there the beam is squeezed to a line, as light is on the coffee. ``index`` counts how often that has
+# happened on the way to the star. It is 0 far from the shadow, and grows by one across each critical curve.
 
 for index in range(3):
     inside = seen.index == index
@@ -99,9 +99,9 @@ plt.show()
 # The sky is folded
 # -----------------
 #
-# Take a small grid of directions across the secondary critical curve, long in the direction in which the beam is squeezed
-# (the second right singular vector of its Jacobian), short in the other one. Where does it land on the celestial sphere?
-# We measure there from one point of the caustic: along it, and across it.
+# Take a small grid of directions across the secondary critical curve, long in the direction in which the beam is
+# squeezed (the second right singular vector of its Jacobian), short in the other one. Where does it land on the
+# celestial sphere? We measure there from one point of the caustic: along it, and across it.
 
 secondary = caustics[1]
 number = len(secondary.sky) // 5
@@ -138,5 +138,5 @@ before.legend()
 plt.show()
 
 # %%
-# Like a sheet of paper the camera's sky is folded along the critical curve; the fold lies on the caustic (black). A star
-# on the one side of it lies under both layers, and is seen twice. On the other side there is no paper at all.
+# Like a sheet of paper the camera's sky is folded along the critical curve; the fold lies on the caustic (black). A
+# star on the one side of it lies under both layers, and is seen twice. On the other side there is no paper at all.

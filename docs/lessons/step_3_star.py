@@ -92,4 +92,5 @@ brightness(ax, tracks, 0.0, tracks.period)
 plt.show()
 
 # %%
-# To drag stars by hand, in a browser or a notebook: ``kerrcaustics explore``, or ``kc.explore(spin=0.999, radius=6.03)``.
+# To drag stars by hand, in a browser or a notebook: ``kerrcaustics explore``, or ``kc.explore(spin=0.999,
+# radius=6.03)``.

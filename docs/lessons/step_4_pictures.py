@@ -54,8 +54,8 @@ rendering.plot()
 plt.show()
 
 # %%
-# The arch over the shadow is the far part of the disk, whose light is bent over the hole; below is its underside. Gas that
-# comes toward us is brighter and bluer:
+# The arch over the shadow is the far part of the disk, whose light is bent over the hole; below is its underside.
+# Gas that comes toward us is brighter and bluer:
 
 shifted = kc.render(far, kc.View(480, 200, 0.7), disk=disk, beaming=True, colour_shift=True)
 shifted.plot()

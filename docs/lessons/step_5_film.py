@@ -48,8 +48,8 @@ for ax, number in zip(panels.flat, (0, 60, 120, 180), strict=True):
 plt.show()
 
 # %%
-# The stars drift past. Outside the primary critical curve they all go one way; inside it they circle round two places on
-# either side of the shadow, where the poles of the sky are seen.
+# The stars drift past. Outside the primary critical curve they all go one way; inside it they circle round two
+# places on either side of the shadow, where the poles of the sky are seen.
 #
 # The film
 # --------
@@ -60,8 +60,8 @@ plt.show()
 #
 #     kerrcaustics film orbit.toml --output orbit.mp4
 #
-# makes all 240 frames; interrupted, it goes on where it stopped. From Python any function that returns a picture makes a
-# film. Here are two seconds of a star that crosses a caustic, as a GIF.
+# makes all 240 frames; interrupted, it goes on where it stopped. From Python any function that returns a picture
+# makes a film. Here are two seconds of a star that crosses a caustic, as a GIF.
 
 import math
 
@@ -103,6 +103,6 @@ plt.show()
 # Where to go on
 # --------------
 #
-# `How do I ...? <../howto.html>`_ answers ten questions; `Scene files <../scene_files.html>`_ tells all that a scene may say;
-# `Films <../films.html>`_ has ready ones to make. Every word that was new here stands in the `glossary
+# `How do I ...? <../howto.html>`_ answers ten questions; `Scene files <../scene_files.html>`_ tells all that a scene
+# may say; `Films <../films.html>`_ has ready ones to make. Every word that was new here stands in the `glossary
 # <../glossary.html>`_.
