@@ -7,6 +7,8 @@ import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
+from docutils import nodes
+
 # For figure_gallery.
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -38,6 +40,8 @@ myst_heading_anchors = 3
 autodoc_member_order = "bysource"
 # The docstrings state the types, with shapes and units.
 autodoc_typehints = "none"
+# As the source writes them: no place of a module on the machine that built the page.
+autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_custom_sections = ["Errors"]
@@ -71,6 +75,8 @@ sphinx_gallery_conf = {
 html_theme = "furo"
 html_title = f"kerrcaustics {release}"
 html_copy_source = False
+html_static_path = ["style"]
+html_css_files = ["pages.css"]
 
 
 def read_as_text(app, what, name, obj, options, lines):
@@ -96,6 +102,16 @@ def read_again(app, env, added, changed, removed):
     return ["commands"]
 
 
+def keep_numbers_whole(app, doctree, page):
+    """No line ends within a number such as 1e-10."""
+    for text in list(doctree.findall(nodes.Text)):
+        if isinstance(text.parent, nodes.literal | nodes.literal_block | nodes.math | nodes.math_block):
+            continue
+        whole = re.sub(r"(?<=\de)-(?=\d)", "-\u2060", text)
+        if whole != text:
+            text.parent.replace(text, nodes.Text(whole))
+
+
 def write_explorer(app, error):
     """The explorer with a grid of states, as a page that needs no program."""
     if error is None and app.builder.format == "html" and not quick:
@@ -109,5 +125,6 @@ def setup(app):
     """Connect what this file adds to Sphinx."""
     app.connect("source-read", write_commands)
     app.connect("env-get-outdated", read_again)
+    app.connect("doctree-resolved", keep_numbers_whole)
     app.connect("build-finished", write_explorer)
     app.connect("autodoc-process-docstring", read_as_text, priority=400)

@@ -4,7 +4,8 @@ A checkerboard sky at r = 2.6
 
 The celestial sphere of paint swatches (JTFT fig 10), and what a camera on a circular orbit at r = 2.6 round a hole of
 spin 0.999 sees of it: the whole front of its sky, and the flat left edge of the shadow with three critical curves. On
-each critical curve swatches shrink to lines; across it their image is mirrored.
+each critical curve the footprint of a beam shrinks to a line, so that swatches are stretched without bound; across it
+their image is mirrored.
 """
 
 import math

@@ -6,8 +6,8 @@ Left: paths of star images over the sky of a camera that circles a hole without 
 Einstein rings. Right: rays in the plane of the hole, the camera and a star, on the Schwarzschild coordinates r, phi;
 a star seen on both sides of the hole, and the cones of rays that make the rings. Remakes JTFT figures 2 and 3.
 
-As there: images outside the primary ring stream past the hole, from left to right; those inside it come out of one
-side of the shadow, swing round it in the opposite sense and descend to the other side. The rays of ring k turn
+Images outside the primary ring stream past the hole, from left to right; those inside it run on closed loops above and
+below the equator, from right to left along the ring and back close to the shadow. The rays of ring k turn
 through k times 180 degrees: the primary caustic is the line behind the hole, the secondary one the line behind the
 camera, and a star on it is seen as a ring. The rings have impact parameters 6.4936 and 5.2540, the shadow 5.1962.
 """

@@ -38,8 +38,8 @@ show_critical_curves(ax, view, kc.caustics(camera, orders=2))
 plt.show()
 
 # %%
-# On a critical curve a whole line of the camera's sky sees one place of the board: its swatches are stretched along the
-# curve, and what is seen of them is a beam squeezed to a line.
+# On a critical curve a beam is squeezed to a line, so that neighbouring pixels see nearly the same place of the board:
+# its swatches are stretched.
 #
 # A disk
 # ------

@@ -82,5 +82,12 @@ def _is_empty(result: Any) -> bool:
 
 
 def show() -> None:
-    """Show what has been plotted in windows, and wait until they are closed; notebooks show plots by themselves."""
+    """Show what has been plotted in windows, and wait until they are closed; notebooks show plots by themselves.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.Camera(spin=0.9, radius=10).plot()  # doctest: +SKIP
+    >>> kc.show()  # doctest: +SKIP
+    """
     plt.show()

@@ -61,10 +61,21 @@ class Checkerboard:
         "#rrggbb", north to south; rows between two of them are mixed in linear light.
     gap_colour : str
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Averages are exact for a box in theta' and phi': the pattern is a sum of products of a function of theta' and one of
     phi', whose integrals are piecewise linear. Near the poles the box goes all round, so nothing pinches there.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.Checkerboard(rows=9, columns=18).gap
+    0.16
     """
 
     rows: int = 15

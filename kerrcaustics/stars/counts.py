@@ -145,9 +145,22 @@ def image_counts(
     ImageCounts
         For the plane `PlaneCounts`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     None where certified; elsewhere found and expected counts tell by how much they differ.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> counts = kc.image_counts(camera, [(1.4, 2.9), (0.5, 0.0)], max_index=1, find=False)
+    >>> counts.total.tolist()
+    [2, 2]
     """
     if isinstance(end, EquatorialPlane):
         check_camera(camera)
@@ -177,6 +190,19 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float
         Cells from pole to pole; twice as many go round.
     end : float
         Radius of the stars; math.inf is the celestial sphere.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> counts = kc.count_map(camera, max_index=1, rows=18)
+    >>> counts.counts.shape
+    (18, 36, 2)
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
     surface = spherical(camera, end)
@@ -190,7 +216,27 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float
 
 
 def read_count_map(path: str | os.PathLike[str]) -> CountMap:
-    """The map that `CountMap.to_fits` wrote, equal to the one that was written. Needs the package astropy."""
+    """The map that `CountMap.to_fits` wrote, equal to the one that was written. Needs the package astropy.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ValueError
+        Where the file cannot be read, or holds no such map.
+    ImportError
+        Without the package astropy.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.count_map(camera, max_index=1, rows=18).to_fits("counts.fits")
+    >>> kc.read_count_map("counts.fits").counts.shape
+    (18, 36, 2)
+    """
     (counts, header), *others = plate_carree.read(path)
     if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1:
         raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")

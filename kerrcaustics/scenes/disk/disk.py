@@ -38,10 +38,22 @@ class Disk:
     brightness : float
         Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Where nothing can move as asked for (circular geodesics at or within the photon orbit), a disk whose light is
     shifted is dark.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> disk = kc.Disk(inner=9.26, outer=18.70, emission=kc.BlackBody(4500))
+    >>> disk.opaque
+    True
     """
 
     inner: float

@@ -32,10 +32,22 @@ class VolumeGrid:
     inner, outer : float
         Radii of the grid's ends, not of the middles of its cells.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Linear between the middles of cells; round the axis the grid goes on from end to end. Means over a beam are taken in
     a pyramid of grids, each half as fine as the one before: a beam as wide as 2^k cells sees the k-th one.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> kc.VolumeGrid(np.ones((4, 4, 1)), inner=5.0, outer=8.0)
+    <VolumeGrid of 4 x 4 x 1 cells>
     """
 
     def __init__(self, values: ArrayLike, inner: float, outer: float) -> None:
@@ -148,10 +160,21 @@ class Volume:
     response : str
         "cie" or "film", as for `black_body`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Where nothing can move as asked for, there is nothing. What has no pressure cannot circle off the equatorial plane
     at constant theta: "circular" is a choice, not a solution.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.Volume(0.1, 6504.0, inner=5.0, outer=8.0).motion
+    'circular'
     """
 
     density: Any
