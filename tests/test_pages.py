@@ -1,5 +1,6 @@
 """README and docs: their code runs, their commands are understood, their links lead somewhere, the pages are built."""
 
+import json
 import os
 import re
 import shlex
@@ -96,7 +97,8 @@ def test_a_lesson_is_a_notebook_that_runs(lesson):
     from sphinx_gallery.py_source_parser import split_code_and_text_blocks
 
     _, parts = split_code_and_text_blocks(str(lesson))
-    book = nbformat.from_dict(jupyter_notebook(parts, gallery.DEFAULT_GALLERY_CONF, str(lesson.parent)))
+    made = jupyter_notebook(parts, gallery.DEFAULT_GALLERY_CONF, str(lesson.parent))
+    book = nbformat.reads(json.dumps(made), as_version=4)
     assert not any(cell.get("outputs") for cell in book.cells)
     nbclient.NotebookClient(book, timeout=120, kernel_name="python3").execute()
 

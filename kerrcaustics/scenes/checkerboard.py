@@ -127,7 +127,8 @@ class Checkerboard:
         for parity in range(2):
             part = self._along_phi(right - parity / 2) - self._along_phi(left - parity / 2)
             colours = colours + down[parity] * (part / (right - left))
-        return colours.T
+        # Round-off may take a black one below 0.
+        return np.maximum(colours.T, 0.0)
 
     def _along_theta(self, theta: Float[Array, " m"]) -> Float[Array, "2 3 m"]:
         """Integral (2, 3, m) of the swatches of both parities from the pole to theta', in rows."""
