@@ -21,7 +21,7 @@ MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: setup demo test test-all lint bench figures docs lock clean help
+.PHONY: setup demo test test-all lint bench figures docs docs-quick lock clean help
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1	\2/p' Makefile | expand -t 18
@@ -73,8 +73,12 @@ figures: $(READY) ## Make every figure into figures/out
 	@$(BIN)/kerrcaustics figures
 
 docs: $(READY) ## Build the documentation into docs/_build/html
-	@echo "Building docs/_build/html"
+	@echo "Building docs/_build/html (the first time with all figures, some ten minutes)"
 	@$(BIN)/sphinx-build -q -W -b html docs docs/_build/html
+
+docs-quick: $(READY) ## The same without running figures and lessons, into docs/_build/quick
+	@echo "Building docs/_build/quick, without figures"
+	@KERRCAUSTICS_DOCS=quick $(BIN)/sphinx-build -q -W -b html docs docs/_build/quick
 
 # Versions in the file are kept where they still fit; remove it first for newer ones.
 lock: ## Bring requirements.lock in line with pyproject.toml (needs uv)
@@ -88,5 +92,5 @@ lock: ## Bring requirements.lock in line with pyproject.toml (needs uv)
 
 clean: ## Remove .venv, builds and caches
 	@echo "Removing .venv, builds and caches"
-	@rm -rf $(VENV) build dist docs/_build docs/gallery .benchmarks .hypothesis .pytest_cache .ruff_cache
+	@rm -rf $(VENV) build dist docs/_build docs/gallery docs/tutorial .benchmarks .hypothesis .pytest_cache .ruff_cache
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,12 +1,19 @@
 """Sphinx configuration of the documentation."""
 
+import logging
+import os
 import re
 import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
+from docutils import nodes
+
 # For figure_gallery.
 sys.path.insert(0, str(Path(__file__).parent))
+
+# It says of every device of other makers that it is not there.
+logging.getLogger("jax._src.xla_bridge").setLevel(logging.WARNING)
 
 project = "kerrcaustics"
 author = "The kerrcaustics developers"
@@ -22,8 +29,8 @@ extensions = [
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
 ]
-# The tables are included in pages.
-exclude_patterns = ["_build", "tables"]
+# The tables are included in pages; the lessons become the tutorial.
+exclude_patterns = ["_build", "tables", "lessons"]
 # Single backticks in docstrings are code.
 default_role = "code"
 
@@ -33,23 +40,31 @@ myst_heading_anchors = 3
 autodoc_member_order = "bysource"
 # The docstrings state the types, with shapes and units.
 autodoc_typehints = "none"
+# As the source writes them: no place of a module on the machine that built the page.
+autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_custom_sections = ["Errors"]
 
-# A script runs again when it has changed, or when docs/gallery is removed.
+# A script runs again when it has changed, or when its pages (docs/gallery, docs/tutorial) are removed. All figures take
+# minutes, the lessons one: with KERRCAUSTICS_DOCS=quick no script runs, and its page has no pictures.
+quick = os.environ.get("KERRCAUSTICS_DOCS") == "quick"
 # Films, which are left out below, may be called like figures.
 suppress_warnings = ["sphinx_gallery.duplicate_filename"]
 sphinx_gallery_conf = {
-    "examples_dirs": "../figures",
-    "gallery_dirs": "gallery",
-    "filename_pattern": ".",
+    "examples_dirs": ["lessons", "../figures"],
+    "gallery_dirs": ["tutorial", "gallery"],
+    "filename_pattern": "(?!)" if quick else ".",
+    # Of a cell whose last line is a result the notebook shows its page.
+    "capture_repr": ("_repr_html_", "__repr__"),
+    # Axes and lines that a call returns are no result.
+    "ignore_repr_types": r"matplotlib|list|tuple|NoneType|int|str",
     # Films take minutes.
     "ignore_pattern": r"films",
     "image_scrapers": "figure_gallery.pictures",
     "reset_argv": "figure_gallery.define_only",
     "reset_modules": (),
-    "within_subsection_order": "ExampleTitleSortKey",
+    "within_subsection_order": "figure_gallery.order",
     "download_all_examples": False,
     "show_memory": False,
     "show_signature": False,
@@ -60,6 +75,8 @@ sphinx_gallery_conf = {
 html_theme = "furo"
 html_title = f"kerrcaustics {release}"
 html_copy_source = False
+html_static_path = ["style"]
+html_css_files = ["pages.css"]
 
 
 def read_as_text(app, what, name, obj, options, lines):
@@ -71,9 +88,33 @@ def read_as_text(app, what, name, obj, options, lines):
         lines.insert(0, "\\")
 
 
+def write_commands(app, page, source):
+    """Put what the commands say of themselves into the page of the commands."""
+    if page == "commands":
+        from kerrcaustics.cli import app as commands
+
+        told = commands.generate_docs(output_format="rst").partition("**Commands:**")[2]
+        source[0] = source[0].replace("COMMANDS", told)
+
+
+def read_again(app, env, added, changed, removed):
+    """Pages that depend on more than their own file."""
+    return ["commands"]
+
+
+def keep_numbers_whole(app, doctree, page):
+    """No line ends within a number such as 1e-10."""
+    for text in list(doctree.findall(nodes.Text)):
+        if isinstance(text.parent, nodes.literal | nodes.literal_block | nodes.math | nodes.math_block):
+            continue
+        whole = re.sub(r"(?<=\de)-(?=\d)", "-\u2060", text)
+        if whole != text:
+            text.parent.replace(text, nodes.Text(whole))
+
+
 def write_explorer(app, error):
     """The explorer with a grid of states, as a page that needs no program."""
-    if error is None and app.builder.format == "html":
+    if error is None and app.builder.format == "html" and not quick:
         # Loaded late: JAX has its settings by then.
         from kerrcaustics.explorer.still_page import write_page
 
@@ -82,5 +123,8 @@ def write_explorer(app, error):
 
 def setup(app):
     """Connect what this file adds to Sphinx."""
+    app.connect("source-read", write_commands)
+    app.connect("env-get-outdated", read_again)
+    app.connect("doctree-resolved", keep_numbers_whole)
     app.connect("build-finished", write_explorer)
     app.connect("autodoc-process-docstring", read_as_text, priority=400)

@@ -1,11 +1,12 @@
-"""How sphinx-gallery makes the pictures of a script of figures/: by its function `main`, not as a program."""
+"""How sphinx-gallery makes pages of scripts: of figures/ by their function `main`, of lessons as they are."""
 
 import shutil
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from sphinx_gallery.scrapers import figure_rst
+from sphinx_gallery.scrapers import figure_rst, matplotlib_scraper
+from sphinx_gallery.sorting import ExampleTitleSortKey, FileNameSortKey
 
 from kerrcaustics.draw.space import NoOpenGLError
 from kerrcaustics.scripts import FIGURES
@@ -17,8 +18,20 @@ def define_only(_conf, script):
     return []
 
 
-def pictures(_block, script, conf):
-    """The PNG files that the `main` of a script makes, put where the gallery looks for them."""
+class order:
+    """Lessons one after the other, figures by their titles."""
+
+    def __init__(self, folder):
+        self.key = (FileNameSortKey if Path(folder).name == "lessons" else ExampleTitleSortKey)(folder)
+
+    def __call__(self, name):
+        return self.key(name)
+
+
+def pictures(block, script, conf):
+    """The pictures of a lesson's cell, or all that the `main` of a figure makes, where the gallery looks for them."""
+    if Path(script["src_file"]).parent.name == "lessons":
+        return matplotlib_scraper(block, script, conf)
     places = []
     with TemporaryDirectory() as folder:
         try:

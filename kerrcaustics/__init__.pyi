@@ -11,6 +11,7 @@ from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet, Cusp a
 from .curves.isoradials import disk_images as disk_images
 from .curves.light_curves import light_curve as light_curve
 from .curves.tubes import caustic_tubes as caustic_tubes
+from .draw.shown import show as show
 from .explorer.widget import explore as explore
 from .results.datasets import to_xarray as to_xarray
 from .results.files import (

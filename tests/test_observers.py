@@ -213,3 +213,8 @@ def test_observers_are_kept_in_files(tmp_path):
     loaded = kc.load(tmp_path / "observer.npz")
     assert loaded == observer and loaded.frame() == observer.frame() and loaded != kc.Observer(0.5, 1.0, 1e9)
     assert kc.record(observer)["schema"] == "kerrcaustics/observer/1"
+
+
+def test_an_observer_at_infinity_misses_the_primary_curve_alone():
+    found = kc.caustics(kc.Observer(0.9, 0.5), orders=1)
+    assert len(found) == 0 and found.missing == (1,)

@@ -322,3 +322,7 @@ def test_a_traced_view_serves_many_skies_that_turn():
         kc.trace_view(NEAR, view, sky=False).show(kc.Checkerboard())
     with pytest.raises(ValueError, match="Argument `quality` must be one of draft, normal, high"):
         kc.trace_view(NEAR, view, quality="best")
+
+
+def test_a_checkerboard_is_nowhere_darker_than_black():
+    assert kc.celestial_picture(kc.Checkerboard(), 64).min() >= 0

@@ -37,10 +37,21 @@ class PhysicalScale:
         From the observer, in parsec; or a Quantity of astropy. Only angles need it. For a hole at a cosmological
         redshift z the angular diameter distance; times as they are received are 1 + z times longer.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     Round-off: the constants are exact by definition (IAU 2012 B2, IAU 2015 B2 and B3, CODATA). Mass and distance are
     what is uncertain; relative errors of both carry over as they are. A mass in kilograms brings in that of G, 2.2e-5.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> round(kc.PhysicalScale(mass=4.3e6, distance=8180).seconds, 2)
+    21.18
     """
 
     mass: float

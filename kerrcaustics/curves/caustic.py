@@ -173,14 +173,27 @@ def caustics(
     CausticSet
         A sequence of Caustic; for the plane a `PlaneCausticSet` of curves with a `place` (r, phi).
 
-    Notes
-    -----
-    An Observer at infinity has no primary critical curve: that of one at the radius r has the size 2 sqrt(r).
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
 
     Errors
     ------
     `Caustic.error`, dominated at high order by round-off of the camera-sky direction (about 1e-15 times the
     beam's major diameter). What was missed is in `Caustic.remarks` and `CausticSet.missing`.
+
+    Notes
+    -----
+    An Observer at infinity has no primary critical curve: that of one at the radius r has the size 2 sqrt(r).
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> primary, secondary = kc.caustics(camera, orders=2)
+    >>> primary.kind, len(primary.cusps), primary.error < 1e-9
+    ('astroid', 4, True)
     """
     check_orders(orders)
     if isinstance(end, EquatorialPlane):

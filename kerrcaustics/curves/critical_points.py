@@ -280,6 +280,8 @@ class Search:
 
     def labels_hold(self, curves: dict[int, Points]) -> dict[int, bool]:
         """By order, whether the index is order - 1 on the outer side of every point, and order on the inner side."""
+        if not curves:
+            return {}
         order = np.concatenate([np.full(len(points), k) for k, points in curves.items()])
         turn, depth = (np.concatenate([getattr(p, name) for p in curves.values()]) for name in ("turn", "depth"))
         sides = np.concatenate([depth - _LABEL_STEP, depth + _LABEL_STEP])

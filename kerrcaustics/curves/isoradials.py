@@ -89,6 +89,11 @@ def disk_images(
     DiskImages
         For each crossing, the images of all circles. Circles that are not seen at a crossing are left out.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `Isoradial.error`: that of the ray, of what the search left and of the direction itself, across the curve.
@@ -96,6 +101,13 @@ def disk_images(
     References
     ----------
     Luminet 1979, A&A 75, 228, for the name and the first picture.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> [(curve.crossing, curve.radius, curve.closed) for curve in kc.disk_images(camera, [20.0], 2)]
+    [(1, 20.0, True), (2, 20.0, True)]
     """
     circles = check_circles(camera, "radii", radii)
     crossings = whole_number("crossings", crossings, 1, 12)

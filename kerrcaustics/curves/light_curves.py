@@ -123,6 +123,11 @@ def light_curve(
         The flux of a spot of intensity I and area A, as r dr dphi in the frame that circles with it, is I A times its
         `flux`. Times are even for the camera, and coordinate times.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `LightCurve.error`, `centroid_error`: by what half of the points give instead, and the points' own errors.
@@ -130,6 +135,14 @@ def light_curve(
     References
     ----------
     Cunningham & Bardeen 1973, ApJ 183, 237: a star that circles a Kerr hole.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=30, inclination=1.2)
+    >>> light = kc.light_curve(camera, 8.0)
+    >>> round(light.period, 3), len(light.events)
+    (147.827, 6)
     """
     if motion not in _MOTIONS:
         raise ValueError(f"Argument `motion` must be one of {', '.join(_MOTIONS)}, but is {motion!r}.")

@@ -23,6 +23,8 @@ _TURN = 2 * math.pi
 # Radii of the grid: how far above the horizon they begin, where they end, and how many; lines across the shadow edge.
 _LOWEST, _HIGHEST, _RADII, _LINES = 1e-3, 1e3, 256, 512
 _NODES, _FEWEST, _WORST = 9, 8, 1e-3
+# So many curves are told in one line.
+_TOLD = 6
 _TIGHT = {"xatol": 1e-14, "xrtol": 1e-14}
 
 
@@ -71,7 +73,8 @@ class PlaneCausticSet(Items[PlaneCaustic]):
 
     def __repr__(self) -> str:
         """One line: the camera and the curves."""
-        curves = ", ".join(f"{c.order} from r = {c.r_min:.4g} to {c.r_max:.4g}" for c in self)
+        curves = ", ".join(f"{c.order} from r = {c.r_min:.4g} to {c.r_max:.4g}" for c in self[:_TOLD])
+        curves += f" and {len(self) - _TOLD} more" if len(self) > _TOLD else ""
         return f"<PlaneCausticSet of {self.camera}, crossing {self.crossing}: {curves or 'none'}>"
 
 

@@ -87,6 +87,11 @@ def caustic_tubes(
     -------
     tuple of CausticTube
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     Every point is a conjugate point, in error as `ray_paths` says; its radius misses the one asked for by a few
@@ -95,6 +100,15 @@ def caustic_tubes(
     References
     ----------
     Rauch & Blandford 1994 (ApJ 421, 46) for the tube of astroid section.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import math
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> tubes = kc.caustic_tubes(camera, orders=1, radii=[math.inf, 20.0, 5.0])
+    >>> tubes[0].order, tubes[0].closed
+    (1, True)
     """
     check_camera(camera)
     check_orders(orders)

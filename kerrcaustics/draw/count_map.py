@@ -22,7 +22,7 @@ _SMALL = math.radians(4.0)
 _COLOURS = ("YlGnBu", 0.0, 0.66)
 
 
-def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet, most: int = 0) -> Axes:
+def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet | tuple[Caustic, ...] = (), most: int = 0) -> Axes:
     """Total image counts over the celestial sphere, one colour a count, and the caustics, in degrees.
 
     Parameters
@@ -31,7 +31,7 @@ def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet, most: int =
         Where to draw; a colour bar is put beside it.
     counts : CountMap
         What `count_map` returned.
-    caustics : CausticSet
+    caustics : CausticSet, optional
         Of the same camera; drawn wrapped into phi' of -180 to 180 degrees. theta' is 0 at the top.
     most : int
         Highest count of the colour bar, where the map's own is lower: maps with one bar have one colour a count.

@@ -41,9 +41,21 @@ def explore(
         In `state` what is shown now, as a dict of numbers, degrees; set it, and the page follows. In `numbers` the
         images and the certificate that it shows.
 
+    Raises
+    ------
+    ValueError
+        Where the state cannot be.
+    ImportError
+        Without the packages of the extra `notebook`.
+
     Notes
     -----
     Needs the extra `notebook` (anywidget). `kerrcaustics explore` opens the same page in a browser.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.explore(spin=0.999, radius=2.6)  # doctest: +SKIP
     """
     from kerrcaustics.spacetime.camera import Camera
 

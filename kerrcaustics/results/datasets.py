@@ -28,6 +28,24 @@ def to_xarray(result: Any) -> "xarray.Dataset":
     What has dimensions is a variable, its unit and what it is in the attributes `units` and `long_name`; all else is an
     attribute of the Dataset. Of curves and images with different numbers of points the shorter ones are padded: with
     NaN, -1 in whole numbers, False, or an empty string. What is None is left out.
+
+    Parameters
+    ----------
+    result
+        Whatever the functions of this package return.
+
+    Raises
+    ------
+    ValueError
+        For what is no result.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> data = kc.to_xarray(kc.star_images(camera, star=(1.4, 2.9), max_index=0))
+    >>> data.magnification.attrs["units"], data.sizes["image"]
+    ('1', 1)
     """
     import xarray
 

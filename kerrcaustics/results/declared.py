@@ -11,6 +11,7 @@ import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache
+from importlib import import_module
 from typing import Any, TypeVar, dataclass_transform, get_args, get_type_hints
 
 import numpy as np
@@ -108,7 +109,11 @@ def result(
 
     def declare(kind: type[T]) -> type[T]:
         plain = kind.__repr__ is object.__repr__
-        made: Any = dataclass(frozen=True, eq=eq, repr=plain, kw_only=kw_only)(kind)
+        # What is made of a few numbers says how to make it again.
+        made: Any = dataclass(frozen=True, eq=eq, repr=eq, kw_only=kw_only)(kind)
+        made._repr_html_, made.plot = Shown._repr_html_, Shown.plot
+        if plain and not eq:
+            made.__repr__ = Shown.__repr__
         if not eq:
             made.__eq__, made.__hash__ = same, None
         names = record.split() or [name for name in stored(made) if not name.startswith("_")]
@@ -117,6 +122,29 @@ def result(
         return made
 
     return declare
+
+
+class Shown:
+    """How results show themselves. The rooms that know how, by the class, are loaded when that is asked."""
+
+    def __repr__(self) -> str:
+        """One line: its numbers, and the sizes of its arrays."""
+        return import_module("kerrcaustics.results.shown").one_line(self)
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: the numbers with their errors, and a small picture."""
+        return import_module("kerrcaustics.results.shown").page(self)
+
+    def plot(self, ax: Any = None, **settings: Any) -> Any:
+        """Draw it on axes, new ones where none are given, and return them.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+        settings
+            Of the plot of this class, as [Plots](plots.md) tells.
+        """
+        return import_module("kerrcaustics.draw.shown").plot(self, ax, **settings)
 
 
 class Items(Sequence[T]):

@@ -56,6 +56,19 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
         The file gets the name as it is given: no ending is added.
     result
         Whatever the functions of this package return; also a tuple of results.
+
+    Raises
+    ------
+    ValueError
+        For what is no result.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.save("camera.npz", camera)
+    >>> kc.load("camera.npz") == camera
+    True
     """
     for part in result if isinstance(result, list | tuple) else [result]:
         check_result(part)
@@ -66,7 +79,25 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
 
 
 def load(path: str | os.PathLike[str]) -> Any:
-    """The result that `save` wrote to `path`, equal to the one that was saved."""
+    """The result that `save` wrote to `path`, equal to the one that was saved.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ValueError
+        Where the file cannot be read, or is none of `save`.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.save("camera.npz", camera)
+    >>> kc.load("camera.npz") == camera
+    True
+    """
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = dict(file)
@@ -86,12 +117,49 @@ def load(path: str | os.PathLike[str]) -> Any:
 
 
 def save_caustics(path: str | os.PathLike[str], caustics: Any) -> None:
-    """Write caustics to one file: `save`, by its first name."""
+    """Write caustics to one file: `save`, by its first name.
+
+    Parameters
+    ----------
+    path : str or path
+    caustics : CausticSet or tuple of Caustic
+
+    Raises
+    ------
+    ValueError
+        For what is no result.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.save_caustics("caustics.npz", kc.caustics(camera, orders=1))
+    >>> len(kc.load_caustics("caustics.npz"))
+    1
+    """
     save(path, caustics)
 
 
 def load_caustics(path: str | os.PathLike[str]) -> Any:
-    """The caustics in a file: `load`, by its first name."""
+    """The caustics in a file: `load`, by its first name.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ValueError
+        Where the file cannot be read, or is none of `save`.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.save_caustics("caustics.npz", kc.caustics(camera, orders=1))
+    >>> len(kc.load_caustics("caustics.npz"))
+    1
+    """
     return load(path)
 
 

@@ -25,6 +25,17 @@ def record(result: Any, *, camera: Any = None, points: bool = False) -> dict[str
     -------
     dict
         The schema, and the quantities; the unit of an angle is the end of its name: _deg or _rad.
+
+    Raises
+    ------
+    ValueError
+        For what is no result.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.record(kc.Camera(spin=0.9, radius=10))["inclination_deg"]
+    90.0
     """
     check_result(result)
     place = {} if camera is None else _entries(camera, False)

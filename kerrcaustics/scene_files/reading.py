@@ -11,7 +11,7 @@ _SWEPT = {"spin", "radius"}
 
 
 def read_scene(path: str | Path) -> Any:
-    """The scene in a TOML file; a ValueError of one line names file, key and what it must be.
+    r"""The scene in a TOML file; a ValueError of one line names file, key and what it must be.
 
     Parameters
     ----------
@@ -22,6 +22,19 @@ def read_scene(path: str | Path) -> Any:
     SceneFile
         What `kerrcaustics render` and `kerrcaustics film` show. For a file that says what to sweep over, with `spin`
         and `radius` outside of all tables, the `Scene` that `sweep` takes.
+
+    Raises
+    ------
+    ValueError
+        Where the file cannot be read, or says what cannot be; the message names the key.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> text = 'hole = {spin = 0.9}\ncamera = {radius = 10}\nsky = {kind = "checkerboard"}'
+    >>> _ = open("scene.toml", "w").write(text)
+    >>> kc.read_scene("scene.toml").frames
+    1
     """
     if _SWEPT & set(read_toml(path)):
         from kerrcaustics.sweeps.scene import read_scene as read_sweep

@@ -41,7 +41,7 @@ _BRIGHTEST = 1e30
 
 @dataclass(frozen=True)
 class SceneFile:
-    """A scene: one picture, or the frames of a film.
+    r"""A scene: one picture, or the frames of a film.
 
     Parameters
     ----------
@@ -54,10 +54,23 @@ class SceneFile:
     files : tuple of (str, str)
         Files that it names, each with the SHA-256 of what is in it.
 
+    Raises
+    ------
+    ValueError
+        Where the file cannot be read, or says what cannot be; the message names the key.
+
     Notes
     -----
     `SceneFile.read` and `read_scene` make one, and refuse what is wrong in it with a ValueError of one line that names
     the file, the key by its path and what it must be. It can be pickled; what it makes is made anew elsewhere.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> text = 'hole = {spin = 0.9}\ncamera = {radius = 10}\nsky = {kind = "checkerboard"}'
+    >>> _ = open("scene.toml", "w").write(text)
+    >>> kc.SceneFile.read("scene.toml").size
+    (1280, 720)
     """
 
     contents: Contents

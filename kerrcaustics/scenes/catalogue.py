@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import KDTree
 
+from kerrcaustics.results.declared import Shown
 from kerrcaustics.spacetime.checks import real_number
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -24,9 +25,24 @@ _POLE, _NODE = (192.85948, 27.12825), 122.93192
 _SUN, _SAME = 0.65, 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class StarCatalogue:
-    """Stars: direction (n, 3), unit vectors; magnitude (n,); colour_index (n,), B - V."""
+@dataclass(frozen=True, eq=False, repr=False)
+class StarCatalogue(Shown):
+    """Stars: direction (n, 3), unit vectors; magnitude (n,); colour_index (n,), B - V.
+
+    Parameters
+    ----------
+    direction : (n, 3) array
+        Unit vectors.
+    magnitude : (n,) array
+    colour_index : (n,) array
+        B - V.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.StarCatalogue(direction=[[0.0, 0.0, 1.0]], magnitude=[2.0], colour_index=[0.6]).magnitude
+    [2.0]
+    """
 
     direction: Float[Array, "stars 3"]
     magnitude: Float[Array, " stars"]
@@ -42,6 +58,12 @@ def hipparcos() -> StarCatalogue:
     """The 37,622 stars of the Hipparcos-2 catalogue with Hp up to 8, ICRS directions, brightest first.
 
     References: van Leeuwen 2007, A&A 474, 653. The file beside the data says where they come from.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> len(kc.hipparcos())
+    37622
     """
     with np.load(_FILE, allow_pickle=False) as stored:
         right_ascension, declination = stored["right_ascension"].astype(float), stored["declination"].astype(float)
@@ -56,6 +78,22 @@ def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
     stars are missing: see `merged_catalogues`. Needs the package astropy.
 
     References: Hog et al. 2000, A&A 355, L27.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ValueError
+        Where the file cannot be read, or holds no such stars.
+    ImportError
+        Without the package astropy.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.tycho2("index-tycho2-10.littleendian.fits")  # doctest: +SKIP
     """
     try:
         from astropy.io import fits
@@ -83,7 +121,20 @@ def _tycho2_stars(tables: dict[str, Any]) -> tuple[Float[Array, "stars 3"], Floa
 
 
 def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalogue:
-    """Both catalogues as one, brightest first; stars of the other within 20 arc seconds of one of the first are it."""
+    """Both catalogues as one, brightest first; stars of the other within 20 arc seconds of one of the first are it.
+
+    Parameters
+    ----------
+    first, other : StarCatalogue
+        Of the same directions, as ICRS.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> stars = kc.hipparcos()
+    >>> len(kc.merged_catalogues(stars, stars)) == len(stars)
+    True
+    """
     apart = KDTree(first.direction).query(other.direction, distance_upper_bound=_SAME)[0] > _SAME
     names = ("direction", "magnitude", "colour_index")
     values = [np.concatenate([getattr(first, name), getattr(other, name)[apart]]) for name in names]
@@ -117,6 +168,12 @@ def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"
         phi' at which the galactic plane rises through the equatorial one.
     centre : float
         Angle from there, along the galactic plane, to the centre of the Galaxy.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.tilted_galaxy(tilt=0.4, node=-1.0, centre=1.0).shape
+    (3, 3)
     """
     for name, value in (("tilt", tilt), ("node", node), ("centre", centre)):
         if not math.isfinite(real_number(name, value)):

@@ -65,10 +65,21 @@ class Checkerboard:
     along : str
         "latitude": `colours` go from pole to pole; "longitude": once round, from phi' = 0 on, as the hues of JTFT.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Averages are exact for a box in theta' and phi': the pattern is a sum of products of a function of theta' and one of
     phi', whose integrals are piecewise linear. Near the poles the box goes all round, so nothing pinches there.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.Checkerboard(rows=9, columns=18).gap
+    0.16
     """
 
     rows: int = 15
@@ -138,7 +149,8 @@ class Checkerboard:
         for parity in range(2):
             part = self._along_phi(right - parity / 2) - self._along_phi(left - parity / 2)
             colours = colours + down[parity] * (part / (right - left))
-        return colours.T
+        # Round-off may take a black one below 0.
+        return np.maximum(colours.T, 0.0)
 
     def _along_theta(self, theta: Float[Array, " m"]) -> Float[Array, "2 3 m"]:
         """Integral (2, 3, m) of the swatches of both parities from the pole to theta', in rows."""

@@ -55,6 +55,11 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
     (..., 3) array
         Channels divided by those of the white black body. Those outside what a screen shows are cut at zero.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     The colour-matching functions are the analytic fit of the reference, about 1 % of the maximum. The film is a model
@@ -63,6 +68,13 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
     References
     ----------
     Wyman, Sloan & Shirley 2013, J. Comput. Graph. Tech. 2(2), eq. 4: the CIE 1931 functions.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> red, green, blue = kc.black_body(3000.0)
+    >>> bool(red > green > blue)
+    True
     """
     _check_white(white)
     check_response(response)
@@ -174,9 +186,20 @@ def tone_mapped(
     softening : float
         How much the dark is raised.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     References
     ----------
     Lupton et al. 2004, PASP 116 133, for the curve.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.tone_mapped([[0.0, 0.5, 1.0]]).tolist()
+    [[0, 188, 255]]
     """
     if curve not in CURVES:
         raise ValueError(f"Argument `curve` must be one of {', '.join(CURVES)}, but is {curve!r}.")

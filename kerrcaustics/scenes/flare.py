@@ -41,6 +41,11 @@ def flared(
     (h, w, 3) array, or (h + p - 1, w + q - 1, 3) when framed
         In its frame, the picture begins in row p // 2 and column q // 2.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     The light of each channel is kept to 1e-12 of it, that of the frame included: what leaves the picture is lost, and
@@ -49,6 +54,15 @@ def flared(
     References
     ----------
     JTFT section 4 (fig 16): a picture convolved with the point spread function of a lens.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> light = np.zeros((9, 9, 3))
+    >>> light[4, 4] = 1.0
+    >>> round(float(kc.flared(light, kc.halo(0.2, 2.0)).sum()), 3)
+    2.808
     """
     picture = _numbers("light", light)
     if picture.ndim != 3 or picture.shape[2] != 3:
@@ -75,6 +89,18 @@ def halo(share: float, width: float, falloff: float = 3.0, reach: int | None = N
         Above 0; far out, the halo falls with this power of the distance. In the eye, glare falls with 2 to 3.
     reach : int
         Pixels from the middle to the end of the halo, n = 2 reach + 1; left out, twenty widths.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> spread = kc.halo(share=0.2, width=2.0)
+    >>> spread.shape[0] == spread.shape[1]
+    True
     """
     if not 0 <= real_number("share", share) <= 1:
         raise ValueError(f"Argument `share` must lie in [0, 1], but is {share!r}.")

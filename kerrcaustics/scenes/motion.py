@@ -30,9 +30,21 @@ class ShutterMotion:
     times : (float, float)
         Coordinate time then, from what it is in the middle, for the pattern of a disk.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     In between, places, velocities and axes are quadratic in time through the three moments.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> cameras = [kc.Camera(0.9, radius, velocity=(-0.3, 0, 0.2)) for radius in (6.1, 6.0)]
+    >>> views = [kc.View.toward_hole(camera, 64, 36, 1.4) for camera in cameras]
+    >>> motion = kc.ShutterMotion(cameras, views, azimuths=(-0.02, 0.02), times=(-0.2, 0.2))
     """
 
     cameras: tuple[Camera, Camera]

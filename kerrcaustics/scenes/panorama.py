@@ -34,12 +34,24 @@ class Panorama:
         Footprints that are longer are widened to so many times their width: fewer look-ups, for skies with little
         detail.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Held as a pyramid of pictures, each half as fine as the one before. Every one is smoothed along its rows as far as
     its resolution asks for on the sphere, which is more and more pixels toward the poles: a look-up therefore averages
     over round neighbourhoods, the poles included. Look-ups are linear within a picture and between two, and
     go on across the edge phi' = 0 and across the poles.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> kc.Panorama(np.ones((16, 32, 3)))
+    <Panorama of 32 x 16 pixels>
     """
 
     def __init__(self, light: ArrayLike, orientation: ArrayLike | None = None, aspect: float = ASPECT) -> None:
@@ -126,6 +138,26 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
     """Write light (h, 2 h, 3) of a whole sky, as `celestial_picture` gives it for any sky, as a FITS image.
 
     In single precision, three planes. `Panorama.read` reads it. Needs the package astropy.
+
+    Parameters
+    ----------
+    path : str or path
+    light : (h, 2 h, 3) array
+        Linear light, from the north pole down, phi' to the right from 0.
+
+    Raises
+    ------
+    ValueError
+        Where the light has another shape.
+    ImportError
+        Without the package astropy.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.save_sky("sky.fits", kc.celestial_picture(kc.Checkerboard(), 32))
+    >>> kc.Panorama.read("sky.fits").rows
+    32
     """
     picture = np.asarray(light, np.float32)
     if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):

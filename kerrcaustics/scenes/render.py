@@ -159,7 +159,7 @@ def render(
     beaming : bool
         Intensity times the fourth power of nu_camera / nu_source.
     colour_shift : bool
-        Spectra move with nu_camera / nu_source; see `shifted_light`.
+        Spectra move with nu_camera / nu_source: a black body has the colour of one so many times as hot.
     delay : bool
         Whether the disk's pattern, which circles with it, is seen as it was when the light left it, or as it is now.
     time : float
@@ -173,6 +173,11 @@ def render(
     -------
     Rendering
         Its light becomes a picture by `tone_mapped`.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
 
     Errors
     ------
@@ -188,6 +193,15 @@ def render(
     References
     ----------
     JTFT section 2, 4 and appendix A: beams in place of rays, so that nothing flickers or aliases.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> view = kc.View.toward_hole(camera, width=64, height=36, field_of_view=1.0)
+    >>> rendering = kc.render(camera, view, kc.Checkerboard())
+    >>> rendering.light.shape, rendering.error < 0.1
+    ((36, 64, 3), True)
     """
     turn = 0.0
     if motion is not None:
@@ -218,6 +232,33 @@ def trace_view(
 
     sky: whether there will be one; disk: where one lies; delay: whether the travel time from it will be wanted;
     quality: as for `render`.
+
+    Parameters
+    ----------
+    camera : Camera
+    view : View
+    sky : bool
+        Whether there will be one.
+    disk : Disk, optional
+        Where one lies.
+    delay : bool
+        Whether the travel time from the disk will be wanted.
+    quality : str
+        As for `render`.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> view = kc.View.toward_hole(camera, width=64, height=36, field_of_view=1.0)
+    >>> traced = kc.trace_view(camera, view)
+    >>> traced.show(kc.Checkerboard()).light.shape
+    (36, 64, 3)
     """
     began = clock()
     check_camera(camera)
@@ -287,7 +328,25 @@ def _moment(time: float) -> float:
 
 @usual_warnings
 def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"]:
-    """Light (height, 2 height, 3) of a sky itself, with no hole: theta' downward, phi' from 0 to 2 pi to the right."""
+    """Light (height, 2 height, 3) of a sky itself, with no hole: theta' downward, phi' from 0 to 2 pi to the right.
+
+    Parameters
+    ----------
+    sky : Checkerboard, Panorama, StarField or anything else with their method `light`
+    height : int
+        Rows of the picture, 2 to 8192.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.celestial_picture(kc.Checkerboard(), 90).shape
+    (90, 180, 3)
+    """
     height = whole_number("height", height, 2, 8192)
     pixel = math.pi / height
     theta = (np.arange(height) + 0.5)[:, None] * pixel

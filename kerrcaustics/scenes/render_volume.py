@@ -79,6 +79,11 @@ def render_volume(
     VolumeRendering
         Its light becomes a picture by `tone_mapped`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `VolumeRendering.error`: 4/3 of the largest change that half the step makes to the rays of 256 pixels that see
@@ -90,6 +95,14 @@ def render_volume(
     -----
     Light is added front to back. Two of Gauss's places in each step emit and absorb: a step is exact where what is
     there does not change, of order 4 where the matter is thin, of order 2 where it is thick.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=30, inclination=1.3)
+    >>> glow = kc.Volume(0.1, 6504.0, inner=5.0, outer=8.0)
+    >>> kc.render_volume(camera, kc.View(16, 9, 0.8), glow).light.shape
+    (9, 16, 3)
     """
     began = clock()
     check_camera(camera)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.results.declared import Shown
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
 from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, star_temperature
 from kerrcaustics.scenes.footprint import Footprint
@@ -23,8 +24,8 @@ _BAND_ROWS, _BAND_ASPECT = 512, 4.0
 _SQUARE_DEGREES = (180 / math.pi) ** 2
 
 
-@dataclass(frozen=True, eq=False)
-class StarField:
+@dataclass(frozen=True, eq=False, repr=False)
+class StarField(Shown):
     """A sky of stars and of the diffuse light of a galactic plane.
 
     Parameters
@@ -45,6 +46,11 @@ class StarField:
     response : str
         "cie" or "film", as for `black_body`; the band's shifts go by the CIE functions.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Light is in units of a star of magnitude 0 per steradian. Stars have the colour of a black body for their B - V.
@@ -52,6 +58,13 @@ class StarField:
     Each image of a star is a quadratic B-spline of a pixel's size about the place where it is: the parts that pixels
     get add up to 1, wherever that lies. Its light is that of the star times the magnification, which is cut where an
     image is within 0.05 pixels of a critical curve. JTFT take a Gaussian over round beams, cut off.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> sky = kc.StarField(band=0.5)
+    >>> len(sky.catalogue)
+    37622
     """
 
     catalogue: StarCatalogue = field(default_factory=hipparcos)

@@ -16,7 +16,25 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class TurnedSky:
-    """A sky turned about the spin axis by an angle (radians, toward larger phi')."""
+    """A sky turned about the spin axis by an angle (radians, toward larger phi').
+
+    Parameters
+    ----------
+    sky : Checkerboard, Panorama, StarField or anything else with their method `light`
+    angle : float
+        Radians, toward larger phi'.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.TurnedSky(kc.Checkerboard(), angle=0.1).angle
+    0.1
+    """
 
     sky: Sky
     angle: float

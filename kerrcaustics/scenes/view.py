@@ -44,9 +44,22 @@ class View:
         only not to be along `forward`. Left out, -e_x and e_z: toward the hole, the spin axis up, for a camera that
         is at rest or moves along e_phi; `toward_hole` looks at the middle of the shadow.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Right is forward x up.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> view = kc.View(width=640, height=360, field_of_view=1.2)
+    >>> sky, steps = view.directions(319.5, 179.5)
+    >>> sky.round(12).tolist()
+    [-1.0, 0.0, 0.0]
     """
 
     width: int = quantity("", "1", "columns of pixels")

@@ -115,9 +115,22 @@ def circle_images(camera: Camera, normal: ArrayLike | str, max_index: int = 2) -
     -------
     CircleImages
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `CircleCurve.error`: round-off of n' divided by the beam's width across the circle.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> circle = kc.circle_images(camera, normal=(0.3, 0.0), max_index=0)
+    >>> circle.per_index, circle.certified
+    ({0: 1}, True)
     """
     sheets = checked_sheets(camera, max_index)
     angles = _checked_normal(normal)

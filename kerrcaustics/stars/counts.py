@@ -153,6 +153,11 @@ def image_counts(
     ImageCounts
         For the plane `PlaneCounts`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     None where certified; elsewhere found and expected counts tell by how much they differ.
@@ -161,6 +166,14 @@ def image_counts(
     -----
     An Observer at infinity sees stars of the celestial sphere directly, by an image of index 0 each, at infinite
     (alpha, beta): the counts have 0 there.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> counts = kc.image_counts(camera, [(1.4, 2.9), (0.5, 0.0)], max_index=1, find=False)
+    >>> counts.total.tolist()
+    [2, 2]
     """
     if isinstance(end, EquatorialPlane):
         check_camera(camera, distant=True)
@@ -214,6 +227,19 @@ def count_map(
     -------
     CountMap
         For the plane `PlaneCountMap`.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> counts = kc.count_map(camera, max_index=1, rows=18)
+    >>> counts.counts.shape
+    (18, 36, 2)
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
     if isinstance(end, EquatorialPlane):
@@ -232,7 +258,27 @@ def count_map(
 
 
 def read_count_map(path: str | os.PathLike[str]) -> CountMap:
-    """The map that `CountMap.to_fits` wrote, equal to the one that was written. Needs the package astropy."""
+    """The map that `CountMap.to_fits` wrote, equal to the one that was written. Needs the package astropy.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ValueError
+        Where the file cannot be read, or holds no such map.
+    ImportError
+        Without the package astropy.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.count_map(camera, max_index=1, rows=18).to_fits("counts.fits")
+    >>> kc.read_count_map("counts.fits").counts.shape
+    (18, 36, 2)
+    """
     (counts, header), *others = plate_carree.read(path)
     if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1:
         raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")

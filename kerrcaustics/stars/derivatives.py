@@ -104,6 +104,11 @@ def image_derivatives(camera: Camera, images: StarImages) -> ImageDerivatives:
     -------
     ImageDerivatives
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `ImageDerivatives.error`: what they change by where N moves by its error, and with fewer steps along the ray. Close
@@ -112,6 +117,15 @@ def image_derivatives(camera: Camera, images: StarImages) -> ImageDerivatives:
     References
     ----------
     The implicit function theorem.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> images = kc.star_images(camera, star=(1.4, 2.9), max_index=0)
+    >>> change = kc.image_derivatives(camera, images)
+    >>> change.parameters, change.sky.shape
+    (('spin', 'radius', 'inclination', 'theta', 'phi'), (1, 3, 5))
     """
     check_camera(camera)
     if not isinstance(images, StarImages):
@@ -144,9 +158,22 @@ def caustic_derivatives(camera: Camera, orders: int = 3) -> tuple[CausticDerivat
     tuple of CausticDerivatives
         The cusps in the order of those of `caustics`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `CausticDerivatives.error`: as for `image_derivatives`.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> (primary,) = kc.caustic_derivatives(camera, orders=1)
+    >>> primary.parameters, primary.cusps.shape
+    (('spin', 'radius', 'inclination'), (4, 2, 3))
     """
     check_camera(camera)
     check_orders(orders)

@@ -93,9 +93,22 @@ def pair_events(
     PairEvents
         A sequence of PairEvent, in the order of time. For the plane `PlanePairEvents`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `PairEvent.error`, round-off of the caustic's point, more where it runs nearly along the star's path.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.999, radius=6.03)
+    >>> events = kc.pair_events(camera, theta=1.34)
+    >>> [(event.kind, event.indices) for event in events]
+    [('creation', (1, 2)), ('annihilation', (1, 2))]
     """
     if isinstance(end, EquatorialPlane):
         check_camera(camera, distant=True)

@@ -83,9 +83,22 @@ def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) 
     -------
     FollowedStar
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `StarImages.error`. Links are certain where `followed` is True and the steps are small.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> cameras = [kc.Camera(spin=0.9, radius=radius) for radius in (10.0, 9.9)]
+    >>> followed = kc.follow_star(cameras, star=(1.4, 2.9), max_index=1)
+    >>> len(followed), followed.certified
+    (2, True)
     """
     cameras = _checked_cameras(cameras)
     angles = _checked_places(star, len(cameras))

@@ -130,6 +130,11 @@ def star_images(
     An Observer at infinity sees stars of the celestial sphere directly at infinite (alpha, beta): images of index 0 are
     not among the images then, and `per_index` and `expected` say 0 of them.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `StarImages.error`, round-off of n' divided by the beam's minor diameter; where that is more than 1e-10, as for
@@ -139,6 +144,14 @@ def star_images(
     ----------
     Counting by the winding of caustics: the sky map between two critical curves has no fold, so the number of images
     there is its degree.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> images = kc.star_images(camera, star=(1.4, 2.9), max_index=1)
+    >>> images.per_index, images.certified
+    ({0: 1, 1: 1}, True)
     """
     if isinstance(end, EquatorialPlane):
         check_camera(camera, distant=True)

@@ -127,12 +127,25 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     -------
     LineCrossings
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     First count: the line is divided until, between neighbours, the image either runs one way with respect to the circle
     or is too slow to reach it. Second count: along the curves.
 
     Errors: `LineCrossings.error`.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> circle = kc.circle_images(camera, normal=(0.3, 0.0), max_index=1)
+    >>> kc.crossings_of_line(circle, 0.0).certified
+    True
     """
     sheets = checked_sheets(images.camera, max(images.per_index))
     circle, path = Circle.great(*images.normal), _SkyLine(sheets, images, line)

@@ -245,9 +245,22 @@ def star_tracks(
     StarTracks
         For the plane `PlaneTracks`, by the source's azimuth.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `Track.error`: every point is refined to round-off. `StarTracks.certified` tells whether the tracks hold all images.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> tracks = kc.star_tracks(camera, theta=1.5, max_index=1)
+    >>> len(tracks.tracks), len(tracks.events), tracks.certified
+    (2, 0, True)
     """
     if isinstance(end, EquatorialPlane):
         check_camera(camera, distant=True)

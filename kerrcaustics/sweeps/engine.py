@@ -73,6 +73,11 @@ def sweep(
     kerrcaustics.sweeps.losses.WorkersLost
         Workers died again and again without computing anything, a cluster had none for five minutes, or its scheduler
         went away. The store holds what was computed till then.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.sweep("scene.toml")  # doctest: +SKIP
     """
     check_place(workers, scheduler)
     began = time.perf_counter()

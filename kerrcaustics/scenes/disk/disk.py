@@ -26,7 +26,7 @@ class Disk:
         Radii of its rims, outside the horizon.
     emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or anything else with their methods
         What it shines with; both faces alike.
-    opacity : float, or function of (radius, azimuth)
+    opacity : float or function
         The part of the light behind that the disk keeps from one who looks along its axis, 0 to 1: 1 - exp(-tau). It
         tells nothing of the emission: a transparent disk shines too.
     motion : str
@@ -38,10 +38,22 @@ class Disk:
     brightness : float
         Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Where nothing can move as asked for (circular geodesics at or within the photon orbit), a disk whose light is
     shifted is dark.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> disk = kc.Disk(inner=9.26, outer=18.70, emission=kc.BlackBody(4500))
+    >>> disk.opaque
+    True
     """
 
     inner: float

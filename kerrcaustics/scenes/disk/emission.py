@@ -57,6 +57,17 @@ class BlackBody(Glow):
         Kelvin. A black body of 6504 K has luminance 1, and is white.
     response : str
         "cie" or "film", as for `black_body`.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.BlackBody(4500).temperature(0.9, [6.0, 12.0]).tolist()
+    [4500.0, 4500.0]
     """
 
     peak: float
@@ -85,6 +96,18 @@ class PowerLaw(Glow):
     at : float
     response : str
         "cie" or "film", as for `black_body`.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> kc.PowerLaw(6000, exponent=0.75, at=10.0).temperature(0.9, np.array([10.0])).tolist()
+    [6000.0]
     """
 
     peak: float
@@ -117,9 +140,21 @@ class PageThorne(Glow):
     response : str
         "cie" or "film", as for `black_body`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     References
     ----------
     Page & Thorne 1974, ApJ 191, 499, eq. 15n.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> hot, cool = kc.PageThorne(6000).temperature(0.9, [4.0, 40.0])
+    >>> bool(hot > cool)
+    True
     """
 
     peak: float
@@ -185,9 +220,20 @@ class Swatches:
         "#rrggbb" from the inner rim to the outer one; rows between two of them are mixed in linear light.
     gap_colour : str
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Averages are exact for a box in radius and azimuth.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.Swatches(rows=3, columns=12).rows
+    3
     """
 
     rows: int = 5
@@ -263,10 +309,22 @@ class Texture:
     light : (h, w, 3) array
         Linear sRGB, any unit.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Between the middles of its pixels the picture is linear; round the disk it goes on from edge to edge. Averages are
     taken in a pyramid of pictures, each half as fine as the one before.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> kc.Texture(np.ones((4, 8, 3)))
+    <Texture of 8 x 4 pixels>
     """
 
     def __init__(self, light: ArrayLike) -> None:

@@ -75,6 +75,11 @@ def line_profile(
     -------
     LineProfile
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `LineProfile.error`: the largest change in the bin and its neighbours when every second node is left out, and, where
@@ -83,6 +88,14 @@ def line_profile(
     References
     ----------
     Cunningham 1975, ApJ 202, 788, section II: the same integral, over frequency and radius.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=1000, inclination=0.5)
+    >>> profile = kc.line_profile(camera, inner=6, outer=20)
+    >>> len(profile.edges) - len(profile.flux), bool(profile.flux.sum() > 0)
+    (1, True)
     """
     check_request(camera, inner, outer, motion)
     image = whole_number("image", image, 1)

@@ -54,9 +54,20 @@ class Spots:
     response : str
         "cie" or "film", as for `black_body`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     A spot smaller than a part of a pixel is widened to it, and as much fainter: its light stays.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.Spots(radius=[8.0, 9.0], azimuth=[0.0, 2.0], size=0.2).size
+    0.2
     """
 
     radius: Any

@@ -32,10 +32,22 @@ class VolumeGrid:
     inner, outer : float
         Radii of the grid's ends, not of the middles of its cells.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Linear between the middles of cells; round the axis the grid goes on from end to end. Means over a beam are taken in
     a pyramid of grids, each half as fine as the one before: a beam as wide as 2^k cells sees the k-th one.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> kc.VolumeGrid(np.ones((4, 4, 1)), inner=5.0, outer=8.0)
+    <VolumeGrid of 4 x 4 x 1 cells>
     """
 
     def __init__(self, values: ArrayLike, inner: float, outer: float) -> None:
@@ -129,27 +141,40 @@ class Volume:
 
     Parameters
     ----------
-    density : float, function of (radius, theta, azimuth), or VolumeGrid
-        Optical depth per length (units of the mass) that the matter measures, alike for all frequencies.
-    temperature : float, function of (radius, theta, azimuth), or VolumeGrid
-        Kelvin. A black body of 6504 K has luminance 1, and is white.
+    density : float, function or VolumeGrid
+        Optical depth per length (units of the mass) that the matter measures, alike for all frequencies. A function is
+        called with radius, theta and azimuth.
+    temperature : float, function or VolumeGrid
+        Kelvin, likewise. A black body of 6504 K has luminance 1, and is white.
     inner, outer : float
         Radii, outside the horizon, beyond which there is nothing.
     scale : float
         Length over which density and temperature change, in units of the mass: rays are marched by a part of it. A
         function needs one, a grid has its cells, a number needs none.
-    motion : str, or function of (radius, theta)
+    motion : str or function
         "circular" (as prograde circular geodesics of the equatorial plane do at the distance r sin theta from the
-        axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself.
+        axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself, a
+        function of radius and theta.
     brightness : float
         Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
     response : str
         "cie" or "film", as for `black_body`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     Where nothing can move as asked for, there is nothing. What has no pressure cannot circle off the equatorial plane
     at constant theta: "circular" is a choice, not a solution.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.Volume(0.1, 6504.0, inner=5.0, outer=8.0).motion
+    'circular'
     """
 
     density: Any

@@ -40,12 +40,23 @@ class Wisps(Texture):
     response : str
         "cie" or "film", as for `black_body`.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     As gas of a temperature does, it shines with that part of a black body's light that it keeps of the light behind:
     Disk(inner, outer, wisps, opacity=wisps.opacity, slant=False). With `slant` more light would be kept, and not more
     of it would shine. The depth is the exponential of a random field, periodic in azimuth, with a spectrum that falls
     as a power: it looks like turbulence, and is no model of it.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.Wisps(peak=4500.0, inner=6.0, outer=20.0, seed=3).inner
+    6.0
     """
 
     def __init__(

@@ -1,0 +1,96 @@
+"""
+3. A star is dragged across a caustic
+=====================================
+
+We move one star over the secondary caustic of the last lesson, and watch a pair of images being born.
+"""
+
+# %%
+# All images of a star
+# --------------------
+#
+# A star's place on the celestial sphere is (θ′, φ′): θ′ from the spin axis, φ′ round it. ``star_images`` finds every
+# image of it in which light was focused at most ``max_index`` times on its way. (There are infinitely many more, ever
+# fainter and closer to the shadow.)
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import kerrcaustics as kc
+
+camera = kc.Camera(spin=0.999, radius=6.03)
+caustics = kc.caustics(camera, orders=3)
+
+before = kc.star_images(camera, star=(math.radians(77), math.radians(-60)), max_index=2)
+before
+
+# %%
+# ``certified`` is true: the images were looked for, and, without looking, counted by how often the caustics wind round
+# the star. Both agree, so none is missing.
+#
+# Five degrees further on
+# -----------------------
+
+after = kc.star_images(camera, star=(math.radians(77), math.radians(-65)), max_index=2)
+print("before", before.per_index)
+print("after ", after.per_index)
+
+# %%
+# One image of index 1 and one of index 2 have come: a pair. Between them runs the secondary critical curve.
+
+ax = caustics.plot(sky="camera")
+after.plot(ax)
+ax.set(xlim=(-20, 90), ylim=(-70, 70))
+plt.show()
+
+# %%
+# When exactly?
+# -------------
+#
+# The camera circles the hole, so that in its eyes all stars go round the other way: φ′ of a star falls. ``pair_events``
+# finds the moments when a star crosses a caustic.
+
+events = kc.pair_events(camera, math.radians(77))
+events
+
+# %%
+# The pair is born at one point of the critical curve. Let us come close to it from the other side, and measure how far
+# apart the two images are: their distance is the square root of the star's distance to the caustic. So is it in a
+# coffee cup, and at every fold.
+
+born = events[0]
+for step in (1e-2, 1e-4, 1e-6):
+    star = born.star[0], born.star[1] - step
+    found = kc.star_images(camera, star=star, max_index=2)
+    away = np.linalg.norm(found.sky - born.sky, axis=1)
+    pair = found.sky[np.argsort(away)[:2]]
+    print(f"star {step:.0e} rad past the caustic: images {np.linalg.norm(pair[0] - pair[1]):.2e} rad apart")
+
+# %%
+# Nearer by a factor of 100, the images are nearer by 10. And the brightness of each grows without bound as they meet:
+# that is the bright line on the coffee.
+#
+# One whole orbit
+# ---------------
+#
+# ``star_tracks`` follows all images while the camera circles once.
+
+tracks = kc.star_tracks(camera, math.radians(77), max_index=2)
+tracks.plot()
+plt.show()
+
+# %%
+# One colour an index. At a triangle that points up a pair is born, and its two images part; at one that points down two
+# images meet, and vanish. Brightness in time, with the same triangles:
+
+from kerrcaustics.draw.tracks import brightness
+
+figure, ax = plt.subplots(figsize=(6, 3.2), layout="constrained")
+brightness(ax, tracks, 0.0, tracks.period)
+plt.show()
+
+# %%
+# To drag stars by hand, in a browser or a notebook: ``kerrcaustics explore``, or ``kc.explore(spin=0.999,
+# radius=6.03)``.

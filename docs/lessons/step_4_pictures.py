@@ -1,0 +1,62 @@
+"""
+4. What the camera sees: stars and a disk
+=========================================
+
+From single rays to pictures: every pixel is a narrow beam.
+"""
+
+# %%
+# Stars
+# -----
+#
+# A ``View`` says where the camera looks and how wide, ``StarField`` is the sky of the Hipparcos satellite.
+
+import matplotlib.pyplot as plt
+
+import kerrcaustics as kc
+from kerrcaustics.draw.scenes import show_critical_curves
+
+camera = kc.Camera(spin=0.999, radius=6.03)
+view = kc.View.toward_hole(camera, width=480, height=400, field_of_view=2.6, projection="fisheye")
+stars = kc.render(camera, view, kc.StarField())
+ax = stars.plot(exposure=1 / 2500)
+show_critical_curves(ax, view, kc.caustics(camera, orders=2))
+plt.show()
+
+# %%
+# Outside the primary critical curve (blue) the sky looks as usual, only bent. Between it and the secondary one (orange)
+# is the whole sky once more, mirrored and squeezed; then again, and so on down to the shadow.
+#
+# Swatches
+# --------
+#
+# A chess board in place of stars shows how the sky is stretched.
+
+board = kc.render(camera, view, kc.Checkerboard())
+ax = board.plot(exposure=1.0, curve="linear")
+show_critical_curves(ax, view, kc.caustics(camera, orders=2))
+plt.show()
+
+# %%
+# On a critical curve a beam is squeezed to a line, so that neighbouring pixels see nearly the same place of the board:
+# its swatches are stretched.
+#
+# A disk
+# ------
+#
+# Glowing gas circles the hole in the plane of its equator, from radius 9.26 to 18.7. We look from afar, from just above
+# that plane.
+
+far = kc.Camera(spin=0.6, radius=74.1, inclination=1.51, velocity="static")
+disk = kc.Disk(inner=9.26, outer=18.70, emission=kc.BlackBody(4500))
+rendering = kc.render(far, kc.View(480, 200, 0.7), disk=disk)
+rendering.plot()
+plt.show()
+
+# %%
+# The arch over the shadow is the far part of the disk, whose light is bent over the hole; below is its underside.
+# Gas that comes toward us is brighter and bluer:
+
+shifted = kc.render(far, kc.View(480, 200, 0.7), disk=disk, beaming=True, colour_shift=True)
+shifted.plot()
+plt.show()

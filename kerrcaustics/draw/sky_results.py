@@ -1,0 +1,248 @@
+"""Plots of results on the camera sky and on the celestial sphere."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+
+from kerrcaustics.beams.beam import Rays
+from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
+from kerrcaustics.curves.isoradials import Isoradial
+from kerrcaustics.curves.light_curves import SpotEvent
+from kerrcaustics.draw import style
+from kerrcaustics.draw.count_map import count_map_axes
+from kerrcaustics.draw.plane_results import numbered, whole_line
+from kerrcaustics.draw.plots import celestial_sphere, primary_zoom
+from kerrcaustics.draw.projection import azimuthal_equidistant
+from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped
+from kerrcaustics.draw.tracks import stretches
+from kerrcaustics.scenes.catalogue import StarCatalogue
+from kerrcaustics.scenes.footprint import Footprint
+from kerrcaustics.scenes.star_field import StarField
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.sphere import polar_angle
+from kerrcaustics.stars.circles import CircleCurve, CircleImages
+from kerrcaustics.stars.counts import CountMap, ImageCounts
+from kerrcaustics.stars.events import PairEvent
+from kerrcaustics.stars.following import FollowedStar
+from kerrcaustics.stars.images import StarImages
+from kerrcaustics.stars.lines import LineCrossings
+from kerrcaustics.stars.plane_images import PlaneImages
+from kerrcaustics.stars.tracks import StarTracks, Track
+
+Array = np.ndarray
+
+# Rows: forward to the hole, right, up, for a camera that is at rest or moves along e_phi.
+_TO_THE_HOLE = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+_MARKS = {"creation": "^", "annihilation": "v"}
+
+
+def one_caustic(ax: Axes, caustic: Caustic, *, zoom: bool | None = None) -> Axes:
+    """On the celestial sphere; zoom, which is usual for one below 10 degrees, in its true shape about its middle."""
+    small = max(caustic.theta_extent, caustic.phi_extent) < math.radians(10)
+    draw = primary_zoom if (small if zoom is None else zoom) and caustic.kind != "point" else celestial_sphere
+    draw(ax, caustic)
+    ax.set_title(f"{style.order_name(caustic.order)} caustic")
+    return ax
+
+
+def caustic_set(ax: Axes, caustics: CausticSet, *, sky: str = "celestial") -> Axes:
+    """The caustics on the celestial sphere, phi' wrapped; sky="camera": the critical curves round the shadow."""
+    if sky not in ("celestial", "camera"):
+        raise ValueError(f"Argument `sky` must be celestial or camera, but is {sky!r}.")
+    if sky == "camera":
+        shadow(ax, caustics.camera)
+        for caustic in caustics:
+            line = style.order_line(caustic.order)
+            _on_sky(ax, whole_line(caustic.sky, caustic.closed), label=style.order_name(caustic.order), **line)
+        return _legend(ax)
+    for caustic in caustics:
+        draw_wrapped(ax, caustic, 1.1, 0.7, label=style.order_name(caustic.order))
+    return _legend(celestial_sphere_axes(ax))
+
+
+def cusp_place(ax: Axes, cusp: Cusp) -> Axes:
+    """The cusp on the celestial sphere."""
+    return _on_sphere(ax, cusp.celestial[None], marker="o")
+
+
+def one_event(ax: Axes, event: PairEvent) -> Axes:
+    """Where the star is, relative to the camera."""
+    return event_places(ax, [event])
+
+
+def event_places(ax: Axes, events: Iterable[PairEvent]) -> Axes:
+    """Where the star is, relative to the camera, when its images are created or annihilated, one colour an order."""
+    for event in events:
+        mark = {"marker": _MARKS.get(event.kind, "o"), "color": style.order_colour(event.order)}
+        _on_sphere(ax, np.array([event.star]), label=f"{event.kind}, order {event.order}", **mark)
+    return _legend(celestial_sphere_axes(ax))
+
+
+def ray_ends(ax: Axes, rays: Rays) -> Axes:
+    """Where the rays end, theta' and phi'; those that do not escape are left out."""
+    return _on_sphere(ax, _angles(rays.direction.reshape(-1, 3)[rays.escaped.ravel()]), marker=".", markersize=3)
+
+
+def footprint_places(ax: Axes, footprint: Footprint) -> Axes:
+    """Where the pixels look."""
+    return _on_sphere(ax, _angles(footprint.direction), marker=".", markersize=3)
+
+
+def count_map(ax: Axes, counts: CountMap, *, caustics: CausticSet | tuple[Caustic, ...] = ()) -> Axes:
+    """One colour a count; caustics of the same camera are drawn over it."""
+    return count_map_axes(ax, counts, caustics)
+
+
+def star_counts(ax: Axes, counts: ImageCounts) -> Axes:
+    """The stars on the celestial sphere, coloured by how many images each has."""
+    places = np.degrees(_turned(counts.stars))
+    drawn = numbered(ax, places[:, 1], places[:, 0], counts.total)
+    drawn.colorbar(ax.collections[-1], ax=ax, label="images")
+    return celestial_sphere_axes(ax)
+
+
+def image_places(ax: Axes, images: StarImages | PlaneImages) -> Axes:
+    """On the camera sky about the hole: one colour an index, areas that grow with the magnification."""
+    brightness = np.nan_to_num(images.magnification, nan=0.0, posinf=1e9)
+    size = 6 + 5 * np.log10(np.clip(brightness / max(brightness.max(initial=0), 1e-300), 1e-4, 1)) / 4
+    for k in np.unique(images.index).tolist():
+        for place, large in zip(images.sky[images.index == k], size[images.index == k], strict=True):
+            mark = {"marker": "o", "markersize": float(large), "color": style.order_colour(k + 1)}
+            _on_sky(ax, place[None], linestyle="none", label=f"index {k}", **mark)
+    return _legend(ax)
+
+
+def followed_images(ax: Axes, star: FollowedStar) -> Axes:
+    """The images at all cameras, darker from camera to camera."""
+    for part, images in zip(np.linspace(0.15, 1, len(star.images)).tolist(), star.images, strict=True):
+        _on_sky(ax, images.sky, linestyle="none", marker="o", markersize=3, color="black", alpha=part)
+    return ax
+
+
+def one_track(ax: Axes, track: Track) -> Axes:
+    """On the camera sky about the hole, one colour an index."""
+    for k, which in stretches(track):
+        _on_sky(ax, track.sky[which], label=f"index {k}", **style.order_line(k + 1))
+    for event in track.events:
+        _on_sky(ax, event.sky[None], linestyle="none", marker=_MARKS.get(event.kind, "o"), color="black")
+    return _legend(ax)
+
+
+def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
+    """All tracks round the shadow; triangles are creations (up) and annihilations (down)."""
+    shadow(ax, tracks.camera)
+    for track in tracks.tracks:
+        one_track(ax, track)
+    return _legend(ax)
+
+
+def circle_curve(ax: Axes, curve: CircleCurve) -> Axes:
+    """On the camera sky about the hole."""
+    line = style.order_line(curve.index + 1)
+    return _on_sky(ax, whole_line(curve.sky, curve.closed), label=f"index {curve.index}", **line)
+
+
+def circle_curves(ax: Axes, circle: CircleImages) -> Axes:
+    """The images of the great circle round the shadow, one colour an index."""
+    shadow(ax, circle.camera)
+    for curve in circle.curves:
+        circle_curve(ax, curve)
+    return _legend(ax)
+
+
+def line_crossings(ax: Axes, crossings: LineCrossings) -> Axes:
+    """On the camera sky about the hole."""
+    return _on_sky(ax, crossings.sky, linestyle="none", marker="o", markersize=3, color="black")
+
+
+def isoradial(ax: Axes, curve: Isoradial) -> Axes:
+    """On the camera sky about the hole."""
+    return isoradials(ax, [curve])
+
+
+def isoradials(ax: Axes, curves: Iterable[Isoradial]) -> Axes:
+    """The images of circles round the hole, one colour a crossing of the plane."""
+    for curve in curves:
+        line = style.order_line(max(curve.crossing, 1))
+        _on_sky(ax, whole_line(curve.sky, curve.closed), label=f"crossing {curve.crossing}", **line)
+    return _legend(ax)
+
+
+def spot_event(ax: Axes, event: SpotEvent) -> Axes:
+    """Where it is seen on the camera sky."""
+    return _on_sky(ax, event.sky[None], linestyle="none", marker=_MARKS.get(event.kind, "o"), color="black")
+
+
+def shadow(ax: Axes, camera: Camera) -> Axes:
+    """The shadow of the hole."""
+    edge = shadow_edge(camera, 400)
+    _name_axes(ax, edge)
+    ax.fill(*_flat(edge).T, label="shadow", **style.SHADOW)
+    return ax
+
+
+def catalogue(ax: Axes, catalogue: StarCatalogue, *, brightest: int = 3000) -> Axes:
+    """The brightest stars, bright ones larger, in the catalogue's own directions."""
+    return _stars(ax, catalogue, np.eye(3), brightest)
+
+
+def star_field(ax: Axes, field: StarField, *, brightest: int = 3000) -> Axes:
+    """The brightest stars on the celestial sphere, bright ones larger."""
+    return _stars(ax, field.catalogue, np.asarray(field.orientation, float), brightest)
+
+
+def _stars(ax: Axes, catalogue: StarCatalogue, orientation: Float[Array, "3 3"], brightest: int) -> Axes:
+    shown = np.argsort(catalogue.magnitude)[:brightest]
+    places = np.degrees(_turned(_angles(catalogue.direction[shown] @ orientation.T)))
+    size = 10 ** (-0.2 * (catalogue.magnitude[shown] - 2)) * 6
+    ax.scatter(places[:, 1], places[:, 0], s=size, color="black", linewidths=0)
+    return celestial_sphere_axes(ax)
+
+
+def _on_sphere(ax: Axes, celestial: Float[Array, "n 2"], **settings: Any) -> Axes:
+    """Points (theta', phi'), radians, on axes of the celestial sphere."""
+    places = np.degrees(_turned(celestial))
+    ax.plot(places[:, 1], places[:, 0], **{"linestyle": "none", "color": "black", **settings})
+    return celestial_sphere_axes(ax)
+
+
+def _turned(celestial: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
+    """Theta' and phi' in [-pi, pi)."""
+    return np.stack([celestial[:, 0], (celestial[:, 1] + math.pi) % (2 * math.pi) - math.pi], axis=-1)
+
+
+def _on_sky(ax: Axes, sky: Float[Array, "n k"], **settings: Any) -> Axes:
+    """A line, or points, on the camera sky: degrees to the right and up from the hole; of an Observer alpha, beta."""
+    _name_axes(ax, sky)
+    ax.plot(*_flat(sky).T, **settings)
+    return ax
+
+
+def _flat(sky: Float[Array, "n k"]) -> Float[Array, "n 2"]:
+    return sky if sky.shape[-1] == 2 else azimuthal_equidistant(sky, _TO_THE_HOLE)
+
+
+def _name_axes(ax: Axes, sky: Float[Array, "n k"]) -> None:
+    distant = sky.shape[-1] == 2
+    ax.set_xlabel("α (GM/c²)" if distant else "to the right (deg)")
+    ax.set_ylabel("β (GM/c²)" if distant else "up (deg)")
+    ax.set_aspect("equal", adjustable="box")
+
+
+def _legend(ax: Axes) -> Axes:
+    """Every label once."""
+    handles, labels = ax.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    if once:
+        ax.legend(once.values(), once.keys(), loc="best", fontsize="small", handlelength=1.5)
+    return ax
+
+
+def _angles(direction: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
+    """(theta', phi') of unit vectors."""
+    return np.stack([polar_angle(direction), np.arctan2(direction[:, 1], direction[:, 0])], axis=-1)

@@ -1,0 +1,196 @@
+"""What a result looks like: one line for a terminal; for a notebook a table of its numbers, and a small picture."""
+
+import base64
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
+from html import escape
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kerrcaustics.results.declared import LAYOUTS, quantities
+
+# Arrays of so few numbers, and words so short, are told in full; tables have so many rows.
+_FEW, _LONGEST_WORD, _MOST_ROWS = 4, 60, 12
+# Dimensions of one direction or place, which is told as one.
+_OF_ONE = {"axis", "angle", "pair", "place_axis"}
+
+
+class Entry(NamedTuple):
+    """One thing that a result holds: its name, value, dimensions, unit and text."""
+
+    name: str
+    value: Any
+    dims: tuple[str, ...]
+    unit: str
+    text: str
+
+
+def one_line(result: Any) -> str:
+    """The class, its numbers, and the sizes of its arrays."""
+    names = [f.name for f in fields(result) if not f.name.startswith("_")]
+    parts = [f"{name}={_short(getattr(result, name))}" for name in names]
+    return f"{type(result).__name__}({', '.join(parts)})"
+
+
+@np.errstate(all="ignore")
+def page(result: Any) -> str:
+    """What a notebook shows: the line, a table of numbers, one of its rows, and a small picture where there is one."""
+    entries = [entry for entry in _entries(result) if not _says_nothing(entry.value)]
+    single = [entry for entry in entries if not _is_long(entry) and not _holds_results(entry.value)]
+    parts = [f"<p><code>{escape(repr(result))}</code></p>", _picture(result), _numbers(single) if single else ""]
+    parts += [_rows(entry.name, entry.value) for entry in entries if _holds_results(entry.value)]
+    parts += [_columns(group) for group in _groups([entry for entry in entries if _is_long(entry)])]
+    return f"<div>{''.join(parts)}</div>"
+
+
+def _entries(result: Any) -> Iterator[Entry]:
+    """What users see of a result, or of another frozen dataclass; what was not asked for is left out."""
+    if type(result) in LAYOUTS:
+        for about in quantities(type(result)).values():
+            if (value := getattr(result, about.name)) is not None:
+                yield Entry(about.name, value, about.dims, about.unit, about.text)
+        return
+    for part in fields(result):
+        if not part.name.startswith("_") and (value := getattr(result, part.name)) is not None:
+            yield Entry(part.name, value, tuple(map(str, np.shape(value))), "", "")
+
+
+def _short(value: Any) -> str:
+    """A value in a few characters."""
+    if isinstance(value, np.ndarray):
+        return _array(value)
+    if isinstance(value, float | np.floating):
+        return f"{value:.9g}"
+    if isinstance(value, str):
+        return repr(value if len(value) <= _LONGEST_WORD else value[: _LONGEST_WORD - 1] + "…")
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_short(part)}" for key, part in list(value.items())[:_MOST_ROWS]) + "}"
+    if isinstance(value, list | tuple):
+        return _several(value)
+    # A name without its numbers is enough of what is within.
+    return f"<{type(value).__name__}>" if len(text := str(value)) > 3 * _LONGEST_WORD else text
+
+
+def _array(values: np.ndarray) -> str:
+    if values.size <= _FEW and values.ndim <= 1:
+        return "[" + ", ".join(_short(value.item()) for value in values.ravel()) + "]"
+    return f"<{' × '.join(map(str, values.shape))} array>"
+
+
+def _several(values: Sequence[Any]) -> str:
+    plain = all(isinstance(value, int | float | str) for value in values)
+    if plain and len(values) <= _FEW:
+        return "(" + ", ".join(map(_short, values)) + ")"
+    kinds = sorted({type(value).__name__ for value in values})
+    return f"<{len(values)} × {' or '.join(kinds)}>"
+
+
+def _is_long(entry: Entry) -> bool:
+    """Whether it is an array with a dimension of its own, such as the points of a curve."""
+    if not isinstance(entry.value, np.ndarray) or entry.value.ndim == 0:
+        return False
+    return entry.dims[:1] != () and entry.dims[0] not in _OF_ONE
+
+
+def _says_nothing(value: Any) -> bool:
+    """Whether it is empty, such as remarks where there is nothing to say."""
+    return isinstance(value, dict | list | tuple | str) and len(value) == 0
+
+
+def _holds_results(value: Any) -> bool:
+    return isinstance(value, Sequence) and len(value) > 0 and type(value[0]) in LAYOUTS
+
+
+def _numbers(entries: list[Entry]) -> str:
+    """A table of single numbers and words, one a line, with their units; what they are is told under the mouse."""
+    lines = [_line([entry.name, _told(entry), _unit(entry.unit)], "td", entry.text) for entry in entries]
+    return f"<table>{_line(['quantity', 'value', 'unit'], 'th')}{''.join(lines)}</table>"
+
+
+def _groups(entries: list[Entry]) -> list[list[Entry]]:
+    """Arrays along the same dimension together."""
+    first = {entry.dims[0] if entry.dims else "": None for entry in entries}
+    return [[entry for entry in entries if (entry.dims[0] if entry.dims else "") == name] for name in first]
+
+
+def _columns(group: list[Entry]) -> str:
+    """Arrays along one dimension: a row for each of its places where they are few, else the ranges of the numbers."""
+    count = len(group[0].value)
+    if 0 < count <= _MOST_ROWS and all(entry.value[0].ndim <= 1 and entry.value[0].size <= _FEW for entry in group):
+        heads = [group[0].dims[0], *(f"{entry.name}{_bracketed(entry.unit)}" for entry in group)]
+        lines = [_line([str(i), *(_cell(entry.value[i], entry.name) for entry in group)], "td") for i in range(count)]
+        return f"<table>{_line(heads, 'th')}{''.join(lines)}</table>"
+    heads = ["array", "shape", "least", "largest", "unit"]
+    lines = [
+        _line([entry.name, *_range(entry.value, entry.name), _unit(entry.unit)], "td", entry.text) for entry in group
+    ]
+    return f"<table>{_line(heads, 'th')}{''.join(lines)}</table>"
+
+
+def _rows(name: str, results: Sequence[Any]) -> str:
+    """Results within a result: a line each, of their single numbers."""
+    shown = [
+        [entry for entry in _entries(part) if not (_is_long(entry) or _says_nothing(entry.value))]
+        for part in results[:_MOST_ROWS]
+    ]
+    heads = list(dict.fromkeys(entry.name for row in shown for entry in row))
+    lines = []
+    for row in shown:
+        found = {entry.name: _told(entry) for entry in row}
+        lines.append(_line([found.get(head, "") for head in heads], "td"))
+    more = f"<p>and {len(results) - len(shown)} more</p>" if len(results) > len(shown) else ""
+    return f"<p>{escape(name)}</p><table>{_line(heads, 'th')}{''.join(lines)}</table>{more}"
+
+
+def _told(entry: Entry) -> str:
+    """The value of an entry: of an error two digits, words without quotation marks."""
+    if isinstance(entry.value, str):
+        return entry.value
+    if isinstance(entry.value, np.ndarray | np.generic | float):
+        return _cell(entry.value, entry.name)
+    return _short(entry.value)
+
+
+def _cell(value: Any, name: str = "") -> str:
+    """A number, or a few: errors are told to two digits."""
+    digits = 2 if "error" in name or name == "residual" else 7
+    parts = np.asarray(value).ravel().tolist()
+    return ", ".join(f"{part + 0.0:.{digits}g}" if isinstance(part, float) else str(part) for part in parts)
+
+
+def _range(values: np.ndarray, name: str) -> list[str]:
+    """Shape, least and largest of what is finite."""
+    shape = " × ".join(map(str, values.shape))
+    if values.dtype.kind not in "iufb":
+        return [shape, "", ""]
+    seen = values[np.isfinite(values)]
+    return [shape, _cell(seen.min(), name), _cell(seen.max(), name)] if seen.size else [shape, "", ""]
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else unit
+
+
+def _bracketed(unit: str) -> str:
+    return f" ({unit})" if _unit(unit) else ""
+
+
+def _line(cells: list[str], kind: str, text: str = "") -> str:
+    """One line of a table."""
+    about = f' title="{escape(text)}"' if text else ""
+    return f"<tr{about}>{''.join(f'<{kind}>{escape(cell)}</{kind}>' for cell in cells)}</tr>"
+
+
+def _picture(result: Any) -> str:
+    """The plot of a result as a PNG within the page; nothing where it has none."""
+    drawn = import_module("kerrcaustics.draw.shown").small_picture(result)
+    if drawn is None:
+        return ""
+    file = io.BytesIO()
+    drawn.savefig(file, format="png")
+    return (
+        f'<img alt="{type(result).__name__}" src="data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}"/>'
+    )

@@ -1,0 +1,58 @@
+"""Docstrings of the public names: their sections, and examples that run."""
+
+import doctest
+import inspect
+import re
+
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.results.declared import LAYOUTS
+
+# Programs kept in files are void when a source of these rooms changes, be it a word.
+ROOMS = ("kerrcaustics.beams.", "kerrcaustics.spacetime.")
+NAMES = [name for name in kc.__all__ if not inspect.ismodule(getattr(kc, name))]
+OURS = [name for name in NAMES if not getattr(kc, name).__module__.startswith(ROOMS)]
+FUNCTIONS = [name for name in OURS if not inspect.isclass(getattr(kc, name))]
+# Classes that users make; the others are what functions return.
+MADE = {kc.View}
+CLASSES = [name for name in OURS if name not in FUNCTIONS]
+CLASSES = [name for name in CLASSES if getattr(kc, name) not in LAYOUTS or getattr(kc, name) in MADE]
+# They check nothing that they are given.
+NEVER_RAISE = {"StarCatalogue", "hipparcos", "merged_catalogues", "show", "tilted_galaxy"}
+
+
+def sections(name):
+    """The titles of a docstring, in their order."""
+    return re.findall(r"^(\w+)\n-{3,}$", inspect.getdoc(getattr(kc, name)), re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS + CLASSES)
+def test_sections(name):
+    found = sections(name)
+    assert "Examples" in found
+    assert "Parameters" in found or not inspect.signature(getattr(kc, name)).parameters
+    assert "Raises" in found or name in NEVER_RAISE
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_sections_come_once_and_in_order(name):
+    order = ["Parameters", "Attributes", "Returns", "Raises", "Errors", "Notes", "References", "Examples"]
+    found = sections(name)
+    assert found == [title for title in order if title in found] or name not in OURS
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_private_name_is_cited(name):
+    cited = re.findall(r"`(_\w+)`", inspect.getdoc(getattr(kc, name)))
+    assert not cited
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in NAMES if "Examples" in sections(name)])
+def test_examples_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    runner = doctest.DocTestRunner()
+    for test in doctest.DocTestFinder(recurse=False).find(inspect.unwrap(getattr(kc, name)), name):
+        runner.run(test)
+    assert runner.summarize().failed == 0

@@ -1,0 +1,117 @@
+"""README and docs: their code runs, their commands are understood, their links lead somewhere, the pages are built."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kerrcaustics.cli import app
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+LESSONS = sorted((ROOT / "docs" / "lessons").glob("*.py"))
+NAMES = {page.name for page in PAGES}
+# Made while the pages are built.
+MADE = {"gallery/index.rst", "tutorial/index.rst", "explorer.html"}
+# What a page takes for granted before its first block.
+BEFORE = {
+    "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",
+    "units.md": "import numpy as np\nimport kerrcaustics as kc\ncamera = kc.Camera(0.9, 20)\n"
+    "values = np.ones(12 * 64**2)\nkc.save_sky('sky.fits', kc.celestial_picture(kc.Checkerboard(), 64))\n",
+    "sweeps.md": "import numpy as np, xarray\n"
+    "axes = {'spin': [0.5, 0.9], 'radius': [3.0, 6.0, 12.0], 'inclination': [60, 90], 'order': [1, 2, 3]}\n"
+    "circuits = np.random.default_rng(1).random((2, 3, 2, 3))\n"
+    "xarray.Dataset({'circuits': (list(axes), circuits)}, axes).to_zarr('spin_radius.zarr')\n",
+    "disks.md": "import kerrcaustics as kc\n",
+}
+
+
+def blocks(page):
+    """The Python of a page, block by block."""
+    return re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+def commands(page):
+    """The indented lines of a page that call kerrcaustics, as far as a pipe, a redirection or a comment."""
+    lines = re.findall(r"^ {4}(kerrcaustics .*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return [re.split(r"\s+[|#>]", line)[0] for line in lines]
+
+
+def links(page):
+    """The links of a page to other files, with their anchors."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    found = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`]*`", "", text))
+    return [link for link in found if not re.match(r"https?:|mailto:", link)]
+
+
+def anchors(page):
+    """What can be linked to on a page: its headings, as they are on the web."""
+    heads = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head).strip().lower().replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    for link in links(page):
+        target, _, anchor = link.partition("#")
+        if target in MADE or target.startswith("gallery/space_"):
+            continue
+        file = (page.parent / target).resolve() if target else page
+        assert file.exists(), link
+        assert not anchor or anchor in anchors(file), link
+
+
+def test_links_are_found():
+    assert sum(len(links(page)) for page in PAGES) > 100
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+def test_commands_are_understood(page, monkeypatch):
+    for line in commands(page):
+        words = shlex.split(line)[1:]
+        if not {"NAME", "COMMAND", "..."} & set(words) and "--help" not in words:
+            app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.name)
+def test_code_runs(page, tmp_path):
+    """In the order of the page, in a process and a folder of its own."""
+    begin = "import matplotlib; matplotlib.use('Agg')\n"
+    code = "\n".join([begin, BEFORE.get(page.name, ""), *blocks(page)])
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lesson", LESSONS, ids=lambda lesson: lesson.stem)
+def test_a_lesson_is_a_notebook_that_runs(lesson):
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    gallery = pytest.importorskip("sphinx_gallery.gen_gallery")
+    from sphinx_gallery.notebook import jupyter_notebook
+    from sphinx_gallery.py_source_parser import split_code_and_text_blocks
+
+    _, parts = split_code_and_text_blocks(str(lesson))
+    made = jupyter_notebook(parts, gallery.DEFAULT_GALLERY_CONF, str(lesson.parent))
+    book = nbformat.reads(json.dumps(made), as_version=4)
+    assert not any(cell.get("outputs") for cell in book.cells)
+    nbclient.NotebookClient(book, timeout=120, kernel_name="python3").execute()
+
+
+@pytest.mark.slow
+def test_pages_are_built_without_a_warning(tmp_path):
+    pytest.importorskip("sphinx")
+    call = [sys.executable, "-m", "sphinx", "-q", "-W", "-E", "-b", "html", "-d", tmp_path / "trees"]
+    quick = {**os.environ, "KERRCAUSTICS_DOCS": "quick"}
+    done = subprocess.run([*call, ROOT / "docs", tmp_path / "html"], env=quick, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    text = (tmp_path / "html" / "api.html").read_text(encoding="utf-8")
+    assert str(ROOT) not in text and "&lt;module" not in text
+    told = (tmp_path / "html" / "commands.html").read_text(encoding="utf-8")
+    names = [name for name in app if not name.startswith("-")]
+    assert len(names) > 10 and all(f'id="cyclopts-kerrcaustics-{name}"' in told for name in names)
