@@ -190,8 +190,8 @@ class Beams(Rays):
         first, second = displacement.T
         with np.errstate(divide="ignore", invalid="ignore"):
             u, v = np.stack([d * first - b * second, a * second - c * first]) / (a * d - b * c)
-        e_1, e_2 = tangent_basis(sky)
-        return u[:, None] * e_1 + v[:, None] * e_2
+            e_1, e_2 = tangent_basis(sky)
+            return u[:, None] * e_1 + v[:, None] * e_2
 
     def _rotations(self) -> tuple[np.ndarray, np.ndarray]:
         """J as z -> even z + odd conj(z): a circle becomes an ellipse of semi-axes |even| +- |odd|."""

@@ -262,6 +262,19 @@ class EquatorialPlane(End):
         What shines there, for the redshift: "circular" (prograde circular geodesic), "retrograde" (the other
         sense), "static" (at rest in Boyer-Lindquist coordinates), "fiducial" (at rest with respect to the FIDO),
         "plunging" (circular down to the ISCO, and from there falling with its energy and angular momentum).
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> rays = kc.trace_rays(camera, [[-0.6, 0.5, 0.4]], end=kc.EquatorialPlane(1))
+    >>> rays.radius.shape
+    (1,)
     """
 
     crossing: int = 1

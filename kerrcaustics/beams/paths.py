@@ -145,6 +145,11 @@ def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math
         Of shape (..., n). A ray that does not come to its end is followed to where it does come: to the celestial
         sphere, with status MISSED, or to just above the horizon, with status CAPTURED.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `RayPaths.error`. The k-th conjugate point is in error by about as much, divided by the rate at which the beam's
@@ -153,6 +158,14 @@ def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math
     Notes
     -----
     Close to a critical curve the last conjugate point is close to infinity, and round-off decides whether it is there.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> paths = kc.ray_paths(camera, [[-0.6, 0.5, 0.4]], n=50)
+    >>> paths.position.shape
+    (1, 50, 3)
     """
     check_camera(camera)
     surface = end_of(camera, end)
@@ -194,6 +207,11 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     SpacePoints
         Of shape (n,), all of one radius.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     About 1e-13 rad: the radius is kept, so that nothing grows.
@@ -201,6 +219,12 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     References
     ----------
     JTFT A.1 for the orbits and figure 11 for the picture.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.trapped_orbit(spin=0.9, impact=0.0, n=50).radius.shape
+    (50,)
     """
     spin, impact, periods = _checked_orbit(spin, impact, oscillations)
     n = whole_number("n", n, 2, _MOST_POINTS)

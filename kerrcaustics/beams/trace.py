@@ -64,6 +64,11 @@ def trace_rays(
     Rays
         Of batch shape (...).
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `Rays.error`, at most `tolerance` except where the status is INACCURATE; `Rays.time_error`.
@@ -71,6 +76,14 @@ def trace_rays(
     References
     ----------
     JTFT appendix A.1, in the variables of docs/conventions.md.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> rays = kc.trace_rays(camera, [[-0.6, 0.5, 0.4], [-1.0, 0.0, 0.0]])
+    >>> rays.escaped.tolist(), bool(rays.error[0] < 1e-9)
+    ([True, True], True)
     """
     return _traced(Rays, camera, sky, engine, tolerance, end, Wanted(time=time), redshift=redshift)
 
@@ -102,6 +115,11 @@ def trace_beams(
     Beams
         Of batch shape (...).
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     `Beams.error` for the end point, `Beams.jacobian_error` for the ellipse.
@@ -109,6 +127,14 @@ def trace_beams(
     References
     ----------
     JTFT section 2 and appendix A.2; here the first variation of the ray replaces their beam equations.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> beams = kc.trace_beams(camera, [[-0.6, 0.5, 0.4]])
+    >>> beams.index.tolist(), beams.jacobian.shape
+    ([1], (1, 2, 2))
     """
     wanted = Wanted(beams=True, index=index, crossings=crossings, time=time)
     return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=redshift)

@@ -82,6 +82,11 @@ class Camera:
         (at rest in Boyer-Lindquist coordinates), or a vector (v_r, v_theta, v_phi) measured by the FIDO.
         Left out, it becomes "circular" where there is such an orbit, else "fiducial".
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     The camera's azimuth is 0. Camera basis, with B the unit direction of motion: e_y = B, e_x perpendicular
@@ -89,6 +94,13 @@ class Camera:
     motion, e_x = e_r, e_y = e_phi, e_z = -e_theta.
 
     References: JTFT appendix A.1.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.999, radius=6.03)
+    >>> camera.velocity
+    'circular'
     """
 
     spin: float = quantity("", "1", "spin a of the hole")

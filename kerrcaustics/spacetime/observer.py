@@ -32,6 +32,11 @@ class Observer(Camera):
     radius : float, optional
         Boyer-Lindquist radius, at most 1e9, or infinite.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Notes
     -----
     The sky has two coordinates (alpha, beta) in units of M, from the direction to the hole: alpha grows toward e_phi,
@@ -43,6 +48,12 @@ class Observer(Camera):
 
     Times are those of a plane wave, without what it takes from the hole to the observer: r + 2 ln r is taken off. All
     is as accurate for every radius.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.shadow_edge(kc.Observer(spin=0.9, inclination=1.0), 100).shape
+    (100, 2)
     """
 
     is_distant: ClassVar[bool] = True

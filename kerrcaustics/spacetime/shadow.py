@@ -20,9 +20,27 @@ def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
     The curve runs clockwise as seen looking at the hole with the spin axis up, from its prograde end on the left;
     the last point is not the first one repeated.
 
+    Parameters
+    ----------
+    camera : Camera or Observer
+    n : int
+        How many.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Errors
     ------
     About 1e-15 rad, from closed formulas (JTFT A.1).
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.shadow_edge(camera, 100).shape
+    (100, 3)
     """
     check_camera(camera, distant=True)
     n = whole_number("n", n, 1)
