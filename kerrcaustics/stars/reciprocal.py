@@ -40,15 +40,20 @@ def search_within(camera: Camera, angles: Float[Array, "stars 2"], max_index: in
 
 def _one(camera: Camera, theta: float, phi: float, max_index: int, end: Sphere) -> Found:
     """The images of one star, from those that are seen of the camera there."""
+    _, sheets = sheets_from(camera, theta, max_index, end)
+    found = search(sheets, from_angles(camera.inclination, phi)[None])
+    return _seen_from(camera, from_angles(theta, phi), found, sheets, end)
+
+
+def sheets_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> tuple[Camera, Sheets]:
+    """A camera at a star on a sphere, and its sheets of the sphere on which the camera lies."""
     there = Camera(camera.spin, float(end.radius), theta, "fiducial")
     outward = Sphere(camera.radius)
     try:
         check_domain(there, outward)
-        sheets = sheets_of(there, max_index, outward)
+        return there, sheets_of(there, max_index, outward)
     except ValueError as error:
         raise ValueError(f"{error} (Said of a camera at the star, as the star lies nearer to the hole.)") from None
-    found = search(sheets, from_angles(camera.inclination, phi)[None])
-    return _seen_from(camera, from_angles(theta, phi), found, sheets, end)
 
 
 def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: Sheets, end: Sphere) -> Found:
@@ -58,7 +63,7 @@ def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: S
     returning = light.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):
-        sky = sky_from_looking(camera.frame(), -_motion(camera, np.asarray(light.b), np.asarray(light.q), sign))
+        sky = sky_from_looking(camera.frame(), -motion(camera, np.asarray(light.b), np.asarray(light.q), sign))
         for leaf in (False, True):
             these = np.flatnonzero((returning == leaf) & np.isfinite(sky).all(axis=1))
             images = _refined(camera, star, found.index[these], sky[these], replace(end, returning=leaf))
@@ -70,7 +75,7 @@ def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: S
     return found_of(merged, counts, found.expected, found.touching, sheets)
 
 
-def _motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
+def motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
     """Directions of motion (r, theta, phi), in the FIDO frame, of photons that come out to the camera."""
     frame = camera.frame()
     a, r, c, s = frame.spin, frame.radius, frame.cos_theta, frame.sin_theta
