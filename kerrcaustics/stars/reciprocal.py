@@ -34,15 +34,17 @@ def search_within(camera: Camera, angles: Float[Array, "stars 2"], max_index: in
     """
     if math.sin(camera.inclination) == 0:
         raise ValueError("Argument `end` must be at least the camera's radius where the camera is on the spin axis.")
-    parts = [_one(camera.at_rest(), theta, phi, max_index, end) for theta, phi in angles.tolist()]
-    return found_together(parts)
+    together = len(angles) > 0 and bool((angles[:, 0] == angles[0, 0]).all())
+    groups = [angles] if together else np.split(angles, len(angles))
+    return found_together([_one_theta(camera.at_rest(), group, max_index, end) for group in groups])
 
 
-def _one(camera: Camera, theta: float, phi: float, max_index: int, end: Sphere) -> Found:
-    """The images of one star, from those that are seen of the camera there."""
-    _, sheets = sheets_from(camera, theta, max_index, end)
-    found = search(sheets, from_angles(camera.inclination, phi)[None])
-    return _seen_from(camera, from_angles(theta, phi), found, sheets, end)
+def _one_theta(camera: Camera, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> Found:
+    """The images of stars with one theta, from those that are seen of the camera there."""
+    phi = angles[:, 1]
+    _, sheets = sheets_from(camera, float(angles[0, 0]), max_index, end)
+    found = search(sheets, from_angles(np.full(len(phi), camera.inclination), phi))
+    return _seen_from(camera, from_angles(angles[:, 0], phi), found, sheets, end)
 
 
 def sheets_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> tuple[Camera, Sheets]:
@@ -56,7 +58,7 @@ def sheets_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> tu
         raise ValueError(f"{error} (Said of a camera at the star, as the star lies nearer to the hole.)") from None
 
 
-def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: Sheets, end: Sphere) -> Found:
+def _seen_from(camera: Camera, star: Float[Array, "stars 3"], found: Found, sheets: Sheets, end: Sphere) -> Found:
     """The images as the camera sees them, refined there."""
     light = photon(sheets.frame, tuple(found.sky.T))
     # Of photons that come in at the star the ways lead on inward, and out again.
@@ -66,8 +68,10 @@ def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: S
         sky = sky_from_looking(camera.frame(), -motion(camera, np.asarray(light.b), np.asarray(light.q), sign))
         for leaf in (False, True):
             these = np.flatnonzero((returning == leaf) & np.isfinite(sky).all(axis=1))
-            images = _refined(camera, star, found.index[these], sky[these], replace(end, returning=leaf))
-            parts.append(images)
+            images = _refined(
+                camera, star[found.star[these]], found.index[these], sky[these], replace(end, returning=leaf)
+            )
+            parts.append(images.of(found.star[these]))
     merged = parts[0]
     for part in parts[1:]:
         merged = merged.merged(part)
@@ -90,9 +94,8 @@ def motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: f
 
 
 def _refined(
-    camera: Camera, star: Float[Array, " 3"], index: Int[Array, " n"], sky: Float[Array, "n 3"], end: Sphere
+    camera: Camera, star: Float[Array, "n 3"], index: Int[Array, " n"], sky: Float[Array, "n 3"], end: Sphere
 ) -> Candidates:
-    """Images on one leaf, from guesses."""
-    which, sky, error = find_roots(camera, np.tile(star, (len(sky), 1)), index, sky, _FEW_STEPS, end=end)
-    count = len(which)
-    return Candidates(np.zeros(count, int), index[which], sky, error, np.full(count, end.returning, bool))
+    """Images on one leaf, from guesses; as their star, the number of the guess."""
+    which, sky, error = find_roots(camera, star, index, sky, _FEW_STEPS, end=end)
+    return Candidates(which, index[which], sky, error, np.full(len(which), end.returning, bool))
