@@ -188,8 +188,38 @@ def test_tracks_are_of_the_star():
     np.testing.assert_allclose(together.sky, single.sky, atol=1e-10)
     with pytest.raises(ValueError, match="Argument `time` must be left out for an Observer"):
         tracks.images_at(0.0)
-    with pytest.raises(ValueError, match="Argument `end` must be at least the camera's radius inf for tracks"):
-        kc.star_tracks(OBSERVER, 1.2, 2, end=10.0)
+
+
+@pytest.mark.slow
+def test_tracks_at_finite_radius_are_images():
+    tracks = kc.star_tracks(OBSERVER, 1.4, 1, end=8.0)
+    assert tracks.certified
+    for track in tracks.tracks:
+        which = len(track) // 3
+        images = kc.star_images(OBSERVER, (1.4, track.azimuth[which] % math.tau), 1, end=8.0)
+        mine = images.index == track.index[which]
+        assert np.linalg.norm(images.sky[mine] - track.sky[which]) <= images.error[mine] + track.error[which]
+        assert images.magnification[mine] == pytest.approx(track.magnification[which], rel=1e-9)
+        assert images.redshift[mine] == pytest.approx(track.redshift[which], rel=1e-9)
+    at = tracks.images_at(azimuth=1.0)
+    assert at.sky == pytest.approx(kc.star_images(OBSERVER, (1.4, 1.0), 1, end=8.0).sky, abs=1e-10)
+
+
+@pytest.mark.slow
+def test_tracks_in_the_plane_are_images():
+    plane = kc.EquatorialPlane(2)
+    tracks, events = kc.star_tracks(OBSERVER, 4.0, 2, end=plane), kc.pair_events(OBSERVER, 4.0, 2, end=plane)
+    assert tracks.certified and [e.azimuth for e in events] == [e.azimuth for e in tracks.events]
+    radius = 1e4
+    far = kc.pair_events(camera_at(radius), 4.0, 2, end=plane)
+    assert [e.azimuth for e in far] == pytest.approx([e.azimuth for e in events], abs=50 / radius)
+    (track,) = tracks.tracks
+    which = int(np.flatnonzero(track.parity)[len(track) // 3])
+    images = kc.star_images(OBSERVER, (4.0, track.azimuth[which] % math.tau), 2, end=plane)
+    mine = np.linalg.norm(images.sky - track.sky[which], axis=1).argmin()
+    assert np.linalg.norm(images.sky[mine] - track.sky[which]) <= images.error[mine] + track.error[which]
+    assert images.magnification[mine] == pytest.approx(track.magnification[which], rel=1e-6)
+    assert images.time[mine] == pytest.approx(track.time[which], abs=1e-9)
 
 
 @pytest.mark.slow

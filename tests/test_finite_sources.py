@@ -66,8 +66,8 @@ def test_ends_that_are_none(wrong, complaint):
     for function in (kc.star_images, kc.image_counts):
         with pytest.raises(ValueError, match=complaint):
             function(CAMERA, STARS[0] if function is kc.star_images else STARS, **wrong)
-    with pytest.raises(ValueError, match="at least the camera's radius"):
-        kc.star_tracks(kc.Camera(0.9, 10.0), 1.0, end=5.0)
+    with pytest.raises(ValueError, match="`theta` must lie between 0 and pi for a star within the camera's radius"):
+        kc.star_tracks(kc.Camera(0.9, 10.0), 0.0, end=5.0)
 
 
 def test_command_line_refuses_an_end_inside_the_horizon(capsys):
@@ -245,6 +245,39 @@ def test_tracks_and_events_at_a_finite_radius():
         sides = [kc.star_images(camera, (1.2, event.star[1] + step), 2, end=5.0) for step in (-1e-3, 1e-3)]
         assert all(side.certified for side in sides)
         assert abs(len(sides[1]) - len(sides[0])) == (2 if event.order <= 2 else 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("camera", "theta", "end"), [(kc.Camera(0.9, 10.0), 1.2, 5.0), (CAMERA, 2.0, 8.0)], ids=str)
+def test_tracks_of_a_star_within_the_camera_s_radius(camera, theta, end):
+    """Every point leads to the star by the integrator; there are as many as single searches find."""
+    tracks = kc.star_tracks(camera, theta, 2, end=end)
+    assert tracks.certified and tracks.tracks
+    assert [e.azimuth for e in tracks.events] == [e.azimuth for e in kc.pair_events(camera, theta, 2, end=end)]
+    passed = np.zeros(5, int)
+    moments = np.array([0.3, 1.9, 3.0, 4.1, 5.6])
+    for track in tracks.tracks:
+        plain = np.flatnonzero(track.parity != 0)[::5]
+        ends = [
+            kc.trace_beams(camera, track.sky[plain], "integrated", 1e-12, end=Sphere(end, leaf))
+            for leaf in (False, True)
+        ]
+        goal = from_angles(np.full(len(plain), theta), track.azimuth[plain])
+        misses = [np.nan_to_num(np.linalg.norm(one.direction - goal, axis=1), nan=9.0) for one in ends]
+        assert np.minimum(*misses).max() < 1e-7
+        index = np.where(misses[0] < misses[1], *(np.asarray(one.index) for one in ends))
+        np.testing.assert_array_equal(index, track.index[plain])
+        whole = (
+            np.append(track.azimuth, track.azimuth[0] + 2 * math.pi * track.turns) if track.closed else track.azimuth
+        )
+        turns = np.floor((whole - moments[:, None]) / (2 * math.pi))
+        passed += np.abs(np.diff(turns, axis=1)).sum(axis=1).astype(int)
+        assert (np.linalg.norm(np.diff(track.sky, axis=0), axis=1) < 0.05).all()
+    together = tracks.images_at(azimuth=moments)
+    assert all(images.certified for images in together)
+    assert passed.tolist() == [len(images) for images in together]
+    single = kc.star_images(camera, (theta, 1.9), 2, end=end)
+    np.testing.assert_allclose(together[1].sky, single.sky, atol=1e-12)
 
 
 def test_sheets_know_their_sphere():

@@ -34,38 +34,45 @@ def search_within(camera: Camera, angles: Float[Array, "stars 2"], max_index: in
 
     Parameters: angles, (theta, phi) of the stars; end, their sphere.
     """
-    parts = [_one(searcher(camera), theta, phi, max_index, end) for theta, phi in angles.tolist()]
-    return found_together(parts)
+    together = len(angles) > 0 and bool((angles[:, 0] == angles[0, 0]).all())
+    groups = [angles] if together else np.split(angles, len(angles))
+    return found_together([_one_theta(searcher(camera), group, max_index, end) for group in groups])
 
 
-def _one(camera: Camera, theta: float, phi: float, max_index: int, end: Sphere) -> Found:
-    """The images of one star, from those that are seen of the camera there."""
+def _one_theta(camera: Camera, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> Found:
+    """The images of stars with one theta, from those that are seen of the camera there."""
+    phi = angles[:, 1]
+    _, sheets = sheets_from(camera, float(angles[0, 0]), max_index, end)
+    found = search(sheets, from_angles(np.full(len(phi), camera.inclination), phi))
+    return _seen_from(camera, from_angles(angles[:, 0], phi), found, sheets, end)
+
+
+def sheets_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> tuple[Camera, Sheets]:
+    """A camera at a star on a sphere, and its sheets of the sphere on which the camera lies."""
     there = Camera(camera.spin, float(end.radius), theta, "fiducial")
     outward = SKY if math.isinf(camera.radius) else Sphere(camera.radius)
     try:
         check_domain(there, outward)
-        sheets = sheets_of(there, max_index, outward)
+        return there, sheets_of(there, max_index, outward)
     except ValueError as error:
         raise ValueError(f"{error} (Said of a camera at the star, as the star lies nearer to the hole.)") from None
-    found = search(sheets, from_angles(camera.inclination, phi)[None])
-    return _seen_from(camera, from_angles(theta, phi), found, sheets, end)
 
 
-def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: Sheets, end: Sphere) -> Found:
+def _seen_from(camera: Camera, star: Float[Array, "stars 3"], found: Found, sheets: Sheets, end: Sphere) -> Found:
     """The images as the camera sees them, refined there."""
     light = photon(sheets.frame, tuple(found.sky.T))
     # Of photons that come in at the star the ways lead on inward, and out again.
     returning = light.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):
-        motion = _motion(camera, np.asarray(light.b), np.asarray(light.q), sign)
-        sky = sky_from_looking(camera.frame(), -magnified(camera.frame(), motion))
+        way = motion(camera, np.asarray(light.b), np.asarray(light.q), sign)
+        sky = sky_from_looking(camera.frame(), -magnified(camera.frame(), way))
         for leaf in (False, True):
             these = np.flatnonzero((returning == leaf) & np.isfinite(sky).all(axis=1))
-            here = replace(end, returning=leaf)
-            guesses = _turned(camera, star, sky[these], sign, here) if camera.on_axis else sky[these]
-            images = _refined(camera, star, found.index[these], guesses, here)
-            parts.append(images)
+            here, stars = replace(end, returning=leaf), star[found.star[these]]
+            guesses = _turned(camera, stars, sky[these], sign, here) if camera.on_axis else sky[these]
+            images = _refined(camera, stars, found.index[these], guesses, here)
+            parts.append(images.of(found.star[these]))
     merged = parts[0]
     for part in parts[1:]:
         merged = merged.merged(part)
@@ -73,7 +80,7 @@ def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: S
     return found_of(merged, counts, found.expected, found.touching, sheets)
 
 
-def _motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
+def motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
     """Directions of motion (r, theta, phi), in the FIDO frame, of photons that come out to the camera."""
     frame = camera.frame()
     a, r, c, s = frame.spin, frame.radius, frame.cos_theta, frame.sin_theta
@@ -89,7 +96,7 @@ def _motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: 
     return motion / np.linalg.norm(motion, axis=-1, keepdims=True)
 
 
-def _turned(camera: Camera, star: Float[Array, " 3"], sky: Array, sense: float, end: Sphere) -> Float[Array, "n 3"]:
+def _turned(camera: Camera, star: Float[Array, "n 3"], sky: Array, sense: float, end: Sphere) -> Float[Array, "n 3"]:
     """Directions of a camera on the spin axis, turned about it so that their rays end at the star's azimuth.
 
     sense: of the turn on the sky, which is another one at either pole.
@@ -97,15 +104,14 @@ def _turned(camera: Camera, star: Float[Array, " 3"], sky: Array, sense: float, 
     if not len(sky):
         return sky
     rays = trace_rays(camera, sky, end=end)
-    angle = sense * (math.atan2(star[1], star[0]) - rays.azimuth)
+    angle = sense * (np.arctan2(star[:, 1], star[:, 0]) - rays.azimuth)
     (x, y, z), c, s = sky.T, np.cos(angle), np.sin(angle)
     return np.stack([x, c * y - s * z, s * y + c * z], axis=-1)
 
 
 def _refined(
-    camera: Camera, star: Float[Array, " 3"], index: Int[Array, " n"], sky: Float[Array, "n 3"], end: Sphere
+    camera: Camera, star: Float[Array, "n 3"], index: Int[Array, " n"], sky: Float[Array, "n 3"], end: Sphere
 ) -> Candidates:
-    """Images on one leaf, from guesses."""
-    which, sky, error = find_roots(camera, np.tile(star, (len(sky), 1)), index, sky, _FEW_STEPS, end=end)
-    count = len(which)
-    return Candidates(np.zeros(count, int), index[which], sky, error, np.full(count, end.returning, bool))
+    """Images on one leaf, from guesses; as their star, the number of the guess."""
+    which, sky, error = find_roots(camera, star, index, sky, _FEW_STEPS, end=end)
+    return Candidates(which, index[which], sky, error, np.full(len(which), end.returning, bool))

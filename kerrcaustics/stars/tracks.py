@@ -9,14 +9,15 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.ends import EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import SeenLight, lengths, seen
+from kerrcaustics.curves.screens import lengths, seen
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.camera import Camera, check_camera, looking_from_sky, orbital_velocity
 from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.events import (
     PairEvent,
     PairEvents,
@@ -24,10 +25,12 @@ from kerrcaustics.stars.events import (
     in_time,
     pair_events_of,
 )
-from kerrcaustics.stars.images import StarImages, checked_index, checked_sheets, images_of, is_within
+from kerrcaustics.stars.images import StarImages, checked_index, checked_sheets, images_of, is_within, search_for
 from kerrcaustics.stars.level_curves.branches import Branches, Cubics
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
+from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
+from kerrcaustics.stars.near_tracks import SeenNodes, branches_from, seen_from
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.plane_tracks import PlaneTracks, plane_tracks
 from kerrcaustics.stars.search import Candidates, found_of, search
@@ -159,16 +162,22 @@ class StarTracks:
         if moments.ndim > 1 or not np.isfinite(moments).all():
             raise ValueError(f"Argument `{name}` must be a finite number or a one-dimensional array, but is {value!r}.")
         phi = (moments if time is None else self.azimuth_at(moments)).reshape(-1)
-        whole = self if self._branches is not None else self._anew()
+        whole = self if self._within or self._branches is not None else self._anew()
         parts = [whole._images(phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]
         images = tuple(image for part in parts for image in part)
         return images if moments.ndim else images[0]
+
+    @property
+    def _within(self) -> bool:
+        return self.source_radius < self.camera.radius
 
     def _anew(self) -> "StarTracks":
         return star_tracks(self.camera, self.theta, self.max_index, end=self.source_radius)
 
     def _images(self, phi: Float[Array, " moments"]) -> list[StarImages]:
         """The images at several azimuths."""
+        if self._within:
+            return self._searched(phi)
         branches, theta = self._branches, self.theta
         sheets, found = branches.sheets, branches.meetings
         phi = found.gap_low[0] + (phi - found.gap_low[0]) % _TURN
@@ -190,6 +199,14 @@ class StarTracks:
             for i, one in zip(doubtful.tolist(), sure, strict=True):
                 whole[i] = one
         return whole
+
+    def _searched(self, phi: Float[Array, " moments"]) -> list[StarImages]:
+        """The images of a star within the camera's radius: each by a search."""
+        end = spherical(self.camera, self.source_radius, distant=True)
+        stars = [(self.theta, angle) for angle in (phi % _TURN).tolist()]
+        angles = np.array(stars)
+        found = search_for(self.camera, from_angles(angles[:, 0], angles[:, 1]), angles, self.max_index, end)
+        return images_of(self.camera, end, stars, found)
 
     def _interpolated(
         self, phi: Float[Array, " moments"]
@@ -237,7 +254,7 @@ def star_tracks(
     max_index : int
         0 to 6: images with Morse index up to it.
     end : float
-        Radius of the star, at least the camera's; math.inf is the celestial sphere. An `EquatorialPlane`: the source
+        Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source
         circles in the plane, seen by any camera that does not lie in it.
 
     Returns
@@ -269,24 +286,18 @@ def star_tracks(
     angular_velocity = None if camera.is_distant else orbital_velocity(camera)
     height = checked_theta(theta)
     surface = spherical(camera, end, distant=True)
-    if is_within(camera, surface):
-        raise ValueError(
-            f"Argument `end` must be at least the camera's radius {camera.radius:.12g} for tracks, but is "
-            f"{surface.radius:.12g}."
-        )
-    branches = Branches(
-        checked_sheets(camera, max_index, surface, distant=True), camera, Circle.about_spin_axis(height)
-    )
-    found = branches.meetings
+    found, branches, at = _followed(camera, height, max_index, surface)
     events = pair_events_of(camera, found, height, angular_velocity)
-    remarks = (*found.remarks, *branches.remarks, *(r for i in np.flatnonzero(~found.known) for r in events[i].remarks))
+    doubts = tuple(r for i in np.flatnonzero(~found.known) for r in events[i].remarks)
+    differ = ("the events that camera and star see are not the same: tracks cannot be joined",)
+    remarks = (*found.remarks, *branches.remarks, *doubts, *(at.remarks if at else differ))
     return StarTracks(
         camera=camera,
         theta=height,
         max_index=int(max_index),
         angular_velocity=angular_velocity or 0.0,
         period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
-        tracks=_tracks(camera, branches, events),
+        tracks=_tracks(branches, events, at) if at else (),
         events=PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks),
         ends=in_time(e for e in events if e.order > max_index),
         certified=not remarks,
@@ -297,39 +308,49 @@ def star_tracks(
     )
 
 
-def _tracks(camera: Camera, branches: Branches, events: list[PairEvent]) -> tuple[Track, ...]:
-    """The chains of links, as the camera sees them."""
-    frame = branches.sheets.frame
+def _followed(
+    camera: Camera, height: float, max_index: int, end: Spherical
+) -> tuple[Meetings, Branches, SeenNodes | None]:
+    """Where a star meets caustics, its level curve, and how the camera sees that."""
+    circle = Circle.about_spin_axis(height)
+    if isinstance(end, Sphere) and is_within(camera, end):
+        own = meetings(checked_sheets(camera, max_index, end, distant=True), circle)
+        branches = branches_from(camera, height, max_index, end)
+        return own, branches, seen_from(camera, height, branches, own, end)
+    branches = Branches(checked_sheets(camera, max_index, end, distant=True), camera, circle)
+    frame, nodes = branches.sheets.frame, branches.nodes
 
     def traced(lens: Camera, sky: Array) -> Beams:
         return trace_beams(lens, sky, "auto", TOLERANCE, end=branches.sheets.end)
 
-    at = seen(camera, branches.nodes.sky, traced)
-    error = errors_on_sky(branches, at.beams, np.array([event.error for event in events]))
-    error = error * lengths(camera, branches.nodes.sky)
-    eastward = looking_from_sky(frame, branches.nodes.sky)[:, 2] < 0
-    tracks = [_track(chain, branches, events, at, error, eastward) for chain in chains(branches, over_events=True)]
+    light = seen(camera, nodes.sky, traced)
+    error = errors_on_sky(branches, light.beams, branches.meetings.error) * lengths(camera, nodes.sky)
+    eastward = looking_from_sky(frame, nodes.sky)[:, 2] < 0
+    return branches.meetings, branches, SeenNodes(light, error, eastward, nodes.event)
+
+
+def _tracks(branches: Branches, events: list[PairEvent], at: SeenNodes) -> tuple[Track, ...]:
+    """The chains of links, as the camera sees them."""
+    tracks = [_track(chain, branches, events, at) for chain in chains(branches, over_events=True)]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
-def _track(
-    chain: Chain, branches: Branches, events: list[PairEvent], at: SeenLight, error: Array, eastward: Array
-) -> Track:
-    """One of the chains; what is seen at the nodes, its error, and which of their photons move eastward there."""
-    chosen = chain.nodes
-    index, event = branches.nodes.index[chosen], branches.nodes.event[chosen]
+def _track(chain: Chain, branches: Branches, events: list[PairEvent], at: SeenNodes) -> Track:
+    """One of the chains."""
+    chosen, light = chain.nodes, at.light
+    index, event = branches.nodes.index[chosen], at.events[chosen]
     # Named after a ray with b < 0 where there is one, as caustics are; of low index.
-    anchor = np.lexsort((eastward[chosen], index))[0]
-    turns = np.round((at.beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
+    anchor = np.lexsort((at.eastward[chosen], index))[0]
+    turns = np.round((light.beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
     places = np.flatnonzero(event >= 0)
     return Track(
-        sky=at.sky[chosen],
+        sky=light.sky[chosen],
         azimuth=chain.longitude + _TURN * turns,
         index=index,
         parity=np.where(event >= 0, 0, 1 - 2 * (index % 2)),
-        magnification=np.where(event >= 0, np.inf, at.magnification[chosen]),
-        redshift=at.redshift[chosen],
-        error=error[chosen],
+        magnification=np.where(event >= 0, np.inf, light.magnification[chosen]),
+        redshift=light.redshift[chosen],
+        error=at.error[chosen],
         closed=chain.closed,
         turns=round(chain.sweep / _TURN) if chain.closed else 0,
         events=tuple(events[i] for i in event[places]),
