@@ -40,7 +40,7 @@ SOON = 1.0
 VIEW = 70.0
 TRACK = "#d62728"
 # Offsets of the numbers, points of type.
-OFFSETS = {"#0": (0, 11), "#1": (-12, 0), "#2": (11, -8), "#3": (12, 2)}
+OFFSETS = {"#0": (0, 11), "#1": (-12, 0), "#2": (6, -12), "#3": (12, 2)}
 
 
 def main(output: Path) -> list[Path]:

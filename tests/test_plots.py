@@ -198,6 +198,18 @@ def test_ticks_and_numbers_of_small_spans():
     assert style.number(-0.5) == "−0.5" and style.number(1234.5, ".0f") == "1234"
 
 
+@pytest.mark.parametrize("log", ["", "xy"])
+def test_computed_points_are_dots_on_a_smooth_curve(log):
+    ax, x, y = new_axes(), np.array([1.0, 2, 3, 5, 8, 9]), np.array([2.0, 5, math.nan, 9, 8.9, 3])
+    style.draw_computed(ax, x, y, log, color="red")
+    curve, dots = (line.get_xydata() for line in ax.get_lines())
+    assert len(curve) > 100 and dots[~np.isnan(dots[:, 1])] == pytest.approx(np.stack([x, y], axis=1)[[0, 1, 3, 4, 5]])
+    for place, height in dots[~np.isnan(dots[:, 1])]:
+        assert np.interp(place, *curve.T) == pytest.approx(height, rel=1e-2)
+    style.draw_computed(ax, x[:1], y[:1], log)
+    assert ax.get_lines()[2].get_xydata().tolist() == [[pytest.approx(1.0), pytest.approx(2.0)]]
+
+
 def test_a_curve_beside_the_centre_is_unrolled_at_every_turn():
     line = unrolled(np.array([350.0, 355, 5, 10, 5, 355]), np.array([1.0, 2, 2, 1, 0.5, 0.5]), closed=True)
     seen = line[np.isfinite(line[:, 0])]

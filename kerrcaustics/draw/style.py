@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import Akima1DInterpolator
 
 PAGE_WIDTH = 7.0
 """Width in inches of a picture that fills a journal page."""
@@ -127,14 +127,15 @@ def draw_cross(ax: Axes, point: Float[np.ndarray, "2"], order: int | np.integer)
 def draw_computed(ax: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], log: str = "", **line: Any) -> None:
     """Dots at computed points and a curve without kinks through them, of one colour.
 
-    The curve is monotonic between two points, in the logarithms of the coordinates that `log` names ("x", "y", "xy").
+    The curve is Akima's, modified so that it hardly overshoots, in the logarithms of the coordinates that `log` names
+    ("x", "y", "xy").
     """
     known = np.isfinite(x) & np.isfinite(y)
     points = [np.log(part[known]) if name in log else part[known] for name, part in (("x", x), ("y", y))]
     if known.sum() > 1:
         order = np.argsort(points[0])
         fine = np.linspace(points[0].min(), points[0].max(), 400)
-        points = [fine, PchipInterpolator(points[0][order], points[1][order])(fine)]
+        points = [fine, Akima1DInterpolator(points[0][order], points[1][order], method="makima")(fine)]
     curve = [np.exp(part) if name in log else part for name, part in zip("xy", points, strict=True)]
     (drawn,) = ax.plot(*curve, **line)
     ax.plot(x, y, ".", color=drawn.get_color(), alpha=drawn.get_alpha(), markersize=2.5, linestyle="none")

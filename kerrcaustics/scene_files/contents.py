@@ -123,6 +123,7 @@ class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard
     gap: float = 0.16
     colours: tuple[str, ...] = COLOURS
     gap_colour: str = GAP_COLOUR
+    along: Literal["latitude", "longitude"] = "latitude"
 
 
 class PanoramaTable(SceneTable, kw_only=True, frozen=True, tag="panorama", tag_field="kind"):

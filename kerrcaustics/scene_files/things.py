@@ -55,7 +55,8 @@ def sky_of(table: SkyTable, folder: Path, files: tuple[tuple[str, str], ...], re
             case StarsTable():
                 return _stars(table, folder, response)
             case CheckerboardTable():
-                return Checkerboard(table.rows, table.columns, table.gap, table.colours, table.gap_colour)
+                look = table.colours, table.gap_colour, table.along
+                return Checkerboard(table.rows, table.columns, table.gap, *look)
             case PanoramaTable():
                 return Panorama.read(folder / table.file)
 

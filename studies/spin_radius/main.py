@@ -68,9 +68,10 @@ def circuits_panel(ax: Axes, grid: xarray.Dataset, order: int) -> None:
         line = grid.circuits.sel(spin=spin, order=order).squeeze("inclination")
         look = {"color": style.order_colour(order), "alpha": shade, "linewidth": 1.0}
         style.draw_computed(ax, grid.radius.values, line.values, "xy", **look)
-        if i in (0, len(chosen) // 2, len(chosen) - 1):
+        # Lines of the primary caustic lie too close together for more.
+        if i in (0, len(chosen) - 1) or (i == len(chosen) // 2 and order > 1):
             text = {"textcoords": "offset points", "va": "center", "fontsize": style.SMALLEST_TEXT}
-            ax.annotate(f"a = {spin:.3g}", (grid.radius.values[-1], line.values[-1]), (2, 0), **text)
+            ax.annotate(f"a = {spin:.4g}", (grid.radius.values[-1], line.values[-1]), (5, 0), **text)
     ax.set(xscale="log", yscale="log", xlabel="radius of the camera (M)", ylabel="circuits")
     ax.axhline(1, color=style.GUIDE_COLOUR, linewidth=0.8, zorder=0)
     ax.set_title(f"{style.order_name(order)} caustic")
