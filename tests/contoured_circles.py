@@ -9,7 +9,7 @@ from skimage.measure import find_contours
 
 from kerrcaustics.beams.trace import trace_rays
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.spacetime.camera import as_seen
+from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.sheets import sheets_of
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.spacetime import camera as cameras, kerr
 from kerrcaustics.spacetime.camera import (
     Camera,
-    as_seen,
     fido_from_sky,
     looking_from_sky,
     sky_from_fido,

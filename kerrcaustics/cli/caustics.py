@@ -85,10 +85,8 @@ def caustics(
     if figure is not None:
         _draw(found, figure)
     _print_table(found, common.console())
-    # At infinity there is no primary one.
-    lost = [order for order in found.missing if order > seen_from.is_distant]
-    if lost:
-        names = ", ".join(map(str, lost))
+    if found.lost:
+        names = ", ".join(map(str, found.lost))
         stop(1, f"Orders not found within double precision: {names}.")
 
 
@@ -145,7 +143,7 @@ def _print_table(found: "CausticSet", out: Console) -> None:
     for curve in found:
         for remark in curve.remarks:
             say(out, f"order {curve.order}: {remark}")
-    for order in found.missing:
+    for order in found.lost:
         say(out, f"order {order}: not found")
     residual = max((curve.residual for curve in found), default=0.0)
     effort = f"{found.seconds:.2f} s, {found.beams} beams ({found.engine})"

@@ -98,7 +98,7 @@ def counts(
         if source != SKY_SOURCES:
             raise BadInput("Arguments --source-radius and --plane must not come with --circle.")
         count = partial(_circle, radians("--circle", circle), line, points)
-    seen_from = camera.made()
+    seen_from = camera.made(distant=not circle)
     began = time.perf_counter()
     entry, certified = count(seen_from, max_index, common.console())
     common.write_found(entry, time.perf_counter() - began, None if points or map_ else 2)
@@ -218,10 +218,16 @@ def _print_counts(camera: "Camera", found: "ImageCounts", out: Console) -> None:
     out.print(table)
     if len(found.stars) > len(shown):
         say(out, f"... and {len(found.stars) - len(shown)} more stars: --json writes them all")
+    _print_note(camera, found.source_radius, out)
     certified, apart = int(found.certified.sum()), int(found.on_caustic.sum())
     say(out, f"{certified} of {len(found.stars)} certified, {apart} on a caustic")
     for i in (~(found.certified | found.on_caustic)).nonzero()[0][:_MOST_ROWS_PRINTED]:
         say(out, f"star {i + 1}: found {found.counts[i].tolist()}, the caustics tell {found.expected[i].tolist()}")
+
+
+def _print_note(camera: "Camera", source_radius: float, out: Console) -> None:
+    if math.isinf(camera.radius) and math.isinf(source_radius):
+        say(out, "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not counted")
 
 
 def _print_plane(found: "PlaneCounts", out: Console) -> None:
@@ -245,6 +251,7 @@ def _print_map(camera: "Camera", found: "CountMap", out: Console) -> None:
     total = found.counts.sum(axis=2)
     table.add_row("all", str(total.min()), str(total.max()), f"{(total[..., None] * share).sum():.4f}")
     out.print(table)
+    _print_note(camera, found.source_radius, out)
 
 
 def _print_circle(found: "CircleImages", line: "LineCrossings | None", degrees: float | None, out: Console) -> None:

@@ -16,7 +16,17 @@ from kerrcaustics.cli.options import (
     MaxIndex,
     SourceOptions,
 )
-from kerrcaustics.cli.terminal import WIDE, counted, place_of, plain_errors, plain_table, progress, say, sure
+from kerrcaustics.cli.terminal import (
+    WIDE,
+    counted,
+    direction_head,
+    place_of,
+    plain_errors,
+    plain_table,
+    progress,
+    say,
+    sure,
+)
 
 if TYPE_CHECKING:
     from kerrcaustics.spacetime.camera import Camera
@@ -46,7 +56,7 @@ def images(
     common.check()
     end = source.end()
     place = source.place("--star", star)
-    seen_from = camera.made()
+    seen_from = camera.made(distant=True)
     began = time.perf_counter()
     with plain_errors(), progress():
         from kerrcaustics.results.records import record
@@ -63,11 +73,15 @@ def images(
         stop(1, "The images are not certified: see the remarks.")
 
 
+def _unit(camera: "Camera") -> str:
+    return "errors in units of the mass" if camera.is_distant else "errors on the camera sky in radians"
+
+
 def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
     theta, phi = (math.degrees(angle) for angle in found.star)
     where = "" if math.isinf(found.source_radius) else f", r = {found.source_radius:.12g}"
     say(out, f"{place_of(camera)}: images of the star at theta' = {theta:.12g}, phi' = {phi:.12g} deg{where}")
-    heads = ("index", "parity", "direction N", "phi' (deg)", "magnification", "crossings", "redshift", "error")
+    heads = ("index", "parity", direction_head(camera), "phi' (deg)", "magnification", "crossings", "redshift", "error")
     table = plain_table(heads if found.time is None else (*heads, "time"))
     for i in range(len(found)):
         table.add_row(
@@ -84,13 +98,13 @@ def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
     out.print(table)
     for remark in found.remarks:
         say(out, remark)
-    say(out, f"{counted(found.per_index)}: {sure(found.certified)}; errors on the camera sky in radians")
+    say(out, f"{counted(found.per_index)}: {sure(found.certified)}; {_unit(camera)}")
 
 
 def _print_plane(camera: "Camera", found: "PlaneImages", out: Console) -> None:
     where = f"r = {found.radius:.12g}, phi = {math.degrees(found.phi):.12g} deg"
     say(out, f"{place_of(camera)}: images of the source at {where}, crossing {found.crossing} of the plane")
-    table = plain_table(("index", "direction N", "phi (deg)", "redshift", "time", "error"))
+    table = plain_table(("index", direction_head(camera), "phi (deg)", "redshift", "time", "error"))
     for i in range(len(found)):
         table.add_row(
             str(found.index[i]),
@@ -103,4 +117,4 @@ def _print_plane(camera: "Camera", found: "PlaneImages", out: Console) -> None:
     out.print(table)
     for remark in found.remarks:
         say(out, remark)
-    say(out, f"{counted(found.per_index)}: {sure(found.certified)}; errors on the camera sky in radians")
+    say(out, f"{counted(found.per_index)}: {sure(found.certified)}; {_unit(camera)}")

@@ -45,7 +45,8 @@ class CameraOptions:
     spin
         Spin a of the hole, 0 <= a < 1.
     radius
-        Boyer-Lindquist radius of the camera, in units of the mass; for `caustics` also inf.
+        Boyer-Lindquist radius of the camera, in units of the mass; for `caustics`, `images`,
+        `counts` and `tracks` also inf.
     inclination
         Angle of the camera from the spin axis, degrees: 90 is the equator.
     velocity

@@ -51,6 +51,11 @@ def place_of(camera: "Camera") -> str:
     return f"{where}, {camera.velocity} camera"
 
 
+def direction_head(camera: "Camera") -> str:
+    """What the places on a camera's sky are called in tables."""
+    return "alpha, beta" if camera.is_distant else "direction N"
+
+
 def counted(per_index: dict[int, int]) -> str:
     """How many there are of each index, in words."""
     return ", ".join(f"{count} of index {k}" for k, count in per_index.items())

@@ -19,7 +19,7 @@ from kerrcaustics.cli.options import (
     SourceOptions,
 )
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
-from kerrcaustics.cli.terminal import WIDE, place_of, plain_errors, plain_table, progress, say, sure
+from kerrcaustics.cli.terminal import WIDE, direction_head, place_of, plain_errors, plain_table, progress, say, sure
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
@@ -41,7 +41,7 @@ def tracks(
 ) -> None:
     """Follow all images of a star over one orbit of the camera, with the creation and annihilation of pairs.
 
-    The camera must orbit the spin axis: static is refused.
+    The camera must orbit the spin axis: static is refused. For an observer at infinity the star goes round.
 
     Parameters
     ----------
@@ -61,8 +61,11 @@ def tracks(
     common.check({"--figure": figure, "--film": film})
     check_ending(figure)
     check_film(film)
-    seen_from = camera.made()
+    seen_from = camera.made(distant=True)
     _check_orbit(seen_from)
+    for argument, picture in (("--figure", figure), ("--film", film)):
+        if seen_from.is_distant and picture is not None:
+            raise BadInput(f"Argument {argument} must be left out for an observer at infinity.")
     began = time.perf_counter()
     with plain_errors(), progress() as report:
         from kerrcaustics.results.records import record
@@ -108,6 +111,8 @@ def _check_orbit(camera: "Camera") -> None:
     """Refuse a camera that stands still, before any work is done."""
     from kerrcaustics.spacetime.camera import orbital_velocity
 
+    if camera.is_distant:
+        return
     try:
         orbital_velocity(camera)
     except ValueError:
@@ -123,8 +128,11 @@ def _print_tracks(found: "StarTracks", out: Console) -> None:
         _print_events(found, out)
     for remark in found.remarks:
         say(out, remark)
-    total = f"{len(found.tracks)} tracks, {len(found.events)} events in a period of {found.period:.9g}"
-    say(out, f"{total}: {sure(found.certified)};")
+    total = f"{len(found.tracks)} tracks, {len(found.events)} events"
+    if found.camera.is_distant:
+        say(out, f"{total} in one turn of phi': {sure(found.certified)}; errors are those of phi' in radians")
+        return
+    say(out, f"{total} in a period of {found.period:.9g}: {sure(found.certified)};")
     say(out, "time 0 is when the star's phi' is that of the camera; errors are those of phi' in radians")
 
 
@@ -140,10 +148,12 @@ def _print_curves(found: "StarTracks", out: Console) -> None:
 
 
 def _print_events(found: "StarTracks", out: Console) -> None:
-    table = plain_table(("time", "event", "of index", "phi' (deg)", "direction N", "error"))
+    # Without an orbit there is no time.
+    timed = [] if found.camera.is_distant else ["time"]
+    table = plain_table((*timed, "event", "of index", "phi' (deg)", direction_head(found.camera), "error"))
     for event in found.events:
         table.add_row(
-            f"{event.time:.9g}",
+            *(f"{event.time:.9g}" for _ in timed),
             event.kind,
             f"{event.indices[0]}, {event.indices[1]}",
             f"{math.degrees(event.azimuth):.8f}",

@@ -12,12 +12,11 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.plane_caustics import PlaneCausticSet, plane_caustics
+from kerrcaustics.curves.screens import searcher, shown_looking
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import Items, derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.arrays import HostVectors
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import whole_number
-from kerrcaustics.spacetime.observer import on_screen
 
 HIGHEST_ORDER = 10
 Progress = Callable[[str, float], None]
@@ -109,6 +108,12 @@ class CausticSet(Items[Caustic]):
         "", "GM/c^2", "radius of the sphere of the sources, infinite", json="source_radius", default=math.inf
     )
 
+    @property
+    def lost(self) -> tuple[int, ...]:
+        """Orders that exist and are missing: not the primary one where camera and sources both lie at infinity."""
+        unbounded = math.isinf(self.camera.radius) and math.isinf(self.end)
+        return tuple(order for order in self.missing if order > unbounded)
+
     def __repr__(self) -> str:
         """One line: the camera and the kinds of the caustics."""
         return f"<CausticSet of {self.camera}: {', '.join(f'{c.order} {c.kind}' for c in self) or 'none'}>"
@@ -184,7 +189,7 @@ def caustics(
     report = progress or (lambda _what, _part: None)
     report("critical curves found", 0.1)
     surface = spherical(camera, end, distant=True)
-    curves = critical_curves(camera, int(orders), engine, tolerance, surface)
+    curves = critical_curves(searcher(camera), int(orders), engine, tolerance, surface)
     report("cusps and extremes refined", 0.8)
     search = curves.search()
     features = find_features(search, curves)
@@ -209,12 +214,6 @@ def check_orders(orders: object) -> None:
 
 def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Caustic:
     points = curve.points
-    frame = camera.frame()
-
-    def on_sky(looking: HostVectors) -> HostVectors:
-        sky = sky_from_fido(frame, -looking)
-        return on_screen(sky) if camera.is_distant else sky
-
     theta, phi = points.theta, points.azimuth
     ends = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}
     error = points.error.max() if curve.on_axis else points.angle_error.max()
@@ -228,7 +227,8 @@ def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Causti
             remarks.append(f"{name} could not be refined between the points")
             error += steps(points)[0].max()
     cusps = tuple(
-        Cusp(on_sky(p.looking[0]), np.array([p.theta[0], p.azimuth[0]]), doubt) for p, doubt in features.cusps
+        Cusp(shown_looking(camera, p.looking)[0], np.array([p.theta[0], p.azimuth[0]]), doubt)
+        for p, doubt in features.cusps
     )
     kind, remark = _kind(curve, len(cusps), lost=features.lost_cusps)
     if remark:
@@ -239,7 +239,7 @@ def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Causti
         phi = np.zeros_like(phi)
     return Caustic(
         order=curve.order,
-        sky=on_sky(points.looking),
+        sky=shown_looking(camera, points.looking),
         celestial=np.stack([theta, phi], axis=-1),
         cusps=cusps,
         **{name: float(value) for name, value in ends.items()},

@@ -18,6 +18,7 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.isoradials import Lines
+from kerrcaustics.curves.screens import searcher
 from kerrcaustics.curves.sky_lines import line_reach
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.rows import Rows
@@ -140,10 +141,10 @@ def _circles(camera: Camera, crossing: int, lines: int) -> Circles:
 
 def circles_of(camera: Camera, crossing: int, *, many: bool = False) -> Circles:
     """The circles of a camera, kept for the next source: they depend on its place alone. many: on many lines."""
-    check_camera(camera)
+    check_camera(camera, distant=True)
     if camera.on_equator:
         raise ValueError(
             "Argument `camera` must not lie in the equatorial plane where sources do (from within, every crossing is a "
             f"conjugate point of the rays along the plane), but its inclination is {camera.inclination:g}."
         )
-    return _circles(camera.at_rest(), crossing, _MANY_LINES if many else _LINES)
+    return _circles(searcher(camera), crossing, _MANY_LINES if many else _LINES)

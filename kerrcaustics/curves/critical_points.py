@@ -124,9 +124,10 @@ class Search:
         """
         looking, returning = self.map.looking(turn, depth)
         index, ratio = np.zeros(looking.shape[:-1], int), np.ones(looking.shape[:-1])
-        bent = (self._photon(looking).k >= LEAST_K) & (1 - looking[..., 0] > self._straight)
+        light = self._photon(looking)
+        bent = (light.k >= LEAST_K) & (1 - looking[..., 0] > self._straight)
         if self.map.level:
-            bent &= looking[..., 0] < 0
+            bent &= light.rate[0] > 0
         beams = self._trace(looking[bent], returning[bent], _COARSE_TOLERANCE)
         captured = ~beams.escaped
         index[bent] = np.where(captured, _CAPTURED, np.asarray(beams.index))
@@ -168,7 +169,7 @@ class Search:
             found = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
             index, depths = np.concatenate([index, found]), np.concatenate([depths, depth])
             passed = (index >= orders).all(axis=1)
-            if passed.any() or depths[-1] >= sky_lines.DEEPEST:
+            if passed.any() or depths[-1] >= sky_lines.DEEPEST + self.map.sunk:
                 break
             depth = depths[-1] + np.arange(1, 5) * _SEARCH_STEP
         if passed.any():
@@ -267,7 +268,7 @@ class Search:
 
         No step where beams beyond double precision leave no slope.
         """
-        difference = _DIFFERENCE + _DEEP_DIFFERENCE * np.exp(depth)
+        difference = _DIFFERENCE + _DEEP_DIFFERENCE * np.exp(depth - self.map.sunk)
         places = np.concatenate([depth, depth - difference, depth + difference])
         ratio, outer, inner = np.split(self._ratio(np.tile(turn, 3), places), 3)
         slope, bend = (inner - outer) / (2 * difference), (inner + outer - 2 * ratio) / difference**2

@@ -15,10 +15,11 @@ from scipy.optimize import elementwise
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.curves.sky_lines import beside_edge, line_reach
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera, sky_from_looking
+from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_looking
 from kerrcaustics.spacetime.checks import numbers, whole_number
 
 Array = np.ndarray

@@ -12,9 +12,10 @@ from skimage.measure import find_contours
 
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.circles_in_plane import Circles, PlanePoints, circles_of
+from kerrcaustics.curves.screens import shown
 from kerrcaustics.results.declared import Items, derived, quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, as_seen
+from kerrcaustics.spacetime.camera import Camera
 
 Array = np.ndarray
 
@@ -35,7 +36,11 @@ class PlaneCaustic:
 
     order: int = quantity("", "1", "1 primary, 2 secondary, and on")
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
-    sky: Array = quantity("point axis", "1", "directions N of the critical curve of the plane, in order along it")
+    sky: Array = quantity(
+        "point axis",
+        "1",
+        "directions N of the critical curve of the plane, in order along it; of an Observer (alpha, beta)",
+    )
     place: Array = quantity("point place_axis", "1", "r in GM/c^2, unwrapped phi in radians")
     ends: tuple[str, ...] = quantity(
         "", "", 'where an open curve leaves the radii that were looked at: "horizon" or "infinity"; empty if closed'
@@ -152,7 +157,7 @@ def _curve(
     return PlaneCaustic(
         order=order,
         crossing=circles.end.crossing,
-        sky=as_seen(points.sky, camera.at_rest().frame(), camera.frame()),
+        sky=shown(camera, points.sky),
         place=place,
         ends=ends,
         r_min=extremes[0],

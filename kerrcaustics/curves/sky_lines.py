@@ -34,6 +34,27 @@ def line_reach(camera: Camera, turn: HostReals) -> HostReals:
     return np.pi - np.arctan2(np.hypot(photons[..., 1], photons[..., 2]), photons[..., 0])
 
 
+def wide_reach(camera: Camera, turn: HostReals, zoom: float) -> HostReals:
+    """Length of the lines (radians) on a sky that is made smaller: see `on_wide_sky`."""
+    reach = line_reach(camera, turn)
+    return reach if zoom == 1 else 2 * np.arctan(np.tan(reach / 2) / zoom)
+
+
+def on_wide_sky(camera: Camera, turn: HostReals, distance: HostReals, zoom: float) -> HostVectors:
+    """Looking directions on the lines at a distance (radians) from the edge, as it is on a sky that is made smaller.
+
+    On that sky the tangents of half the angles from the hole are `zoom` times those of the sky itself: where the hole
+    is large and all else lies far out, lines show both. Errors as for `looking`.
+    """
+    if zoom == 1:
+        return beside_edge(camera, turn, distance / line_reach(camera, turn))
+    edge, step = 1 / np.tan(line_reach(camera, turn) / 2), np.tan(np.asarray(distance, float) / 2)
+    # The difference of both tangents, as a fraction, so that the distance keeps its digits.
+    above, below = step * (1 + (zoom * edge) ** 2), np.maximum(zoom * (1 - zoom * edge * step), 0)
+    away = 2 * np.arctan2(above, below * (1 + edge**2) + above * edge)
+    return beside_edge(camera, turn, away / line_reach(camera, turn))
+
+
 def beside_edge(camera: Camera, turn: HostReals, part: HostReals) -> HostVectors:
     """Looking directions on the lines at a part of the reach from the edge, negative inside the shadow.
 

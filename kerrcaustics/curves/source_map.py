@@ -7,6 +7,7 @@ from there on the second one to the shadow edge, and its depth grows smoothly al
 all photon orbits there is no rim: lines come to the shadow edge from inside.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -24,6 +25,7 @@ from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, check_camera, photon, sky_from_fido
+from kerrcaustics.spacetime.observer import straight_ahead
 from kerrcaustics.spacetime.shadow import edge_photons
 
 Array = np.ndarray
@@ -33,6 +35,8 @@ Kind = TypeVar("Kind", bound=Rays)
 _TABLE = 2048
 # How far below the horizontal a line begins where the sphere has the camera's own radius, radians.
 _BELOW = 1e-9
+# Rays with an impact parameter of so many radii of a sphere that is outside all photon orbits miss it.
+_FAR = 40.0
 
 
 @dataclass(frozen=True)
@@ -52,11 +56,38 @@ class SourceMap:
         """True where the sphere has the camera's radius: only rays that leave inward come back to it."""
         return isinstance(self.end, Sphere) and self.end.radius == self.camera.radius
 
+    @property
+    def zoom(self) -> float:
+        """How much smaller the sky is on which lines run evenly, 1 or less.
+
+        On an observer's screen lines run as on the sky of a camera where the sources are.
+        """
+        frame, nearest = self.camera.frame(), min(float(self.end.radius), self.camera.radius)
+        if not self.camera.is_distant or math.isinf(nearest):
+            return 1.0
+        return min(1.0, frame.zoom * frame.radius / nearest)
+
+    @property
+    def sunk(self) -> float:
+        """By how much depths are larger than they would be on the sky itself, about."""
+        return -math.log(self.zoom)
+
+    @property
+    def unbounded(self) -> bool:
+        """True for an observer at infinity and the celestial sphere: what is seen directly is infinitely far out.
+
+        Rays at infinite (alpha, beta) all lead to the point opposite to the observer: the primary caustic.
+        """
+        return math.isinf(self.camera.radius) and isinstance(self.end, CelestialSphere)
+
     def first(self, turn: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
         """Depth at which lines begin."""
+        if self.unbounded:
+            away = math.acos(1 - straight_ahead(self.camera))
+            return -np.log1p(-away / sky_lines.line_reach(self.camera, turn))
         if not self.level:
             return np.zeros_like(turn)
-        reach = sky_lines.line_reach(self.camera, turn)
+        reach = sky_lines.wide_reach(self.camera, turn, self.zoom)
         return -np.log((reach - np.pi / 2 - _BELOW) / reach)
 
     def looking(
@@ -64,20 +95,26 @@ class SourceMap:
     ) -> tuple[HostVectors, Bool[Array, "*batch"]]:
         """Looking directions (..., 3), and whether they stand for the second leaf."""
         if not self.inside:
-            return sky_lines.looking(self.camera, turn, depth), np.zeros(np.shape(depth), bool)
+            first = np.zeros(np.shape(depth), bool)
+            if self.zoom == 1:
+                return sky_lines.looking(self.camera, turn, depth), first
+            reach = sky_lines.wide_reach(self.camera, turn, self.zoom)
+            return self._beside(turn, reach * np.exp(-np.asarray(depth, float))), first
         assert isinstance(self.end, Sphere)
-        reach = sky_lines.line_reach(self.camera, turn)
-        size = np.pi - reach
-        rim = _rim(self.camera, float(self.end.radius))
+        size = np.pi - sky_lines.wide_reach(self.camera, turn, self.zoom)
+        rim = _rim(self.camera, float(self.end.radius), self.zoom)
         if rim is None:
-            return sky_lines.beside_edge(self.camera, turn, -size / reach * np.exp(-depth)), np.zeros_like(depth, bool)
+            return self._beside(turn, -size * np.exp(-depth)), np.zeros_like(depth, bool)
         width = rim(turn)
         # The two forms have one value and two derivatives in common at the rim.
         fold = np.sqrt(2 * (width + size) / width)
         away = depth - fold
         falling = width - (width + size) * (away / fold) ** 2
         distance = np.where(away <= 0, falling, width / np.cosh(np.maximum(away, 0)))
-        return sky_lines.beside_edge(self.camera, turn, distance / reach), away > 0
+        return self._beside(turn, distance), away > 0
+
+    def _beside(self, turn: Float[Array, "*batch"], distance: Float[Array, "*batch"]) -> HostVectors:
+        return sky_lines.on_wide_sky(self.camera, turn, distance, self.zoom)
 
     def beams(self, looking: Float[Array, "n 3"], returning: Bool[Array, " n"], engine: str, tolerance: float) -> Beams:
         """Beams with their index, as steps of one job."""
@@ -129,8 +166,6 @@ def spherical(camera: Camera, end: object, *, distant: bool = False) -> Spherica
     found = end_of(camera, end)
     if not isinstance(found, Spherical):
         raise ValueError(f"Argument `end` must be a radius or math.inf, but is {end!r}.")
-    if camera.is_distant and not isinstance(found, CelestialSphere):
-        raise ValueError(f"Argument `end` must be math.inf for an Observer, but is {end!r}.")
     return found
 
 
@@ -157,19 +192,25 @@ def _edge_orbits(camera: Camera, turn: Float[Array, " turns"]) -> Float[Array, "
 
 
 @lru_cache(maxsize=8)
-def _rim(camera: Camera, radius: float) -> CubicSpline | None:
-    """How far from the shadow edge rays only graze a sphere, by turn; None where all that meet it fall in."""
+def _rim(camera: Camera, radius: float, zoom: float) -> CubicSpline | None:
+    """How far from the shadow edge rays only graze a sphere, by turn; None where all that meet it fall in.
+
+    zoom: of the sky on which that is measured.
+    """
     turn = 2 * np.pi * np.arange(_TABLE) / _TABLE
     if radius < _edge_orbits(camera, turn).min():
         return None
-    frame, reach = camera.frame(), sky_lines.line_reach(camera, turn)
+    frame, reach = camera.frame(), sky_lines.wide_reach(camera, turn, zoom)
 
-    def potential(distance: Array, turn: Array, reach: Array) -> Array:
-        sky = sky_from_fido(frame, -sky_lines.beside_edge(camera, turn, distance / reach))
+    def potential(distance: Array, turn: Array) -> Array:
+        sky = sky_from_fido(frame, -sky_lines.on_wide_sky(camera, turn, distance, zoom))
         light = photon(frame, tuple(np.moveaxis(sky, -1, 0)))
         square = radius**2 + camera.spin**2
         return (square - camera.spin * light.b) ** 2 - (square - 2 * radius) * light.kappa
 
-    found = elementwise.find_root(potential, (np.zeros(_TABLE), reach - np.pi / 2), args=(turn, reach))
+    # Rays that leave horizontally, or pass far from the sphere.
+    size = min(2 * camera.radius, _FAR * radius) if camera.is_distant else 2 * camera.radius
+    beyond = 2 * math.atan(2 * frame.zoom * frame.radius / (zoom * size))
+    found = elementwise.find_root(potential, (np.zeros(_TABLE), reach - beyond), args=(turn,))
     width = np.append(found.x, found.x[0])
     return CubicSpline(np.append(turn, 2 * np.pi), width, bc_type="periodic")

@@ -58,7 +58,9 @@ def _draw_counts(ax: Axes, counts: CountMap) -> None:
     bar.ax.set_yticklabels([str(count) for count in seen])
     bar.ax.tick_params(length=0)
     bar.ax.minorticks_off()
-    bar.set_label(f"images of index 0 to {counts.counts.shape[2] - 1}")
+    # At infinity there is nothing of index 0.
+    lowest = int(counts.counts.any(axis=(0, 1)).argmax())
+    bar.set_label(f"images of index {lowest} to {counts.counts.shape[2] - 1}")
 
 
 def _draw_ring(ax: Axes, caustic: Caustic) -> None:

@@ -243,8 +243,8 @@ def headline(caustics: CausticSet) -> str:
         motion = "velocity (r, θ, φ) = (" + ", ".join(f"{v:.4g}" for v in camera.fido_velocity()) + ")"
     inclination = f"{math.degrees(camera.inclination):.12g} deg"
     text = f"spin {camera.spin:.12g}, radius {camera.radius:.12g}, inclination {inclination}, {motion}"
-    if caustics.missing:
-        text += "\nnot found: " + ", ".join(style.order_name(order) for order in caustics.missing)
+    if caustics.lost:
+        text += "\nnot found: " + ", ".join(style.order_name(order) for order in caustics.lost)
     return text
 
 

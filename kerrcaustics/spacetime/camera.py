@@ -292,11 +292,6 @@ def sky_from_looking(frame: Frame, looking: np.ndarray) -> np.ndarray:
     return sky_from_fido(frame, -np.asarray(looking))
 
 
-def as_seen(sky: np.ndarray, one: Frame, other: Frame) -> np.ndarray:
-    """The directions N (..., 3) on the sky of one camera, as the other one sees them: cameras at the same event."""
-    return sky_from_looking(other, looking_from_sky(one, sky))
-
-
 def photon(frame: Frame, sky: tuple[Any, Any, Any]) -> Photon:
     """The photon that arrives from camera-sky direction N, with unit energy at infinity.
 
@@ -335,9 +330,13 @@ def zoomed(frame: Frame, direction: tuple[Any, Any, Any]) -> tuple[Any, Any, Any
     """
     n_r, n_theta, n_phi = direction
     square = frame.zoom * frame.zoom
+    # Far out on a magnified sky 1 + n_r would cancel: it is told by the other two.
+    far = (frame.zoom != 1) & (n_r < 0)
+    toward = (n_theta * n_theta + n_phi * n_phi) / (1 - far * n_r) - square * (1 - n_r)
+    along = (1 - far) * ((1 - square) + (1 + square) * n_r) + far * toward
     # Never 0, also straight away from the hole.
-    size = (1 + square) + (1 - square) * n_r + 1e-40
-    return ((1 - square) + (1 + square) * n_r) / size, 2 * n_theta / size, 2 * n_phi / size
+    size = (1 - far) * ((1 + square) + (1 - square) * n_r) + far * (toward + 2 * square * (1 - n_r)) + 1e-40
+    return along / size, 2 * n_theta / size, 2 * n_phi / size
 
 
 def _energy_ratio(frame: Frame, n_phi: Any) -> Any:

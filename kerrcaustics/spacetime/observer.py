@@ -102,18 +102,22 @@ def from_screen(place: ArrayLike) -> np.ndarray:
 
 def on_screen(sky: np.ndarray) -> np.ndarray:
     """Places (alpha, beta) (..., 2) on a screen, of directions (..., 3) as engines take them."""
-    x, y, z = np.moveaxis(sky, -1, 0)
-    across = y * y + z * z
-    # 1 - x, without the cancellation of the direction away from the hole.
-    near = np.where(x < 0, 1 - x, across / np.where(x < 0, 1, 1 + x))
+    _, y, z = np.moveaxis(sky, -1, 0)
+    near = _from_far(sky)
     with np.errstate(divide="ignore", invalid="ignore"):
         return 2 * _SCREEN * np.stack([y, z], axis=-1) / near[..., None]
 
 
+def _from_far(sky: np.ndarray) -> np.ndarray:
+    """1 - x (...), without the cancellation of the direction away from the hole."""
+    x, y, z = np.moveaxis(sky, -1, 0)
+    return np.where(x < 0, 1 - x, (y * y + z * z) / np.where(x < 0, 1, 1 + x))
+
+
 def screen_basis(sky: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How directions (..., 3) change with alpha and with beta, each (..., 3), per M."""
-    x, y, z = np.moveaxis(sky, -1, 0)
-    near = 1 - x
+    _, y, z = np.moveaxis(sky, -1, 0)
+    near = _from_far(sky)
     along_alpha = np.stack([y * near, near - y * y, -y * z], axis=-1)
     along_beta = np.stack([z * near, -y * z, near - z * z], axis=-1)
     return along_alpha / (2 * _SCREEN), along_beta / (2 * _SCREEN)

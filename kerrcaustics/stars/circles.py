@@ -10,9 +10,11 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.screens import lengths, seen
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, as_seen
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.stars.events import PairEvents, in_time, pair_events_of
 from kerrcaustics.stars.images import checked_place, checked_sheets
 from kerrcaustics.stars.level_curves.branches import Branches
@@ -122,9 +124,13 @@ def circle_images(camera: Camera, normal: ArrayLike | str, max_index: int = 2) -
     branches = Branches(sheets, camera, Circle.great(*angles))
     found = branches.meetings
     events = pair_events_of(camera, found)
-    sky = as_seen(branches.nodes.sky, sheets.frame, camera.frame())
-    error = errors_on_sky(branches, trace_beams(camera, sky, "auto", TOLERANCE), found.error)
-    curves = [_curve(chain, branches, sky, error) for chain in chains(branches, over_events=False)]
+
+    def traced(lens: Camera, sky: Array) -> Beams:
+        return trace_beams(lens, sky, "auto", TOLERANCE)
+
+    at = seen(camera, branches.nodes.sky, traced)
+    error = errors_on_sky(branches, at.beams, found.error) * lengths(camera, branches.nodes.sky)
+    curves = [_curve(chain, branches, at.sky, error) for chain in chains(branches, over_events=False)]
     curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))
     unsure = (remark for i in np.flatnonzero(~found.known) for remark in events[i].remarks)
     remarks = (*found.remarks, *branches.remarks, *unsure)

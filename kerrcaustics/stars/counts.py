@@ -33,7 +33,12 @@ class ImageCounts:
     """Image counts of many stars."""
 
     stars: Array = quantity("star angle", "rad", "theta', phi' of the stars", json="star_deg", given=True)
-    counts: Array = quantity("star morse_index", "1", "images found, by Morse index", json="per_index")
+    counts: Array = quantity(
+        "star morse_index",
+        "1",
+        "images found, by Morse index; of an Observer those at finite (alpha, beta)",
+        json="per_index",
+    )
     expected: Array = quantity(
         "star morse_index",
         "1",
@@ -70,7 +75,9 @@ class CountMap:
 
     theta: Array = quantity("theta", "rad", "theta' of the centres of the map's cells")
     phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
-    counts: Array = quantity("theta phi morse_index", "1", "images of a star there, by Morse index")
+    counts: Array = quantity(
+        "theta phi morse_index", "1", "images of a star there, by Morse index; of an Observer at finite (alpha, beta)"
+    )
     on_caustic: Array = quantity("theta phi", "1", "True where a star cannot be told from some caustic")
     source_radius: float = quantity(
         "", "GM/c^2", "radius of the stars, infinite on the celestial sphere", default=math.inf
@@ -128,7 +135,7 @@ def image_counts(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
     stars : (n, 2) array
         (theta', phi') in radians.
     max_index : int
@@ -148,18 +155,23 @@ def image_counts(
     Errors
     ------
     None where certified; elsewhere found and expected counts tell by how much they differ.
+
+    Notes
+    -----
+    An Observer at infinity sees stars of the celestial sphere directly, by an image of index 0 each, at infinite
+    (alpha, beta): the counts have 0 there.
     """
     if isinstance(end, EquatorialPlane):
-        check_camera(camera)
+        check_camera(camera, distant=True)
         return plane_counts(camera, stars, checked_index(max_index), end)
     places, angles = checked_stars(stars), numbers("stars", stars)
-    surface = spherical(camera, end)
+    surface = spherical(camera, end, distant=True)
     radius = float(surface.radius)
     if find:
         found = search_for(camera, places, angles, checked_index(max_index), surface)
         on_caustic = np.asarray(found.touching.any(axis=1))
         return ImageCounts(angles, found.counts, found.expected, on_caustic, found.certified, radius)
-    told = checked_sheets(camera, max_index, surface).counted(places)
+    told = checked_sheets(camera, max_index, surface, distant=True).counted(places)
     unsure = np.zeros(len(places), bool)
     return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure, radius)
 
@@ -170,7 +182,7 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
     max_index : int
         0 to 6.
     rows : int
@@ -179,8 +191,8 @@ def count_map(camera: Camera, max_index: int = 2, rows: int = 180, *, end: float
         Radius of the stars; math.inf is the celestial sphere.
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
-    surface = spherical(camera, end)
-    sheets = checked_sheets(camera, max_index, surface)
+    surface = spherical(camera, end, distant=True)
+    sheets = checked_sheets(camera, max_index, surface, distant=True)
     theta, phi = _centres(rows)
     grid = np.stack(np.meshgrid(theta, phi, indexing="ij"), axis=-1)
     told = sheets.counted(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))

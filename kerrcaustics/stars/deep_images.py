@@ -106,7 +106,7 @@ class _DeepSearch:
         self._camera, self._end, self._star, self._returning = camera, end, star, returning
         self._start = sky
         # Of the shadow on the sky, about, from close by and from far away.
-        self._size = min(1.0, 5 / camera.radius)
+        self._size = 0.5 if camera.is_distant else min(1.0, 5 / camera.radius)
         self._depth, slope = self._d(sky), self._slope(sky)
         self._steep = np.linalg.norm(slope, axis=1)
         self._across = slope / self._steep[:, None]

@@ -5,8 +5,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from kerrcaustics.curves.screens import shown_looking
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, orbital_velocity, sky_from_looking
+from kerrcaustics.spacetime.camera import Camera, check_camera, orbital_velocity
 from kerrcaustics.stars.images import checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
@@ -20,11 +21,17 @@ _TURN = 2 * math.pi
 class PairEvent:
     """Two images of a star appear or vanish: the star crosses a caustic."""
 
-    kind: str = quantity("", "", '"creation" or "annihilation", as time goes on; on a great circle, as longitude grows')
+    kind: str = quantity(
+        "",
+        "",
+        '"creation" or "annihilation", as time goes on; on a great circle and for an Observer, as longitude grows',
+    )
     star: tuple[float, float] = quantity(
         "angle", "rad", "theta', phi' of the star relative to the camera at that moment, phi' in [0, 2 pi)"
     )
-    sky: Array = quantity("axis", "1", "direction N on the camera sky where the two images meet")
+    sky: Array = quantity(
+        "axis", "1", "direction N on the camera sky where the two images meet; of an Observer (alpha, beta)"
+    )
     order: int = quantity("", "1", "order of the critical curve there")
     indices: tuple[int, int] = quantity("pair", "1", "Morse indices of the two images: order - 1 and order")
     azimuth: float = quantity("", "rad", "phi' unwrapped as in `Caustic.celestial`", json="phi_unwrapped_deg")
@@ -34,7 +41,8 @@ class PairEvent:
     time: float = quantity(
         "",
         "GM/c^3",
-        "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; NaN on great circles",
+        "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; NaN on great circles "
+        "and for an Observer",
     )
     error: float = quantity("", "rad", "error of longitude", json="error_rad")
     at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
@@ -60,8 +68,9 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2, *, end: float 
 
     Parameters
     ----------
-    camera : Camera
-        On a circular orbit about the spin axis: its velocity has no component but the azimuthal one.
+    camera : Camera or Observer
+        A camera on a circular orbit about the spin axis: its velocity has no component but the azimuthal one. For an
+        Observer the star moves, and events are in the order of its phi'.
     theta : float
         theta' of the star in radians.
     max_index : int
@@ -78,9 +87,10 @@ def pair_events(camera: Camera, theta: float, max_index: int = 2, *, end: float 
     ------
     `PairEvent.error`, round-off of the caustic's point, more where it runs nearly along the star's path.
     """
-    angular_velocity = orbital_velocity(camera)
+    check_camera(camera, distant=True)
+    angular_velocity = None if camera.is_distant else orbital_velocity(camera)
     height = checked_theta(theta)
-    found = meetings(checked_sheets(camera, max_index, end), Circle.about_spin_axis(height))
+    found = meetings(checked_sheets(camera, max_index, end, distant=True), Circle.about_spin_axis(height))
     events = pair_events_of(camera, found, height, angular_velocity)
     return PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks)
 
@@ -105,7 +115,7 @@ def pair_events_of(
     camera: Camera, found: Meetings, theta: float | None = None, angular_velocity: float | None = None
 ) -> list[PairEvent]:
     """The meetings as events, in the same order; theta and angular velocity: of a star, and of its camera's orbit."""
-    sky = sky_from_looking(camera.frame(), found.points.looking)
+    sky = shown_looking(camera, found.points.looking)
     return [_event(found, i, sky[i], theta, angular_velocity) for i in range(len(found.order))]
 
 

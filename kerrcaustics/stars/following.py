@@ -8,9 +8,10 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
+from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
+from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.stars.images import StarImages, checked_sheets, checked_stars, images_of

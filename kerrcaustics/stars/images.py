@@ -11,18 +11,22 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.source_map import on_leaves, spherical
+from kerrcaustics.curves.screens import clock, lengths, searcher, seen, shown
+from kerrcaustics.curves.source_map import SourceMap, on_leaves, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, as_seen, check_camera
+from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.deep_images import deepened, is_deep
+from kerrcaustics.stars.far_images import sharpened
 from kerrcaustics.stars.plane_images import PlaneImages, plane_images
 from kerrcaustics.stars.reciprocal import search_within
 from kerrcaustics.stars.search import Found, search
 from kerrcaustics.stars.sheets import HIGHEST_INDEX, TOLERANCE, Sheets, sheets_of
 
 Array = np.ndarray
+
+_DIRECT = "the star is seen directly, by an image of index 0, at infinite (alpha, beta): it is not among the images"
 
 
 @result(
@@ -34,17 +38,17 @@ class StarImages:
     """The images of one star, ordered by Morse index."""
 
     star: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the star", given=True)
-    sky: Array = quantity("image axis", "1", "directions N on the camera sky")
+    sky: Array = quantity("image axis", "1", "directions N on the camera sky; of an Observer (alpha, beta)")
     azimuth: Array = quantity("image", "rad", "unwrapped phi' of the ray: phi' plus whole turns", json="phi_deg")
     index: Array = quantity("image", "1", "Morse index")
     parity: Array = quantity("image", "1", "(-1)^index")
-    magnification: Array = quantity("image", "1", "1 / |det J|")
+    magnification: Array = quantity("image", "1", "1 / |det J|; of an Observer (GM/c^2)^2 by solid angle")
     crossings: Array = quantity("image", "1", "crossings of the equatorial plane")
     crossings_certain: Array = quantity(
         "image", "1", "False where crossings may be one off: the star lies in the equatorial plane, within errors"
     )
     redshift: Array = quantity("image", "1", "nu_camera / nu_source")
-    error: Array = quantity("image", "rad", "error of sky", json="error_rad")
+    error: Array = quantity("image", "rad", "error of sky; of an Observer in GM/c^2", json="error_rad")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
     expected: dict[int, int] = quantity(
         "morse_index", "1", "how many there are, from the winding of the caustics about the star"
@@ -54,7 +58,11 @@ class StarImages:
     )
     certified: bool = quantity("", "1", "True when both counts agree for every index, and the star lies on no caustic")
     remarks: tuple[str, ...] = quantity(
-        "", "", "what is not certain, and what to do about it; empty when certified", default=()
+        "",
+        "",
+        "what is not certain, and what to do about it; certified images of an Observer at infinity may have one, too: "
+        "that stars at infinity are seen directly at infinite (alpha, beta)",
+        default=(),
     )
     source_radius: float = quantity(
         "", "GM/c^2", "radius of the star, infinite on the celestial sphere", default=math.inf
@@ -101,7 +109,7 @@ def star_images(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
         Its sky is searched once and kept: the next star at the same place costs little.
     star : (theta', phi')
         Radians, on the celestial sphere or the one of `end`; in the plane (r, phi).
@@ -117,6 +125,11 @@ def star_images(
     StarImages
         For the plane `PlaneImages`, which has the same names.
 
+    Notes
+    -----
+    An Observer at infinity sees stars of the celestial sphere directly at infinite (alpha, beta): images of index 0 are
+    not among the images then, and `per_index` and `expected` say 0 of them.
+
     Errors
     ------
     `StarImages.error`, round-off of n' divided by the beam's minor diameter; where that is more than 1e-10, as for
@@ -128,13 +141,13 @@ def star_images(
     there is its degree.
     """
     if isinstance(end, EquatorialPlane):
-        check_camera(camera)
+        check_camera(camera, distant=True)
         return plane_images(camera, star, checked_index(max_index), end)
     place = checked_place("star", star)
-    surface = spherical(camera, end)
+    surface = spherical(camera, end, distant=True)
     highest = checked_index(max_index)
     found = search_for(camera, from_angles(*place)[None], np.array([place]), highest, surface)
-    return _deepened(images_of(camera, surface, [place], found)[0], camera, surface)
+    return _deepened(images_of(camera, surface, [place], found)[0], found.sky, camera, surface)
 
 
 def is_within(camera: Camera, end: Spherical) -> bool:
@@ -146,18 +159,24 @@ def search_for(camera: Camera, star: Array, angles: Array, max_index: int, end: 
     """All images of stars (n, 3), whose angles (n, 2) are known too, on a sphere."""
     if isinstance(end, Sphere) and is_within(camera, end):
         return search_within(camera, angles, max_index, end)
-    return search(sheets_of(camera, max_index, end), star)
+    found, lens = search(sheets_of(camera, max_index, end), star), searcher(camera)
+    return sharpened(lens, found, star, end) if lens.is_distant and math.isfinite(lens.radius) else found
 
 
 def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
     """The images that a search for some stars on a sphere found, star by star, as the camera sees them."""
-    sky = as_seen(found.sky, camera.at_rest().frame(), camera.frame())
+    error = found.error * lengths(camera, found.sky)
 
-    def traced(sky: Array, end: Spherical) -> Beams:
-        return trace_beams(camera, sky, "auto", TOLERANCE, end=end, time=isinstance(end, Sphere))
+    def traced(lens: Camera, sky: Array) -> Beams:
+        def leaf(sky: Array, end: Spherical) -> Beams:
+            return trace_beams(lens, sky, "auto", TOLERANCE, end=end, time=isinstance(end, Sphere))
 
-    beams = on_leaves(end, sky, found.returning, traced)
+        return on_leaves(end, sky, found.returning, leaf)
+
+    at = seen(camera, found.sky, traced)
+    beams, time, time_error = at.beams, *clock(camera, at.beams.time, at.beams.time_error)
     within = is_within(camera, end)
+    notes = (_DIRECT,) if SourceMap(camera, end).unbounded else ()
     images = []
     for i, star in enumerate(stars):
         these = np.flatnonzero(found.star == i)
@@ -165,40 +184,41 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
         images.append(
             StarImages(
                 star=star,
-                sky=sky[these],
+                sky=at.sky[these],
                 azimuth=beams.azimuth[these],
                 index=found.index[these],
                 parity=1 - 2 * (found.index[these] % 2),
-                magnification=beams.magnification[these],
+                magnification=at.magnification[these],
                 crossings=np.asarray(beams.crossings)[these],
                 crossings_certain=np.asarray(beams.crossings_certain)[these],
-                redshift=np.asarray(beams.redshift)[these],
-                error=found.error[these],
+                redshift=at.redshift[these],
+                error=error[these],
                 per_index=dict(enumerate(found.counts[i].tolist())),
                 expected=dict(enumerate(found.expected[i].tolist())),
                 on_caustic=orders,
                 certified=bool(found.certified[i]),
-                remarks=_remarks(found.coarse, found.counts[i], found.expected[i], orders),
+                remarks=(*notes, *_remarks(found.coarse, found.counts[i], found.expected[i], orders)),
                 source_radius=float(end.radius),
-                time=None if beams.time is None else beams.time[these],
-                time_error=None if beams.time_error is None else beams.time_error[these],
+                time=None if time is None else time[these],
+                time_error=None if time_error is None else time_error[these],
                 returning=found.returning[these] if within else None,
             )
         )
     return images
 
 
-def _deepened(images: StarImages, camera: Camera, end: Spherical) -> StarImages:
-    """The same, with those that lie close to the shadow edge to round-off."""
+def _deepened(images: StarImages, sky: Float[Array, "images 3"], camera: Camera, end: Spherical) -> StarImages:
+    """The same, with those that lie close to the shadow edge to round-off; sky: where they were found."""
     which = np.flatnonzero(is_deep(images.index, images.error, images.time, images.time_error))
     if len(which) == 0:
         return images
-    rest, seen, (theta, phi) = camera.at_rest(), camera.frame(), images.star
+    (theta, phi), sky = images.star, sky[which]
     star = np.tile(from_angles(theta, phi), (len(which), 1))
     returning = np.zeros(len(which), bool) if images.returning is None else images.returning[which]
-    sky = as_seen(images.sky[which], seen, rest.frame())
-    deep = deepened(rest, sky, images.error[which], star, end, returning)
+    deep = deepened(searcher(camera), sky, images.error[which] / lengths(camera, sky), star, end, returning)
     these = which[deep.which]
+    time, time_error = clock(camera, deep.time, deep.time_error)
+    assert time is not None and time_error is not None
 
     def with_deep(values: Array | None, better: Array) -> Array | None:
         if values is None:
@@ -209,18 +229,18 @@ def _deepened(images: StarImages, camera: Camera, end: Spherical) -> StarImages:
 
     return replace(
         images,
-        sky=with_deep(images.sky, as_seen(deep.sky, rest.frame(), seen)),
+        sky=with_deep(images.sky, shown(camera, deep.sky)),
         azimuth=with_deep(images.azimuth, phi + 2 * math.pi * np.round((images.azimuth[these] - phi) / (2 * math.pi))),
-        error=with_deep(images.error, deep.error),
-        time=with_deep(images.time, deep.time),
-        time_error=with_deep(images.time_error, deep.time_error),
+        error=with_deep(images.error, deep.error * lengths(camera, deep.sky)),
+        time=with_deep(images.time, time),
+        time_error=with_deep(images.time_error, time_error),
     )
 
 
-def checked_sheets(camera: Camera, max_index: int, end: float | Spherical = SKY) -> Sheets:
-    """The sheets of a camera; bad input is refused with one ValueError."""
-    check_camera(camera)
-    return sheets_of(camera, checked_index(max_index), spherical(camera, end))
+def checked_sheets(camera: Camera, max_index: int, end: float | Spherical = SKY, *, distant: bool = False) -> Sheets:
+    """The sheets of a camera; bad input is refused with one ValueError. distant: whether it may be an `Observer`."""
+    check_camera(camera, distant=distant)
+    return sheets_of(camera, checked_index(max_index), spherical(camera, end, distant=distant))
 
 
 def checked_index(max_index: int) -> int:

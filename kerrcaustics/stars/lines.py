@@ -10,9 +10,8 @@ from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves import sky_lines
+from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.results.declared import quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import as_seen
 from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis
@@ -77,7 +76,7 @@ class _SkyLine:
         """Directions on the sky at rest."""
         if self._turn is not None:
             turn = np.full(len(place), self._turn)
-            return self._sheets.sky(sky_lines.looking(self._sheets.camera, turn, place * self._depth))
+            return self._sheets.sky(self._sheets.looking(turn, place * self._depth))
         angle = (place * self._angle)[:, None]
         return self._start * np.cos(angle) + self._ahead * np.sin(angle)
 

@@ -6,13 +6,15 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.optimize import elementwise
 
+from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
 from kerrcaustics.curves.circles_in_plane import TOLERANCE
+from kerrcaustics.curves.screens import clock, lengths, seen
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, as_seen
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import numbers
 
 Array = np.ndarray
@@ -33,17 +35,19 @@ class PlaneImages:
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
     radius: float = quantity("", "GM/c^2", "of the source")
     phi: float = quantity("", "rad", "azimuth of the source", given=True)
-    sky: Array = quantity("image axis", "1", "directions N on the camera sky")
+    sky: Array = quantity("image axis", "1", "directions N on the camera sky; of an Observer (alpha, beta)")
     azimuth: Array = quantity("image", "rad", "unwrapped phi of the ray: phi plus whole turns", json="azimuth_deg")
     index: Array = quantity("image", "1", "Morse index")
     parity: Array = quantity("image", "1", "(-1)^index")
     magnification: Array = quantity(
-        "image", "c^4/(GM)^2", "solid angle on the sky by area r dr dphi in the plane: 1 / |det J|"
+        "image",
+        "c^4/(GM)^2",
+        "solid angle on the sky by area r dr dphi in the plane: 1 / |det J|; of an Observer (GM/c^2)^2 by that area",
     )
     redshift: Array = quantity("image", "1", "nu_camera / nu_source, for the plane's emitter")
     time: Array = quantity("image", "GM/c^3", "coordinate time from the source to the camera")
     time_error: Array = quantity("image", "GM/c^3", "estimated error of time")
-    error: Array = quantity("image", "rad", "error of sky", json="error_rad")
+    error: Array = quantity("image", "rad", "error of sky; of an Observer in GM/c^2", json="error_rad")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
     on_caustic: bool = quantity("", "1", "True where the source cannot be told from a caustic")
     certified: bool = quantity(
@@ -81,8 +85,12 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
     found = arcs.at(turn) if len(turn) else arcs.low[:0]
     order = np.lexsort((turn, index))
     found, index = found[order], index[order]
-    sky = as_seen(found.sky, camera.at_rest().frame(), camera.frame())
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, end=end, time=True)
+
+    def traced(lens: Camera, sky: Array) -> Beams:
+        return trace_beams(lens, sky, "auto", TOLERANCE, end=end, time=True)
+
+    at = seen(camera, found.sky, traced)
+    time, time_error = clock(camera, at.beams.time, at.beams.time_error)
     miss = np.hypot(np.log(found.radius / radius), _away(found.azimuth, phi))
     near = _near_fold(arcs, phi)
     remarks = list(arcs.doubts)
@@ -92,15 +100,15 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
         crossing=end.crossing,
         radius=radius,
         phi=phi,
-        sky=sky,
-        azimuth=beams.azimuth,
+        sky=at.sky,
+        azimuth=at.beams.azimuth,
         index=index,
         parity=1 - 2 * (index % 2),
-        magnification=beams.magnification,
-        redshift=np.asarray(beams.redshift),
-        time=np.asarray(beams.time),
-        time_error=np.asarray(beams.time_error),
-        error=radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor),
+        magnification=at.magnification,
+        redshift=at.redshift,
+        time=np.asarray(time),
+        time_error=np.asarray(time_error),
+        error=radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor) * lengths(camera, found.sky),
         per_index={k: int((index == k).sum()) for k in range(max_index + 1)},
         on_caustic=near,
         certified=not remarks,

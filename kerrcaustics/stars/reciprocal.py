@@ -12,7 +12,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from kerrcaustics.beams.ends import Sphere
+from kerrcaustics.beams.ends import SKY, Sphere
+from kerrcaustics.beams.trace import trace_rays
+from kerrcaustics.curves.screens import magnified, searcher
 from kerrcaustics.curves.source_map import check_domain
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, photon, sky_from_looking
@@ -32,16 +34,14 @@ def search_within(camera: Camera, angles: Float[Array, "stars 2"], max_index: in
 
     Parameters: angles, (theta, phi) of the stars; end, their sphere.
     """
-    if math.sin(camera.inclination) == 0:
-        raise ValueError("Argument `end` must be at least the camera's radius where the camera is on the spin axis.")
-    parts = [_one(camera.at_rest(), theta, phi, max_index, end) for theta, phi in angles.tolist()]
+    parts = [_one(searcher(camera), theta, phi, max_index, end) for theta, phi in angles.tolist()]
     return found_together(parts)
 
 
 def _one(camera: Camera, theta: float, phi: float, max_index: int, end: Sphere) -> Found:
     """The images of one star, from those that are seen of the camera there."""
     there = Camera(camera.spin, float(end.radius), theta, "fiducial")
-    outward = Sphere(camera.radius)
+    outward = SKY if math.isinf(camera.radius) else Sphere(camera.radius)
     try:
         check_domain(there, outward)
         sheets = sheets_of(there, max_index, outward)
@@ -58,10 +58,13 @@ def _seen_from(camera: Camera, star: Float[Array, " 3"], found: Found, sheets: S
     returning = light.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):
-        sky = sky_from_looking(camera.frame(), -_motion(camera, np.asarray(light.b), np.asarray(light.q), sign))
+        motion = _motion(camera, np.asarray(light.b), np.asarray(light.q), sign)
+        sky = sky_from_looking(camera.frame(), -magnified(camera.frame(), motion))
         for leaf in (False, True):
             these = np.flatnonzero((returning == leaf) & np.isfinite(sky).all(axis=1))
-            images = _refined(camera, star, found.index[these], sky[these], replace(end, returning=leaf))
+            here = replace(end, returning=leaf)
+            guesses = _turned(camera, star, sky[these], sign, here) if camera.on_axis else sky[these]
+            images = _refined(camera, star, found.index[these], guesses, here)
             parts.append(images)
     merged = parts[0]
     for part in parts[1:]:
@@ -77,11 +80,26 @@ def _motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: 
     at = kerr.metric(a, r, c)
     square = r**2 + a**2
     radial = (square - a * b) ** 2 - (square - 2 * r) * ((b - a) ** 2 + q)
-    polar = q - c**2 * (b**2 / s**2 - a**2)
+    # On the axis b is 0, and any azimuth will do.
+    around = np.zeros_like(b) if camera.on_axis else b / s
+    polar = q - c**2 * (around**2 - a**2)
     n_r = np.sqrt(np.maximum(radial, 0)) / math.sqrt(at.sigma * at.delta)
-    n_theta = sign * np.sqrt(np.maximum(polar, 0)) / math.sqrt(at.sigma)
-    motion = np.stack([n_r, n_theta, b / (s * at.cylindrical_scale)], axis=-1)
+    n_theta = (1.0 if camera.on_axis else sign) * np.sqrt(np.maximum(polar, 0)) / math.sqrt(at.sigma)
+    motion = np.stack([n_r, n_theta, around / at.cylindrical_scale], axis=-1)
     return motion / np.linalg.norm(motion, axis=-1, keepdims=True)
+
+
+def _turned(camera: Camera, star: Float[Array, " 3"], sky: Array, sense: float, end: Sphere) -> Float[Array, "n 3"]:
+    """Directions of a camera on the spin axis, turned about it so that their rays end at the star's azimuth.
+
+    sense: of the turn on the sky, which is another one at either pole.
+    """
+    if not len(sky):
+        return sky
+    rays = trace_rays(camera, sky, end=end)
+    angle = sense * (math.atan2(star[1], star[0]) - rays.azimuth)
+    (x, y, z), c, s = sky.T, np.cos(angle), np.sin(angle)
+    return np.stack([x, c * y - s * z, s * y + c * z], axis=-1)
 
 
 def _refined(

@@ -20,12 +20,13 @@ from scipy.spatial import cKDTree
 
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.rehearsal import rehearse
-from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.curves.ring_at_infinity import check_index, with_ring_at_infinity
+from kerrcaustics.curves.screens import searcher
 from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
-from kerrcaustics.spacetime.arrays import HostVectors
+from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.camera import Camera, Frame, sky_from_looking
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
 from kerrcaustics.stars.fold import fold_derivatives, fold_guesses
@@ -134,7 +135,9 @@ class Counted:
 class Sheets:
     """The sheets of index 0 to max_index at one event, their edges, and the star counts that these tell.
 
-    frame: of the camera at rest; pole_counts: how many images the north pole has on each sheet.
+    An observer at infinity sees no images of index 0 of stars at infinity: that sheet is empty, and the first edge is
+    the ring at infinity. frame: of the camera at rest; folds: of all edges but that one; pole_counts: how many images
+    the north pole has on each sheet.
     """
 
     curves: CriticalCurves
@@ -160,6 +163,10 @@ class Sheets:
         """Directions N on the sky at rest of what lies in directions of the FIDO."""
         return sky_from_looking(self.frame, looking)
 
+    def looking(self, turn: HostReals, depth: HostReals) -> HostVectors:
+        """Directions of the FIDO on the lines of the map."""
+        return SourceMap(self.camera, self.end).looking(turn, depth)[0]
+
     def counted(self, star: Float[Array, "stars 3"]) -> Counted:
         """What the caustics alone tell of stars."""
         windings = tuple(polygon.winding(star) for polygon in self.polygons)
@@ -184,16 +191,18 @@ class Sheets:
         for sheet in self.sheets:
             here = cells.sheet[cell] == sheet.index
             depth[here] = sheet.depth(turn[here], part[here])
-        return which, cells.sheet[cell], self.sky(sky_lines.looking(self.camera, turn, depth))
+        return which, cells.sheet[cell], self.sky(self.looking(turn, depth))
 
     def fold_starts(self, star: Float[Array, "stars 3"], windings: tuple[Winding, ...]) -> Starts:
         """Guesses for images of stars next to critical curves, on both sides of each."""
         parts = []
-        for order, (polygon, fold, winding) in enumerate(zip(self.polygons, self.folds, windings, strict=True), 1):
+        last = len(self.folds)
+        for polygon, fold, winding in zip(self.polygons[-last:], self.folds, windings[-last:], strict=True):
+            order = polygon.curve.order
             which, turn, depth, step = fold_guesses(fold, polygon.curve.points, star, winding)
             index = np.where(step < 0, order - 1, order)
             known = (index < len(self.sheets)) & (depth + step > 0)
-            looking = sky_lines.looking(self.camera, turn[known], (depth + step)[known])
+            looking = self.looking(turn[known], (depth + step)[known])
             parts.append((which[known], index[known], self.sky(looking)))
         return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
@@ -215,26 +224,28 @@ def _sheets_at_rest(camera: Camera, max_index: int, end: Spherical) -> Sheets:
     """Find the critical curves, trace the grids."""
     if end == SKY:
         rehearse(camera)
-    curves = critical_curves(camera, max_index + 1, end=end)
+    source = SourceMap(camera, end)
+    check_index(source, max_index)
+    curves = with_ring_at_infinity(source, critical_curves(camera, max_index + 1, end=end))
     if curves.unbroken <= max_index:
         raise ValueError(
             f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
             f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
         )
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
-    source = SourceMap(camera, end)
     mapped = partial(_mapped, source)
     depths = [source.first, *(_depth_of(curve.points) for curve in curves)]
     sheets = tuple(
         _sheet(mapped, curve.order - 1, (depths[curve.order - 1], depths[curve.order]), curve.points)
         for curve in curves
     )
-    cells = _cells(sheets)
+    # Nothing lies beyond the ring at infinity.
+    cells = _cells(sheets[int(source.unbounded) :])
     return Sheets(
         curves=curves,
         frame=camera.frame(),
         polygons=polygons,
-        folds=tuple(fold_derivatives(mapped, curve.points) for curve in curves),
+        folds=tuple(fold_derivatives(mapped, curve.points) for curve in curves.curves[int(source.unbounded) :]),
         sheets=sheets,
         cells=cells,
         circles=tuple(_circles(cells.corners)),
@@ -244,7 +255,7 @@ def _sheets_at_rest(camera: Camera, max_index: int, end: Spherical) -> Sheets:
 
 def sheets_of(camera: Camera, max_index: int, end: Spherical = SKY) -> Sheets:
     """The sheets of a camera, kept for the next star: they depend on its place alone."""
-    return _sheets_at_rest(camera.at_rest(), max_index, end)
+    return _sheets_at_rest(searcher(camera), max_index, end)
 
 
 def _mapped(source: SourceMap, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"]) -> HostVectors:

@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.screens import SeenLight, lengths, seen
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
-from kerrcaustics.spacetime.camera import Camera, as_seen, looking_from_sky, orbital_velocity
+from kerrcaustics.spacetime.camera import Camera, check_camera, looking_from_sky, orbital_velocity
 from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.stars.events import (
     PairEvent,
@@ -48,7 +49,7 @@ class Track:
     where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
     """
 
-    sky: Array = quantity("point axis", "1", "directions N")
+    sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
     azimuth: Array = quantity(
         "point",
         "rad",
@@ -58,9 +59,9 @@ class Track:
     )
     index: Array = quantity("point", "1", "Morse index")
     parity: Array = quantity("point", "1", "(-1)^index")
-    magnification: Array = quantity("point", "1", "1 / |det J|")
+    magnification: Array = quantity("point", "1", "1 / |det J|; of an Observer (GM/c^2)^2 by solid angle")
     redshift: Array = quantity("point", "1", "nu_camera / nu_source")
-    error: Array = quantity("point", "rad", "error of sky", json="error_rad")
+    error: Array = quantity("point", "rad", "error of sky; of an Observer in GM/c^2", json="error_rad")
     closed: bool = quantity(
         "",
         "1",
@@ -92,8 +93,10 @@ class StarTracks:
     camera: Camera = quantity("", "", "the camera", json="", column="")
     theta: float = quantity("", "rad", "theta' of the star", json="star_theta_deg", given=True)
     max_index: int = quantity("", "1", "highest Morse index that was asked for")
-    angular_velocity: float = quantity("", "c^3/GM", "of the camera: coordinate azimuth per coordinate time")
-    period: float = quantity("", "GM/c^3", "time of one orbit of the camera")
+    angular_velocity: float = quantity(
+        "", "c^3/GM", "of the camera: coordinate azimuth per coordinate time; 0 of an Observer"
+    )
+    period: float = quantity("", "GM/c^3", "time of one orbit of the camera; infinite for an Observer")
     tracks: tuple[Track, ...] = quantity("track", "", "tracks, those with images of low index first")
     events: PairEvents = quantity(
         "event", "", "pair creations and annihilations of images up to max_index, in the order of time"
@@ -146,6 +149,8 @@ class StarTracks:
         """
         if (time is None) == (azimuth is None):
             raise ValueError("Arguments `time` and `azimuth`: exactly one of them must be given.")
+        if azimuth is None and self.camera.is_distant:
+            raise ValueError("Argument `time` must be left out for an Observer, who does not orbit: give `azimuth`.")
         name, value = ("azimuth", azimuth) if time is None else ("time", time)
         moments = numbers(name, value)
         if moments.ndim > 1 or not np.isfinite(moments).all():
@@ -214,8 +219,9 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float 
 
     Parameters
     ----------
-    camera : Camera
-        On a circular orbit about the spin axis: its velocity has no component but the azimuthal one.
+    camera : Camera or Observer
+        A camera on a circular orbit about the spin axis: its velocity has no component but the azimuthal one. For an
+        Observer the star moves, once round.
     theta : float
         theta' of the star in radians. The images of a star at a pole stand still: tracks of one point.
     max_index : int
@@ -231,15 +237,18 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float 
     ------
     `Track.error`: every point is refined to round-off. `StarTracks.certified` tells whether the tracks hold all images.
     """
-    angular_velocity = orbital_velocity(camera)
+    check_camera(camera, distant=True)
+    angular_velocity = None if camera.is_distant else orbital_velocity(camera)
     height = checked_theta(theta)
-    surface = spherical(camera, end)
+    surface = spherical(camera, end, distant=True)
     if is_within(camera, surface):
         raise ValueError(
             f"Argument `end` must be at least the camera's radius {camera.radius:.12g} for tracks, but is "
             f"{surface.radius:.12g}."
         )
-    branches = Branches(checked_sheets(camera, max_index, surface), camera, Circle.about_spin_axis(height))
+    branches = Branches(
+        checked_sheets(camera, max_index, surface, distant=True), camera, Circle.about_spin_axis(height)
+    )
     found = branches.meetings
     events = pair_events_of(camera, found, height, angular_velocity)
     remarks = (*found.remarks, *branches.remarks, *(r for i in np.flatnonzero(~found.known) for r in events[i].remarks))
@@ -247,8 +256,8 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float 
         camera=camera,
         theta=height,
         max_index=int(max_index),
-        angular_velocity=angular_velocity,
-        period=_TURN / abs(angular_velocity),
+        angular_velocity=angular_velocity or 0.0,
+        period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
         tracks=_tracks(camera, branches, events),
         events=PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks),
         ends=in_time(e for e in events if e.order > max_index),
@@ -263,33 +272,35 @@ def star_tracks(camera: Camera, theta: float, max_index: int = 2, *, end: float 
 def _tracks(camera: Camera, branches: Branches, events: list[PairEvent]) -> tuple[Track, ...]:
     """The chains of links, as the camera sees them."""
     frame = branches.sheets.frame
-    sky = as_seen(branches.nodes.sky, frame, camera.frame())
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, end=branches.sheets.end)
-    error = errors_on_sky(branches, beams, np.array([event.error for event in events]))
+
+    def traced(lens: Camera, sky: Array) -> Beams:
+        return trace_beams(lens, sky, "auto", TOLERANCE, end=branches.sheets.end)
+
+    at = seen(camera, branches.nodes.sky, traced)
+    error = errors_on_sky(branches, at.beams, np.array([event.error for event in events]))
+    error = error * lengths(camera, branches.nodes.sky)
     eastward = looking_from_sky(frame, branches.nodes.sky)[:, 2] < 0
-    tracks = [
-        _track(chain, branches, events, sky, beams, error, eastward) for chain in chains(branches, over_events=True)
-    ]
+    tracks = [_track(chain, branches, events, at, error, eastward) for chain in chains(branches, over_events=True)]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
 def _track(
-    chain: Chain, branches: Branches, events: list[PairEvent], sky: Array, beams: Beams, error: Array, eastward: Array
+    chain: Chain, branches: Branches, events: list[PairEvent], at: SeenLight, error: Array, eastward: Array
 ) -> Track:
-    """One of the chains; sky, beams, error of the nodes, and which of their photons move eastward at the camera."""
+    """One of the chains; what is seen at the nodes, its error, and which of their photons move eastward there."""
     chosen = chain.nodes
     index, event = branches.nodes.index[chosen], branches.nodes.event[chosen]
     # Named after a ray with b < 0 where there is one, as caustics are; of low index.
     anchor = np.lexsort((eastward[chosen], index))[0]
-    turns = np.round((beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
+    turns = np.round((at.beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
     places = np.flatnonzero(event >= 0)
     return Track(
-        sky=sky[chosen],
+        sky=at.sky[chosen],
         azimuth=chain.longitude + _TURN * turns,
         index=index,
         parity=np.where(event >= 0, 0, 1 - 2 * (index % 2)),
-        magnification=np.where(event >= 0, np.inf, beams.magnification[chosen]),
-        redshift=np.asarray(beams.redshift)[chosen],
+        magnification=np.where(event >= 0, np.inf, at.magnification[chosen]),
+        redshift=at.redshift[chosen],
         error=error[chosen],
         closed=chain.closed,
         turns=round(chain.sweep / _TURN) if chain.closed else 0,

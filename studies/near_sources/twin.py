@@ -7,7 +7,8 @@ import numpy as np
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import EquatorialPlane, Sphere
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.spacetime.camera import Camera, as_seen, sky_from_looking
+from kerrcaustics.curves.screens import as_seen
+from kerrcaustics.spacetime.camera import Camera, sky_from_looking
 from kerrcaustics.spacetime.sphere import flattened, from_angles, moved
 
 TURNS, PARTS, CLOSEST = 360, 160, 3e-7

@@ -4,7 +4,8 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.spacetime.camera import as_seen, fido_from_sky, sky_from_fido
+from kerrcaustics.curves.screens import as_seen
+from kerrcaustics.spacetime.camera import fido_from_sky, sky_from_fido
 from kerrcaustics.spacetime.sphere import angle_between
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search

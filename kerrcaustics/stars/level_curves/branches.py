@@ -13,8 +13,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.curves.sky_chart import Chart, apart
-from kerrcaustics.spacetime.camera import Camera, Frame, as_seen
+from kerrcaustics.spacetime.camera import Camera, Frame
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened
 from kerrcaustics.stars.level_curves.circle import Circle

@@ -1,0 +1,36 @@
+"""Images far out on a screen: refined on the plain sky of a camera at the same place.
+
+A screen shows best what is next to the hole. What is seen directly lies at the radius of the observer from it, where
+the rounding of a direction on the engines' sphere is a large length.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from kerrcaustics.beams.ends import Spherical
+from kerrcaustics.curves.screens import as_seen, lengths, radians_of
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.stars.newton import find_roots
+from kerrcaustics.stars.search import Found
+
+Array = np.ndarray
+
+# Newton steps from a place that is known.
+_FEW_STEPS = 8
+
+
+def sharpened(lens: Camera, found: Found, star: Float[Array, "stars 3"], end: Spherical) -> Found:
+    """The images of stars that an observer at a finite radius finds, those of index 0 with smaller errors."""
+    plain = Camera(lens.spin, lens.radius, lens.inclination, "fiducial")
+    direct = np.flatnonzero(found.index == 0)
+    start = as_seen(found.sky[direct], lens.frame(), plain.frame())
+    which, sky, error = find_roots(plain, star[found.star[direct]], found.index[direct], start, _FEW_STEPS, end=end)
+    these, sky = direct[which], as_seen(sky, plain.frame(), lens.frame())
+    # A radian on the plain sky, on the engines' sphere.
+    error = error / radians_of(plain.radius, sky, lengths(lens, sky))
+    better = error < found.error[these]
+    skies, errors = found.sky.copy(), found.error.copy()
+    skies[these[better]], errors[these[better]] = sky[better], error[better]
+    return replace(found, sky=skies, error=errors)
