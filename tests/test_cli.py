@@ -55,7 +55,7 @@ BAD = [
     (("caustics", "--spin", "fast", "--radius", "6"), "--spin"),
     (("caustics", "--spin", "0.9", "--radius", "1.4"), "--radius must be larger than the horizon radius 1.43588989435"),
     (
-        ("images", "--spin", "0.9", "--radius", "inf", "--star", "80", "170"),
+        ("light-curve", "--spin", "0.9", "--radius", "inf", "--orbit", "6"),
         "--radius must be a finite number, but is inf.",
     ),
     (("caustics", "--spin", "0.9"), "--radius"),

@@ -27,7 +27,7 @@ def test_degrees_and_curves_lie_on_the_picture():
     view = kc.View.toward_hole(CAMERA, 300, 200, math.radians(150), "fisheye")
     ax = show_picture(Figure().add_subplot(), view, np.zeros((200, 300, 3), np.uint8))
     labels = {ax.xaxis.get_major_formatter()(place): place for place in ax.xaxis.get_majorticklocs()}
-    assert labels["30"] == pytest.approx(149.5 + 60) and labels["-30"] == pytest.approx(149.5 - 60)
+    assert labels["30"] == pytest.approx(149.5 + 60) and labels["−30"] == pytest.approx(149.5 - 60)
     caustics = kc.caustics(CAMERA, orders=1)
     show_critical_curves(ax, view, caustics)
     line = ax.get_lines()[0].get_xydata()

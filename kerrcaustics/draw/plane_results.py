@@ -17,11 +17,14 @@ from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import style
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.stars.plane_images import PlaneCounts
+from kerrcaustics.stars.plane_maps import PlaneCountMap
+from kerrcaustics.stars.plane_tracks import PlanePairEvent
 
 Array = np.ndarray
 
 # Beyond this radius (GM/c^2) a picture ends.
 _REACH = 20.0
+_MARKS = {"creation": "^", "annihilation": "v"}
 
 
 def plane_counts(ax: Axes, counts: PlaneCounts) -> Axes:
@@ -29,6 +32,29 @@ def plane_counts(ax: Axes, counts: PlaneCounts) -> Axes:
     x, y = _in_plane(counts.sources)
     drawn = numbered(ax, x, y, counts.counts.sum(axis=1))
     drawn.colorbar(ax.collections[-1], ax=ax, label="images")
+    return _plane_axes(ax)
+
+
+def plane_count_map(ax: Axes, counts: PlaneCountMap) -> Axes:
+    """The sources of the map in the equatorial plane, coloured by how many images each has."""
+    r, phi = np.meshgrid(counts.radius, counts.phi, indexing="ij")
+    x, y = _in_plane(np.stack([r.ravel(), phi.ravel()], axis=-1))
+    drawn = numbered(ax, x, y, counts.counts.sum(axis=2).ravel())
+    drawn.colorbar(ax.collections[-1], ax=ax, label="images")
+    return _plane_axes(ax)
+
+
+def plane_event(ax: Axes, event: PlanePairEvent) -> Axes:
+    """Where the source is in the equatorial plane."""
+    return plane_events(ax, [event])
+
+
+def plane_events(ax: Axes, events: Iterable[PlanePairEvent]) -> Axes:
+    """Where the source is when its images are created (up) or annihilated (down), one colour an order."""
+    for event in events:
+        x, y = _in_plane(np.array([[event.radius, event.azimuth]]))
+        mark: dict[str, Any] = {"marker": _MARKS.get(event.kind, "o"), "color": style.order_colour(event.order)}
+        ax.plot(x, y, linestyle="none", **mark)
     return _plane_axes(ax)
 
 

@@ -32,6 +32,7 @@ from kerrcaustics.stars.following import FollowedStar
 from kerrcaustics.stars.images import StarImages
 from kerrcaustics.stars.lines import LineCrossings
 from kerrcaustics.stars.plane_images import PlaneImages
+from kerrcaustics.stars.plane_tracks import PlaneTrack, PlaneTracks
 from kerrcaustics.stars.tracks import StarTracks, Track
 
 Array = np.ndarray
@@ -124,7 +125,7 @@ def followed_images(ax: Axes, star: FollowedStar) -> Axes:
     return ax
 
 
-def one_track(ax: Axes, track: Track) -> Axes:
+def one_track(ax: Axes, track: Track | PlaneTrack) -> Axes:
     """On the camera sky about the hole, one colour an index."""
     for k, which in stretches(track):
         _on_sky(ax, track.sky[which], label=f"index {k}", **style.order_line(k + 1))
@@ -133,7 +134,7 @@ def one_track(ax: Axes, track: Track) -> Axes:
     return _legend(ax)
 
 
-def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
+def all_tracks(ax: Axes, tracks: StarTracks | PlaneTracks) -> Axes:
     """All tracks round the shadow; triangles are creations (up) and annihilations (down)."""
     shadow(ax, tracks.camera)
     for track in tracks.tracks:

@@ -125,11 +125,6 @@ def star_images(
     StarImages
         For the plane `PlaneImages`, which has the same names.
 
-    Notes
-    -----
-    An Observer at infinity sees stars of the celestial sphere directly at infinite (alpha, beta): images of index 0 are
-    not among the images then, and `per_index` and `expected` say 0 of them.
-
     Raises
     ------
     ValueError
@@ -139,6 +134,11 @@ def star_images(
     ------
     `StarImages.error`, round-off of n' divided by the beam's minor diameter; where that is more than 1e-10, as for
     high indices, the image is put right by the distance from the shadow edge (deep_images.py), to about 1e-14.
+
+    Notes
+    -----
+    An Observer at infinity sees stars of the celestial sphere directly at infinite (alpha, beta): images of index 0 are
+    not among the images then, and `per_index` and `expected` say 0 of them.
 
     References
     ----------

@@ -37,8 +37,9 @@ class PlaneCountMap:
 
     def __repr__(self) -> str:
         """One line: where, and how much of it is certified."""
-        span = f"r = {self.radius[0]:.4g} to {self.radius[-1]:.4g}"
-        return f"<PlaneCountMap of crossing {self.crossing}, {span}, {self.certified.mean():.2%} certified>"
+        rows, columns = self.certified.shape
+        sure = f"{int(self.certified.sum())} certified"
+        return f"<PlaneCountMap of crossing {self.crossing}, {rows} circles of {columns} sources, {sure}>"
 
 
 def plane_count_map(
