@@ -24,7 +24,6 @@ Array = np.ndarray
 
 # Beyond this radius (GM/c^2) a picture ends.
 _REACH = 20.0
-_MARKS = {"creation": "^", "annihilation": "v"}
 
 
 def plane_counts(ax: Axes, counts: PlaneCounts) -> Axes:
@@ -53,7 +52,10 @@ def plane_events(ax: Axes, events: Iterable[PlanePairEvent]) -> Axes:
     """Where the source is when its images are created (up) or annihilated (down), one colour an order."""
     for event in events:
         x, y = _in_plane(np.array([[event.radius, event.azimuth]]))
-        mark: dict[str, Any] = {"marker": _MARKS.get(event.kind, "o"), "color": style.order_colour(event.order)}
+        mark: dict[str, Any] = {
+            "marker": style.EVENT_MARKERS.get(event.kind, "o"),
+            "color": style.order_colour(event.order),
+        }
         ax.plot(x, y, linestyle="none", **mark)
     return _plane_axes(ax)
 

@@ -20,15 +20,6 @@ from kerrcaustics.stars.plane_tracks import PlanePairEvent, PlaneTracks
 Array = np.ndarray
 
 _EDGE_POINTS = 800
-_MARKERS = {"creation": "^", "annihilation": "v"}
-_MARK: dict[str, Any] = {
-    "markersize": 5.5,
-    "color": "black",
-    "markerfacecolor": "white",
-    "markeredgewidth": 0.9,
-    "linestyle": "none",
-    "zorder": 3,
-}
 # Brighter than so many times the brightest usual image is cut off: an event has no bound.
 _ABOVE_USUAL = 30.0
 _TURNS = (-720, -360, 0, 360, 720)
@@ -63,7 +54,7 @@ def plane_tracks_on_sky(ax: Axes, tracks: PlaneTracks) -> Axes:
         for index, which in stretches(track):
             ax.plot(*picture[which].T, **_line(index))
     for event in _events(tracks):
-        ax.plot(*azimuthal_equidistant(event.sky, axes), marker=_MARKERS[event.kind], **_MARK)
+        ax.plot(*azimuthal_equidistant(event.sky, axes), marker=style.EVENT_MARKERS[event.kind], **style.EVENT_MARK)
     limit = min(1.15 * max(reach), 180.0)
     ax.set(xlim=(-limit, limit), ylim=(-limit, limit))
     ax.set_aspect("equal", adjustable="box")
@@ -85,7 +76,14 @@ def plane_brightness(ax: Axes, tracks: PlaneTracks) -> Axes:
     for event in _events(tracks):
         phi = math.degrees(event.azimuth)
         ax.axvline(phi, color=style.GUIDE_COLOUR, linewidth=0.6, zorder=0.5)
-        ax.plot([phi], [1.0], marker=_MARKERS[event.kind], transform=ax.get_xaxis_transform(), clip_on=False, **_MARK)
+        ax.plot(
+            [phi],
+            [1.0],
+            marker=style.EVENT_MARKERS[event.kind],
+            transform=ax.get_xaxis_transform(),
+            clip_on=False,
+            **style.EVENT_MARK,
+        )
     ax.set_yscale("log")
     ax.set(xlim=(0, 360), xlabel="azimuth of the source (deg)", ylabel="magnification (1/M²)")
     ax.set_ylim(top=_ABOVE_USUAL * max(usual))
@@ -105,4 +103,7 @@ def _legend(tracks: PlaneTracks) -> list[Line2D]:
     seen = sorted({index for track in tracks.tracks for index, _ in stretches(track)})
     lines = [Line2D([], [], label=f"index {index}", **_line(index)) for index in seen]
     kinds = sorted({event.kind for event in _events(tracks)}, reverse=True)
-    return [*lines, *(Line2D([], [], label=kind, marker=_MARKERS[kind], **_MARK) for kind in kinds)]
+    return [
+        *lines,
+        *(Line2D([], [], label=kind, marker=style.EVENT_MARKERS[kind], **style.EVENT_MARK) for kind in kinds),
+    ]

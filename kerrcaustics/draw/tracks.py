@@ -32,17 +32,8 @@ _EDGE_POINTS = 2000
 # The unrolled camera sky shows a little more than a turn.
 _TURNS = (-360, 0, 360)
 _CRITICAL: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 0.7, "linestyle": (0, (3, 2))}
-_MARK: dict[str, Any] = {
-    "markersize": 5.5,
-    "color": "black",
-    "markerfacecolor": "white",
-    "markeredgewidth": 0.9,
-    "linestyle": "none",
-    "zorder": 3,
-}
 _ARROW: dict[str, Any] = {"arrowstyle": "-|>", "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
 _HALO = withStroke(linewidth=2, foreground="white")
-_MARKERS = {"creation": "^", "annihilation": "v"}
 # Moments between two events, crowded where images run together; nearer than this part of the time in between, none.
 _MOMENTS, _NEAREST = 100, 1e-10
 # Brighter than this, and than so many times the usual of the brightest image, is cut off: an event has no bound.
@@ -194,7 +185,14 @@ def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
             brightest = max(brightest, _ABOVE_USUAL * float(np.nanmedian(strand)))
     for time, event in events:
         ax.axvline(time, color=style.GUIDE_COLOUR, linewidth=0.6, zorder=0.5)
-        ax.plot([time], [1.0], marker=_MARKERS[event.kind], transform=ax.get_xaxis_transform(), clip_on=False, **_MARK)
+        ax.plot(
+            [time],
+            [1.0],
+            marker=style.EVENT_MARKERS[event.kind],
+            transform=ax.get_xaxis_transform(),
+            clip_on=False,
+            **style.EVENT_MARK,
+        )
     _log_axis(ax, faintest / 2, brightest, ticks=7)
     ax.set_xlim(start, end)
     ax.xaxis.set_major_locator(MaxNLocator(6))
@@ -266,7 +264,9 @@ def tracks_figure(tracks: StarTracks, caustics: CausticSet) -> Figure:
 def tracks_legend(max_index: int) -> list[Line2D]:
     """Handles for a legend of tracks: one line an index, the critical curves, the marks of events."""
     lines = [Line2D([], [], label=f"index {index}", **_index_line(index)) for index in range(max_index + 1)]
-    marks = [Line2D([], [], label=kind, marker=marker, **_MARK) for kind, marker in _MARKERS.items()]
+    marks = [
+        Line2D([], [], label=kind, marker=marker, **style.EVENT_MARK) for kind, marker in style.EVENT_MARKERS.items()
+    ]
     return [*lines, Line2D([], [], label="critical curve", **_CRITICAL), *marks]
 
 
@@ -357,4 +357,4 @@ def _track_line(track: Track, index: int) -> dict[str, Any]:
 
 
 def _mark(ax: Axes, place: Float[Array, "2"], event: PairEvent) -> None:
-    ax.plot([place[0]], [place[1]], marker=_MARKERS[event.kind], **_MARK)
+    ax.plot([place[0]], [place[1]], marker=style.EVENT_MARKERS[event.kind], **style.EVENT_MARK)
