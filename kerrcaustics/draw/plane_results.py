@@ -53,7 +53,7 @@ def plane_events(ax: Axes, events: Iterable[PlanePairEvent]) -> Axes:
     for event in events:
         x, y = _in_plane(np.array([[event.radius, event.azimuth]]))
         mark: dict[str, Any] = {
-            "marker": style.EVENT_MARKERS.get(event.kind, "o"),
+            "marker": style.EVENTS.get(event.kind, "o"),
             "color": style.order_colour(event.order),
         }
         ax.plot(x, y, linestyle="none", **mark)

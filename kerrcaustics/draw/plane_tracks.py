@@ -54,7 +54,7 @@ def plane_tracks_on_sky(ax: Axes, tracks: PlaneTracks) -> Axes:
         for index, which in stretches(track):
             ax.plot(*picture[which].T, **_line(index))
     for event in _events(tracks):
-        ax.plot(*azimuthal_equidistant(event.sky, axes), marker=style.EVENT_MARKERS[event.kind], **style.EVENT_MARK)
+        ax.plot(*azimuthal_equidistant(event.sky, axes), **style.event_mark(event.kind))
     limit = min(1.15 * max(reach), 180.0)
     ax.set(xlim=(-limit, limit), ylim=(-limit, limit))
     ax.set_aspect("equal", adjustable="box")
@@ -79,10 +79,9 @@ def plane_brightness(ax: Axes, tracks: PlaneTracks) -> Axes:
         ax.plot(
             [phi],
             [1.0],
-            marker=style.EVENT_MARKERS[event.kind],
             transform=ax.get_xaxis_transform(),
             clip_on=False,
-            **style.EVENT_MARK,
+            **style.event_mark(event.kind),
         )
     ax.set_yscale("log")
     ax.set(xlim=(0, 360), xlabel="azimuth of the source (deg)", ylabel="magnification (1/M²)")
@@ -105,5 +104,5 @@ def _legend(tracks: PlaneTracks) -> list[Line2D]:
     kinds = sorted({event.kind for event in _events(tracks)}, reverse=True)
     return [
         *lines,
-        *(Line2D([], [], label=kind, marker=style.EVENT_MARKERS[kind], **style.EVENT_MARK) for kind in kinds),
+        *(Line2D([], [], label=kind, **style.event_mark(kind)) for kind in kinds),
     ]

@@ -78,7 +78,7 @@ def one_event(ax: Axes, event: PairEvent) -> Axes:
 def event_places(ax: Axes, events: Iterable[PairEvent]) -> Axes:
     """Where the star is, relative to the camera, when its images are created or annihilated, one colour an order."""
     for event in events:
-        mark = {"marker": style.EVENT_MARKERS.get(event.kind, "o"), "color": style.order_colour(event.order)}
+        mark = {"marker": style.EVENTS.get(event.kind, "o"), "color": style.order_colour(event.order)}
         _on_sphere(ax, np.array([event.star]), label=f"{event.kind}, order {event.order}", **mark)
     return _legend(celestial_sphere_axes(ax))
 
@@ -129,7 +129,7 @@ def one_track(ax: Axes, track: Track | PlaneTrack) -> Axes:
     for k, which in stretches(track):
         _on_sky(ax, track.sky[which], label=f"index {k}", **style.order_line(k + 1))
     for event in track.events:
-        _on_sky(ax, event.sky[None], linestyle="none", marker=style.EVENT_MARKERS.get(event.kind, "o"), color="black")
+        _on_sky(ax, event.sky[None], linestyle="none", marker=style.EVENTS.get(event.kind, "o"), color="black")
     return _legend(ax)
 
 
@@ -175,9 +175,7 @@ def isoradials(ax: Axes, curves: Iterable[Isoradial]) -> Axes:
 
 def spot_event(ax: Axes, event: SpotEvent) -> Axes:
     """Where it is seen on the camera sky."""
-    return _on_sky(
-        ax, event.sky[None], linestyle="none", marker=style.EVENT_MARKERS.get(event.kind, "o"), color="black"
-    )
+    return _on_sky(ax, event.sky[None], linestyle="none", marker=style.EVENTS.get(event.kind, "o"), color="black")
 
 
 def shadow(ax: Axes, camera: Camera) -> Axes:

@@ -20,16 +20,8 @@ LETTER_DISTANCE = 7.0
 
 SHADOW = {"facecolor": "#e4e4e4", "edgecolor": "#8c8c8c", "linewidth": 0.6}
 GUIDE_COLOUR = "#c8c8c8"
-# Pairs of images that are created and annihilated.
-EVENT_MARKERS = {"creation": "^", "annihilation": "v"}
-EVENT_MARK: dict[str, Any] = {
-    "markersize": 5.5,
-    "color": "black",
-    "markerfacecolor": "white",
-    "markeredgewidth": 0.9,
-    "linestyle": "none",
-    "zorder": 3,
-}
+# Marks of pairs of images that are created and annihilated.
+EVENTS = {"creation": "^", "annihilation": "v"}
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Colours of Okabe and Ito that are told apart by colour-blind readers; the yellow is too pale for lines."""
@@ -182,3 +174,9 @@ def draw_letters(
         )
         # A letter outside its panel, on limits chosen by others, must not squeeze the layout.
         text.set_in_layout(False)
+
+
+def event_mark(kind: str) -> dict[str, Any]:
+    """How a pair event of a kind is marked: the settings of a line."""
+    edge = {"color": "black", "markerfacecolor": "white", "markeredgewidth": 0.9}
+    return {"marker": EVENTS.get(kind, "o"), "markersize": 5.5, "linestyle": "none", "zorder": 3, **edge}

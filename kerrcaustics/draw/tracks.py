@@ -188,10 +188,9 @@ def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
         ax.plot(
             [time],
             [1.0],
-            marker=style.EVENT_MARKERS[event.kind],
             transform=ax.get_xaxis_transform(),
             clip_on=False,
-            **style.EVENT_MARK,
+            **style.event_mark(event.kind),
         )
     _log_axis(ax, faintest / 2, brightest, ticks=7)
     ax.set_xlim(start, end)
@@ -264,9 +263,7 @@ def tracks_figure(tracks: StarTracks, caustics: CausticSet) -> Figure:
 def tracks_legend(max_index: int) -> list[Line2D]:
     """Handles for a legend of tracks: one line an index, the critical curves, the marks of events."""
     lines = [Line2D([], [], label=f"index {index}", **_index_line(index)) for index in range(max_index + 1)]
-    marks = [
-        Line2D([], [], label=kind, marker=marker, **style.EVENT_MARK) for kind, marker in style.EVENT_MARKERS.items()
-    ]
+    marks = [Line2D([], [], label=kind, **style.event_mark(kind)) for kind in style.EVENTS]
     return [*lines, Line2D([], [], label="critical curve", **_CRITICAL), *marks]
 
 
@@ -357,4 +354,4 @@ def _track_line(track: Track, index: int) -> dict[str, Any]:
 
 
 def _mark(ax: Axes, place: Float[Array, "2"], event: PairEvent) -> None:
-    ax.plot([place[0]], [place[1]], marker=style.EVENT_MARKERS[event.kind], **style.EVENT_MARK)
+    ax.plot([place[0]], [place[1]], **style.event_mark(event.kind))
