@@ -1,4 +1,4 @@
-"""The scripts of a checkout: found by their place, loaded and run by name.
+"""The figures, films and studies: found by their place, in a checkout or beside the modules of an installed package.
 
 A study is a folder studies/NAME/ with a main.py, a figure a file figures/NAME.py; both have a function
 `main(output: Path, ...) -> list[Path]`, which puts its files into a folder that exists and returns them. A film is a
@@ -19,8 +19,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from kerrcaustics.films.film import Film
 
-CHECKOUT = Path(__file__).resolve().parents[1]
-"""Folder of the checkout, where this package was not installed out of one."""
+
+def scripts_home(package: Path) -> Path:
+    """The folder of figures/ and studies/ for a package that lies in a folder: its checkout, or its own copy."""
+    checkout = package.parent
+    # The folder that holds installed packages has no such file.
+    return checkout if (checkout / "pyproject.toml").is_file() else package / "_scripts"
+
+
+HOME = scripts_home(Path(__file__).resolve().parent)
+"""Folder of the checkout, or of what a wheel brings."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +40,7 @@ class ScriptFolder:
     place: str = "{}.py"
 
     def names(self) -> list[str]:
-        """Names of the scripts, in alphabetical order; none where there is no checkout."""
+        """Names of the scripts, in alphabetical order; none where there is no such folder."""
         found = self.folder.glob(self.place.format("[!_]*"))
         return sorted(path.relative_to(self.folder).parts[0].removesuffix(".py") for path in found)
 
@@ -90,9 +98,14 @@ def script_film(scripts: ScriptFolder, name: str, count: int | None = None) -> "
     return script.film() if count is None else script.film(count)
 
 
-FIGURES = ScriptFolder("figure", CHECKOUT / "figures")
-STUDIES = ScriptFolder("study", CHECKOUT / "studies", "{}/main.py")
-FILMS = ScriptFolder("film", CHECKOUT / "figures" / "films")
+def figures_folder(figures: ScriptFolder) -> Path:
+    """Where figures go: a folder beside those of a checkout, or one here, as nothing is written into a package."""
+    return Path("kerrcaustics-figures") if figures.folder.parent.name == "_scripts" else figures.folder / "out"
+
+
+FIGURES = ScriptFolder("figure", HOME / "figures")
+STUDIES = ScriptFolder("study", HOME / "studies", "{}/main.py")
+FILMS = ScriptFolder("film", HOME / "figures" / "films")
 
 
 def _run_one(word: str, folder: str, place: str, name: str, output: str) -> None:

@@ -6,7 +6,7 @@ import inspect
 import pytest
 from command_line import run
 
-from kerrcaustics.scripts import FIGURES
+from kerrcaustics.scripts import FIGURES, ScriptFolder, figures_folder, scripts_home
 
 SCRIPT = """
 def main(output):
@@ -71,3 +71,13 @@ def test_what_is_no_figure_is_one_line_and_status_2(made_up, capsys, name):
 def test_without_a_checkout_figures_are_refused(tmp_path, scripts_at, assert_refused):
     scripts_at("FIGURES", tmp_path / "figures")
     assert_refused(["figures"], "checkout")
+
+
+def test_scripts_of_an_installed_package_are_its_own_and_write_nothing_into_it(tmp_path):
+    package = tmp_path / "kerrcaustics"
+    home = scripts_home(package)
+    assert home.is_relative_to(package)
+    assert not figures_folder(ScriptFolder("figure", home / "figures")).is_absolute()
+    (tmp_path / "pyproject.toml").touch()
+    assert scripts_home(package) == tmp_path
+    assert figures_folder(ScriptFolder("figure", tmp_path / "figures")) == tmp_path / "figures" / "out"

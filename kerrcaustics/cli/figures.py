@@ -5,14 +5,14 @@ import time
 from pathlib import Path
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop
-from kerrcaustics.cli.checkout import script_names
 from kerrcaustics.cli.outputs import make_folder
+from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import console, progress, say
 
 
 @app.command
 def figures(*names: str, output: Path | None = None) -> None:
-    """Make the figures of this checkout (the scripts of its folder figures/) and say where each file went.
+    """Make the figures (the scripts of the folder figures/ of a checkout) and say where each file went.
 
     A figure that fails is told on standard error; the others are made all the same, and the exit status is 1.
 
@@ -21,16 +21,16 @@ def figures(*names: str, output: Path | None = None) -> None:
     names
         Which figures, by the names of their scripts; all of them when none is named.
     output
-        Folder for the files, by default figures/out of the checkout; it is made when missing.
+        Folder for the files, by default figures/out of a checkout, else kerrcaustics-figures; it is made when missing.
     """
-    from kerrcaustics.scripts import FIGURES
+    from kerrcaustics.scripts import FIGURES, figures_folder
 
     known = script_names(FIGURES, "Figures")
     for name in names:
         if name not in known:
             raise BadInput(f"Argument NAMES must be some of {', '.join(known)}, but one is {name}.")
     wanted = list(dict.fromkeys(names)) or known
-    folder = output or FIGURES.folder / "out"
+    folder = output or figures_folder(FIGURES)
     make_folder(folder)
     failed = []
     with progress(left=True) as report:

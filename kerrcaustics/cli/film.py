@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from kerrcaustics.cli.app import BadInput, app, on_interrupt, one_line, stop
-from kerrcaustics.cli.checkout import script_names
 from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_film
+from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import plain_errors, progress, say
 from kerrcaustics.results.stages import in_words
 
@@ -31,14 +31,14 @@ def film(
     restart: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
-    """Make a film of a scene file, of a template, or of a script of this checkout (in its folder figures/films/).
+    """Make a film of a scene file, of a template, or of a script (in the folder figures/films/ of a checkout).
 
     It takes minutes. Interrupted and started again, it goes on where it stopped.
 
     Parameters
     ----------
     name
-        The scene, a TOML file; or the name of a template (kerrcaustics scene), or of a script of the checkout.
+        The scene, a TOML file; or the name of a template (kerrcaustics scene), or of a script.
     output
         The file, .mp4 (H.264) or .gif; by default in this folder, named like the scene or the script, .mp4.
     frames

@@ -7,23 +7,21 @@ from typing import Annotated
 import cyclopts
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop
-from kerrcaustics.cli.checkout import script_names
 from kerrcaustics.cli.outputs import check_outputs, make_folder
+from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import console, say
 
 _USAGE = """Usage: kerrcaustics study NAME [--output FOLDER]
        kerrcaustics study report [FOLDER] [--output FILE] [--run]
 """
 
-study_app = cyclopts.App(
-    name="study", help="Run a study of this checkout, or put those that were run on one page.", usage=_USAGE
-)
+study_app = cyclopts.App(name="study", help="Run a study, or put those that were run on one page.", usage=_USAGE)
 app.command(study_app)
 
 
 @study_app.default
 def study(name: str, /, *, output: Path | None = None) -> None:
-    """Run a study of this checkout (a folder NAME in its studies/) and say where its tables and pictures went.
+    """Run a study (a folder NAME in studies/ of a checkout) and say where its tables and pictures went.
 
     `kerrcaustics study report` puts the studies that were run on one page.
 

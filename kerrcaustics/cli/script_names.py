@@ -1,4 +1,4 @@
-"""What commands that run scripts of a checkout share."""
+"""What commands that run figures, films and studies share."""
 
 from typing import TYPE_CHECKING
 
@@ -9,8 +9,8 @@ if TYPE_CHECKING:
 
 
 def script_names(scripts: "ScriptFolder", what: str) -> list[str]:
-    """Names of the scripts in a folder of the checkout; refused where there is none."""
+    """Names of the scripts in a folder; refused where there is none."""
     names = scripts.names()
     if not names:
-        raise BadInput(f"{what} need a checkout of kerrcaustics, and there is none: no folder {scripts.folder}.")
+        raise BadInput(f"{what} need an installed wheel or a checkout: there is no folder {scripts.folder}.")
     return names

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Builds a wheel, installs it into an environment of its own that sees the locked packages, and makes the demo and a
+# figure in an empty folder, away from the checkout. Half a minute; needs the .venv of `make setup`.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+place=$(mktemp -d)
+trap 'rm -rf "$place"' EXIT
+
+libraries() { "$1" -c 'import sysconfig; print(sysconfig.get_path("purelib"))'; }
+
+.venv/bin/python -m hatchling build --target wheel --directory "$place/dist" >/dev/null
+.venv/bin/python -m venv "$place/venv"
+"$place/venv/bin/python" -m pip --disable-pip-version-check install --quiet --no-deps "$place"/dist/*.whl
+libraries .venv/bin/python >"$(libraries "$place/venv/bin/python")/locked.pth"
+
+mkdir "$place/empty"
+cd "$place/empty"
+unset PYTHONPATH
+"$place/venv/bin/python" -c "
+import kerrcaustics, kerrcaustics.scripts as scripts
+assert kerrcaustics.__file__.startswith('$place'), kerrcaustics.__file__
+assert all(found.names() for found in (scripts.FIGURES, scripts.STUDIES, scripts.FILMS))
+assert scripts.FILMS.load('pair_creation').film(4)"
+"$place/venv/bin/kerrcaustics" demo >/dev/null
+test -s demo/caustics_a0.999_r6.03.png
+"$place/venv/bin/kerrcaustics" figures camera_and_sky >/dev/null
+test -s kerrcaustics-figures/camera_and_sky.png
