@@ -23,7 +23,7 @@ command -v uv >/dev/null || { say "No uv here: nothing can be tried" >&2; exit 1
 # The interpreter of a version that is installed, pyenv's too; nothing where there is none.
 python_of() {
     uv python find --offline --no-project --no-python-downloads "$1" 2>/dev/null ||
-        ls -d "${PYENV_ROOT:-$HOME/.pyenv}/versions/$1".*/bin/python 2>/dev/null | tail -n 1
+        ls -d "${PYENV_ROOT:-$HOME/.pyenv}/versions/$1".*/bin/python 2>/dev/null | tail -n 1 || true
 }
 
 # attempt NAME PYTHON WHAT... : the wheel in an environment of its own.
