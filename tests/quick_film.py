@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 from filming import read_bar
 
-from kerrcaustics import cli
+from kerrcaustics.__main__ import main
 from kerrcaustics.workers import losses
 
 sys.modules["kerrcaustics.scene_files.reading"] = SimpleNamespace(read_scene=read_bar)
@@ -14,4 +14,4 @@ sys.modules.setdefault("kerrcaustics.scene_files", SimpleNamespace())
 losses._WITH_A_JOB = int(os.environ.get("DEATHS", losses._WITH_A_JOB))
 
 if __name__ == "__main__":
-    cli.main()
+    main()

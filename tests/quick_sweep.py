@@ -4,7 +4,7 @@ import os
 
 from sweeping import slowly_made_up
 
-from kerrcaustics import cli
+from kerrcaustics.__main__ import main
 from kerrcaustics.sweeps import engine
 from kerrcaustics.workers import losses
 
@@ -12,4 +12,4 @@ engine.computed = slowly_made_up
 losses._WITH_A_JOB = int(os.environ.get("DEATHS", losses._WITH_A_JOB))
 
 if __name__ == "__main__":
-    cli.main()
+    main()

@@ -46,6 +46,7 @@ def after_others_in_any_order_and_from_threads(stars, first, others):
     assert same(first, [found[i] for i in np.argsort(mixed)])
 
 
+@pytest.mark.slow
 def test_images_of_a_few_stars_stay():
     stars = stars_of(7, 8)
     after_others_in_any_order_and_from_threads(stars, [images(star) for star in stars], 16)

@@ -226,6 +226,7 @@ def test_short_way_next_to_the_horizon_against_long_arithmetic():
             assert float(travel.psi[i]) == pytest.approx(float(psi), rel=2e-14)
 
 
+@pytest.mark.slow
 def test_auto_takes_the_integrator_where_round_off_of_the_formulas_is_larger():
     """psi is a small difference for a nearly extremal hole."""
     camera = Camera(1 - 1e-12, 3.0, math.pi / 2, "fiducial")

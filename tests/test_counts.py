@@ -74,7 +74,7 @@ FINE = (1500, 1200, 2e-3)
 @pytest.mark.parametrize(
     ("camera", "normal", "grid"),
     [
-        (kc.Camera(0.95, 4.0, 1.0), (1.0, 2.0), (350, 250, 8e-3)),
+        pytest.param(kc.Camera(0.95, 4.0, 1.0), (1.0, 2.0), (350, 250, 8e-3), marks=pytest.mark.slow),
         pytest.param(CAMERA, NORMAL, FINE, marks=pytest.mark.slow),
         pytest.param(kc.Camera(0.95, 4.0, 1.0), (1.0, 2.0), FINE, marks=pytest.mark.slow),
         pytest.param(kc.Camera(0.999, 2.6), (0.7, 0.3), FINE, marks=pytest.mark.slow),
@@ -95,6 +95,7 @@ def test_curves_are_the_contours_of_a_grid(camera, normal, grid):
         assert farthest(np.concatenate(curves), lines) < apart
 
 
+@pytest.mark.slow
 def test_events_of_a_circle_change_its_counts(circle):
     assert len(circle.events) > 0
     great = Circle.great(*NORMAL)

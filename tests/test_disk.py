@@ -87,6 +87,7 @@ def misses(name: str, width: int, count: int, side: int) -> np.ndarray:
     return (wrong / np.maximum(0.01 * light, max(light.max(), 1e-9) / 255)).max(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plunging"])
 def test_light_is_that_of_many_rays(name):
     found = misses(name, 200, 40, 24)

@@ -49,6 +49,7 @@ def ends_of(event: Event) -> list:
     return [horizon * 1.02, event.radius * 0.8, event.radius, event.radius * 1.3, 500.0, *PLANES]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "event", [OTHERS[0], *EQUATORIAL, *(pytest.param(e, marks=pytest.mark.slow) for e in OTHERS[1:])], ids=str
 )
@@ -93,6 +94,7 @@ def test_more_crossings_against_integration():
     assert found > 9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("event", [*EQUATORIAL, OTHERS[0]], ids=str)
 def test_delay_at_infinity_against_integration(event):
     """t - r - 2 ln r has a limit, approached as a series in 1 / r."""

@@ -18,6 +18,7 @@ CAMERAS = [PAPER, kc.Camera(0.999, 6.03, 1.3, "fiducial"), kc.Camera(0.9, 20.0, 
 SPOT = kc.Camera(0.6, 50.0, math.radians(70), "static")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "crossings"),
     [(CAMERAS[2], 1), *(pytest.param(camera, 4, marks=pytest.mark.slow) for camera in CAMERAS)],
@@ -37,6 +38,7 @@ def test_points_of_rims_land_on_them(camera, crossings):
         assert curve.error.max() < 1e-12 and np.allclose(curve.width, width, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_frequencies_of_the_papers_disk_have_the_extremes_of_theory():
     outer, inner = kc.disk_images(PAPER, [18.70, 9.26], crossings=1, points=720)
     ratio = np.concatenate([outer.redshift, inner.redshift])

@@ -74,6 +74,7 @@ def test_pictures_are_means_of_their_moments(way, sky, disk, most):
     assert difference < 0.15 * differences(kc.render(CAMERA, middle, sky, disk=disk).light, mean)[0]
 
 
+@pytest.mark.slow
 def test_a_sky_that_turns_is_the_mean_of_its_moments():
     middle, sky = view_of(SMALL), kc.Checkerboard()
     difference, light = differences(blurred(orbiting, middle, sky), mean_of_moments(orbiting, middle, sky, count=16))

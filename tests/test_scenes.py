@@ -169,6 +169,7 @@ def test_checkerboard_refuses(values):
         kc.Checkerboard(**values)
 
 
+@pytest.mark.slow
 def test_far_from_a_hole_the_sky_is_itself():
     view = kc.View(48, 32, 1.2, forward=(1, 0.2, 0.1))
     scene = kc.render(FAR, view, Plain(lambda n: 2 + n[:, 0] + 3 * n[:, 1] * n[:, 2]))

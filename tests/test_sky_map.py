@@ -124,6 +124,7 @@ def test_images_of_stars_are_those_that_are_certified(camera, view):
     assert total > 15
 
 
+@pytest.mark.slow
 def test_a_star_shines_steadily_while_it_crosses_pixels():
     """JTFT allow 2 %; over the frames of a slow pan the light of one image hardly varies at all."""
     sky = np.array([-0.5, -0.6, 0.5]) / np.linalg.norm([-0.5, -0.6, 0.5])

@@ -112,6 +112,7 @@ def test_an_image_has_the_light_of_its_magnification(sky, shift):
     assert np.hypot(x - place[0], y - place[1]).max() < 2.5
 
 
+@pytest.mark.slow
 def test_a_moving_star_is_the_mean_of_its_moments():
     sky = np.array([0.9, -0.3, 0.3]) / np.linalg.norm([0.9, -0.3, 0.3])
     beam = kc.trace_beams(CAMERA, sky)

@@ -151,7 +151,8 @@ def test_an_interrupt_ends_a_sweep_and_its_workers_in_one_line(tmp_path, undistu
     # As a terminal does: to all of them.
     os.killpg(process.pid, signal.SIGINT)
     out, _ = process.communicate(timeout=GUARD)
-    assert (process.returncode, out) == (1, "kerrcaustics: Interrupted: nothing was left half-written.\n")
+    told = f"kerrcaustics: Interrupted: what was computed is kept in {target}; start again to go on.\n"
+    assert (process.returncode, out) == (130, told)
     _, alive = psutil.wait_procs(workers, timeout=GUARD)
     assert workers and not alive
     check_finished(started(QUICK, path, target))

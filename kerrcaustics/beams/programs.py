@@ -78,7 +78,7 @@ class Program:
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         asked = (jax.tree.structure(arguments), shapes, sorted(static.items()), options)
         about = repr((_made_of(), device.platform, device.device_kind, name, asked))
-        path = _folder() / f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
+        path = cache_folder() / f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
         kept = _read(path)
         if kept is None:
             kept = jax.jit(partial(self._function, **static), compiler_options=options).lower(*arguments).compile()
@@ -93,7 +93,8 @@ def give_back_memory() -> None:
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def _folder() -> Path:
+def cache_folder() -> Path:
+    """Where programs are kept."""
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(root) / "kerrcaustics" / "programs"
 

@@ -3,9 +3,11 @@
 from kerrcaustics.cli import (
     caustics as caustics,
     counts as counts,
+    doctor as doctor,
     explore as explore,
     figures as figures,
     film as film,
+    first_page as first_page,
     images as images,
     light_curve as light_curve,
     render as render,

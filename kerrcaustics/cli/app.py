@@ -1,33 +1,43 @@
 """The program itself: what runs a command, and how it ends."""
 
 import os
-import signal
 import sys
-from functools import partial
 from importlib.metadata import version
-from typing import NoReturn
+from typing import Annotated, Any, NoReturn
 
 import cyclopts
 
-from kerrcaustics.files import remove_unfinished
+_QUIET = cyclopts.Parameter(name=("--quiet", "-q"), negative=(), group="Everywhere", show_default=False)
+_EXIT_STATUS = "Exit status: 0 done; 1 something failed, or is not certified; 2 bad input; 130 interrupted."
 
 app = cyclopts.App(
     name="kerrcaustics",
     help="Caustics, critical curves and star images of a spinning (Kerr) black hole, on the sky of a camera near it.",
+    help_epilogue=_EXIT_STATUS,
     version=lambda: version("kerrcaustics"),
+    version_flags=("--version", "-V"),
+    # No --empty-star.
+    default_parameter=cyclopts.Parameter(negative_iterable=()),
     suppress_keyboard_interrupt=False,
 )
+app.register_install_completion_command()
 
 
 class BadInput(ValueError):
     """Something the user gave that cannot be: exit status 2, one line."""
 
 
+def with_examples(*lines: str) -> dict[str, Any]:
+    """The end of a command's help: lines to try, and the exit status."""
+    # Two spaces end a line of Markdown.
+    shown = "  \n".join(f"$ kerrcaustics {line}" for line in lines)
+    return {"help_epilogue": f"Try:\n\n{shown}\n\n{_EXIT_STATUS}"}
+
+
 def main() -> None:
     """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
-    on_interrupt(1, "nothing was left half-written.")
     try:
-        app(sys.argv[1:], exit_on_error=False, print_error=False)
+        app.meta(sys.argv[1:], exit_on_error=False, print_error=False)
     except cyclopts.CycloptsError as error:
         stop(2, one_line(str(error)))
     except BadInput as error:
@@ -38,24 +48,28 @@ def main() -> None:
         stop(1, f"{type(error).__name__}: {one_line(str(error))} (KERRCAUSTICS_TRACEBACK=1 shows where)")
 
 
+@app.meta.default
+def _run(
+    *command: Annotated[str, cyclopts.Parameter(show=False, allow_leading_hyphen=True)],
+    quiet: Annotated[bool, _QUIET] = False,
+) -> None:
+    """Run a command.
+
+    Parameters
+    ----------
+    quiet
+        Print neither tables nor progress; what goes wrong is told all the same.
+    """
+    if quiet:
+        from kerrcaustics.cli.terminal import be_quiet
+
+        be_quiet()
+    app(command, exit_on_error=False, print_error=False)
+
+
 def one_line(text: str) -> str:
     """The text without line breaks."""
     return " ".join(text.split())
-
-
-def on_interrupt(status: int, line: str) -> None:
-    """From now on Ctrl-C ends the program with this status and line."""
-    signal.signal(signal.SIGINT, partial(_interrupted, status, line))
-
-
-def _interrupted(status: int, line: str, *_: object) -> None:
-    """End at once: an exception could be swallowed inside a compiled library."""
-    remove_unfinished()
-    # A progress bar hides the cursor while it runs.
-    show_cursor = "\x1b[?25h\n" if sys.stderr.isatty() else ""
-    sys.stderr.write(f"{show_cursor}kerrcaustics: Interrupted: {line}\n")
-    sys.stderr.flush()
-    os._exit(status)
 
 
 def stop(status: int, line: str) -> NoReturn:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import BadInput, app, stop
+from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import (
     COMMON,
     SKY_SOURCES,
@@ -17,7 +17,8 @@ from kerrcaustics.cli.options import (
     WholeNumber,
 )
 from kerrcaustics.cli.outputs import check_ending, check_outputs, make_folder, write_figure
-from kerrcaustics.cli.terminal import console, place_of, plain_errors, plain_table, progress, say
+from kerrcaustics.cli.tables import PlainTable
+from kerrcaustics.cli.terminal import console, place_of, plain_errors, progress, say
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
@@ -28,7 +29,12 @@ _EDGE_POINTS = 6000
 _DEMO_SPIN, _DEMO_RADII = 0.999, (6.03, 2.6)
 
 
-@app.command
+@app.command(
+    **with_examples(
+        "caustics --spin 0.999 --radius 6.03 --figure caustics.png",
+        "caustics --spin 0.9 --radius inf --inclination 60 --json caustics.json",
+    )
+)
 def caustics(
     *,
     camera: CameraOptions,
@@ -90,7 +96,7 @@ def caustics(
         stop(1, f"Orders not found within double precision: {names}.")
 
 
-@app.command
+@app.command(**with_examples("demo", "demo --output pictures"))
 def demo(*, output: Path = Path("demo")) -> None:
     """Compute and draw the first three caustics of a = 0.999 at r = 6.03 and at r = 2.6 (JTFT figs 4, 5, 8, 9).
 
@@ -115,6 +121,7 @@ def demo(*, output: Path = Path("demo")) -> None:
     out.print("Pictures:")
     for picture in pictures:
         say(out, f"  {picture}")
+    say(out, "Next, all images of a star within a caustic: kerrcaustics images --spin 0.999 --radius 2.6 --star 90 141")
 
 
 def _draw(found: "CausticSet", path: Path) -> None:
@@ -128,7 +135,7 @@ def _print_table(found: "CausticSet", out: Console) -> None:
     where = "" if math.isinf(found.end) else f" at r = {found.end:.12g}"
     say(out, f"{place_of(found.camera)}: full extents of the caustics{where}")
     heads = ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)")
-    table = plain_table(heads, words="kind")
+    table = PlainTable(heads, words=("kind",))
     for curve in found:
         table.add_row(
             str(curve.order),
@@ -161,9 +168,9 @@ def _sized(angle: float, error: float) -> str:
 
 def _print_plane(found: "PlaneCausticSet", out: Console) -> None:
     say(out, f"{place_of(found.camera)}: where caustics meet crossing {found.crossing} of the equatorial plane")
-    table = plain_table(("order", "r from", "to", "phi from", "to (deg)", "ends", "error"), words="ends")
+    table = PlainTable(("order", "r from", "to", "phi from", "to (deg)", "ends", "error"), words=("ends",))
     for curve in found:
-        phi = (f"{math.degrees(angle):.4f}" for angle in (curve.phi_min, curve.phi_max))
+        phi = (f"{math.degrees(angle):z.4f}" for angle in (curve.phi_min, curve.phi_max))
         ends = ", ".join(curve.ends) or "closed"
         table.add_row(str(curve.order), f"{curve.r_min:.6g}", f"{curve.r_max:.6g}", *phi, ends, f"{curve.error:.0e}")
     out.print(table)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import cyclopts
 from rich.console import Console
 
-from kerrcaustics.cli.app import BadInput, app, stop
+from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import (
     COMMON,
     SKY_SOURCES,
@@ -24,7 +24,8 @@ from kerrcaustics.cli.options import (
     radians,
 )
 from kerrcaustics.cli.outputs import check_ending, write_figure
-from kerrcaustics.cli.terminal import counted, place_of, plain_errors, plain_table, progress, say, sure
+from kerrcaustics.cli.tables import PlainTable
+from kerrcaustics.cli.terminal import counted, place_of, plain_errors, progress, say, sure
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,7 +43,11 @@ _ROWS = 180
 _MOST_ROWS_PRINTED = 40
 
 
-@app.command
+@app.command(
+    **with_examples(
+        "counts --spin 0.999 --radius 2.6 --star 90 141", "counts --spin 0.999 --radius 6.03 --map --figure counts.png"
+    )
+)
 def counts(
     *,
     camera: CameraOptions,
@@ -239,11 +244,11 @@ def _angles(text: str) -> tuple[float, float] | None:
 def _print_counts(camera: "Camera", found: "ImageCounts", out: Console) -> None:
     say(out, f"{place_of(camera)}: image counts")
     indices = range(found.counts.shape[1])
-    table = plain_table(("theta' (deg)", "phi' (deg)", *(f"index {k}" for k in indices), "total", ""))
+    table = PlainTable(("theta' (deg)", "phi' (deg)", *(f"index {k}" for k in indices), "total", ""))
     shown = range(min(len(found.stars), _MOST_ROWS_PRINTED))
     for i in shown:
         remark = "certified" if found.certified[i] else "on a caustic" if found.on_caustic[i] else "not certified"
-        theta, phi = (f"{math.degrees(angle):.8g}" for angle in found.stars[i])
+        theta, phi = (f"{math.degrees(angle):z.8g}" for angle in found.stars[i])
         table.add_row(theta, phi, *(str(found.counts[i, k]) for k in indices), str(found.counts[i].sum()), remark)
     out.print(table)
     if len(found.stars) > len(shown):
@@ -262,11 +267,13 @@ def _print_note(camera: "Camera", source_radius: float, out: Console) -> None:
 
 def _print_plane(found: "PlaneCounts", out: Console) -> None:
     indices = range(found.counts.shape[1])
-    table = plain_table(("r", "phi (deg)", *(f"index {k}" for k in indices), ""))
+    table = PlainTable(("r", "phi (deg)", *(f"index {k}" for k in indices), ""))
     for i in range(min(len(found.sources), _MOST_ROWS_PRINTED)):
         radius, phi = found.sources[i]
         remark = "certified" if found.certified[i] else "not certified"
-        table.add_row(f"{radius:.8g}", f"{math.degrees(phi):.8g}", *(str(found.counts[i, k]) for k in indices), remark)
+        table.add_row(
+            f"{radius:z.8g}", f"{math.degrees(phi):z.8g}", *(str(found.counts[i, k]) for k in indices), remark
+        )
     out.print(table)
     say(out, f"{int(found.certified.sum())} of {len(found.sources)} certified")
 
@@ -279,7 +286,7 @@ def _print_map(camera: "Camera", found: "CountMap", out: Console) -> None:
 
 def _print_layers(counts: "np.ndarray", share: "np.ndarray | None", out: Console) -> None:
     """Fewest, most and mean of a map's counts, by index; share: of each cell in the whole, None for no mean."""
-    table = plain_table(("index", "fewest", "most", *(() if share is None else ("mean",))))
+    table = PlainTable(("index", "fewest", "most", *(() if share is None else ("mean",))))
     layers = {str(k): counts[..., k] for k in range(counts.shape[2])} | {"all": counts.sum(axis=2)}
     for name, layer in layers.items():
         mean = () if share is None else (f"{(layer * share).sum():.4f}",)
@@ -289,16 +296,16 @@ def _print_layers(counts: "np.ndarray", share: "np.ndarray | None", out: Console
 
 def _print_circle(found: "CircleImages", line: "LineCrossings | None", degrees: float | None, out: Console) -> None:
     theta, phi = (math.degrees(angle) for angle in found.normal)
-    say(out, f"{place_of(found.camera)}: images of the great circle with normal {theta:.12g}, {phi:.12g} deg")
-    table = plain_table(("index", "curve", "longitude from", "to (deg)", "error"))
+    say(out, f"{place_of(found.camera)}: images of the great circle with normal {theta:z.12g}, {phi:z.12g} deg")
+    table = PlainTable(("index", "curve", "longitude from", "to (deg)", "error"))
     for curve in found.curves:
         first, last = math.degrees(curve.longitude[0]), math.degrees(curve.longitude[0] + curve.sweep)
         kind = "closed" if curve.closed else "open"
-        table.add_row(str(curve.index), kind, f"{first:.5f}", f"{last:.5f}", f"{curve.error:.0e}")
+        table.add_row(str(curve.index), kind, f"{first:z.5f}", f"{last:z.5f}", f"{curve.error:.0e}")
     out.print(table)
     for remark in (*found.remarks, *(line.remarks if line else ())):
         say(out, remark)
     if line is not None:
         total = f"{counted(line.per_index)}: {sure(line.certified)}"
-        say(out, f"the line at {degrees:g} deg crosses images of the circle: {total}")
+        say(out, f"the line at {degrees:zg} deg crosses images of the circle: {total}")
     say(out, f"curves {sure(found.certified)}")

@@ -6,13 +6,14 @@ import threading
 import webbrowser
 from importlib.util import find_spec
 
-from kerrcaustics.cli.app import BadInput, app, on_interrupt, stop
+from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
+from kerrcaustics.interrupts import on_interrupt
 
 _NEEDED = ("starlette", "uvicorn", "websockets")
 
 
-@app.command
+@app.command(**with_examples("explore", "explore --no-browser --port 8765"))
 def explore(
     *, port: WholeNumber = 0, host: str = "127.0.0.1", no_browser: Flag = False, common: CommonOptions = COMMON
 ) -> None:
@@ -54,7 +55,7 @@ def explore(
         sys.stderr.write(f"Warning: others can reach {host}, and see the token where the network is not encrypted.\n")
     if not no_browser:
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-    on_interrupt(0, "the explorer has ended.")
+    on_interrupt(lambda: "the explorer has ended.", status=0)
     serve(opened, host, token)
 
 

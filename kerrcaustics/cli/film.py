@@ -1,15 +1,17 @@
 """The command `film`."""
 
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from kerrcaustics.cli.app import BadInput, app, on_interrupt, one_line, stop
+from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_film
 from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import plain_errors, progress, say
+from kerrcaustics.interrupts import NOTHING_LEFT, on_interrupt
 from kerrcaustics.results.stages import in_words
 
 if TYPE_CHECKING:
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 Quality = Literal["draft", "normal", "high"]
 
 
-@app.command
+@app.command(**with_examples("film scene.toml --quality draft --frames 0:10", "film star_field --output stars.mp4"))
 def film(
     name: str,
     /,
@@ -59,8 +61,7 @@ def film(
     check_film(path, "--output")
     common.check({"--output": path})
     _check_name(name, count, quality)
-    on_interrupt(130, "the frames that are drawn are kept; start again to go on.")
-    with progress(left=True, lines=True) as report:
+    with progress(left=True) as report:
         scene = _scene_of(name)
         if scene is not None:
             made = _scene_film(scene, quality)
@@ -76,6 +77,8 @@ def filmed(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult
     from kerrcaustics.films.film import frames_folder, make_film
     from kerrcaustics.workers.losses import WorkersLost
 
+    folder = frames_folder(path)
+    on_interrupt(lambda: _left_in(folder))
     try:
         with plain_errors():
             return make_film(path, film, report, **options)
@@ -84,12 +87,22 @@ def filmed(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult
     except WorkersLost as lost:
         stop(1, str(lost))
     except OSError as error:
-        kept = f"Frames that are drawn are kept in {frames_folder(path)}; start again to go on."
+        kept = f"Frames that are drawn are kept in {folder}; start again to go on."
         stop(1, f"The film {path} cannot be written: {error.strerror or one_line(str(error))}. {kept}")
     except BadInput:
         raise
     except ValueError as error:
         raise BadInput(one_line(str(error))) from None
+
+
+def _left_in(folder: Path) -> str:
+    """What an interrupted film leaves behind, in words; nothing where nothing was drawn."""
+    drawn = len(list(folder.glob("[0-9]*.png")))
+    if not drawn:
+        shutil.rmtree(folder, ignore_errors=True)
+        return NOTHING_LEFT
+    frames = "1 frame is" if drawn == 1 else f"{drawn} frames are"
+    return f"{frames} kept in {folder}; start again to go on."
 
 
 def _tell(result: "FilmResult", common: CommonOptions) -> None:

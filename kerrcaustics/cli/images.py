@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import app, stop
+from kerrcaustics.cli.app import app, stop, with_examples
 from kerrcaustics.cli.options import (
     COMMON,
     SKY_SOURCES,
@@ -16,13 +16,12 @@ from kerrcaustics.cli.options import (
     MaxIndex,
     SourceOptions,
 )
+from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import (
-    WIDE,
     counted,
     direction_head,
     place_of,
     plain_errors,
-    plain_table,
     progress,
     say,
     sure,
@@ -33,11 +32,13 @@ if TYPE_CHECKING:
     from kerrcaustics.stars.images import StarImages
     from kerrcaustics.stars.plane_images import PlaneImages
 
-# Characters a line of tables with directions and times.
-_WIDER = 132
 
-
-@app.command
+@app.command(
+    **with_examples(
+        "images --spin 0.999 --radius 2.6 --star 90 141",
+        "images --spin 0.9 --radius 1000 --inclination 80 --plane 1 --star 6 45",
+    )
+)
 def images(
     *,
     camera: CameraOptions,
@@ -66,9 +67,9 @@ def images(
         found = star_images(seen_from, place, max_index, end=end)
     common.write_found(record(found, camera=seen_from), time.perf_counter() - began)
     if isinstance(found, PlaneImages):
-        _print_plane(seen_from, found, common.console(WIDE))
+        _print_plane(seen_from, found, common.console())
     else:
-        _print_images(seen_from, found, common.console(WIDE if found.time is None else _WIDER))
+        _print_images(seen_from, found, common.console())
     if not found.certified:
         stop(1, "The images are not certified: see the remarks.")
 
@@ -80,20 +81,29 @@ def _unit(camera: "Camera") -> str:
 def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
     theta, phi = (math.degrees(angle) for angle in found.star)
     where = "" if math.isinf(found.source_radius) else f", r = {found.source_radius:.12g}"
-    say(out, f"{place_of(camera)}: images of the star at theta' = {theta:.12g}, phi' = {phi:.12g} deg{where}")
-    heads = ("index", "parity", direction_head(camera), "phi' (deg)", "magnification", "crossings", "redshift", "error")
-    table = plain_table(heads if found.time is None else (*heads, "time"))
+    say(out, f"{place_of(camera)}: images of the star at theta' = {theta:z.12g}, phi' = {phi:z.12g} deg{where}")
+    heads = (
+        "index",
+        "parity",
+        direction_head(camera),
+        "phi' (deg)",
+        "magnifi\N{SOFT HYPHEN}cation",
+        "cross\N{SOFT HYPHEN}ings",
+        "redshift",
+        "error",
+    )
+    table = PlainTable(heads if found.time is None else (*heads, "time"))
     for i in range(len(found)):
         table.add_row(
             str(found.index[i]),
             "+" if found.parity[i] > 0 else "-",
-            " ".join(f"{x:+.5f}" for x in found.sky[i]),
-            f"{math.degrees(found.azimuth[i]):.3f}",
+            " ".join(f"{x:+z.5f}" for x in found.sky[i]),
+            f"{math.degrees(found.azimuth[i]):z.3f}",
             f"{found.magnification[i]:.4g}",
             str(found.crossings[i]),
             f"{found.redshift[i]:.5f}",
             f"{found.error[i]:.0e}",
-            *([] if found.time is None else [f"{found.time[i]:.6f}"]),
+            *([] if found.time is None else [f"{found.time[i]:z.6f}"]),
         )
     out.print(table)
     for remark in found.remarks:
@@ -102,16 +112,16 @@ def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
 
 
 def _print_plane(camera: "Camera", found: "PlaneImages", out: Console) -> None:
-    where = f"r = {found.radius:.12g}, phi = {math.degrees(found.phi):.12g} deg"
+    where = f"r = {found.radius:.12g}, phi = {math.degrees(found.phi):z.12g} deg"
     say(out, f"{place_of(camera)}: images of the source at {where}, crossing {found.crossing} of the plane")
-    table = plain_table(("index", direction_head(camera), "phi (deg)", "redshift", "time", "error"))
+    table = PlainTable(("index", direction_head(camera), "phi (deg)", "redshift", "time", "error"))
     for i in range(len(found)):
         table.add_row(
             str(found.index[i]),
-            " ".join(f"{x:+.5f}" for x in found.sky[i]),
-            f"{math.degrees(found.azimuth[i]):.3f}",
+            " ".join(f"{x:+z.5f}" for x in found.sky[i]),
+            f"{math.degrees(found.azimuth[i]):z.3f}",
             f"{found.redshift[i]:.5f}",
-            f"{found.time[i]:.6f}",
+            f"{found.time[i]:z.6f}",
             f"{found.error[i]:.0e}",
         )
     out.print(table)

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import app, stop
+from kerrcaustics.cli.app import app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
-from kerrcaustics.cli.terminal import place_of, plain_errors, plain_table, progress, say
+from kerrcaustics.cli.tables import PlainTable
+from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.light_curves import LightCurve
 
 
-@app.command
+@app.command(**with_examples("light-curve --spin 0.9 --radius 100 --inclination 60 --orbit 6 --figure spot.png"))
 def light_curve(
     *,
     camera: CameraOptions,
@@ -93,7 +94,7 @@ def _write_film(found: "LightCurve", motion: str, path: Path, restart: bool) -> 
     from kerrcaustics.cli.film import filmed
     from kerrcaustics.draw.light_curve_films import light_curve_film
 
-    with progress(left=True, lines=True) as report:
+    with progress(left=True) as report:
         made = filmed(path, light_curve_film(found, motion), report, restart=restart)
     if made.output is None:
         stop(1, made.complaint)
@@ -101,14 +102,14 @@ def _write_film(found: "LightCurve", motion: str, path: Path, restart: bool) -> 
 
 def _print(found: "LightCurve", out: Console) -> None:
     say(out, f"{place_of(found.camera)}: a spot on a circular orbit at r = {found.radius:g}, period {found.period:.9g}")
-    table = plain_table(("crossing", "of all light", "brightest", "at time"))
+    table = PlainTable(("crossing", "of all light", "brightest", "at time"))
     whole = found.flux.mean()
     for crossing, share in enumerate(found.shares, start=1):
         best = int(share.argmax())
-        table.add_row(str(crossing), f"{share.mean() / whole:.3%}", f"{share[best]:.6g}", f"{found.time[best]:.6g}")
+        table.add_row(str(crossing), f"{share.mean() / whole:.3%}", f"{share[best]:.6g}", f"{found.time[best]:z.6g}")
     out.print(table)
     for event in found.events:
-        say(out, f"{event.kind} of two images at crossing {event.crossing}, time {event.time:.9g}")
+        say(out, f"{event.kind} of two images at crossing {event.crossing}, time {event.time:z.9g}")
     low, high = found.flux.min(), found.flux.max()
     say(
         out,

@@ -153,9 +153,9 @@ class CommonOptions:
         if points and self.json is None:
             raise BadInput("Argument --points must come with --json.")
 
-    def console(self, width: int = 100) -> Console:
+    def console(self) -> Console:
         """Where tables go: to standard error where standard output is for the JSON alone."""
-        return console(stderr=self.json == "-", width=width)
+        return console(stderr=self.json == "-")
 
     def write(self, entry: dict[str, Any], indent: int | None = 2) -> None:
         """Write a record where --json says."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import cyclopts
 
-from kerrcaustics.cli.app import BadInput, app, one_line, stop
+from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_picture
 from kerrcaustics.cli.terminal import place_of, progress, say
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 _PREVIEW, _STAGES = 320, 8
 
 
-@app.command
+@app.command(
+    **with_examples("render scene.toml --preview", "render scene.toml --set camera.radius=5 --output near.png")
+)
 def render(
     scene: Path,
     /,
@@ -83,7 +85,7 @@ def render(
     }
     common.write(entry)
     out = common.console()
-    say(out, f"{_where(rendering)}, t = {entry['time']:.6g}")
+    say(out, f"{_where(rendering)}, t = {entry['time']:z.6g}")
     size = f"{rendering.view.width} x {rendering.view.height} pixels"
     say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
     say(out, in_words(stages))

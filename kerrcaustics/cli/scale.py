@@ -1,11 +1,11 @@
 """The command `scale`: what one M is for a hole of known mass and distance."""
 
-from kerrcaustics.cli.app import app
+from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions
 from kerrcaustics.cli.terminal import plain_errors, say
 
 
-@app.command
+@app.command(**with_examples("scale --mass 4.3e6 --distance 8178"))
 def scale(*, mass: float, distance: float | None = None, common: CommonOptions = COMMON) -> None:
     """Tell what one M is in seconds, metres, astronomical units and, at a distance, micro-arcseconds.
 

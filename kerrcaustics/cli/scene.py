@@ -1,10 +1,10 @@
 """The command `scene`."""
 
-from kerrcaustics.cli.app import BadInput, app
+from kerrcaustics.cli.app import BadInput, app, with_examples
 from kerrcaustics.cli.terminal import console, say
 
 
-@app.command
+@app.command(**with_examples("scene", "scene --template disk > scene.toml"))
 def scene(*, template: str | None = None) -> None:
     """Print a scene file with comments, to begin with; without a name, list those there are.
 

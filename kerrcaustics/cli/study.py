@@ -6,7 +6,7 @@ from typing import Annotated
 
 import cyclopts
 
-from kerrcaustics.cli.app import BadInput, app, one_line, stop
+from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
 from kerrcaustics.cli.outputs import check_outputs, make_folder
 from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import console, say
@@ -15,7 +15,12 @@ _USAGE = """Usage: kerrcaustics study NAME [--output FOLDER]
        kerrcaustics study report [FOLDER] [--output FILE] [--run]
 """
 
-study_app = cyclopts.App(name="study", help="Run a study, or put those that were run on one page.", usage=_USAGE)
+study_app = cyclopts.App(
+    name="study",
+    help="Run a study, or put those that were run on one page.",
+    usage=_USAGE,
+    **with_examples("study accuracy", "study report --run"),
+)
 app.command(study_app)
 
 
@@ -48,7 +53,7 @@ def study(name: str, /, *, output: Path | None = None) -> None:
         say(out, f"  {file}")
 
 
-@study_app.command
+@study_app.command(**with_examples("study report", "study report results --output report.html --run"))
 def report(
     folder: Path = Path(),
     /,

@@ -1,11 +1,13 @@
 """The command `sweep`."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from kerrcaustics.cli.app import BadInput, app, one_line, stop
+from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
 from kerrcaustics.cli.options import WholeNumber
 from kerrcaustics.cli.terminal import console, plain_errors, progress, say
+from kerrcaustics.interrupts import NOTHING_LEFT, on_interrupt
 
 if TYPE_CHECKING:
     from kerrcaustics.sweeps.engine import SweepResult
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 _SHOWN = 20
 
 
-@app.command
+@app.command(**with_examples("sweep scene.toml --workers 2 --output sweep.zarr"))
 def sweep(
     scene: Path,
     /,
@@ -51,6 +53,9 @@ def sweep(
         raise BadInput(f"Argument --output must name a store in a folder that exists, but {store.parent} does not.")
     if store.exists() and not resume:
         raise BadInput(f"Argument --output must name a new store where --no-resume is given, but {store} is there.")
+    on_interrupt(
+        lambda: f"what was computed is kept in {store}; start again to go on." if store.exists() else NOTHING_LEFT
+    )
     result = _swept(scene, store, workers, scheduler, retry)
     done = f"{result.before} done before, {result.points - result.before} computed now, {len(result.failures)} failed"
     out = console()
@@ -61,12 +66,11 @@ def sweep(
 
 
 def _tell_failures(result: "SweepResult") -> NoReturn:
-    errors = console(stderr=True)
-    for line in result.failures[:_SHOWN]:
-        say(errors, f"failed: {line}")
+    lines = [f"failed: {line}" for line in result.failures[:_SHOWN]]
     more = len(result.failures) - _SHOWN
     if more > 0:
-        say(errors, f"... and {more} more; status and reason in the store tell them all")
+        lines.append(f"... and {more} more; status and reason in the store tell them all")
+    sys.stderr.write("".join(f"{line}\n" for line in lines))
     stop(1, f"{len(result.failures)} of {result.points} points failed.")
 
 

@@ -7,9 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from kerrcaustics.cli.app import BadInput
 
@@ -22,22 +20,22 @@ _PAUSE = 20.0
 # Arguments whose options have other names.
 _OPTIONS = {"end": "source-radius"}
 
-WIDE = 112
-"""Characters a line of tables with directions."""
+# Columns of what is read in a file, or by another program.
+_ENDLESS = 10_000
+
+_quiet = False
 
 
-def console(stderr: bool = False, width: int = 100) -> Console:
-    """Where tables go: never so narrow that digits would be cut off, unless a terminal is."""
-    console = Console(stderr=stderr)
-    return console if console.is_terminal else Console(stderr=stderr, width=width)
+def be_quiet() -> None:
+    """From now on neither tables nor progress: what is wrong is told all the same, and so is what was asked for."""
+    global _quiet
+    _quiet = True
 
 
-def plain_table(heads: tuple[str, ...], words: str = "") -> Table:
-    """An empty table whose columns keep all their digits; that of `words` is set to the left."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in heads:
-        table.add_column(name, justify="left" if name and name == words else "right", no_wrap=True)
-    return table
+def console(stderr: bool = False) -> Console:
+    """Where tables go."""
+    width = None if (sys.stderr if stderr else sys.stdout).isatty() else _ENDLESS
+    return Console(stderr=stderr, width=width, quiet=_quiet, markup=False)
 
 
 def say(out: Console, text: str) -> None:
@@ -47,7 +45,9 @@ def say(out: Console, text: str) -> None:
 
 def place_of(camera: "Camera") -> str:
     """The camera, in words for a headline."""
-    where = f"a = {camera.spin:.12g}, r = {camera.radius:.12g}, inclination {math.degrees(camera.inclination):.12g} deg"
+    where = (
+        f"a = {camera.spin:z.12g}, r = {camera.radius:z.12g}, inclination {math.degrees(camera.inclination):z.12g} deg"
+    )
     return f"{where}, {camera.velocity} camera"
 
 
@@ -81,14 +81,11 @@ def plain_errors(named: dict[str, str] | None = None) -> Iterator[None]:
 
 
 @contextmanager
-def progress(prefix: str = "", left: bool = False, lines: bool = False) -> Iterator[Callable[[str, float], None]]:
-    """A progress bar on standard error while it is a terminal; left: with the time left.
-
-    Elsewhere nothing, or a line now and then where `lines` are wanted.
-    """
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _lines_now_and_then() if lines else lambda _what, _part: None
+def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, float], None]]:
+    """A progress bar on standard error while it is a terminal, else a line now and then; left: with the time left."""
+    console = Console(stderr=True, quiet=_quiet)
+    if _quiet or not console.is_terminal:
+        yield (lambda _what, _part: None) if _quiet else _lines_now_and_then(prefix)
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -102,7 +99,7 @@ def progress(prefix: str = "", left: bool = False, lines: bool = False) -> Itera
         yield lambda what, part: bar.update(task, description=f"{prefix}{what}", completed=part)
 
 
-def _lines_now_and_then() -> Callable[[str, float], None]:
+def _lines_now_and_then(prefix: str) -> Callable[[str, float], None]:
     """What writes a line on standard error when there was none for a while."""
     said = time.monotonic()
     first: tuple[float, float] | None = None
@@ -114,7 +111,7 @@ def _lines_now_and_then() -> Callable[[str, float], None]:
         first = first or (now, part)
         if now - said >= _PAUSE:
             said = now
-            sys.stderr.write(f"{what}{_left(now - first[0], part - first[1], 1 - part)}\n")
+            sys.stderr.write(f"{prefix}{what}{_left(now - first[0], part - first[1], 1 - part)}\n")
             sys.stderr.flush()
 
     return report

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import BadInput, app, stop
+from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import (
     COMMON,
     SKY_SOURCES,
@@ -19,7 +19,8 @@ from kerrcaustics.cli.options import (
     SourceOptions,
 )
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
-from kerrcaustics.cli.terminal import WIDE, direction_head, place_of, plain_errors, plain_table, progress, say, sure
+from kerrcaustics.cli.tables import PlainTable
+from kerrcaustics.cli.terminal import direction_head, place_of, plain_errors, progress, say, sure
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
@@ -28,7 +29,12 @@ if TYPE_CHECKING:
     from kerrcaustics.stars.tracks import StarTracks
 
 
-@app.command
+@app.command(
+    **with_examples(
+        "tracks --spin 0.999 --radius 6.03 --star-theta 80 --figure tracks.png",
+        "tracks --spin 0.9 --radius 10 --star-theta 85 --film tracks.mp4",
+    )
+)
 def tracks(
     *,
     camera: CameraOptions,
@@ -86,7 +92,7 @@ def tracks(
     if film is not None:
         _write_film(found, film, restart)
     common.write_found(record(found), seconds, None)
-    _print_tracks(found, common.console(WIDE))
+    _print_tracks(found, common.console())
     if not found.certified:
         stop(1, "The tracks are not certified: see the remarks.")
 
@@ -134,7 +140,7 @@ def _in_plane(
 
             write_figure(plane_tracks_figure(found), figure)
     common.write_found(record(found, camera=camera), seconds, None)
-    _print_plane(found, common.console(WIDE))
+    _print_plane(found, common.console())
     if not found.certified:
         stop(1, "The tracks are not certified: see the remarks.")
 
@@ -155,7 +161,7 @@ def _write_film(found: "StarTracks", path: Path, restart: bool) -> None:
     from kerrcaustics.cli.film import filmed
     from kerrcaustics.draw.orbit_films import orbit_film
 
-    with progress(left=True, lines=True) as report:
+    with progress(left=True) as report:
         film = orbit_film(found, _caustics(found))
         made = filmed(path, film, report, restart=restart)
     if made.output is None:
@@ -177,7 +183,7 @@ def _check_orbit(camera: "Camera") -> None:
 
 
 def _print_tracks(found: "StarTracks", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: tracks of a star at theta' = {math.degrees(found.theta):.12g} deg")
+    say(out, f"{place_of(found.camera)}: tracks of a star at theta' = {math.degrees(found.theta):z.12g} deg")
     _print_curves(found, out)
     if found.events:
         _print_events(found, out)
@@ -192,7 +198,7 @@ def _print_tracks(found: "StarTracks", out: Console) -> None:
 
 
 def _print_curves(found: "StarTracks | PlaneTracks", out: Console) -> None:
-    table = plain_table(("track", "index", "points", "turns in phi'", "events"))
+    table = PlainTable(("track", "index", "points", "turns in phi'", "events"))
     for i, track in enumerate(found.tracks, start=1):
         # At the ends of an open track the index is that of the images beyond.
         low, high = track.index.min(), min(track.index.max(), found.max_index)
@@ -205,14 +211,14 @@ def _print_curves(found: "StarTracks | PlaneTracks", out: Console) -> None:
 def _print_events(found: "StarTracks", out: Console) -> None:
     # Without an orbit there is no time.
     timed = [] if found.camera.is_distant else ["time"]
-    table = plain_table((*timed, "event", "of index", "phi' (deg)", direction_head(found.camera), "error"))
+    table = PlainTable((*timed, "event", "of index", "phi' (deg)", direction_head(found.camera), "error"))
     for event in found.events:
         table.add_row(
-            *(f"{event.time:.9g}" for _ in timed),
+            *(f"{event.time:z.9g}" for _ in timed),
             event.kind,
             f"{event.indices[0]}, {event.indices[1]}",
-            f"{math.degrees(event.azimuth):.8f}",
-            " ".join(f"{x:+.5f}" for x in event.sky),
+            f"{math.degrees(event.azimuth):z.8f}",
+            " ".join(f"{x:+z.5f}" for x in event.sky),
             f"{event.error:.0e}",
         )
     out.print(table)
@@ -226,7 +232,7 @@ def _print_plane(found: "PlaneTracks", out: Console) -> None:
     _print_curves(found, out)
     for event in (*found.events, *found.ends):
         pair = f"{event.kind} of images of index {event.indices[0]}, {event.indices[1]}"
-        say(out, f"{pair} at phi = {math.degrees(event.azimuth):.8f} deg, off by {event.error:.0e} rad")
+        say(out, f"{pair} at phi = {math.degrees(event.azimuth):z.8f} deg, off by {event.error:.0e} rad")
     for remark in found.remarks:
         say(out, remark)
     say(out, f"{len(found.tracks)} tracks, {len(found.events)} events, as phi grows: {sure(found.certified)}")

@@ -3,10 +3,16 @@
 Most functions work elementwise: an argument has one number for each ray, or one for all of them.
 """
 
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from jaxtyping import Array, Bool, Float, Real
+from jaxtyping import Bool, Float, Real
+
+# At run time whatever has a shape: cameras are checked without JAX, which takes most of a second to load.
+if TYPE_CHECKING:
+    from jaxtyping import Array
+else:
+    Array = Any
 
 # One number a ray, or one for all.
 Reals = float | Real[Array, "*#rays"] | Real[np.ndarray, "*#rays"]

@@ -279,10 +279,10 @@ def star_tracks(
     >>> len(tracks.tracks), len(tracks.events), tracks.certified
     (2, 0, True)
     """
-    if isinstance(end, EquatorialPlane):
-        check_camera(camera, distant=True)
-        return plane_tracks(camera, theta, checked_index(max_index), end)
     check_camera(camera, distant=True)
+    max_index = checked_index(max_index)
+    if isinstance(end, EquatorialPlane):
+        return plane_tracks(camera, theta, max_index, end)
     angular_velocity = None if camera.is_distant else orbital_velocity(camera)
     height = checked_theta(theta)
     surface = spherical(camera, end, distant=True)
@@ -294,7 +294,7 @@ def star_tracks(
     return StarTracks(
         camera=camera,
         theta=height,
-        max_index=int(max_index),
+        max_index=max_index,
         angular_velocity=angular_velocity or 0.0,
         period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
         tracks=_tracks(branches, events, at) if at else (),
@@ -314,8 +314,8 @@ def _followed(
     """Where a star meets caustics, its level curve, and how the camera sees that."""
     circle = Circle.about_spin_axis(height)
     if isinstance(end, Sphere) and is_within(camera, end):
-        own = meetings(checked_sheets(camera, max_index, end, distant=True), circle)
         branches = branches_from(camera, height, max_index, end)
+        own = meetings(checked_sheets(camera, max_index, end, distant=True), circle)
         return own, branches, seen_from(camera, height, branches, own, end)
     branches = Branches(checked_sheets(camera, max_index, end, distant=True), camera, circle)
     frame, nodes = branches.sheets.frame, branches.nodes

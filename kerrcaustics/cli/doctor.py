@@ -1,0 +1,121 @@
+"""The command `doctor`: what is installed, what is missing, and what to do about it."""
+
+import os
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+from typing import Any
+
+from packaging.requirements import Requirement
+from rich.console import Console
+
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.options import COMMON, CommonOptions
+from kerrcaustics.cli.tables import PlainTable
+from kerrcaustics.cli.terminal import progress, say
+
+# What each extra is for; those for development are not told.
+_EXTRAS = {
+    "explore": "the explorer in a browser",
+    "notebook": "the explorer in notebooks",
+    "films": "MP4 films",
+    "space": "pictures in three dimensions",
+    "sweep": "sweeps over spin, radius and inclination",
+    "catalogues": "more stars",
+    "exr": "OpenEXR pictures",
+    "astro": "FITS, HEALPix and units",
+}
+
+
+@app.command(**with_examples("doctor"))
+def doctor(*, common: CommonOptions = COMMON) -> None:
+    """Tell what is installed and what is missing: extras, device, cache of compiled programs, OpenGL."""
+    common.check()
+    with progress() as report:
+        report("looking at the device", 0.2)
+        device = _device()
+        report("trying OpenGL", 0.6)
+        extras = {name: _missing(name) for name in _EXTRAS}
+        opengl = _opengl(tried=not extras["space"])
+    found = {
+        "schema": "kerrcaustics/doctor/1",
+        "version": version("kerrcaustics"),
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "packages": {name: version(name) for name in ("jax", "jaxlib", "numpy", "scipy", "matplotlib")},
+        "device": device,
+        "extras": {name: {"installed": not missing, "missing": missing} for name, missing in extras.items()},
+        "opengl": opengl,
+        "cache": _cache(),
+    }
+    common.write(found)
+    _tell(found, common.console())
+
+
+def _device() -> str:
+    """What computes, in words."""
+    import jax
+
+    first = jax.devices()[0]
+    cores = f", {len(os.sched_getaffinity(0))} cores" if hasattr(os, "sched_getaffinity") else ""
+    return f"{first.device_kind}{cores}" if first.platform == "cpu" else f"{first.platform}: {first.device_kind}"
+
+
+def _missing(extra: str) -> list[str]:
+    """What an extra asks for that is not installed, or too old."""
+    asked = [Requirement(line) for line in requires("kerrcaustics") or []]
+    wanted = [
+        r for r in asked if r.marker and r.marker.evaluate({"extra": extra}) and not r.marker.evaluate({"extra": ""})
+    ]
+    return [f"{r.name}{r.specifier}" for r in wanted if not _installed(r)]
+
+
+def _installed(wanted: Requirement) -> bool:
+    try:
+        return wanted.specifier.contains(version(wanted.name), prereleases=True)
+    except PackageNotFoundError:
+        return False
+
+
+def _opengl(tried: bool) -> dict[str, Any]:
+    """Whether OpenGL draws, None where it is not tried, and what to do about it."""
+    if not tried:
+        return {"works": None, "advice": "not tried without the extra space"}
+    from kerrcaustics.draw.space import NoOpenGLError, check_opengl
+
+    try:
+        check_opengl()
+    except NoOpenGLError as error:
+        return {"works": False, "advice": str(error)}
+    return {"works": True, "advice": "draws without a screen"}
+
+
+def _cache() -> dict[str, Any]:
+    """The folder of compiled programs: where, how many, how large, and whether more can be kept."""
+    from kerrcaustics.beams.programs import cache_folder
+
+    folder = cache_folder()
+    files = [path.stat().st_size for path in folder.iterdir()] if folder.is_dir() else []
+    home = next((place for place in (folder, *folder.parents) if place.exists()), Path("/"))
+    return {"folder": str(folder), "programs": len(files), "bytes": sum(files), "writable": os.access(home, os.W_OK)}
+
+
+def _tell(found: dict[str, Any], out: Console) -> None:
+    say(out, f"kerrcaustics {found['version']}, Python {found['python']}, {found['platform']}")
+    say(out, ", ".join(f"{name} {number}" for name, number in found["packages"].items()))
+    say(out, f"Device: {found['device']}")
+    cache = found["cache"]
+    kept = f"{cache['programs']} compiled programs, {cache['bytes'] / 1e6:.0f} MB"
+    unkept = "" if cache["writable"] else "; it cannot be written: every start compiles anew (set XDG_CACHE_HOME)"
+    say(out, f"Cache: {cache['folder']}: {kept}{unkept}")
+    say(out, f"OpenGL: {found['opengl']['advice']}")
+    table = PlainTable(("extra", "for", "installed"), words=("extra", "for", "installed"))
+    for name, state in found["extras"].items():
+        table.add_row(name, _EXTRAS[name], "yes" if state["installed"] else f"without {', '.join(state['missing'])}")
+    out.print(table)
+    absent = [name for name, state in found["extras"].items() if not state["installed"]]
+    if absent:
+        say(out, f"What is missing: {Path(sys.executable).name} -m pip install 'kerrcaustics[{','.join(absent)}]'")
+    else:
+        say(out, "Nothing is missing.")

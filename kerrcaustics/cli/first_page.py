@@ -1,0 +1,35 @@
+"""What `kerrcaustics` alone prints: what there is, and what to try first."""
+
+from importlib.metadata import version
+
+from rich.console import Console
+from rich.table import Table
+
+from kerrcaustics.cli.app import app
+from kerrcaustics.cli.terminal import console, say
+
+_TRY = {
+    "demo": "draws the caustics of a fast hole, from two places",
+    "images --spin 0.999 --radius 2.6 --star 90 141": "finds all images of a star",
+    "explore": "drags a star over the caustics in a browser",
+}
+
+
+@app.default
+def first_page() -> None:
+    """Print what there is, with three commands to try."""
+    out = console()
+    say(out, f"kerrcaustics {version('kerrcaustics')}. {app.help}")
+    say(out, "\nTo begin:")
+    _columns(out, {f"kerrcaustics {command}": what for command, what in _TRY.items()})
+    say(out, "\nCommands, each with --help:")
+    _columns(out, {name: app[name].help.strip().split("\n")[0] for name in sorted(app) if not name.startswith("-")})
+    say(out, "\nkerrcaustics --install-completion lets the shell complete them.")
+
+
+def _columns(out: Console, lines: dict[str, str]) -> None:
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(no_wrap=True)
+    for name, what in lines.items():
+        table.add_row(f"  {name}", what)
+    out.print(table)

@@ -1,0 +1,61 @@
+"""Tables that keep all their digits, however narrow the terminal is."""
+
+from collections.abc import Container, Iterator
+
+from rich import box
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.measure import Measurement
+from rich.table import Table
+from rich.text import Text
+
+# Where a head may be broken; not seen elsewhere.
+_SOFT_HYPHEN = "\N{SOFT HYPHEN}"
+# Spaces between columns, and whether heads are broken: the first that fits is taken.
+_LAYOUTS = ((2, False), (1, False), (1, True))
+
+
+class PlainTable:
+    """Rows under heads; closer together, and at last one below the other as `head  value`, in a narrow terminal."""
+
+    def __init__(self, heads: tuple[str, ...], words: Container[str] = ()) -> None:
+        """Empty; the columns of `words` are set to the left."""
+        self._heads, self._words = heads, words
+        self._rows: list[tuple[str, ...]] = []
+
+    def add_row(self, *cells: str) -> None:
+        """A row, with a cell for each head."""
+        self._rows.append(cells)
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+        for gap, broken in _LAYOUTS:
+            table = self._side_by_side(gap, broken)
+            if Measurement.get(console, options.update(max_width=10_000), table).maximum <= options.max_width:
+                yield table
+                return
+        yield from self._stacked()
+
+    def _side_by_side(self, gap: int, broken: bool) -> Table:
+        table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, gap - 1, 0, 0))
+        for i, head in enumerate(self._heads):
+            widest = max((len(row[i]) for row in self._rows), default=0)
+            shown = _broken(head) if broken and len(_whole(head)) > widest else _whole(head)
+            table.add_column(shown, justify="left" if head in self._words else "right", no_wrap=True)
+        for row in self._rows:
+            table.add_row(*row)
+        return table
+
+    def _stacked(self) -> Iterator[RenderableType]:
+        heads = [_whole(head) for head in self._heads]
+        width = max(map(len, heads))
+        for row in self._rows:
+            for head, cell in zip(heads, row, strict=True):
+                yield Text(f"{head:<{width}}  {cell}".rstrip(), overflow="fold")
+            yield Text()
+
+
+def _whole(head: str) -> str:
+    return head.replace(_SOFT_HYPHEN, "")
+
+
+def _broken(head: str) -> str:
+    return head.replace(" ", "\n").replace(_SOFT_HYPHEN, "-\n")

@@ -1,0 +1,29 @@
+"""How the program ends on Ctrl-C: with one line, from its first moment on."""
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+
+NOTHING_LEFT = "nothing was left half-written."
+# What shells expect of a program that SIGINT has ended.
+INTERRUPTED = 130
+
+
+def on_interrupt(told: Callable[[], str] = lambda: NOTHING_LEFT, status: int = INTERRUPTED) -> None:
+    """From now on Ctrl-C ends the program with this status and with what is told then."""
+
+    def end(*_: object) -> None:
+        # Once more would end it in between.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        from kerrcaustics.files import remove_unfinished
+
+        remove_unfinished()
+        # In the place of a progress bar, which hides the cursor while it runs.
+        bar = "\r\x1b[2K\x1b[?25h" if sys.stderr.isatty() else ""
+        sys.stderr.write(f"{bar}kerrcaustics: Interrupted: {told()}\n")
+        sys.stderr.flush()
+        # An exception could be swallowed inside a compiled library.
+        os._exit(status)
+
+    signal.signal(signal.SIGINT, end)

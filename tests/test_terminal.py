@@ -1,0 +1,141 @@
+"""What a user sees in a terminal of any width, and how a command ends on Ctrl-C."""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from io import StringIO
+
+import pytest
+from command_line import run
+from rich.console import Console
+
+from kerrcaustics.cli import app, doctor, film
+from kerrcaustics.cli.tables import PlainTable
+from kerrcaustics.films.film import frames_folder
+from kerrcaustics.interrupts import NOTHING_LEFT
+
+ROWS = [("0", "-0.65536 -0.75531 +0.00000", "146.6", "1"), ("1", "-0.26715 -0.15012 +0.95189", "0.02882", "12")]
+
+
+def shown(width):
+    table = PlainTable(("index", "direction N", "magnifi\N{SOFT HYPHEN}cation", "cross\N{SOFT HYPHEN}ings"))
+    for row in ROWS:
+        table.add_row(*row)
+    out = Console(file=StringIO(), width=width)
+    out.print(table)
+    return out.file.getvalue().rstrip("\n").split("\n")
+
+
+@pytest.mark.parametrize("width", [120, 80, 56, 48, 42, 30, 20, 8])
+def test_tables_keep_all_their_digits_at_any_width(width):
+    lines = shown(width)
+    assert max(map(len, lines)) <= width
+    text = "\n".join(lines)
+    assert "…" not in text and "\N{SOFT HYPHEN}" not in text
+    for row in ROWS:
+        for cell in row:
+            assert "".join(cell.split()) in "".join(text.split())
+
+
+def test_tables_are_set_closer_before_they_are_stacked():
+    wide, close, broken, stacked = shown(80), shown(56), shown(48), shown(42)
+    assert "direction N  magnification" in wide[0] and "direction N magnification" in close[0]
+    assert "magnifi-" in broken[0] and "cation" in broken[1] and len(broken) == len(wide) + 1
+    assert stacked[:4] == ["index          0", "direction N    -0.65536 -0.75531 +0.00000", *stacked[2:4]]
+
+
+COMMANDS = {name: app[name] for name in app if not name.startswith("-")} | {"study report": app["study"]["report"]}
+
+
+@pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
+def test_help_ends_with_lines_to_try_and_the_exit_status(command):
+    assert "Exit status: 0 done;" in command.help_epilogue
+    tried = re.findall(r"^\$ kerrcaustics (.*?)( >.*)?\s*$", command.help_epilogue, re.M)
+    assert tried
+    for line, _ in tried:
+        parsed, _, _ = app.parse_args(shlex.split(line), exit_on_error=False, print_error=False)
+        assert parsed.__module__.startswith("kerrcaustics.cli.")
+
+
+def test_what_is_there_is_told_with_three_commands_to_try(capsys):
+    status, out, err = run(capsys)
+    assert (status, err) == (0, "")
+    tried = re.findall(r"^  kerrcaustics (.*?)  ", out, re.M)
+    assert len(tried) == 3
+    for line in tried:
+        app.parse_args(shlex.split(line), exit_on_error=False, print_error=False)
+    assert {"caustics", "doctor", "tracks"} <= set(re.findall(r"^  (\S+)", out, re.M))
+
+
+@pytest.mark.parametrize("flag", ["--quiet", "-q"])
+def test_quiet_prints_no_table_and_tells_what_is_wrong(flag, capsys, monkeypatch):
+    monkeypatch.setattr("kerrcaustics.cli.terminal._quiet", False)
+    scale = ("scale", "--mass", "4.3e6")
+    assert "21.1" in run(capsys, *scale)[1]
+    assert run(capsys, *scale, flag) == (0, "", "")
+    status, out, _ = run(capsys, flag, *scale, "--json", "-")
+    assert status == 0 and json.loads(out)["mass"] == 4.3e6
+    status, out, err = run(capsys, "scale", "--mass", "-1", flag)
+    assert status == 2 and not out and "--mass must" in err
+
+
+def test_versions_and_options_that_leak_from_the_parser(capsys):
+    assert run(capsys, "-V") == run(capsys, "--version")
+    status, _, err = run(capsys, "images", "--spin", 0.5, "--radius", 6, "--empty-star")
+    assert status == 2 and "--empty-star" in err
+
+
+def test_doctor_tells_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    status, out, _ = run(capsys, "doctor", "--json", tmp_path / "doctor.json")
+    told = json.loads((tmp_path / "doctor.json").read_text())
+    assert status == 0 and told["schema"] == "kerrcaustics/doctor/1"
+    assert told["cache"] == {
+        "folder": str(tmp_path / "kerrcaustics" / "programs"),
+        "programs": 0,
+        "bytes": 0,
+        "writable": True,
+    }
+    monkeypatch.setattr(doctor, "_installed", lambda wanted: wanted.name not in ("av", "pyvista"))
+    status, out, _ = run(capsys, "doctor")
+    assert status == 0 and "pip install 'kerrcaustics[films,space]'" in out
+    assert "not tried without the extra space" in out and re.search(r"films .*without av>=", out)
+
+
+@pytest.mark.parametrize("module", ["kerrcaustics.cli", "cyclopts", "numpy", "jax"])
+def test_an_interrupt_at_any_moment_is_one_line(module):
+    """While a module is being loaded."""
+    code = f"""
+import os, signal, sys
+class Interrupt:
+    def find_spec(name, *_):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupt)
+sys.argv[1:] = ["images", "--spin", "0.5", "--radius", "6", "--star", "80", "10"]
+from kerrcaustics.__main__ import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == f"kerrcaustics: Interrupted: {NOTHING_LEFT}\n"
+
+
+def test_an_interrupted_film_tells_what_it_leaves(tmp_path):
+    folder = frames_folder(tmp_path / "film.mp4")
+    folder.mkdir()
+    (folder / "film.json").touch()
+    (folder / "000003.png").touch()
+    assert film._left_in(folder) == f"1 frame is kept in {folder}; start again to go on."
+    (folder / "000004.png").touch()
+    assert film._left_in(folder) == f"2 frames are kept in {folder}; start again to go on."
+    for number in (3, 4):
+        (folder / f"00000{number}.png").unlink()
+    assert film._left_in(folder) == NOTHING_LEFT and not folder.exists()
+
+
+def test_numbers_have_no_negative_zero(capsys):
+    _, out, _ = run(capsys, "images", "--spin", 0.5, "--radius", 6, "--star", 90, "-0.0", "--max-index", 0)
+    assert "phi' = 0 deg" in out and "+0.00000" in out and not re.search(r"-0(\.0*)?(?![.\d])", out)
