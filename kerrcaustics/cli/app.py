@@ -9,6 +9,7 @@ from typing import NoReturn
 
 import cyclopts
 
+from kerrcaustics.cli.complaints import complaint
 from kerrcaustics.files import remove_unfinished
 
 app = cyclopts.App(
@@ -16,6 +17,7 @@ app = cyclopts.App(
     help="Caustics, critical curves and star images of a spinning (Kerr) black hole, on the sky of a camera near it.",
     version=lambda: version("kerrcaustics"),
     suppress_keyboard_interrupt=False,
+    default_parameter=cyclopts.Parameter(negative=()),
 )
 
 
@@ -29,7 +31,7 @@ def main() -> None:
     try:
         app(sys.argv[1:], exit_on_error=False, print_error=False)
     except cyclopts.CycloptsError as error:
-        stop(2, one_line(str(error)))
+        stop(2, complaint(error))
     except BadInput as error:
         stop(2, str(error))
     except Exception as error:

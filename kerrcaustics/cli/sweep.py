@@ -1,7 +1,9 @@
 """The command `sweep`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import cyclopts
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop
 from kerrcaustics.cli.options import WholeNumber
@@ -22,7 +24,7 @@ def sweep(
     output: Path | None = None,
     workers: WholeNumber | None = None,
     scheduler: str | None = None,
-    resume: bool = True,
+    resume: Annotated[bool, cyclopts.Parameter(negative="--no-resume")] = True,
     retry: bool = False,
 ) -> None:
     """Compute caustics over spin, radius and inclination, as a scene file says, into one zarr store.
