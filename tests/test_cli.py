@@ -10,6 +10,7 @@ import pytest
 from command_line import run
 
 import kerrcaustics as kc
+from kerrcaustics.cli import terminal
 
 COMMAND = [sys.executable, "-m", "kerrcaustics"]
 
@@ -115,6 +116,23 @@ BAD = [
 ]
 
 
+HERE = ("caustics", "--spin", "0.9", "--radius", "6")
+BAD += [
+    ((*HERE, "--figure", ""), "Argument --figure must be a name, but is empty."),
+    ((*HERE, "--save", ""), "Argument --save must be a name, but is empty."),
+    ((*HERE, "--json", ""), "Argument --json must be a file name or -, but is empty."),
+    (("light-curve", *HERE[1:], "--orbit", "6", "--film", ""), "Argument --film must be a name, but is empty."),
+    (("demo", "--output", ""), "Argument --output must be a name, but is empty."),
+    (("figures", "--output", ""), "Argument --output must be a name, but is empty."),
+    (("study", "fit", "--output", ""), "Argument --output must be a name, but is empty."),
+    (("study", "report", ""), "Argument FOLDER must be a name, but is empty."),
+    (("demo", "--output", "/proc/x"), "Argument --output must be a folder that can be made: /proc/x: No such file"),
+    (("demo", "--output", "/proc"), "Argument --output must be a folder that can be written to: /proc/x: No such"),
+    (("demo", "--output", sys.executable), "must be a folder that can be made: " + sys.executable + ": it is a file."),
+    ((*HERE, "--save", sys.executable + "/x"), "in a folder that exists, but " + sys.executable + " is no folder."),
+]
+
+
 @pytest.mark.parametrize(("arguments", "complaint"), BAD, ids=lambda value: " ".join(value)[:70])
 def test_bad_input_gets_one_line_and_exit_status_2(arguments, complaint, assert_refused):
     assert_refused(arguments, complaint)
@@ -125,6 +143,12 @@ def test_a_folder_without_permission_is_refused(capsys, tmp_path):
     tmp_path.chmod(0o500)
     status, _, err = caustics(capsys, "--save", tmp_path / "x.npz")
     assert status == 2 and "--save must name a file that can be written" in err
+
+
+def test_words_in_brackets_are_no_markup(capsys):
+    """In what is said, as in file names."""
+    terminal.say(terminal.console(), 'pip install "kerrcaustics[films]" :smile: [red]')
+    assert capsys.readouterr().out == 'pip install "kerrcaustics[films]" :smile: [red]\n'
 
 
 def test_anything_else_is_exit_status_1_and_one_line(capsys, monkeypatch):
@@ -151,6 +175,15 @@ def test_interrupt_leaves_no_file(tmp_path):
     assert process.wait(timeout=60) == 1
     assert b"Interrupted" in process.stderr.read()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_folders_that_cannot_be_written_to_are_no_news(tmp_path):
+    code = "import sys; from kerrcaustics import cli; sys.argv[1:] = ['scale', '--mass', '1']\n"
+    code += "try:\n    cli.main()\nfinally:\n    import matplotlib; matplotlib.get_cachedir()"
+    surroundings = {**os.environ, "HOME": "/proc/no", "XDG_CACHE_HOME": "/proc/no", "TMPDIR": str(tmp_path)}
+    surroundings.pop("MPLCONFIGDIR", None)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=surroundings, check=True)
+    assert done.stderr == ""
 
 
 def test_version_and_help():

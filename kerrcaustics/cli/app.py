@@ -1,5 +1,6 @@
 """The program itself: what runs a command, and how it ends."""
 
+import logging
 import os
 import signal
 import sys
@@ -28,6 +29,8 @@ class BadInput(ValueError):
 def main() -> None:
     """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
     on_interrupt(1, "nothing was left half-written.")
+    # Where its folder cannot be written to, it takes another one, and need not say so.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         app(sys.argv[1:], exit_on_error=False, print_error=False)
     except cyclopts.CycloptsError as error:

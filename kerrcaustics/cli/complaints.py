@@ -84,6 +84,8 @@ def _wrong_value(error: Any) -> str:
     if ours.startswith("Argument "):
         return ours
     token, argument = error.token, error.argument
+    if ours.startswith("must "):
+        return f"Argument {token.keyword or _name(argument)} {ours}"
     must = _choices(error.target_type) or _WORDS.get(error.target_type)
     if token is None or argument is None or must is None:
         return ""

@@ -28,8 +28,13 @@ WIDE = 112
 
 def console(stderr: bool = False, width: int = 100) -> Console:
     """Where tables go: never so narrow that digits would be cut off, unless a terminal is."""
-    console = Console(stderr=stderr)
-    return console if console.is_terminal else Console(stderr=stderr, width=width)
+    console = _console(stderr)
+    return console if console.is_terminal else _console(stderr, width)
+
+
+def _console(stderr: bool, width: int | None = None) -> Console:
+    # Words in brackets or between colons are words, and no markup.
+    return Console(stderr=stderr, width=width, markup=False, emoji=False)
 
 
 def plain_table(heads: tuple[str, ...], words: str = "") -> Table:
@@ -86,13 +91,13 @@ def progress(prefix: str = "", left: bool = False, lines: bool = False) -> Itera
 
     Elsewhere nothing, or a line now and then where `lines` are wanted.
     """
-    console = Console(stderr=True)
+    console = _console(stderr=True)
     if not console.is_terminal:
         yield _lines_now_and_then() if lines else lambda _what, _part: None
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     if left:
         columns += (TextColumn("left"), TimeRemainingColumn())
     # A frame or a figure may take minutes; and what goes to a file stays out of the terminal.
