@@ -10,6 +10,7 @@ import pytest
 from command_line import run
 
 import kerrcaustics as kc
+from kerrcaustics.cli import terminal
 
 COMMAND = [sys.executable, "-m", "kerrcaustics"]
 
@@ -52,13 +53,13 @@ BAD = [
     (("caustics", "--spin", "1", "--radius", "6"), "--spin must lie in [0, 1), but is 1."),
     (("caustics", "--spin", "-0.1", "--radius", "6"), "--spin must lie in [0, 1), but is -0.1."),
     (("caustics", "--spin", "nan", "--radius", "6"), "--spin must be a finite number, but is nan."),
-    (("caustics", "--spin", "fast", "--radius", "6"), "--spin"),
+    (("caustics", "--spin", "fast", "--radius", "6"), "Argument --spin must be a number, but is fast."),
     (("caustics", "--spin", "0.9", "--radius", "1.4"), "--radius must be larger than the horizon radius 1.43588989435"),
     (
         ("light-curve", "--spin", "0.9", "--radius", "inf", "--orbit", "6"),
         "--radius must be a finite number, but is inf.",
     ),
-    (("caustics", "--spin", "0.9"), "--radius"),
+    (("caustics", "--spin", "0.9"), "Argument --radius must be given."),
     (("caustics", "--spin", "0.9", "--radius", "6", "--inclination", "181"), "--inclination must lie in [0, 180] deg"),
     (
         ("caustics", "--spin", "0.9", "--radius", "1.9", "--velocity", "static"),
@@ -72,7 +73,7 @@ BAD = [
         ("caustics", "--spin", "0.9", "--radius", "1.5", "--velocity", "circular"),
         "--velocity must not be circular at or inside the photon orbit",
     ),
-    (("caustics", "--spin", "0.9", "--radius", "6", "--velocity", "warp"), "--velocity"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--velocity", "warp"), "must be circular, fiducial or static, but"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--orders", "0"), "--orders must be a whole number from 1 to 10"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--orders", "2.5"), "--orders must be a whole number, but is 2.5."),
     (("caustics", "--spin", "0.9", "--radius", "6", "--json", "x", "--save", "x"), "--json must name another file"),
@@ -83,8 +84,52 @@ BAD = [
     ),
     (("caustics", "--spin", "0.9", "--radius", "6", "--save", "/"), "--save must name a file, but / is a folder."),
     (("caustics", "--spin", "0.9", "--radius", "6", "--figure", "x.bmp"), "--figure must end in .png, .pdf, .svg"),
-    (("caustics", "--spin", "0.9", "--radius", "6", "--colour", "red"), "--colour"),
-    (("paint",), "paint"),
+    (
+        ("caustics", "--spin", "0.9", "--radius", "6", "--colour", "red"),
+        "Argument --colour is unknown; kerrcaustics caustics",
+    ),
+    (("paint",), "Argument COMMAND must be one of caustics, demo, "),
+    (("caustic",), "but is caustic; did you mean caustics?"),
+    (("caustics", "--radius", "6"), "Argument --spin must be given."),
+    (("caustics", "--spin", "--radius", "6"), "Argument --spin must be followed by a number."),
+    (("caustics", "--spn", "0.9", "--radius", "6"), "Argument --spn is unknown; did you mean --spin?"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--order", "2"), "--order is unknown; did you mean --orders?"),
+    (("caustics", "--spin", "0.9", "--radius", ""), "Argument --radius must be a number, but is empty."),
+    (("caustics", "--spin", "0.9", "--radius", "6", "7"), "Argument --radius must be a number, but is 6 7."),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--spin", "1"), "Argument --spin must be given once alone."),
+    (
+        ("caustics", "--spin", "0.9", "--radius", "6", "--points=no way"),
+        "--points must be true or false, but is no way.",
+    ),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--velocity", "circle"), "but is circle; did you mean circular?"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--engine", "warp"), "--engine must be auto, closed-form or integ"),
+    (("images", "--spin", "0.9", "--radius", "6", "--star", "90"), "Argument --star must be 2 numbers, but is 90."),
+    (("images", "--spin", "0.9", "--radius", "6", "--star", "9", "9", "x"), "--star must be 2 numbers, but is 9 9 x."),
+    (("counts", "--spin", "0.9", "--radius", "6", "--empty-star"), "--empty-star is unknown; did you mean --star?"),
+    (("counts", "--spin", "0.9", "--radius", "6", "--no-map"), "Argument --no-map is unknown; did you mean --map?"),
+    (("render", "x.toml", "--empty-changes"), "Argument --empty-changes is unknown"),
+    (("render", "x.toml", "--set"), "Argument --set must be followed by a value."),
+    (("render", "x.toml", "--frame", "x"), "kerrcaustics: Argument --frame must be a whole number, but is x."),
+    (("scene", "x"), "Argument x must be left out: kerrcaustics scene has no place for it."),
+    (("study",), "Argument NAME must be given."),
+    (("scale", "--mass", "x"), "Argument --mass must be a number, but is x."),
+]
+
+
+HERE = ("caustics", "--spin", "0.9", "--radius", "6")
+BAD += [
+    ((*HERE, "--figure", ""), "Argument --figure must be a name, but is empty."),
+    ((*HERE, "--save", ""), "Argument --save must be a name, but is empty."),
+    ((*HERE, "--json", ""), "Argument --json must be a file name or -, but is empty."),
+    (("light-curve", *HERE[1:], "--orbit", "6", "--film", ""), "Argument --film must be a name, but is empty."),
+    (("demo", "--output", ""), "Argument --output must be a name, but is empty."),
+    (("figures", "--output", ""), "Argument --output must be a name, but is empty."),
+    (("study", "fit", "--output", ""), "Argument --output must be a name, but is empty."),
+    (("study", "report", ""), "Argument FOLDER must be a name, but is empty."),
+    (("demo", "--output", "/proc/x"), "Argument --output must be a folder that can be made: /proc/x: No such file"),
+    (("demo", "--output", "/proc"), "Argument --output must be a folder that can be written to: /proc/x: No such"),
+    (("demo", "--output", sys.executable), "must be a folder that can be made: " + sys.executable + ": it is a file."),
+    ((*HERE, "--save", sys.executable + "/x"), "in a folder that exists, but " + sys.executable + " is no folder."),
 ]
 
 
@@ -98,6 +143,12 @@ def test_a_folder_without_permission_is_refused(capsys, tmp_path):
     tmp_path.chmod(0o500)
     status, _, err = caustics(capsys, "--save", tmp_path / "x.npz")
     assert status == 2 and "--save must name a file that can be written" in err
+
+
+def test_words_in_brackets_are_no_markup(capsys):
+    """In what is said, as in file names."""
+    terminal.say(terminal.console(), 'pip install "kerrcaustics[films]" :smile: [red]')
+    assert capsys.readouterr().out == 'pip install "kerrcaustics[films]" :smile: [red]\n'
 
 
 def test_anything_else_is_exit_status_1_and_one_line(capsys, monkeypatch):
@@ -125,6 +176,15 @@ def test_interrupt_leaves_no_file(tmp_path):
     assert process.wait(timeout=60) == 130
     assert process.stderr.read() == b"kerrcaustics: Interrupted: nothing was left half-written.\n"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_folders_that_cannot_be_written_to_are_no_news(tmp_path):
+    code = "import sys; from kerrcaustics import cli; sys.argv[1:] = ['scale', '--mass', '1']\n"
+    code += "try:\n    cli.main()\nfinally:\n    import matplotlib; matplotlib.get_cachedir()"
+    surroundings = {**os.environ, "HOME": "/proc/no", "XDG_CACHE_HOME": "/proc/no", "TMPDIR": str(tmp_path)}
+    surroundings.pop("MPLCONFIGDIR", None)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=surroundings, check=True)
+    assert done.stderr == ""
 
 
 def test_version_and_help():

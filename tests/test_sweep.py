@@ -92,14 +92,16 @@ BAD = {
     "spin = 0.5\nradius = 3\ntolerance = 1": "tolerance must be in [1e-14, 1e-2], but is 1",
     "spin = 0.5\nradius = 3\nblock = 0": "block must be from 1 to 10000, but is 0",
     "spin = [0.5, 1.0]\nradius = 3": "spin must be in [0, 1), but is 1.0",
-    "spin = 0.5\nradius = -3": "radius must be more than 0, but is -3.0",
-    "spin = 0.5\nradius = inf": "radius must be more than 0, but is inf",
+    "spin = 0.5\nradius = -3": "radius must be more than 0 and finite, but is -3.0",
+    "spin = 0.5\nradius = inf": "radius must be more than 0 and finite, but is inf",
     "spin = []\nradius = 3": "spin must be a list of one value or more, but is []",
     "spin = 0.5\nradius = [3, 3]": "radius must be values that differ",
     "spin = 0.5\nradius = 3\ninclination = 200": "inclination must be in [0, 180] degrees, but is 200.0",
     "spin = {from = 0, to = 0.5, count = 0}\nradius = 3": "spin.count must be from 1 to",
-    "spin = {from = 0.5, to = 0.1, count = 3}\nradius = 3": "spin must be values that differ, from the least",
-    "spin = 0.5\nradius = {from = 0, to = 9, count = 3, spacing = 'log'}": "radius.from and radius.to must be",
+    "spin = {from = 0.5, to = 0.1, count = 3}\nradius = 3": "spin must be values that differ, from the least to "
+    "the largest, but is {from = 0.5, to = 0.1, count = 3}.",
+    "spin = 0.5\nradius = {from = 0, to = 9, count = 3, spacing = 'log'}": "radius.from and radius.to must be "
+    'more than 0 for log spacing, but is {from = 0, to = 9, count = 3, spacing = "log"}.',
     "spin = {from = 0, to = 0.9, count = 3000}\nradius = {from = 2, to = 9, count = 3000}": "the number of points",
     "spin = 0.5 radius = 3": "line 1",
 }
@@ -197,7 +199,12 @@ def test_a_harmed_chunk_is_computed_again(harm, name, tmp_path, scene, quick):
     assert files(path) != good
     radii = scene.values("radius")
     again = radii[2:] if "/c/1/1/" in name else radii[:2]
-    assert kc.sweep(scene, path).before == 6 - len(again)
+    result = kc.sweep(scene, path)
+    # A status that is not there may never have been.
+    assert (result.before, result.damaged) == (
+        6 - len(again),
+        0 if (harm, name[:6]) == ("lost", "status") else len(again),
+    )
     assert sorted(quick) == [(0.9, radius, 90.0) for radius in again]
     assert files(path) == good
 
@@ -226,13 +233,28 @@ def test_what_is_no_store_of_this_version_is_refused(tmp_path, scene, quick, cap
     assert f"was written by kerrcaustics {kc.__version__}, and this is 9.9" in err
     monkeypatch.undo()
     (tmp_path / "folder").mkdir()
-    for no_store in (path, tmp_path / "folder"):
+    for no_store, words in (
+        (path, "name a store, which is a folder"),
+        (tmp_path / "folder", "name the store of a sweep"),
+    ):
         status, out, err = run(capsys, "sweep", path, "--output", no_store)
-        assert (status, out) == (2, "") and err.count("\n") == 1 and "cannot be opened" in err
+        assert (status, out) == (2, "") and err.count("\n") == 1
+        assert f"Argument --output must {words}" in err and no_store.name in err
     zarr.open_group(str(tmp_path / "folder"), mode="w")
     status, out, err = run(capsys, "sweep", path, "--output", tmp_path / "folder")
     assert status == 2 and "holds no sweep" in err
     assert files(target) == good
+
+
+def test_damage_is_told(tmp_path, quick, capsys):
+    path, target = written(tmp_path, PLAIN), tmp_path / "s.zarr"
+    assert "damaged" not in run(capsys, "sweep", path, "--output", target)[1]
+    HARM["emptied"](target / "status" / "c" / "1" / "1" / "0")
+    assert (
+        "\n1 points were damaged in the store, and are computed anew\n"
+        in run(capsys, "sweep", path, "--output", target)[1]
+    )
+    assert "damaged" not in run(capsys, "sweep", path, "--output", target)[1]
 
 
 def test_a_full_disk_at_any_moment(tmp_path, scene, quick, capsys, monkeypatch):
@@ -254,7 +276,8 @@ def test_a_full_disk_at_any_moment(tmp_path, scene, quick, capsys, monkeypatch):
         left[0] = room
         status, out, err = run(capsys, "sweep", path, "--output", target)
         assert (status, out) == (1, "") and err.count("\n") == 1
-        assert "cannot be written: No space left on device. What it holds is kept" in err
+        end = "What it holds is kept; start again to go on." if target.exists() else "Nothing of it is left."
+        assert f"cannot be written: No space left on device. {end}" in err
         left[0] = 10**6
         result = kc.sweep(scene, target)
         assert (result.points, result.failures) == (6, ())
@@ -293,7 +316,14 @@ def test_bad_arguments_are_one_line(tmp_path, capsys, monkeypatch):
         ((path, "--workers", 0), "Argument --workers must be 1 or more, but is 0."),
         ((path, "--workers", 2, "--scheduler", "tcp://127.0.0.1:1"), "only one of them can be given"),
         ((path, "--output", tmp_path / "no" / "s.zarr"), "in a folder that exists"),
+        ((path, "--output", "/proc/s.zarr"), "Argument --output must name a store that can be written: /proc/s.zarr"),
+        ((path, "--output", path), "Argument --output must name a store, which is a folder, but"),
+        ((path, "--output", path / "s.zarr"), "in a folder that exists"),
+        ((path, "--output", ""), "Argument --output must be a name, but is empty."),
+        ((path, "--scheduler", "nonsense"), "--scheduler must be the address of a Dask scheduler, such as"),
+        ((path, "--scheduler", "tcp://127.0.0.1:99999"), "--scheduler must be the address of a Dask scheduler, such"),
         ((tmp_path / "none.toml",), "No such file"),
+        (("",), "Argument SCENE must be a name, but is empty."),
     ):
         status, out, err = run(capsys, "sweep", *arguments)
         assert (status, out) == (2, "") and err.count("\n") == 1 and words in err

@@ -198,6 +198,7 @@ def test_no_scheduler_is_one_line(tmp_path, capsys, monkeypatch):
     assert (
         "Argument --scheduler must be the address of a Dask scheduler, but 'tcp://127.0.0.1:9' does not answer" in err
     )
+    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.slow

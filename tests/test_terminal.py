@@ -83,7 +83,7 @@ def test_quiet_prints_no_table_and_tells_what_is_wrong(flag, capsys, monkeypatch
 
 def test_versions_and_options_that_leak_from_the_parser(capsys):
     assert run(capsys, "-V") == run(capsys, "--version")
-    status, _, err = run(capsys, "images", "--spin", 0.5, "--radius", 6, "--empty-star")
+    status, _, err = run(capsys, "images", "--spin", 0.5, "--radius", 6, "--star", 80, 10, "--empty-star")
     assert status == 2 and "--empty-star" in err
 
 

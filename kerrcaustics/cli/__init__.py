@@ -7,7 +7,6 @@ from kerrcaustics.cli import (
     explore as explore,
     figures as figures,
     film as film,
-    first_page as first_page,
     images as images,
     light_curve as light_curve,
     render as render,

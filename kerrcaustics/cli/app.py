@@ -1,11 +1,14 @@
 """The program itself: what runs a command, and how it ends."""
 
+import logging
 import os
 import sys
 from importlib.metadata import version
 from typing import Annotated, Any, NoReturn
 
 import cyclopts
+
+from kerrcaustics.cli.complaints import complaint
 
 _QUIET = cyclopts.Parameter(name=("--quiet", "-q"), negative=(), group="Everywhere", show_default=False)
 _EXIT_STATUS = "Exit status: 0 done; 1 something failed, or is not certified; 2 bad input; 130 interrupted."
@@ -36,10 +39,12 @@ def with_examples(*lines: str) -> dict[str, Any]:
 
 def main() -> None:
     """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
+    # Where its folder cannot be written to, it takes another one, and need not say so.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         app.meta(sys.argv[1:], exit_on_error=False, print_error=False)
     except cyclopts.CycloptsError as error:
-        stop(2, one_line(str(error)))
+        stop(2, complaint(error))
     except BadInput as error:
         stop(2, str(error))
     except Exception as error:
@@ -64,6 +69,11 @@ def _run(
         from kerrcaustics.cli.terminal import be_quiet
 
         be_quiet()
+    if not command:
+        from kerrcaustics.cli.first_page import first_page
+
+        first_page()
+        return
     app(command, exit_on_error=False, print_error=False)
 
 

@@ -12,6 +12,7 @@ from kerrcaustics.cli.options import (
     SKY_SOURCES,
     CameraOptions,
     CommonOptions,
+    FileName,
     Flag,
     SourceOptions,
     WholeNumber,
@@ -41,8 +42,8 @@ def caustics(
     orders: WholeNumber = 3,
     engine: Literal["auto", "closed-form", "integrated"] = "auto",
     tolerance: float = 1e-12,
-    figure: Path | None = None,
-    save: Path | None = None,
+    figure: FileName | None = None,
+    save: FileName | None = None,
     source: SourceOptions = SKY_SOURCES,
     common: CommonOptions = COMMON,
     points: Flag = False,
@@ -97,7 +98,7 @@ def caustics(
 
 
 @app.command(**with_examples("demo", "demo --output pictures"))
-def demo(*, output: Path = Path("demo")) -> None:
+def demo(*, output: FileName = Path("demo")) -> None:
     """Compute and draw the first three caustics of a = 0.999 at r = 6.03 and at r = 2.6 (JTFT figs 4, 5, 8, 9).
 
     Parameters

@@ -5,13 +5,14 @@ import time
 from pathlib import Path
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
+from kerrcaustics.cli.options import FileName
 from kerrcaustics.cli.outputs import make_folder
 from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import console, progress, say
 
 
 @app.command(**with_examples("figures", "figures star_field --output pictures"))
-def figures(*names: str, output: Path | None = None) -> None:
+def figures(*names: str, output: FileName | None = None) -> None:
     """Make the figures (the scripts of the folder figures/ of a checkout) and say where each file went.
 
     A figure that fails is told on standard error; the others are made all the same, and the exit status is 1.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
-from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
+from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_film
 from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import plain_errors, progress, say
@@ -25,7 +25,7 @@ def film(
     name: str,
     /,
     *,
-    output: Path | None = None,
+    output: FileName | None = None,
     frames: str | None = None,
     quality: Quality | None = None,
     workers: WholeNumber | None = None,

@@ -15,7 +15,6 @@ _TRY = {
 }
 
 
-@app.default
 def first_page() -> None:
     """Print what there is, with three commands to try."""
     out = console()

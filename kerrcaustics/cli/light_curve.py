@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from rich.console import Console
 
 from kerrcaustics.cli.app import app, stop, with_examples
-from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Flag, WholeNumber
+from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say
@@ -27,10 +27,10 @@ def light_curve(
     crossings: WholeNumber = 4,
     motion: Literal["circular", "retrograde"] = "circular",
     power: float = 4.0,
-    figure: Path | None = None,
-    film: Path | None = None,
+    figure: FileName | None = None,
+    film: FileName | None = None,
     restart: Flag = False,
-    save: Path | None = None,
+    save: FileName | None = None,
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:

@@ -26,11 +26,21 @@ def _whole_number(_type: type, tokens: Sequence[cyclopts.Token]) -> int:
         raise BadInput(f"Argument {tokens[0].keyword} must be a whole number, but is {tokens[0].value}.") from None
 
 
+def _file_name(_type: type, tokens: Sequence[cyclopts.Token]) -> Path:
+    """The path itself; an empty one would be the current folder."""
+    if not tokens[0].value:
+        raise ValueError("must be a name, but is empty.")
+    return Path(tokens[0].value)
+
+
 _HIGHEST_INDEX = "Highest Morse index, 0 to 6: how often a beam of light was focused to a line on its way."
 
 Flag = Annotated[bool, cyclopts.Parameter(negative=())]
 Angle = Annotated[float, cyclopts.Parameter(allow_leading_hyphen=True)]
 Angles = Annotated[tuple[float, float], cyclopts.Parameter(allow_leading_hyphen=True)]
+FileName = Annotated[Path, cyclopts.Parameter(converter=_file_name)]
+"""Of a file or a folder."""
+
 WholeNumber = Annotated[int, cyclopts.Parameter(converter=_whole_number, allow_leading_hyphen=True)]
 MaxIndex = Annotated[WholeNumber, cyclopts.Parameter(help=_HIGHEST_INDEX)]
 
@@ -144,6 +154,8 @@ class CommonOptions:
     def check(self, files: dict[str, Path | None] | None = None) -> None:
         """Refuse files that cannot be written: that of --json, and others by their arguments."""
         target = None if self.json in (None, "-") else self.json
+        if target == "":
+            raise BadInput("Argument --json must be a file name or -, but is empty.")
         if target is not None and target.startswith("-"):
             raise BadInput(f"Argument --json must be a file name or -, but is {target}.")
         check_outputs({**(files or {}), "--json": None if target is None else Path(target)})

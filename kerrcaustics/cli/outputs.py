@@ -34,13 +34,29 @@ def check_outputs(paths: dict[str, Path | None]) -> None:
 def _check_folder(argument: str, path: Path) -> None:
     """Refuse a file in a folder that is not there, or where nothing can be written."""
     if not path.parent.is_dir():
-        raise BadInput(f"Argument {argument} must name a file in a folder that exists, but {path.parent} does not.")
+        how = "is no folder" if path.parent.exists() else "does not"
+        raise BadInput(f"Argument {argument} must name a file in a folder that exists, but {path.parent} {how}.")
+    _try(argument, "name a file that can be written", path)
+
+
+def _try(argument: str, must: str, path: Path) -> None:
+    """Refuse a name that no file can have: one is made beside it for a moment."""
     trial = path.parent / f".{path.name}.{os.getpid()}.part"
     try:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
-        raise BadInput(f"Argument {argument} must name a file that can be written: {path}: {error.strerror}.") from None
+        raise BadInput(f"Argument {argument} must {must}: {path}: {error.strerror}.") from None
+
+
+def check_store(argument: str, path: Path) -> None:
+    """Refuse the name of a store, a folder, where there is something else, or where none can be made."""
+    if path.exists() and not path.is_dir():
+        raise BadInput(f"Argument {argument} must name a store, which is a folder, but {path} is a file.")
+    if not path.absolute().parent.is_dir():
+        raise BadInput(f"Argument {argument} must name a store in a folder that exists, but {path.parent} does not.")
+    if not path.exists():
+        _try(argument, "name a store that can be written", path)
 
 
 def check_ending(figure: Path | None) -> None:
@@ -70,12 +86,14 @@ def check_film(film: Path | None, argument: str = "--film") -> None:
         )
 
 
-def make_folder(output: Path) -> None:
-    """Make the folder that --output names."""
+def make_folder(output: Path, argument: str = "--output") -> None:
+    """Make the folder that an argument names, where there is none; refused where nothing can be written into it."""
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BadInput(f"Argument --output must be a folder that can be made: {error.strerror}.") from None
+        reason = "it is a file" if output.exists() else error.strerror
+        raise BadInput(f"Argument {argument} must be a folder that can be made: {output}: {reason}.") from None
+    _try(argument, "be a folder that can be written to", output / "x")
 
 
 def write_json(entry: dict[str, Any], target: str, indent: int | None = 2) -> None:

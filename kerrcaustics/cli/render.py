@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import cyclopts
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
-from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
+from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_picture
 from kerrcaustics.cli.terminal import place_of, progress, say
 from kerrcaustics.results.stages import in_words, stage, stages_timed
@@ -25,10 +25,10 @@ _PREVIEW, _STAGES = 320, 8
     **with_examples("render scene.toml --preview", "render scene.toml --set camera.radius=5 --output near.png")
 )
 def render(
-    scene: Path,
+    scene: FileName,
     /,
     *,
-    output: Path | None = None,
+    output: FileName | None = None,
     frame: WholeNumber = 0,
     quality: Literal["draft", "normal", "high"] | None = None,
     preview: Flag = False,

@@ -7,6 +7,7 @@ from typing import Annotated
 import cyclopts
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
+from kerrcaustics.cli.options import FileName
 from kerrcaustics.cli.outputs import check_outputs, make_folder
 from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import console, say
@@ -25,7 +26,7 @@ app.command(study_app)
 
 
 @study_app.default
-def study(name: str, /, *, output: Path | None = None) -> None:
+def study(name: str, /, *, output: FileName | None = None) -> None:
     """Run a study (a folder NAME in studies/ of a checkout) and say where its tables and pictures went.
 
     `kerrcaustics study report` puts the studies that were run on one page.
@@ -55,10 +56,10 @@ def study(name: str, /, *, output: Path | None = None) -> None:
 
 @study_app.command(**with_examples("study report", "study report results --output report.html --run"))
 def report(
-    folder: Path = Path(),
+    folder: FileName = Path(),
     /,
     *,
-    output: Path = Path("report.html"),
+    output: FileName = Path("report.html"),
     run: Annotated[bool, cyclopts.Parameter(negative=())] = False,
 ) -> None:
     """Put the studies that were run on one HTML page: error against run time, stability, and what the others found.
@@ -120,7 +121,7 @@ def _run_missing(names: list[str], folder: Path) -> list[str]:
     for done, name in enumerate(names):
         print(f"kerrcaustics: study {name} ({done + 1} of {len(names)})", file=sys.stderr, flush=True)
         output = folder / f"study-{name}"
-        make_folder(output)
+        make_folder(output, "FOLDER")
         try:
             STUDIES.run_apart(name, output)
         except RuntimeError:

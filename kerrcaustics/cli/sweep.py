@@ -2,10 +2,13 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import cyclopts
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
-from kerrcaustics.cli.options import WholeNumber
+from kerrcaustics.cli.options import FileName, WholeNumber
+from kerrcaustics.cli.outputs import check_store
 from kerrcaustics.cli.terminal import console, plain_errors, progress, say
 from kerrcaustics.interrupts import NOTHING_LEFT, on_interrupt
 
@@ -18,13 +21,13 @@ _SHOWN = 20
 
 @app.command(**with_examples("sweep scene.toml --workers 2 --output sweep.zarr"))
 def sweep(
-    scene: Path,
+    scene: FileName,
     /,
     *,
-    output: Path | None = None,
+    output: FileName | None = None,
     workers: WholeNumber | None = None,
     scheduler: str | None = None,
-    resume: bool = True,
+    resume: Annotated[bool, cyclopts.Parameter(negative="--no-resume")] = True,
     retry: bool = False,
 ) -> None:
     """Compute caustics over spin, radius and inclination, as a scene file says, into one zarr store.
@@ -49,8 +52,7 @@ def sweep(
     if workers is not None and scheduler is not None:
         raise BadInput("Arguments --workers and --scheduler: only one of them can be given.")
     store = output or Path(f"{scene.stem}.zarr")
-    if not store.absolute().parent.is_dir():
-        raise BadInput(f"Argument --output must name a store in a folder that exists, but {store.parent} does not.")
+    check_store("--output", store)
     if store.exists() and not resume:
         raise BadInput(f"Argument --output must name a new store where --no-resume is given, but {store} is there.")
     on_interrupt(
@@ -60,6 +62,8 @@ def sweep(
     done = f"{result.before} done before, {result.points - result.before} computed now, {len(result.failures)} failed"
     out = console()
     say(out, f"{result.points} points: {done}; {result.seconds:.1f} s")
+    if result.damaged:
+        say(out, f"{result.damaged} points were damaged in the store, and are computed anew")
     say(out, f"Store: {store}")
     if result.failures:
         _tell_failures(result)
@@ -81,7 +85,8 @@ def _swept(scene: Path, store: Path, workers: int | None, scheduler: str | None,
         raise BadInput(one_line(str(error))) from None
     except OSError as error:
         reason = error.strerror or one_line(str(error))
-        stop(1, f"The store {store} cannot be written: {reason}. What it holds is kept; start again to go on.")
+        kept = "What it holds is kept; start again to go on." if store.exists() else "Nothing of it is left."
+        stop(1, f"The store {store} cannot be written: {reason}. {kept}")
     except BadInput:
         raise
     except ValueError as error:
@@ -92,7 +97,7 @@ def _run(scene: Path, store: Path, workers: int | None, scheduler: str | None, r
     from kerrcaustics.workers.losses import WorkersLost
 
     try:
-        with plain_errors(), progress(left=True) as report:
+        with plain_errors({"path": "output"}), progress(left=True) as report:
             from kerrcaustics.sweeps.engine import sweep as run
             from kerrcaustics.sweeps.scene import read_scene
 

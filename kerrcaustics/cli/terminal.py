@@ -35,7 +35,7 @@ def be_quiet() -> None:
 def console(stderr: bool = False) -> Console:
     """Where tables go."""
     width = None if (sys.stderr if stderr else sys.stdout).isatty() else _ENDLESS
-    return Console(stderr=stderr, width=width, quiet=_quiet, markup=False)
+    return Console(stderr=stderr, width=width, quiet=_quiet, markup=False, emoji=False)
 
 
 def say(out: Console, text: str) -> None:
@@ -45,10 +45,8 @@ def say(out: Console, text: str) -> None:
 
 def place_of(camera: "Camera") -> str:
     """The camera, in words for a headline."""
-    where = (
-        f"a = {camera.spin:z.12g}, r = {camera.radius:z.12g}, inclination {math.degrees(camera.inclination):z.12g} deg"
-    )
-    return f"{where}, {camera.velocity} camera"
+    inclination = f"{math.degrees(camera.inclination):z.12g} deg"
+    return f"a = {camera.spin:z.12g}, r = {camera.radius:.12g}, inclination {inclination}, {camera.velocity} camera"
 
 
 def direction_head(camera: "Camera") -> str:
@@ -83,13 +81,13 @@ def plain_errors(named: dict[str, str] | None = None) -> Iterator[None]:
 @contextmanager
 def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, float], None]]:
     """A progress bar on standard error while it is a terminal, else a line now and then; left: with the time left."""
-    console = Console(stderr=True, quiet=_quiet)
+    console = Console(stderr=True, markup=False, emoji=False)
     if _quiet or not console.is_terminal:
         yield (lambda _what, _part: None) if _quiet else _lines_now_and_then(prefix)
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     if left:
         columns += (TextColumn("left"), TimeRemainingColumn())
     # A frame or a figure may take minutes; and what goes to a file stays out of the terminal.

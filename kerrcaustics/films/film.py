@@ -26,7 +26,7 @@ from kerrcaustics.films.video import check_film_path, write_pictures
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.workers.losses import Compute, Finished, Losses
-from kerrcaustics.workers.places import Run, check_place, place
+from kerrcaustics.workers.places import Run, check_answer, check_place, place
 
 Progress = Callable[[str, float], None]
 
@@ -166,6 +166,7 @@ def make_film(
     if not wanted or wanted[0] < 0 or wanted[-1] >= film.frames:
         clip = f"{wanted.start}:{wanted.stop}"
         raise ValueError(f"Argument `frames` must lie within 0:{film.frames}, which are all, but is {clip}.")
+    check_answer(scheduler)
     folder = frames_folder(path)
     with store_lock(folder):
         store = open_frames(folder, film_record(film.name, film.frames, film.settings), restart)

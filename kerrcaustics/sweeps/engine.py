@@ -13,9 +13,9 @@ from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
-from kerrcaustics.sweeps.store import Block, Store, open_store
+from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, open_store
 from kerrcaustics.workers.losses import Compute, Finished, Losses
-from kerrcaustics.workers.places import check_place, place
+from kerrcaustics.workers.places import check_answer, check_place, place
 
 Progress = Callable[[str, float], None]
 
@@ -31,6 +31,7 @@ class SweepResult:
     before: int = quantity("", "1", "how many of them were in the store at the start")
     failures: tuple[str, ...] = quantity("", "", "a line for each point that failed, now or before, with where and why")
     seconds: float = quantity("", "s", "time it took")
+    damaged: int = quantity("", "1", "points whose chunks were damaged, and were computed again", default=0)
 
 
 def sweep(
@@ -81,12 +82,17 @@ def sweep(
     """
     check_place(workers, scheduler)
     began = time.perf_counter()
+    checked(scene, "that is given")
+    # Before a store is made that nothing would be put into.
+    check_answer(scheduler)
     total = int(np.prod(scene.shape))
-    store = open_store(Path(path), checked(scene, "that is given"))
+    store = open_store(Path(path), scene)
     with store.locked():
         store.clean()
         progress("looking at what is done", 0.0)
-        missing = _missing(store, retry)
+        states = _states(store, retry)
+        missing = [block for block, state in states.items() if state != KEPT]
+        damaged = sum(len(block) for block, state in states.items() if state == DAMAGED)
         before = done = total - sum(map(len, missing))
         progress(f"{done} of {total} points", done / total)
         if missing:
@@ -98,15 +104,14 @@ def sweep(
                         store.write(block, [_DIED] * len(block))
                     done += len(block)
                     progress(f"{done} of {total} points", done / total)
-        return SweepResult(store.path, total, before, tuple(store.failures()), time.perf_counter() - began)
+        return SweepResult(store.path, total, before, tuple(store.failures()), time.perf_counter() - began, damaged)
 
 
-def _missing(store: Store, retry: bool) -> list[Block]:
-    """Blocks that are still to be computed."""
+def _states(store: Store, retry: bool) -> dict[Block, str]:
+    """What there is of each block."""
     blocks = store.blocks()
     with ThreadPoolExecutor(cores()) as pool:
-        finished = pool.map(partial(store.is_done, retry=retry), blocks)
-        return [block for block, done in zip(blocks, finished, strict=True) if not done]
+        return dict(zip(blocks, pool.map(partial(store.state, retry=retry), blocks), strict=True))
 
 
 def compute_block(path: str, block: Block) -> None:

@@ -29,7 +29,7 @@ _RANGES = {
     "directions": (64, 10_000_000),
     "block": (1, 10_000),
 }
-_LIMITS = {"spin": "in [0, 1)", "radius": "more than 0", "inclination": "in [0, 180] degrees"}
+_LIMITS = {"spin": "in [0, 1)", "radius": "more than 0 and finite", "inclination": "in [0, 180] degrees"}
 
 
 class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True, rename={"start": "from", "end": "to"}):
@@ -118,16 +118,24 @@ def _about_axes(scene: Scene) -> Iterator[Complaint]:
             if not 1 <= given.count <= MOST_POINTS:
                 yield f"{axis}.count", f"from 1 to {MOST_POINTS}", given.count
             if given.spacing == "log" and not (given.start > 0 and given.end > 0):
-                yield f"{axis}.from and {axis}.to", "more than 0 for log spacing", (given.start, given.end)
+                yield f"{axis}.from and {axis}.to", "more than 0 for log spacing", _as_typed(given)
         values = scene.values(axis)
         inside = {"spin": (values >= 0) & (values < 1), "radius": values > 0}.get(axis, (values >= 0) & (values <= 180))
         inside &= np.isfinite(values)
         if not len(values):
-            yield axis, "a list of one value or more", given
+            yield axis, "a list of one value or more", _as_typed(given)
         if not inside.all():
             yield axis, _LIMITS[axis], ", ".join(map(str, values[~inside].tolist()[:3]))
         if (np.diff(values) <= 0).any():
-            yield axis, "values that differ, from the least to the largest", given
+            yield axis, "values that differ, from the least to the largest", _as_typed(given)
+
+
+def _as_typed(given: float | list[float] | Range) -> str:
+    """An axis as a scene file has it."""
+    if not isinstance(given, Range):
+        return str(given)
+    spacing = f', spacing = "{given.spacing}"' if given.spacing != "linear" else ""
+    return f"{{from = {given.start:.12g}, to = {given.end:.12g}, count = {given.count}{spacing}}}"
 
 
 def _about_numbers(scene: Scene) -> Iterator[Complaint]:

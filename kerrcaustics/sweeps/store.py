@@ -29,6 +29,8 @@ Array = np.ndarray
 
 SCHEMA = "kerrcaustics/sweep/1"
 WAITING, DONE, FAILED = 0, 1, 2
+# What there is of a block.
+KEPT, OPEN, DAMAGED = "kept", "open", "damaged"
 # Bytes of a reason, UTF-8.
 _REASON = 160
 _STATUS = Quantity("status", (), "1", "0 not computed, 1 done, 2 failed", "int8")
@@ -64,8 +66,10 @@ class Store:
         try:
             self._group = zarr.open_group(str(path), mode="r+")
             attributes: dict[str, Any] = dict(self._group.attrs)
-        except Exception as error:
-            raise ValueError(f"The store {path} cannot be opened: {' '.join(str(error).split())}") from None
+        except Exception:
+            raise ValueError(
+                f"Argument `path` must name the store of a sweep, or what is not there yet, but {path} is none."
+            ) from None
         if attributes.get("schema") != SCHEMA:
             raise ValueError(f"The store {path} holds {attributes.get('schema', 'no sweep')}, not {SCHEMA}.")
         made = attributes.get("version")
@@ -100,19 +104,23 @@ class Store:
         for part in self.path.rglob("*.partial"):
             part.unlink(missing_ok=True)
 
-    def is_done(self, block: Block, retry: bool = False) -> bool:
-        """True where the mask says so, and every chunk of the block can be read; retry: and no point failed."""
+    def state(self, block: Block, retry: bool = False) -> str:
+        """KEPT where the mask says that the block is done, and every chunk of it can be read.
+
+        Else OPEN, as where a point failed that is to be tried again; DAMAGED where it was done once.
+        """
         try:
+            if not self._chunk("status", block).is_file():
+                return OPEN
             status = self._read("status", block)
             if (status == WAITING).any() or (retry and (status == FAILED).any()):
-                return False
-            for variable in self._variables:
-                self._read(variable.name, block)
-            self._read("reason", block)
+                return OPEN
+            for name in (*(variable.name for variable in self._variables), "reason"):
+                self._read(name, block)
         except Exception:
             # Whatever is wrong with a chunk, its block is computed again.
-            return False
-        return True
+            return DAMAGED
+        return KEPT
 
     def write(self, block: Block, points: list[dict[str, Array] | str]) -> None:
         """Store the points of a block: their values, or why there are none. The mask is written last."""
@@ -142,18 +150,24 @@ class Store:
         return self._group[name].with_config({"write_empty_chunks": True})  # pyright: ignore
 
     def _read(self, name: str, block: Block) -> Array:
+        # A chunk that is not there would be read as blanks.
+        if not self._chunk(name, block).is_file():
+            raise FileNotFoundError(name)
+        return np.asarray(self._array(name)[block.region])
+
+    def _chunk(self, name: str, block: Block) -> Path:
+        """The file of a chunk."""
         array = self._array(name)
         place = [part.start // size for part, size in zip(block.region, array.chunks, strict=False)]
         place += [0] * (array.ndim - len(place))
-        # A chunk that is not there would be read as blanks.
-        if not (self.path / name / array.metadata.encode_chunk_key(tuple(place))).is_file():
-            raise FileNotFoundError(name)
-        return np.asarray(array[block.region])
+        return self.path / name / array.metadata.encode_chunk_key(tuple(place))
 
 
 def open_store(path: Path, scene: Scene) -> Store:
     """The store at `path`: made when missing, else gone on with; a ValueError when it is of another scene."""
     if not path.exists():
+        if not path.absolute().parent.is_dir():
+            raise ValueError(f"Argument `path` must lie in a folder that exists, but {str(path.parent)!r} is none.")
         _create(path, scene)
     store = Store(path)
     different = differences(scene, store.scene)

@@ -20,7 +20,7 @@ def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], losses: Losses
     waiting = iter(jobs)
     at_work: dict[Any, Job] = {}
     done: SimpleQueue[Any] = SimpleQueue()
-    with _client_of(scheduler) as client:
+    with client_of(scheduler) as client:
 
         def submit(job: Job) -> None:
             future = client.submit(compute, job, pure=False)
@@ -47,7 +47,7 @@ def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], losses: Losses
 
 
 @contextmanager
-def _client_of(scheduler: str) -> Iterator[Any]:
+def client_of(scheduler: str) -> Iterator[Any]:
     """A client of the Dask scheduler at an address."""
     try:
         from distributed import Client

@@ -1,9 +1,13 @@
 """Where jobs are done: here, in processes of this machine, or on a cluster."""
 
+import re
 from collections.abc import Callable
 from functools import partial
 
 from kerrcaustics.workers.losses import Compute, Finished, Job, Losses
+
+# Where a scheduler listens; Dask waits for ever for what is none.
+_ADDRESS = re.compile(r"(inproc://.+|((tcp|tls|ucx|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5}))")
 
 Run = Callable[[Compute, list[Job], Losses], Finished]
 
@@ -14,6 +18,21 @@ def check_place(workers: int | None, scheduler: str | None) -> None:
         raise ValueError("Arguments `workers` and `scheduler`: only one of them can be given.")
     if workers is not None and workers < 1:
         raise ValueError(f"Argument `workers` must be 1 or more, but is {workers}.")
+    found = None if scheduler is None else _ADDRESS.fullmatch(scheduler)
+    if scheduler is not None and (found is None or int(found[5] or 0) > 65535):
+        raise ValueError(
+            "Argument `scheduler` must be the address of a Dask scheduler, such as tcp://host:8786, "
+            f"but is {scheduler!r}."
+        )
+
+
+def check_answer(scheduler: str | None) -> None:
+    """Refuse a scheduler that does not answer."""
+    if scheduler is not None:
+        from kerrcaustics.workers.cluster import client_of
+
+        with client_of(scheduler):
+            pass
 
 
 def place(workers: int | None, scheduler: str | None, here: Run) -> Run:

@@ -1,0 +1,146 @@
+"""What the parser of the command line complains about, as one line that names the argument and what it must be."""
+
+import difflib
+from collections.abc import Iterable, Sequence
+from typing import Any, Literal, get_args, get_origin
+
+import cyclopts
+
+_WORDS = {int: "a whole number", float: "a number", bool: "true or false"}
+
+
+def complaint(error: cyclopts.CycloptsError) -> str:
+    """One line about what cannot be parsed."""
+    for kind, told in _TOLD.items():
+        if isinstance(error, kind):
+            line = told(error)
+            if line:
+                return line
+    error.verbose = False
+    return " ".join(str(error).split())
+
+
+def _command(error: cyclopts.CycloptsError) -> str:
+    return " ".join(["kerrcaustics", *(error.command_chain or ())])
+
+
+def _unknown_command(error: Any) -> str:
+    names = [name for name in error.app if not name.startswith("-")]
+    given = error.unused_tokens[0]
+    return f"Argument COMMAND must be one of {', '.join(names)}, but is {given}{_near(given, names) or '.'}"
+
+
+def _unknown_option(error: Any) -> str:
+    names = [name for one in error.argument_collection for name in one.names]
+    return _unknown(error, error.token.keyword or error.token.value, names)
+
+
+def _unknown(error: cyclopts.CycloptsError, given: str, names: Iterable[str]) -> str:
+    option = given.partition("=")[0]
+    near = _near(option, names) or f"; {_command(error)} --help lists those there are."
+    return f"Argument {option} is unknown{near}"
+
+
+def _near(given: str, names: Iterable[str]) -> str:
+    """A word that may be meant, as the end of a line; nothing where there is none."""
+    near = difflib.get_close_matches(given, list(names), n=1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _no_value(error: Any) -> str:
+    """A value was left out, or all of an argument."""
+    argument = error.argument
+    name = _name(argument)
+    given = [token for token in error.root_input_tokens or () if token in argument.names]
+    for token in [] if given else error.unused_tokens or ():
+        # Misspelt, it is missing too.
+        if token.startswith("--") and _near(token.partition("=")[0], argument.names) and _is_unknown(error, token):
+            return _unknown(error, token, argument.names)
+    if error.tokens_so_far:
+        return f"Argument {name} must be {_values(argument)}, but is {' '.join(error.tokens_so_far)}."
+    if given:
+        return f"Argument {given[-1]} must be followed by {_values(argument)}."
+    return f"Argument {name} must be given."
+
+
+def _is_unknown(error: cyclopts.CycloptsError, token: str) -> bool:
+    return all(token.partition("=")[0] not in one.names for one in _arguments(error))
+
+
+def _too_many(error: Any) -> str:
+    """Tokens that nothing takes: they follow an option that has its values, or there is no place for them at all."""
+    tokens, extra = list(error.root_input_tokens or ()), error.unused_tokens[0]
+    before = tokens[: tokens.index(extra)] if extra in tokens else []
+    place = next((i for i in reversed(range(len(before))) if before[i].startswith("--")), None)
+    option = None if place is None else next((a for a in _arguments(error) if before[place] in a.names), None)
+    if place is None or option is None or not _count(option) or not before[place + 1 :]:
+        return f"Argument {extra} must be left out: {_command(error)} has no place for it."
+    return f"Argument {before[place]} must be {_values(option)}, but is {' '.join([*before[place + 1 :], extra])}."
+
+
+def _wrong_value(error: Any) -> str:
+    """A value of the wrong kind; converters of ours say themselves what it must be."""
+    ours = str(error.msg or "")
+    if ours.startswith("Argument "):
+        return ours
+    token, argument = error.token, error.argument
+    if ours.startswith("must "):
+        return f"Argument {token.keyword or _name(argument)} {ours}"
+    must = _choices(error.target_type) or _WORDS.get(error.target_type)
+    if token is None or argument is None or must is None:
+        return ""
+    value = token.value or _after_sign(error, token.keyword)
+    if argument.hint is not error.target_type and _count(argument) > 1:
+        must = _values(argument)
+    end = _near(value, map(str, get_args(error.target_type))) or "."
+    return f"Argument {token.keyword or _name(argument)} must be {must}, but is {value or 'empty'}{end}"
+
+
+def _after_sign(error: cyclopts.CycloptsError, keyword: str | None) -> str:
+    """What stands behind `--option=`, where the parser does not tell."""
+    given = [token for token in error.root_input_tokens or () if token.startswith(f"{keyword}=")]
+    return given[-1].partition("=")[2] if given else ""
+
+
+def _repeated(error: Any) -> str:
+    return f"Argument {error.token.keyword} must be given once alone."
+
+
+def _arguments(error: cyclopts.CycloptsError) -> Sequence[Any]:
+    """Those of the command."""
+    return [] if error.app is None else list(error.app.assemble_argument_collection())
+
+
+def _name(argument: Any) -> str:
+    """An option by its name, what has only a place in capitals."""
+    return argument.name if argument.name.startswith("-") else argument.name.upper()
+
+
+def _count(argument: Any) -> int:
+    return argument.token_count()[0]
+
+
+def _values(argument: Any) -> str:
+    """What an argument takes, in words."""
+    count = _count(argument)
+    kinds = [part for part in get_args(argument.hint) if part is not type(None)]
+    if count > 1:
+        return f"{count} numbers" if set(kinds) <= {int, float} else f"{count} values"
+    kind = kinds[0] if len(kinds) == 1 and get_origin(argument.hint) is not Literal else argument.hint
+    return _choices(kind) or _WORDS.get(kind, "a value")
+
+
+def _choices(kind: Any) -> str:
+    """The words that a choice is between."""
+    words = [str(word) for word in get_args(kind)] if get_origin(kind) is Literal else []
+    return " or ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
+
+
+_TOLD: dict[type[cyclopts.CycloptsError], Any] = {
+    cyclopts.UnknownCommandError: _unknown_command,
+    cyclopts.UnknownOptionError: _unknown_option,
+    cyclopts.MissingArgumentError: _no_value,
+    cyclopts.UnusedCliTokensError: _too_many,
+    cyclopts.CoercionError: _wrong_value,
+    cyclopts.RepeatArgumentError: _repeated,
+}
