@@ -288,6 +288,7 @@ def test_large_batches_agree_with_small_ones(monkeypatch):
     assert np.nanmax(bent / small.jacobian_error) < 2
 
 
+@pytest.mark.slow
 def test_rays_close_to_the_principal_directions_meet_no_conjugate_point():
     """The search for critical curves takes this for granted: their index is 0."""
     rng = np.random.default_rng(8)

@@ -129,6 +129,7 @@ def test_circle_of_the_equator_runs_along_the_flat_edge():
     assert kc.crossings_of_line(found, 1.0).certified
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [0.0, 0.5 * math.pi, math.pi, 4.0])
 def test_crossings_are_counted_twice(circle, turn):
     line = kc.crossings_of_line(circle, turn)

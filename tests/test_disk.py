@@ -165,6 +165,7 @@ def test_without_a_disk_nothing_is_asked_for():
     assert not kc.render(NEAR, view).light.any()
 
 
+@pytest.mark.slow
 def test_a_disk_far_from_the_ways_back_asks_for_no_third_crossing():
     camera = kc.Camera(0.5, 30.0, 0.3, "static")
     view = kc.View(40, 40, math.radians(30), forward=(0, 0, -1.0), up=(1, 0, 0))
@@ -181,6 +182,7 @@ def test_a_uniform_disk_is_uniform():
     assert np.allclose(rendering.light[whole], kc.black_body(6504), rtol=2e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time", [0.0, 30.0])
 def test_an_opacity_with_edges_is_averaged_over_pixels(time):
     """Of a plain disk, whose light asks for no division of pixels: stripes, as they are now and after they circled."""

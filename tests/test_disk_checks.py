@@ -17,7 +17,7 @@ light, rays, schwarzschild, screen, twin = (
     STUDIES.module(f"disk_checks.{name}") for name in ("light", "rays", "schwarzschild", "screen", "twin")
 )
 NEAR = kc.Camera(0.9, 30.0, math.radians(75), "static")
-FAST = (rays.landings, rays.times, rays.long_ray, rays.face_on, light.iscos, light.peaks, light.flux, light.efficiency)
+FAST = (rays.landings, rays.long_ray, rays.face_on, light.iscos, light.peaks, light.flux, light.efficiency)
 
 
 @pytest.mark.parametrize("check", FAST)

@@ -307,6 +307,7 @@ def frequency(spin: float, r: float, theta: float, b: float, emitter: str) -> fl
     return (1 - rate * b) / math.sqrt(norm) if norm > 0 else math.nan
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("event", [*EQUATORIAL, *OTHERS], ids=str)
 @pytest.mark.parametrize("emitter", ["circular", "retrograde", "static", "fiducial"])
 def test_redshift_of_emitters_in_the_plane(emitter, event):

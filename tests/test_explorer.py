@@ -119,6 +119,7 @@ def test_coarse_curves_lie_on_the_critical_curves():
         assert np.abs(caustic.phi_extent - np.radians(np.ptp(arrays[f"caustic{caustic.order}"][:, 1]))) < 0.2
 
 
+@pytest.mark.slow
 def test_orbits_hold_the_images_of_each_moment():
     record, arrays = read(answer(*question(asked("orbit"))).encoded())
     events = kc.pair_events(STATE.camera(), math.radians(80), 1)

@@ -45,6 +45,7 @@ def test_frequencies_of_the_papers_disk_have_the_extremes_of_theory():
     assert ratio.max() == pytest.approx(1.31, abs=0.005) and ratio.min() == pytest.approx(0.61, abs=0.005)
 
 
+@pytest.mark.slow
 def test_from_the_axis_circles_are_round():
     for curve in kc.disk_images(CAMERAS[2], [4.0, 15.0], crossings=3, points=24):
         assert np.ptp(curve.sky[:, 0]) < 1e-12 and np.ptp(curve.redshift) < 1e-12

@@ -253,6 +253,7 @@ def test_film_has_a_white_and_sees_the_hotter_bluer():
     assert kc.black_body(3000.0, response="film")[2] > 1.15 * kc.black_body(3000.0)[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("response", ["cie", "film"])
 def test_what_shines_goes_by_its_response(response):
     """Disks, spots and stars: seen with a frequency ratio, black bodies are black bodies."""
