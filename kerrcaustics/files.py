@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 # Temporary files of `writing` that are open now.
 UNFINISHED: set[str] = set()
@@ -48,6 +48,19 @@ def writing(path: str | os.PathLike[str], lasting: bool = False) -> Iterator[IO[
         raise
     finally:
         UNFINISHED.discard(name)
+
+
+def check_path(path: Any) -> None:
+    """Refuse, as the argument `path`, the name of a file that cannot be written."""
+    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
+        raise ValueError(f"Argument `path` must be the name of a file, but is {path!r:.80}.")
+    place = Path(path)
+    if place.is_dir():
+        raise ValueError(f"Argument `path` must name a file, but {str(place)!r} is a folder.")
+    if not place.parent.is_dir():
+        raise ValueError(f"Argument `path` must lie in a folder that exists, but {str(place.parent)!r} is none.")
+    if not place.exists() and not os.access(place.parent, os.W_OK):
+        raise ValueError(f"Argument `path` must name a file that can be written, but {str(place.parent)!r} cannot.")
 
 
 def remove_unfinished() -> None:

@@ -66,12 +66,12 @@ def test_one_solar_mass_at_one_parsec_by_hand():
 
 @pytest.mark.parametrize("wrong", [-4.3e6, 0, math.nan, math.inf, "much", True, [1.0, 2.0], None])
 def test_what_no_mass_can_be_is_refused(wrong):
-    with pytest.raises(ValueError, match=r"^Argument `mass` must be a positive number of solar masses, but is .*\.$"):
+    with pytest.raises(ValueError, match=r"^Argument `mass` must be a positive, finite number of solar masses, but "):
         kc.PhysicalScale(wrong)
 
 
 def test_what_no_distance_can_be_is_refused():
-    with pytest.raises(ValueError, match=r"^Argument `distance` must be a positive number of parsec, but is 0\.$"):
+    with pytest.raises(ValueError, match=r"^Argument `distance` must be a positive, finite number of parsec, but is 0"):
         kc.PhysicalScale(1.0, 0)
     with pytest.raises(ValueError, match="Argument `distance` must be given"):
         _ = kc.PhysicalScale(1.0).microarcseconds
@@ -89,7 +89,7 @@ def test_quantities_of_astropy_come_in_and_go_out():
     angle = (constants.GM_sun * 4.3e6 / constants.c**2 / (8.18 * units.kpc)).to("uarcsec", units.dimensionless_angles())
     assert np.all(abs(plain.quantity("angle", [1.0, 2.0]) / angle - [1, 2]) < 1e-14)
     assert plain.quantity("length").to_value("au") == pytest.approx(plain.astronomical_units, rel=1e-15)
-    with pytest.raises(ValueError, match="Argument `mass` must be a positive number of solar masses, but is 3"):
+    with pytest.raises(ValueError, match="Argument `mass` must be a positive, finite number of solar masses, but is 3"):
         kc.PhysicalScale(3 * units.s)
 
 
@@ -234,4 +234,4 @@ def test_the_command_tells_the_scale(capsys):
 def test_the_command_refuses_in_one_line(capsys, mass, distance, wrong):
     status, out, err = run(capsys, "scale", f"--mass={mass}", f"--distance={distance}")
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert f"Argument --{wrong} must be a positive number" in err
+    assert f"Argument --{wrong} must be a positive, finite number" in err

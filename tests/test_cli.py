@@ -145,6 +145,25 @@ def test_a_folder_without_permission_is_refused(capsys, tmp_path):
     assert status == 2 and "--save must name a file that can be written" in err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "package"),
+    [
+        ((*HERE, "--orders", "{}"), ("caustics", "orders")),
+        (("images", *HERE[1:], "--star", "90", "0", "--max-index", "{}"), ("star_images", "max_index")),
+        (("light-curve", *HERE[1:], "--orbit", "6", "--crossings", "{}"), ("light_curve", "crossings")),
+    ],
+)
+def test_limits_are_those_of_the_package_and_told_before_it_is_loaded(arguments, package, capsys, monkeypatch):
+    function, name = package
+    places = {"star": (1.0, 1.0)} if function == "star_images" else {"orbit": 6.0} if function == "light_curve" else {}
+    with pytest.raises(ValueError, match=f"Argument `{name}` must be a whole number from") as caught:
+        getattr(kc, function)(kc.Camera(0.9, 6.0), **places, **{name: 99})
+    monkeypatch.setitem(sys.modules, "kerrcaustics.spacetime.camera", None)
+    status, out, err = run(capsys, *(word.format(99) for word in arguments))
+    told = str(caught.value).replace(f"`{name}`", f"--{name.replace('_', '-')}")
+    assert (status, out, err) == (2, "", f"kerrcaustics: {told}\n")
+
+
 def test_words_in_brackets_are_no_markup(capsys):
     """In what is said, as in file names."""
     terminal.say(terminal.console(), 'pip install "kerrcaustics[films]" :smile: [red]')

@@ -181,7 +181,7 @@ def test_nodes_tell_what_lies_between():
     [
         ({"camera": kc.Camera(0.5, 30.0)}, "`camera` must lie off the equatorial plane"),
         ({"camera": "far"}, "`camera` must be a Camera"),
-        ({"inner": 1.0}, "`inner` must be larger than the horizon"),
+        ({"inner": 1.0}, "`inner` must be finite and larger than the horizon"),
         (
             {"inner": kerr.photon_orbits(0.9)[0] - 0.01},
             "`inner` must be a radius where `motion` 'circular' is possible",
@@ -205,7 +205,7 @@ def test_bad_input_is_one_line(change, words):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("check", [rays.edge_on, rays.spot, light.line_edges, light.uniform])
+@pytest.mark.parametrize("check", [rays.edge_on, rays.times, rays.spot, light.line_edges, light.uniform])
 def test_slow_check_holds(check):
     assert check().verdict == "holds"
 

@@ -105,7 +105,7 @@ LIGHT = np.ones((4, 4, 3))
         (lambda: kc.halo(1.1, 5.0), r"`share` must lie in \[0, 1\], but is 1.1"),
         (lambda: kc.halo(-0.1, 5.0), "`share` must"),
         (lambda: kc.halo("all", 5.0), "`share` must"),
-        (lambda: kc.halo(0.1, -5.0), "`width` must be a positive number, but is -5.0"),
+        (lambda: kc.halo(0.1, -5.0), "`width` must be a positive, finite number, but is -5.0"),
         (lambda: kc.halo(0.1, math.nan), "`width` must"),
         (lambda: kc.halo(0.1, 5.0, 0.0), "`falloff` must"),
         (lambda: kc.halo(0.1, 5.0, reach=2.5), "`reach` must be a whole number"),

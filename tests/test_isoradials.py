@@ -124,7 +124,7 @@ def test_images_of_a_spot_are_born_where_beams_vanish():
         (lambda: kc.disk_images(SPOT, [8.0], 0), "`crossings` must be a whole number"),
         (lambda: kc.disk_images(SPOT, [8.0], motion="fast"), "`emitter` must be one of"),
         (lambda: kc.light_curve(SPOT, 2.0), "`orbit` must be the radius of a circular orbit"),
-        (lambda: kc.light_curve(SPOT, 8.0, size=0.0), "`size` must be a positive length"),
+        (lambda: kc.light_curve(SPOT, 8.0, size=0.0), "`size` must be a positive, finite length"),
         (lambda: kc.light_curve(SPOT, 8.0, [math.nan]), "`times` must be"),
         (lambda: kc.light_curve(SPOT, 8.0, motion="static"), "`motion` must be one of"),
     ],

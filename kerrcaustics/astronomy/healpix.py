@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy.extra import needed
-from kerrcaustics.spacetime.checks import numbers, whole_number
+from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 
 Array = np.ndarray
 Order = Literal["ring", "nested"]
@@ -55,5 +55,5 @@ def plate_carree_of(values: ArrayLike, order: Order, rows: int | None) -> Float[
 
 def _is_nested(order: Order) -> bool:
     if order not in ("ring", "nested"):
-        raise ValueError(f"Argument `order` must be 'ring' or 'nested', but is {order!r}.")
+        raise ValueError(f"Argument `order` must be 'ring' or 'nested', but is {quoted(order)}.")
     return order == "nested"

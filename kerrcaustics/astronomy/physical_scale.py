@@ -10,7 +10,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy.extra import needed
-from kerrcaustics.spacetime.checks import numbers, real_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number
 
 # SI and CODATA: exact by definition.
 SPEED_OF_LIGHT = 299792458.0
@@ -90,8 +90,7 @@ class PhysicalScale:
 
         Needs the package astropy.
         """
-        if kind not in _UNITS:
-            raise ValueError(f"Argument `kind` must be one of {', '.join(_UNITS)}, but is {kind!r}.")
+        one_of("kind", kind, _UNITS)
         name, unit = _UNITS[kind]
         return needed("astropy.units").Quantity(numbers("values", values) * getattr(self, name), unit)
 
@@ -105,5 +104,6 @@ def _positive(name: str, value: Any, unit: str, units: str) -> float:
         plain = math.nan
     number = real_number(name, plain)
     if not (math.isfinite(number) and number > 0):
-        raise ValueError(f"Argument `{name}` must be a positive number of {units}, but is {value}.")
+        told = str(value) if hasattr(value, "to_value") else quoted(value)
+        raise ValueError(f"Argument `{name}` must be a positive, finite number of {units}, but is {told}.")
     return number

@@ -17,7 +17,7 @@ from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon
-from kerrcaustics.spacetime.checks import real_number, whole_number
+from kerrcaustics.spacetime.checks import apart, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 
 # Round-off of the radius of an end, relative, as it enters the distance from a turning point.
@@ -284,8 +284,7 @@ class EquatorialPlane(End):
     def __post_init__(self) -> None:
         """Refuse what is no crossing or no emitter."""
         object.__setattr__(self, "crossing", whole_number("crossing", self.crossing, 1))
-        if self.emitter not in EMITTERS:
-            raise ValueError(f"Argument `emitter` must be one of {', '.join(EMITTERS)}, but is {self.emitter!r}.")
+        one_of("emitter", self.emitter, EMITTERS)
 
     def tree_flatten(self) -> tuple[tuple[int], None]:
         """The crossing alone: rays do not know what shines at their end, and one program serves every emitter."""
@@ -403,10 +402,11 @@ def end_of(camera: Camera, end: object) -> End:
         return end
     radius = real_number("end", end)
     if math.isnan(radius):
-        raise ValueError(f"Argument `end` must be a radius, math.inf or an EquatorialPlane, but is {end!r}.")
+        raise ValueError(f"Argument `end` must be a radius, math.inf or an EquatorialPlane, but is {quoted(end)}.")
     horizon = kerr.horizon(camera.spin)
     if not radius > horizon:
-        raise ValueError(f"Argument `end` must be larger than the horizon radius {horizon:.12g}, but is {radius:.12g}.")
+        given, least = apart(radius, horizon)
+        raise ValueError(f"Argument `end` must be larger than the horizon radius {least}, but is {given}.")
     return SKY if math.isinf(radius) else Sphere(radius)
 
 

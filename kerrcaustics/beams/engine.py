@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from enum import StrEnum
 
+from kerrcaustics.spacetime.checks import one_of
+
 
 class Engine(StrEnum):
     """What traces rays: the closed form, the integrator, or of both the more accurate one, ray by ray."""
@@ -17,8 +19,7 @@ ENGINES = tuple(engine.value for engine in Engine)
 
 def engine_named(name: object) -> Engine:
     """The engine of that name; a ValueError where there is none."""
-    if name not in ENGINES:
-        raise ValueError(f"Argument `engine` must be one of {', '.join(ENGINES)}, but is {name!r}.")
+    one_of("engine", name, ENGINES)
     return Engine(name)
 
 

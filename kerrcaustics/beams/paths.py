@@ -25,7 +25,7 @@ from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera
-from kerrcaustics.spacetime.checks import real_number, whole_number
+from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import from_angles
@@ -170,7 +170,7 @@ def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math
     check_camera(camera)
     surface = end_of(camera, end)
     if not isinstance(surface, Spherical):
-        raise ValueError(f"Argument `end` must be a radius or math.inf, but is {end!r}.")
+        raise ValueError(f"Argument `end` must be a radius or math.inf, but is {quoted(end)}.")
     n = whole_number("n", n, 2, _MOST_POINTS)
     directions, shape = as_vectors(sky)
     directions = normalised(directions)
@@ -259,13 +259,13 @@ def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[
         real_number(name, value) for name, value in (("spin", spin), ("impact", impact), ("oscillations", oscillations))
     )
     if not 0 < a < 1:
-        raise ValueError(f"Argument `spin` must lie in (0, 1), but is {spin!r}.")
+        raise ValueError(f"Argument `spin` must lie in (0, 1), but is {quoted(spin)}.")
     inner, outer = kerr.photon_orbits(a)
     low, high = kerr.spherical_orbit_impact(a, outer), kerr.spherical_orbit_impact(a, inner)
     if not low < b < high:
-        raise ValueError(f"Argument `impact` must lie between {low:.9g} and {high:.9g}, but is {impact!r}.")
+        raise ValueError(f"Argument `impact` must lie between {low:.9g} and {high:.9g}, but is {quoted(impact)}.")
     if not 0 < periods < math.inf:
-        raise ValueError(f"Argument `oscillations` must be a positive number, but is {oscillations!r}.")
+        raise ValueError(f"Argument `oscillations` must be a positive, finite number, but is {quoted(oscillations)}.")
     return a, b, periods
 
 

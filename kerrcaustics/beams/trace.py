@@ -18,7 +18,7 @@ from kerrcaustics.beams.engine import Engine, engine_named, in_words
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera, photon, redshift as sky_redshift
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.observer import from_screen, is_screen, screen_basis
 from kerrcaustics.spacetime.sphere import tangent_basis
 
@@ -154,7 +154,7 @@ def check_request(camera: Camera, engine: str, tolerance: float) -> tuple[Engine
     check_camera(camera, distant=True)
     found, wanted = engine_named(engine), real_number("tolerance", tolerance)
     if not 1e-14 <= wanted <= 1e-2:
-        raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {tolerance!r}.")
+        raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {quoted(tolerance)}.")
     return found, wanted
 
 

@@ -14,8 +14,8 @@ from kerrcaustics.cli.options import (
     CommonOptions,
     FileName,
     Flag,
+    Orders,
     SourceOptions,
-    WholeNumber,
 )
 from kerrcaustics.cli.outputs import check_ending, check_outputs, make_folder, write_figure
 from kerrcaustics.cli.tables import PlainTable
@@ -39,7 +39,7 @@ _DEMO_SPIN, _DEMO_RADII = 0.999, (6.03, 2.6)
 def caustics(
     *,
     camera: CameraOptions,
-    orders: WholeNumber = 3,
+    orders: Orders = 3,
     engine: Literal["auto", "closed-form", "integrated"] = "auto",
     tolerance: float = 1e-12,
     figure: FileName | None = None,

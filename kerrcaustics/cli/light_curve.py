@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from rich.console import Console
 
 from kerrcaustics.cli.app import app, stop, with_examples
-from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, FileName, Flag, WholeNumber
+from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Crossings, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say
@@ -24,7 +24,7 @@ def light_curve(
     orbit: float,
     size: float = 0.1,
     times: WholeNumber = 200,
-    crossings: WholeNumber = 4,
+    crossings: Crossings = 4,
     motion: Literal["circular", "retrograde"] = "circular",
     power: float = 4.0,
     figure: FileName | None = None,

@@ -1,7 +1,7 @@
 """Options that commands share, each described once."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -26,6 +26,18 @@ def _whole_number(_type: type, tokens: Sequence[cyclopts.Token]) -> int:
         raise BadInput(f"Argument {tokens[0].keyword} must be a whole number, but is {tokens[0].value}.") from None
 
 
+def _between(least: int, most: int) -> Callable[[type, Sequence[cyclopts.Token]], int]:
+    """What reads a whole number within limits that are known before anything heavy is loaded."""
+
+    def read(kind: type, tokens: Sequence[cyclopts.Token]) -> int:
+        number = _whole_number(kind, tokens)
+        if not least <= number <= most:
+            raise ValueError(f"must be a whole number from {least} to {most}, but is {number}.")
+        return number
+
+    return read
+
+
 def _file_name(_type: type, tokens: Sequence[cyclopts.Token]) -> Path:
     """The path itself; an empty one would be the current folder."""
     if not tokens[0].value:
@@ -42,7 +54,9 @@ FileName = Annotated[Path, cyclopts.Parameter(converter=_file_name)]
 """Of a file or a folder."""
 
 WholeNumber = Annotated[int, cyclopts.Parameter(converter=_whole_number, allow_leading_hyphen=True)]
-MaxIndex = Annotated[WholeNumber, cyclopts.Parameter(help=_HIGHEST_INDEX)]
+MaxIndex = Annotated[int, cyclopts.Parameter(converter=_between(0, 6), allow_leading_hyphen=True, help=_HIGHEST_INDEX)]
+Orders = Annotated[int, cyclopts.Parameter(converter=_between(1, 10), allow_leading_hyphen=True)]
+Crossings = Annotated[int, cyclopts.Parameter(converter=_between(1, 12), allow_leading_hyphen=True)]
 
 
 @cyclopts.Parameter(name="*")

@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Status
-from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.ends import EMITTERS, EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.curves.sky_lines import beside_edge, line_reach
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_looking
-from kerrcaustics.spacetime.checks import numbers, whole_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 
 Array = np.ndarray
 
@@ -111,6 +111,7 @@ def disk_images(
     """
     circles = check_circles(camera, "radii", radii)
     crossings = whole_number("crossings", crossings, 1, 12)
+    one_of("motion", motion, EMITTERS)
     turn = 2 * math.pi * np.arange(whole_number("points", points, 8, 100_000)) / points
     found = []
     for crossing in range(1, crossings + 1):
@@ -124,7 +125,10 @@ def check_circles(camera: Camera, name: str, radii: ArrayLike) -> Float[Array, "
     check_camera(camera)
     circles, horizon = numbers(name, radii).ravel(), kerr.horizon(camera.spin)
     if not (len(circles) and np.isfinite(circles).all() and (circles > horizon).all()):
-        raise ValueError(f"Argument `{name}` must be larger than the horizon radius {horizon:.12g}, but is {radii!r}.")
+        raise ValueError(
+            f"Argument `{name}` must be finite and larger than the horizon radius {horizon:.12g}, "
+            f"but is {quoted(radii)}."
+        )
     return circles
 
 

@@ -24,7 +24,7 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.isoradials import Isoradial, Lines, check_circles
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import numbers, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
 
 Array = np.ndarray
 
@@ -144,12 +144,11 @@ def light_curve(
     >>> round(light.period, 3), len(light.events)
     (147.827, 6)
     """
-    if motion not in _MOTIONS:
-        raise ValueError(f"Argument `motion` must be one of {', '.join(_MOTIONS)}, but is {motion!r}.")
+    one_of("motion", motion, _MOTIONS)
     if not math.isfinite(real_number("power", power)):
-        raise ValueError(f"Argument `power` must be a finite number, but is {power!r}.")
+        raise ValueError(f"Argument `power` must be a finite number, but is {quoted(power)}.")
     if not 0 < real_number("size", size) < math.inf:
-        raise ValueError(f"Argument `size` must be a positive length, but is {size!r}.")
+        raise ValueError(f"Argument `size` must be a positive, finite length, but is {quoted(size)}.")
     crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
     radius = float(check_circles(camera, "orbit", [orbit])[0])
     found = EMITTERS[motion](camera.spin, float(radius), 0.0)

@@ -25,6 +25,7 @@ from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.camera import Camera, check_camera, photon, sky_from_fido
+from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.observer import straight_ahead
 from kerrcaustics.spacetime.shadow import edge_photons
 
@@ -165,7 +166,7 @@ def spherical(camera: Camera, end: object, *, distant: bool = False) -> Spherica
     check_camera(camera, distant=distant)
     found = end_of(camera, end)
     if not isinstance(found, Spherical):
-        raise ValueError(f"Argument `end` must be a radius or math.inf, but is {end!r}.")
+        raise ValueError(f"Argument `end` must be a radius or math.inf, but is {quoted(end)}.")
     return found
 
 

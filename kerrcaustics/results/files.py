@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.files import writing
+from kerrcaustics.files import check_path, writing
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.results.records import check_result
 
@@ -60,7 +60,7 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
     Raises
     ------
     ValueError
-        For what is no result.
+        For what is no result, and for a file that cannot be written.
 
     Examples
     --------
@@ -74,6 +74,7 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
         check_result(part)
     arrays: dict[str, Any] = {}
     head = {"schema": SCHEMA, "result": _tree(result, arrays)}
+    check_path(path)
     with writing(path) as file:
         np.savez_compressed(file, allow_pickle=False, head=np.array(json.dumps(head)), **arrays)
 
@@ -127,7 +128,7 @@ def save_caustics(path: str | os.PathLike[str], caustics: Any) -> None:
     Raises
     ------
     ValueError
-        For what is no result.
+        For what is no result, and for a file that cannot be written.
 
     Examples
     --------

@@ -26,7 +26,7 @@ from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.turned import TurnedSky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import real_number, whole_number
+from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 
 Array = np.ndarray
@@ -177,8 +177,7 @@ class SceneFile:
             Of width and height.
         """
         quality = self.quality if quality is None else quality
-        if quality not in QUALITIES:
-            raise ValueError(f"Argument `quality` must be one of {', '.join(QUALITIES)}, but is {quality!r}.")
+        one_of("quality", quality, QUALITIES)
         time = self.moment(number)
         camera, view = self._seen(time, scale)
         with told_of(self.name):
@@ -261,9 +260,9 @@ class SceneFile:
 
     def _seen(self, time: float, scale: float = 1.0) -> tuple[Camera, View]:
         if not math.isfinite(real_number("time", time)):
-            raise ValueError(f"Argument `time` must be a finite number, but is {time!r}.")
+            raise ValueError(f"Argument `time` must be a finite number, but is {quoted(time)}.")
         if not 0 < real_number("scale", scale) <= 16:
-            raise ValueError(f"Argument `scale` must be more than 0 and at most 16, but is {scale!r}.")
+            raise ValueError(f"Argument `scale` must be more than 0 and at most 16, but is {quoted(scale)}.")
         with told_of(self.name):
             camera = self._way.camera(time)[0]
             moment = self._way.at(time)

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from scipy.spatial import KDTree
 
 from kerrcaustics.results.declared import Shown
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import instance_of, quoted, real_array, real_number
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -47,6 +47,20 @@ class StarCatalogue(Shown):
     direction: Float[Array, "stars 3"]
     magnitude: Float[Array, " stars"]
     colour_index: Float[Array, " stars"]
+
+    def __post_init__(self) -> None:
+        """Refuse what are no stars."""
+        shape = real_array("direction", self.direction).shape
+        if len(shape) != 2 or shape[1] != 3:
+            raise ValueError(f"Argument `direction` must have the shape (n, 3), but has {shape}.")
+        for name in ("direction", "magnitude", "colour_index"):
+            values = real_array(name, getattr(self, name))
+            if len(np.atleast_1d(values)) != shape[0] or values.ndim != (2 if name == "direction" else 1):
+                raise ValueError(
+                    f"Argument `{name}` must hold one for each of {shape[0]} stars, but is {quoted(values)}."
+                )
+            if not np.isfinite(values).all():
+                raise ValueError(f"Argument `{name}` must hold finite numbers.")
 
     def __len__(self) -> int:
         """Number of stars."""
@@ -135,6 +149,8 @@ def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalog
     >>> len(kc.merged_catalogues(stars, stars)) == len(stars)
     True
     """
+    instance_of("first", first, StarCatalogue)
+    instance_of("other", other, StarCatalogue)
     apart = KDTree(first.direction).query(other.direction, distance_upper_bound=_SAME)[0] > _SAME
     names = ("direction", "magnitude", "colour_index")
     values = [np.concatenate([getattr(first, name), getattr(other, name)[apart]]) for name in names]
@@ -177,7 +193,7 @@ def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"
     """
     for name, value in (("tilt", tilt), ("node", node), ("centre", centre)):
         if not math.isfinite(real_number(name, value)):
-            raise ValueError(f"Argument `{name}` must be a finite number of radians, but is {value!r}.")
+            raise ValueError(f"Argument `{name}` must be a finite number of radians, but is {quoted(value)}.")
     c, s = math.cos(tilt), math.sin(tilt)
     incline = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
     return _about_z(node) @ incline @ _about_z(centre) @ galactic_axes()

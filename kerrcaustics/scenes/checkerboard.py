@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint, averaged
-from kerrcaustics.spacetime.checks import real_number, whole_number
+from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 
 Array = np.ndarray
 
@@ -32,14 +32,15 @@ def check_pattern(pattern: Any, least_rows: int) -> None:
     whole_number("rows", pattern.rows, least_rows, _MOST)
     if whole_number("columns", pattern.columns, 2, _MOST) % 2:
         raise ValueError(
-            f"Argument `columns` must be an even whole number from 2 to {_MOST}, but is {pattern.columns!r}."
+            f"Argument `columns` must be an even whole number from 2 to {_MOST}, but is {quoted(pattern.columns)}."
         )
     if not 0 <= real_number("gap", pattern.gap) < 1:
-        raise ValueError(f"Argument `gap` must lie in [0, 1), but is {pattern.gap!r}.")
-    if len(pattern.colours) == 0:
-        raise ValueError("Argument `colours` must hold at least one colour.")
-    for colour in (*pattern.colours, pattern.gap_colour):
-        from_srgb(colour)
+        raise ValueError(f"Argument `gap` must lie in [0, 1), but is {quoted(pattern.gap)}.")
+    if not isinstance(pattern.colours, list | tuple) or not pattern.colours:
+        raise ValueError(f"Argument `colours` must be a list of one colour or more, but is {quoted(pattern.colours)}.")
+    for colour in pattern.colours:
+        from_srgb(colour, "colours")
+    from_srgb(pattern.gap_colour, "gap_colour")
 
 
 def mixed(colours: tuple[str, ...], rows: int) -> Float[Array, "rows 3"]:
@@ -92,8 +93,7 @@ class Checkerboard:
     def __post_init__(self) -> None:
         """Refuse what is no checkerboard."""
         check_pattern(self, least_rows=2)
-        if self.along not in ("latitude", "longitude"):
-            raise ValueError(f"Argument `along` must be latitude or longitude, but is {self.along!r}.")
+        one_of("along", self.along, ("latitude", "longitude"))
 
     @cached_property
     def _background(self) -> Float[Array, "3"]:

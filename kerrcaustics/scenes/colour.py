@@ -9,7 +9,7 @@ from jaxtyping import Float, UInt8
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import one_of, quoted, real_array, real_number
 
 Array = np.ndarray
 
@@ -78,7 +78,15 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
     """
     _check_white(white)
     check_response(response)
-    seen, of_white = (_interpolated(np.asarray(kelvin, float), response) for kelvin in (temperature, white))
+    kelvin = real_array("temperature", temperature)
+    if not (kelvin >= 0).all():
+        raise ValueError(f"Argument `temperature` must be from 0 kelvin on, but is {quoted(temperature)}.")
+    return _black_body(kelvin, white, response)
+
+
+def _black_body(kelvin: ArrayLike, white: float = DAYLIGHT, response: str = "cie") -> Float[Array, "*batch 3"]:
+    """As `black_body`, of temperatures that may be NaN."""
+    seen, of_white = (_interpolated(np.asarray(value, float), response) for value in (kelvin, white))
     return np.exp(seen - of_white)
 
 
@@ -126,8 +134,8 @@ def shifted_light(
         return np.ones((*np.shape(redshift), 3))
     if not colour_shift:
         return np.repeat((np.asarray(redshift) ** 4)[..., None], 3, axis=-1)
-    before = black_body(np.broadcast_to(temperature, np.shape(redshift)), response=response)
-    after = black_body(np.asarray(temperature) * redshift, response=response)
+    before = _black_body(np.broadcast_to(temperature, np.shape(redshift)), response=response)
+    after = _black_body(np.asarray(temperature) * redshift, response=response)
     factor = after / before
     if not beaming:
         factor *= (luminance(before) / luminance(after))[..., None]
@@ -143,15 +151,15 @@ def seen_black_body(
 ) -> Float[Array, "*batch 3"]:
     """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); switches as for `shifted_light`."""
     if beaming and colour_shift:
-        return black_body(temperature * redshift, response=response)
+        return _black_body(temperature * redshift, response=response)
     factor = shifted_light(redshift, beaming, colour_shift, temperature, response)
-    return black_body(temperature, response=response) * factor
+    return _black_body(temperature, response=response) * factor
 
 
-def from_srgb(colour: str) -> Float[Array, "3"]:
-    """Linear light (3,) of "#rrggbb"."""
+def from_srgb(colour: str, name: str = "colour") -> Float[Array, "3"]:
+    """Linear light (3,) of "#rrggbb"; name: of the argument that it is."""
     if not (isinstance(colour, str) and re.fullmatch("#[0-9a-fA-F]{6}", colour)):
-        raise ValueError(f'Argument `colour` must look like "#rrggbb", but is {colour!r}.')
+        raise ValueError(f'Argument `{name}` must look like "#rrggbb", but is {quoted(colour)}.')
     return decoded(np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]))
 
 
@@ -201,12 +209,13 @@ def tone_mapped(
     >>> kc.tone_mapped([[0.0, 0.5, 1.0]]).tolist()
     [[0, 188, 255]]
     """
-    if curve not in CURVES:
-        raise ValueError(f"Argument `curve` must be one of {', '.join(CURVES)}, but is {curve!r}.")
+    one_of("curve", curve, CURVES)
     for name, value in (("exposure", exposure), ("softening", softening)):
         if not 0 < real_number(name, value) < math.inf:
-            raise ValueError(f"Argument `{name}` must be a positive number, but is {value!r}.")
-    light = np.asarray(light, np.float32) * np.float32(exposure)
+            raise ValueError(f"Argument `{name}` must be a positive, finite number, but is {quoted(value)}.")
+    light = real_array("light", light, np.float32) * np.float32(exposure)
+    if light.ndim == 0 or light.shape[-1] != 3:
+        raise ValueError(f"Argument `light` must have the shape (..., 3), but has {light.shape}.")
     if curve == "asinh":
         light = _compressed(light, softening)
     return (encoded(light) * 255 + 0.5).astype(np.uint8)
@@ -225,13 +234,12 @@ def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Arra
 
 def check_response(response: str) -> None:
     """Refuse what turns no spectrum into a colour."""
-    if response not in RESPONSES:
-        raise ValueError(f"Argument `response` must be one of {', '.join(RESPONSES)}, but is {response!r}.")
+    one_of("response", response, RESPONSES)
 
 
 def _check_white(white: float) -> None:
     if not 1000 <= real_number("white", white) <= 40000:
-        raise ValueError(f"Argument `white` must lie in [1000, 40000] kelvin, but is {white!r}.")
+        raise ValueError(f"Argument `white` must lie in [1000, 40000] kelvin, but is {quoted(white)}.")
 
 
 def _interpolated(temperature: Float[Array, "*batch"], response: str) -> Float[Array, "*batch 3"]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.panorama import read_picture
-from kerrcaustics.spacetime.checks import numbers, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
 
 Array = np.ndarray
 
@@ -103,10 +103,10 @@ def halo(share: float, width: float, falloff: float = 3.0, reach: int | None = N
     True
     """
     if not 0 <= real_number("share", share) <= 1:
-        raise ValueError(f"Argument `share` must lie in [0, 1], but is {share!r}.")
+        raise ValueError(f"Argument `share` must lie in [0, 1], but is {quoted(share)}.")
     for name, value in (("width", width), ("falloff", falloff)):
         if not 0 < real_number(name, value) < math.inf:
-            raise ValueError(f"Argument `{name}` must be a positive number, but is {value!r}.")
+            raise ValueError(f"Argument `{name}` must be a positive, finite number, but is {quoted(value)}.")
     most = (_LARGEST - 1) // 2
     reach = whole_number("reach", math.ceil(min(_REACH * width, most)) if reach is None else reach, 0, most)
     square = (np.arange(-reach, reach + 1) / width) ** 2

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import quoted, real_number
 
 Array = np.ndarray
 
@@ -61,7 +61,7 @@ class ShutterMotion:
         for name in ("azimuths", "times"):
             value = getattr(self, name)
             if not _two(value) or not all(math.isfinite(real_number(name, one)) for one in value):
-                raise ValueError(f"Argument `{name}` must be two finite numbers, but is {value!r}.")
+                raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
 
     def about(self, camera: Camera, view: View, time: float) -> "Exposure":
         """The exposure with this moment in its middle."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.scenes.colour import decoded, shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
+from kerrcaustics.spacetime.checks import quoted, real_array, real_number
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -56,7 +57,7 @@ class Panorama:
 
     def __init__(self, light: ArrayLike, orientation: ArrayLike | None = None, aspect: float = ASPECT) -> None:
         """Smooth the picture at every level; see the class."""
-        picture = np.asarray(light, np.float32)
+        picture = real_array("light", light, np.float32)
         if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
             raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")
         if not _FEWEST_ROWS <= len(picture) <= _MOST_ROWS:
@@ -64,6 +65,8 @@ class Panorama:
         if not (np.isfinite(picture).all() and picture.min() >= 0):
             raise ValueError("Argument `light` must hold finite numbers that are not negative.")
         self.orientation = rotation(orientation)
+        if not 1 <= real_number("aspect", aspect) < math.inf:
+            raise ValueError(f"Argument `aspect` must be a finite number from 1 on, but is {quoted(aspect)}.")
         self.rows, self.aspect = len(picture), aspect
         self._levels = [_padded(level) for level in _pyramid(picture)]
 
@@ -159,7 +162,7 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
     >>> kc.Panorama.read("sky.fits").rows
     32
     """
-    picture = np.asarray(light, np.float32)
+    picture = real_array("light", light, np.float32)
     if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
         raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")
     plate_carree.write(path, {"SKY": picture.transpose(2, 0, 1)}, {"CTYPE3": ("RGB", "red, green, blue; linear sRGB")})
@@ -172,7 +175,7 @@ def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
     """
     name = Path(path)
     if name.suffix.lower() not in _ENDINGS:
-        raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {os.fspath(path)!r}.")
+        raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {quoted(os.fspath(path))}.")
     linear = name.suffix.lower() == ".exr"
     try:
         values = _read_exr(name) if linear else _read_screen(name)
@@ -211,7 +214,7 @@ def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
     """The matrix (3, 3) of an argument `orientation`, the identity when left out."""
     if matrix is None:
         return np.eye(3)
-    value = np.asarray(matrix, float)
+    value = real_array("orientation", matrix)
     if value.shape != (3, 3) or not np.allclose(value @ value.T, np.eye(3), atol=1e-6) or np.linalg.det(value) < 0:
         raise ValueError("Argument `orientation` must be a rotation, a (3, 3) matrix.")
     return value

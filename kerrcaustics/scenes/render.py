@@ -19,10 +19,10 @@ from kerrcaustics.scenes.motion_blur import blurred_disk, blurred_sky
 from kerrcaustics.scenes.points import ImageSearch, PointLights, drawn
 from kerrcaustics.scenes.seen_sky import seen_sky
 from kerrcaustics.scenes.sky_cells import SkyCells, undivided
-from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, sky_light
+from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import real_number, whole_number
+from kerrcaustics.spacetime.checks import instance_of, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 
 Array = np.ndarray
@@ -206,12 +206,14 @@ def render(
     turn = 0.0
     if motion is not None:
         check_camera(camera)
-        if not isinstance(motion, ShutterMotion):
-            raise ValueError(f"Argument `motion` must be a ShutterMotion, but is {type(motion).__name__}.")
+        instance_of("view", view, View)
+        check_sky(sky)
+        instance_of("motion", motion, ShutterMotion)
         exposure = motion.about(camera, view, _moment(time))
         turn = exposure.turn
         if disk is not None or not exposure.still:
             return _blurred(exposure, sky, disk, Shifts(beaming, colour_shift), delay, _close(quality))
+    check_sky(sky)
     traced = trace_view(camera, view, sky=sky is not None, disk=disk, delay=delay, quality=quality)
     shifts = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
     return traced.show(sky, disk=disk, time=time, turn=turn, **shifts)
@@ -262,6 +264,7 @@ def trace_view(
     """
     began = clock()
     check_camera(camera)
+    instance_of("view", view, View)
     close = _close(quality)
     shape = view.height, view.width
     hidden, about, found = np.zeros(shape, bool), None, Seen((), ())
@@ -303,14 +306,12 @@ def _blurred(
 
 def _close(quality: str) -> float:
     """How far, in pixels, patches may be off."""
-    if quality not in QUALITIES:
-        raise ValueError(f"Argument `quality` must be one of {', '.join(QUALITIES)}, but is {quality!r}.")
+    one_of("quality", quality, QUALITIES)
     return QUALITIES[quality]
 
 
 def _check_disk(disk: Disk, camera: Camera) -> None:
-    if not isinstance(disk, Disk):
-        raise ValueError(f"Argument `disk` must be a Disk, but is {type(disk).__name__}.")
+    instance_of("disk", disk, Disk)
     disk.check(camera.spin)
 
 
@@ -322,7 +323,7 @@ def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> Seen:
 
 def _moment(time: float) -> float:
     if not math.isfinite(real_number("time", time)):
-        raise ValueError(f"Argument `time` must be a number, but is {time!r}.")
+        raise ValueError(f"Argument `time` must be a finite number, but is {quoted(time)}.")
     return float(time)
 
 
@@ -347,6 +348,7 @@ def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"
     >>> kc.celestial_picture(kc.Checkerboard(), 90).shape
     (90, 180, 3)
     """
+    check_sky(sky, needed=True)
     height = whole_number("height", height, 2, 8192)
     pixel = math.pi / height
     theta = (np.arange(height) + 0.5)[:, None] * pixel

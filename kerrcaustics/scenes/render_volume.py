@@ -12,9 +12,10 @@ from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.march import Marched, Marching, marched
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.render import Sky, render
+from kerrcaustics.scenes.sky_light import check_sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import instance_of, quoted, real_number
 
 Array = np.ndarray
 
@@ -106,6 +107,8 @@ def render_volume(
     """
     began = clock()
     check_camera(camera)
+    instance_of("view", view, View)
+    check_sky(sky)
     way = _checked(camera, volume, beaming, colour_shift, step)
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
     first = _all_marched(way, view, x[:, None], y[:, None])
@@ -129,13 +132,14 @@ def render_volume(
     return VolumeRendering(camera, view, *pictures, error, len(rough), rays, steps, seconds)
 
 
-def _checked(camera: Camera, volume: object, beaming: bool, colour_shift: bool, step: object) -> Marching:
-    if not isinstance(volume, Volume):
-        raise ValueError(f"Argument `volume` must be a Volume, but is {type(volume).__name__}.")
+def _checked(camera: Camera, volume: Volume, beaming: bool, colour_shift: bool, step: object) -> Marching:
+    instance_of("volume", volume, Volume)
     volume.check(camera.spin)
     length = real_number("step", step)
     if not 0 < length <= _LONGEST_STEP:
-        raise ValueError(f"Argument `step` must be a number above 0 and at most {_LONGEST_STEP:g}, but is {step!r}.")
+        raise ValueError(
+            f"Argument `step` must be a number above 0 and at most {_LONGEST_STEP:g}, but is {quoted(step)}."
+        )
     return Marching(camera, volume, beaming, colour_shift, length)
 
 

@@ -6,7 +6,7 @@ What is spread over the sky is averaged over footprints; what comes from points 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -20,6 +20,7 @@ from kerrcaustics.scenes.points import LONGEST, Imaged, ImageSearch, PointLights
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places, turning
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, redshift
+from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
@@ -48,6 +49,12 @@ class Sky(Protocol):
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3), as intensity, that n pixels receive of what is spread over the sky."""
         ...
+
+
+def check_sky(sky: Any, *, needed: bool = False) -> None:
+    """Refuse what has no light of a sky."""
+    if (needed or sky is not None) and not callable(getattr(sky, "light", None)):
+        raise ValueError(f"Argument `sky` must be a sky, with a method `light`, but is {quoted(sky)}.")
 
 
 class Parts(NamedTuple):

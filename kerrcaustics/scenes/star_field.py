@@ -14,7 +14,7 @@ from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, star_tem
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.panorama import Panorama, rotation
 from kerrcaustics.scenes.points import PointLights
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -81,9 +81,11 @@ class StarField(Shown):
         if not isinstance(self.catalogue, StarCatalogue):
             raise ValueError(f"Argument `catalogue` must be a StarCatalogue, but is {type(self.catalogue).__name__}.")
         if not 0 <= real_number("band", self.band) < math.inf:
-            raise ValueError(f"Argument `band` must be a number that is not negative, but is {self.band!r}.")
+            raise ValueError(
+                f"Argument `band` must be a finite number that is not negative, but is {quoted(self.band)}."
+            )
         if not 0 <= real_number("sweep", self.sweep) <= math.pi:
-            raise ValueError(f"Argument `sweep` must be an angle from 0 to pi radians, but is {self.sweep!r}.")
+            raise ValueError(f"Argument `sweep` must be an angle from 0 to pi radians, but is {quoted(self.sweep)}.")
         turn = tilted_galaxy(math.radians(25), math.radians(-60), math.radians(60))
         object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))
         black_body(DAYLIGHT, self.white, self.response)

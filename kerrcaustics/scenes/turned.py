@@ -8,8 +8,8 @@ from jaxtyping import Float
 
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights
-from kerrcaustics.scenes.sky_light import Sky
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.scenes.sky_light import Sky, check_sky
+from kerrcaustics.spacetime.checks import quoted, real_number
 
 Array = np.ndarray
 
@@ -40,9 +40,10 @@ class TurnedSky:
     angle: float
 
     def __post_init__(self) -> None:
-        """Refuse an angle that is not finite."""
+        """Refuse what is no sky, and an angle that is not finite."""
+        check_sky(self.sky, needed=True)
         if not math.isfinite(real_number("angle", self.angle)):
-            raise ValueError(f"Argument `angle` must be a finite number, but is {self.angle!r}.")
+            raise ValueError(f"Argument `angle` must be a finite number, but is {quoted(self.angle)}.")
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
-from kerrcaustics.spacetime.checks import numbers, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 Array = np.ndarray
@@ -73,10 +73,7 @@ class View:
         """Refuse a view that is no picture of the sky; make the axes orthonormal."""
         for name in ("width", "height"):
             object.__setattr__(self, name, whole_number(name, getattr(self, name), 1, _LARGEST))
-        if self.projection not in PROJECTIONS:
-            raise ValueError(
-                f"Argument `projection` must be one of {', '.join(PROJECTIONS)}, but is {self.projection!r}."
-            )
+        one_of("projection", self.projection, PROJECTIONS)
         _check_field(self.field_of_view, self.width, self.height, self.projection)
         object.__setattr__(self, "field_of_view", float(self.field_of_view))
         forward = _unit("forward", self.forward)
@@ -186,7 +183,9 @@ def _equirectangular(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _
 
 def _check_field(angle: float, width: int, height: int, projection: str) -> None:
     if not 0 < real_number("field_of_view", angle) < math.inf:
-        raise ValueError(f"Argument `field_of_view` must be a positive number of radians, but is {angle!r}.")
+        raise ValueError(
+            f"Argument `field_of_view` must be a positive, finite number of radians, but is {quoted(angle)}."
+        )
     if projection == "pinhole" and angle > _WIDEST_PINHOLE:
         raise ValueError(
             f"Argument `field_of_view` must be at most 170 degrees ({_WIDEST_PINHOLE:.6g}) for a pinhole, "
@@ -207,5 +206,7 @@ def _check_field(angle: float, width: int, height: int, projection: str) -> None
 def _unit(name: str, vector: Any) -> Float[Array, "3"]:
     value = numbers(name, vector)
     if value.shape != (3,) or not np.isfinite(value).all() or not value.any():
-        raise ValueError(f"Argument `{name}` must be a vector of three numbers that is not zero, but is {vector!r}.")
+        raise ValueError(
+            f"Argument `{name}` must be a vector of three numbers that is not zero, but is {quoted(vector)}."
+        )
     return value / np.linalg.norm(value)

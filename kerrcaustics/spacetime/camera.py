@@ -9,7 +9,7 @@ import numpy as np
 
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import real_number, refuse_traced
+from kerrcaustics.spacetime.checks import apart, quoted, real_number, refuse_traced
 
 Velocity = str | tuple[float, float, float]
 
@@ -117,10 +117,8 @@ class Camera:
         if not 0 <= self.spin < 1:
             raise ValueError(f"Argument `spin` must lie in [0, 1), but is {self.spin:g}.")
         if not self.radius > kerr.horizon(self.spin):
-            raise ValueError(
-                f"Argument `radius` must be larger than the horizon radius {kerr.horizon(self.spin):.12g}, "
-                f"but is {self.radius:.12g}."
-            )
+            radius, horizon = apart(self.radius, kerr.horizon(self.spin))
+            raise ValueError(f"Argument `radius` must be larger than the horizon radius {horizon}, but is {radius}.")
         if self.radius > LARGEST_RADIUS:
             raise ValueError(f"Argument `radius` must be at most {LARGEST_RADIUS:g}, but is {self.radius:g}.")
         if not 0 <= self.inclination <= math.pi:
@@ -142,7 +140,7 @@ class Camera:
         if self.velocity not in VELOCITY_NAMES:
             raise ValueError(
                 "Argument `velocity` must be circular, fiducial, static or a vector (v_r, v_theta, v_phi), "
-                f"but is {self.velocity!r}."
+                f"but is {quoted(self.velocity)}."
             )
         if self.velocity == "fiducial":
             return (0.0, 0.0, 0.0)
@@ -374,7 +372,7 @@ def redshift(camera: Camera, sky: np.ndarray, light: Photon | None = None) -> np
 def _number(name: str, value: Any) -> float:
     number = real_number(name, value)
     if not math.isfinite(number):
-        raise ValueError(f"Argument `{name}` must be a finite number, but is {value!r}.")
+        raise ValueError(f"Argument `{name}` must be a finite number, but is {quoted(value)}.")
     return number
 
 
@@ -386,7 +384,7 @@ def _velocity_vector(value: Any) -> tuple[float, float, float]:
         parts = ()
     if len(parts) != 3 or not all(math.isfinite(v) for v in parts):
         raise ValueError(
-            f"Argument `velocity` must be circular, fiducial, static or three finite numbers, but is {value!r}."
+            f"Argument `velocity` must be circular, fiducial, static or three finite numbers, but is {quoted(value)}."
         )
     speed = math.hypot(*parts)
     if not speed < 1:

@@ -1,10 +1,55 @@
 """Checks of what a caller asks for, each one clear ValueError in one grammar."""
 
 import math
+from collections.abc import Iterable
 from numbers import Real
 from typing import Any
 
 import numpy as np
+
+# Characters of a value in a message.
+_LONGEST = 80
+
+
+def quoted(value: Any) -> str:
+    """A value as a message tells it: in one line that is not too long; no zero has a sign."""
+    value = value.item() if isinstance(value, np.generic) else value
+    if isinstance(value, float) and value == 0:
+        return "0.0"
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:
+        # Python writes no whole number of more than some thousand digits.
+        text = "a number of very many digits"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def apart(value: float, limit: float) -> tuple[str, str]:
+    """A number and the limit that it does not keep, with so many digits that they differ."""
+    told = f"{value:.12g}", f"{limit:.12g}"
+    return told if told[0] != told[1] or value == limit else (repr(float(value)), repr(float(limit)))
+
+
+def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
+    """A ValueError where the argument `name` is none of these words."""
+    choices = list(choices)
+    if not isinstance(value, str) or value not in choices:
+        raise ValueError(f"Argument `{name}` must be one of {', '.join(choices)}, but is {quoted(value)}.")
+
+
+def instance_of(name: str, value: Any, kind: type) -> None:
+    """A ValueError where the argument `name` is no object of a class."""
+    if not isinstance(value, kind):
+        raise ValueError(f"Argument `{name}` must be a {kind.__name__}, but is {type(value).__name__}.")
+
+
+def real_array(name: str, value: Any, kind: type = float) -> np.ndarray:
+    """The argument `name` as an array of floats, not copied where it is one; a ValueError where it holds no numbers."""
+    try:
+        return np.asarray(value, kind)
+    except (TypeError, ValueError, OverflowError) as error:
+        refuse_traced(name, error)
+        raise ValueError(f"Argument `{name}` must hold numbers, but is {quoted(value)}.") from None
 
 
 def whole_number(name: str, value: Any, least: int, most: int | None = None) -> int:
@@ -16,7 +61,7 @@ def whole_number(name: str, value: Any, least: int, most: int | None = None) -> 
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not (whole and value >= least and (most is None or value <= most)):
         to = "" if most is None else f" to {most}"
-        raise ValueError(f"Argument `{name}` must be a whole number from {least}{to}, but is {value!r}.")
+        raise ValueError(f"Argument `{name}` must be a whole number from {least}{to}, but is {quoted(value)}.")
     return int(value)
 
 
@@ -29,7 +74,8 @@ def real_number(name: str, value: Any) -> float:
     if not isinstance(number, Real) or isinstance(number, bool):
         return math.nan
     try:
-        return float(number)
+        # No zero has a sign.
+        return float(number) + 0.0
     except OverflowError:
         return math.nan
 
@@ -38,7 +84,7 @@ def numbers(name: str, value: Any) -> np.ndarray:
     """The argument `name` as a new array of floats, one NaN where it holds none. A ValueError where JAX traces it."""
     try:
         return np.array(value, float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         refuse_traced(name, error)
         return np.array(np.nan)
 

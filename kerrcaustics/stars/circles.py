@@ -15,6 +15,7 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.screens import lengths, seen
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.stars.events import PairEvents, in_time, pair_events_of
 from kerrcaustics.stars.images import checked_place, checked_sheets
 from kerrcaustics.stars.level_curves.branches import Branches
@@ -173,5 +174,5 @@ def _checked_normal(normal: ArrayLike | str) -> tuple[float, float]:
     if isinstance(normal, str):
         if normal == "galactic plane":
             return GALACTIC_POLE
-        raise ValueError(f"Argument `normal` must be (theta', phi') or \"galactic plane\", but is {normal!r}.")
+        raise ValueError(f"Argument `normal` must be (theta', phi') or \"galactic plane\", but is {quoted(normal)}.")
     return checked_place("normal", normal)

@@ -10,6 +10,7 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.screens import shown_looking
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera, orbital_velocity
+from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.stars.images import checked_index, checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
@@ -133,7 +134,9 @@ def checked_theta(theta: float) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if not 0 <= number <= math.pi:
-        raise ValueError(f"Argument `theta` must be a number in [0, pi] radians (0 to 180 degrees), but is {theta!r}.")
+        raise ValueError(
+            f"Argument `theta` must be a number in [0, pi] radians (0 to 180 degrees), but is {quoted(theta)}."
+        )
     return number
 
 

@@ -12,7 +12,7 @@ from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.stars.images import StarImages, checked_sheets, checked_stars, images_of
 from kerrcaustics.stars.newton import find_roots
@@ -155,7 +155,7 @@ def _linked(
 
 def _checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:
     if isinstance(cameras, Camera) or not isinstance(cameras, Sequence) or len(cameras) == 0:
-        raise ValueError(f"Argument `cameras` must be a list of at least one Camera, but is {cameras!r}.")
+        raise ValueError(f"Argument `cameras` must be a list of at least one Camera, but is {quoted(cameras)}.")
     for camera in cameras:
         check_camera(camera)
     return list(cameras)

@@ -15,7 +15,7 @@ from kerrcaustics.curves.screens import clock, lengths, searcher, seen, shown
 from kerrcaustics.curves.source_map import SourceMap, on_leaves, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import numbers, whole_number
+from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.deep_images import deepened, is_deep
 from kerrcaustics.stars.far_images import sharpened
@@ -277,12 +277,12 @@ def checked_place(name: str, place: object) -> tuple[float, float]:
     """A direction (theta', phi') that the user gave as the argument `name`."""
     angles = numbers(name, place)
     if angles.shape != (2,):
-        raise ValueError(f"Argument `{name}` must be two numbers (theta', phi') in radians, but is {place!r}.")
+        raise ValueError(f"Argument `{name}` must be two numbers (theta', phi') in radians, but is {quoted(place)}.")
     theta, phi = angles.tolist()
     if not (0 <= theta <= math.pi and math.isfinite(phi)):
         raise ValueError(
             f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees) and a finite phi', "
-            f"but is {place!r}."
+            f"but is {quoted(place)}."
         )
     return theta, phi
 

@@ -17,6 +17,7 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.screens import SeenLight, lengths, magnified, searcher, seen
 from kerrcaustics.curves.source_map import on_leaves
 from kerrcaustics.spacetime.camera import Camera, looking_from_sky, photon, sky_from_looking
+from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.level_curves.branches import Branches
 from kerrcaustics.stars.level_curves.circle import Circle
@@ -52,7 +53,7 @@ def branches_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> 
     if math.sin(theta) < 1e-12:
         raise ValueError(
             "Argument `theta` must lie between 0 and pi for a star within the camera's radius, whose tracks are "
-            f"followed from the star, but is {theta!r}."
+            f"followed from the star, but is {quoted(theta)}."
         )
     if camera.on_axis:
         raise ValueError("Argument `camera` must not lie on the spin axis for tracks of a star within its radius.")

@@ -15,7 +15,7 @@ from kerrcaustics.curves.screens import clock, lengths, seen
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.spacetime.checks import apart, numbers, quoted
 
 Array = np.ndarray
 
@@ -166,13 +166,14 @@ def checked_source(camera: Camera, name: str, source: object) -> tuple[float, fl
     """A place (r, phi) in the plane that the user gave as the argument `name`."""
     place = numbers(name, source)
     if place.shape != (2,) or not np.isfinite(place).all():
-        raise ValueError(f"Argument `{name}` must be two finite numbers (r, phi), phi in radians, but is {source!r}.")
+        raise ValueError(
+            f"Argument `{name}` must be two finite numbers (r, phi), phi in radians, but is {quoted(source)}."
+        )
     radius, phi = place.tolist()
     horizon = kerr.horizon(camera.spin)
     if not radius > horizon:
-        raise ValueError(
-            f"Argument `{name}` must have an r larger than the horizon's {horizon:.12g}, but is {radius:g}."
-        )
+        given, least = apart(radius, horizon)
+        raise ValueError(f"Argument `{name}` must have an r larger than the horizon's {least}, but is {given}.")
     return radius, phi
 
 

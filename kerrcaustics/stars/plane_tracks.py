@@ -19,7 +19,7 @@ from kerrcaustics.curves.screens import SeenLight, clock, lengths, seen, shown
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import numbers, real_number
+from kerrcaustics.spacetime.checks import numbers, quoted, real_number
 from kerrcaustics.stars.plane_images import PlaneImages, plane_images
 
 Array = np.ndarray
@@ -132,7 +132,7 @@ class PlaneTracks:
         given = numbers("azimuth", azimuth)
         if given.ndim > 1 or not np.isfinite(given).all():
             raise ValueError(
-                f"Argument `azimuth` must be a finite number or a one-dimensional array, but is {azimuth!r}."
+                f"Argument `azimuth` must be a finite number or a one-dimensional array, but is {quoted(azimuth)}."
             )
         end = EquatorialPlane(self.crossing, self.emitter)
         every = given.reshape(-1).tolist()
@@ -169,8 +169,8 @@ def _circle(camera: Camera, radius: object, end: EquatorialPlane) -> Arcs:
     r, horizon = real_number("theta", radius), kerr.horizon(camera.spin)
     if not horizon < r < math.inf:
         raise ValueError(
-            "Argument `theta` must be, in the equatorial plane, a radius larger than the horizon's "
-            f"{horizon:.12g}, but is {radius!r}."
+            "Argument `theta` must be, in the equatorial plane, a finite radius larger than the horizon's "
+            f"{horizon:.12g}, but is {quoted(radius)}."
         )
     return arcs_of(camera, end.crossing, r)
 

@@ -16,7 +16,7 @@ from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.camera import Camera, check_camera, looking_from_sky, orbital_velocity
-from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.events import (
     PairEvent,
@@ -160,7 +160,9 @@ class StarTracks:
         name, value = ("azimuth", azimuth) if time is None else ("time", time)
         moments = numbers(name, value)
         if moments.ndim > 1 or not np.isfinite(moments).all():
-            raise ValueError(f"Argument `{name}` must be a finite number or a one-dimensional array, but is {value!r}.")
+            raise ValueError(
+                f"Argument `{name}` must be a finite number or a one-dimensional array, but is {quoted(value)}."
+            )
         phi = (moments if time is None else self.azimuth_at(moments)).reshape(-1)
         whole = self if self._within or self._branches is not None else self._anew()
         parts = [whole._images(phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scenes.disk.places import Emission, Places
 from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import one_of, quoted, real_number
 
 Array = np.ndarray
 
@@ -70,15 +70,14 @@ class Disk:
         if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
             raise ValueError(
                 "Argument `emission` must be a BlackBody, PowerLaw, PageThorne, Swatches, Texture or Spots, "
-                f"but is {self.emission!r}."
+                f"but is {quoted(self.emission)}."
             )
         if not callable(self.opacity) and not 0 <= real_number("opacity", self.opacity) <= 1:
             raise ValueError(
-                f"Argument `opacity` must be a number from 0 to 1, or a function, but is {self.opacity!r}."
+                f"Argument `opacity` must be a number from 0 to 1, or a function, but is {quoted(self.opacity)}."
             )
         check_brightness(self.brightness)
-        if self.motion not in MOTIONS:
-            raise ValueError(f"Argument `motion` must be one of {', '.join(MOTIONS)}, but is {self.motion!r}.")
+        one_of("motion", self.motion, MOTIONS)
 
     def check(self, spin: float) -> None:
         """Refuse a disk that reaches the horizon of a hole."""

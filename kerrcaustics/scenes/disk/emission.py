@@ -16,7 +16,7 @@ from kerrcaustics.scenes.colour import check_response, from_srgb, seen_black_bod
 from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.scenes.panorama import read_picture
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import quoted, real_array, real_number
 
 Array = np.ndarray
 
@@ -120,9 +120,9 @@ class PowerLaw(Glow):
         _check_temperature("peak", self.peak)
         check_response(self.response)
         if not math.isfinite(real_number("exponent", self.exponent)):
-            raise ValueError(f"Argument `exponent` must be a number, but is {self.exponent!r}.")
+            raise ValueError(f"Argument `exponent` must be a number, but is {quoted(self.exponent)}.")
         if not 0 < real_number("at", self.at) < math.inf:
-            raise ValueError(f"Argument `at` must be a positive radius, but is {self.at!r}.")
+            raise ValueError(f"Argument `at` must be a positive, finite radius, but is {quoted(self.at)}.")
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """Kelvin."""
@@ -329,7 +329,7 @@ class Texture:
 
     def __init__(self, light: ArrayLike) -> None:
         """Make the pyramid."""
-        picture = np.asarray(light, np.float32)
+        picture = real_array("light", light, np.float32)
         if picture.ndim != 3 or picture.shape[2] != 3 or 0 in picture.shape:
             raise ValueError(f"Argument `light` must have shape (h, w, 3), but has {picture.shape}.")
         if max(picture.shape) > _LARGEST_PICTURE:
@@ -396,4 +396,6 @@ def bilinear(picture: Float[Array, "h w 3"], down: Float[Array, " n"], right: Fl
 
 def _check_temperature(name: str, value: Any) -> None:
     if not 0 < real_number(name, value) <= _HOTTEST:
-        raise ValueError(f"Argument `{name}` must be a temperature above 0 and at most 1e6 kelvin, but is {value!r}.")
+        raise ValueError(
+            f"Argument `{name}` must be a temperature above 0 and at most 1e6 kelvin, but is {quoted(value)}."
+        )

@@ -15,7 +15,7 @@ from kerrcaustics.scenes.disk.isoradials import isoradials
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import numbers, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
 
 Array = np.ndarray
 Emissivity = float | Callable[[Array], ArrayLike]
@@ -122,13 +122,15 @@ def check_request(camera: Camera, inner: float, outer: float, motion: str) -> No
     check_camera(camera)
     if camera.on_equator:
         raise ValueError("Argument `camera` must lie off the equatorial plane, but is in it.")
-    if motion not in MOTIONS:
-        raise ValueError(f"Argument `motion` must be one of {', '.join(MOTIONS)}, but is {motion!r}.")
+    one_of("motion", motion, MOTIONS)
     horizon = kerr.horizon(camera.spin)
     if not horizon < real_number("inner", inner) < math.inf:
-        raise ValueError(f"Argument `inner` must be larger than the horizon radius {horizon:.12g}, but is {inner!r}.")
+        raise ValueError(
+            f"Argument `inner` must be finite and larger than the horizon radius {horizon:.12g}, "
+            f"but is {quoted(inner)}."
+        )
     if not inner < real_number("outer", outer) < math.inf:
-        raise ValueError(f"Argument `outer` must be larger than `inner` ({inner:g}), but is {outer!r}.")
+        raise ValueError(f"Argument `outer` must be larger than `inner` ({inner:g}), but is {quoted(outer)}.")
     if not EMITTERS[motion](camera.spin, np.array(float(inner)), 0.0).slowness > 0:
         raise ValueError(f"Argument `inner` must be a radius where `motion` {motion!r} is possible, but is {inner:g}.")
 
@@ -142,7 +144,7 @@ def _error(fine: Array, coarse: Array) -> Float[Array, " bins"]:
 
 def _even(name: str, value: Any) -> int:
     if whole_number(name, value, 4, 4096) % 2:
-        raise ValueError(f"Argument `{name}` must be an even whole number from 4 to 4096, but is {value!r}.")
+        raise ValueError(f"Argument `{name}` must be an even whole number from 4 to 4096, but is {quoted(value)}.")
     return int(value)
 
 
@@ -171,7 +173,7 @@ def _law(emissivity: Any) -> Callable[[Array], Array]:
     if not callable(emissivity):
         power = real_number("emissivity", emissivity)
         if not math.isfinite(power):
-            raise ValueError(f"Argument `emissivity` must be a number or a function, but is {emissivity!r}.")
+            raise ValueError(f"Argument `emissivity` must be a number or a function, but is {quoted(emissivity)}.")
         return lambda radius: radius**-power
 
     def values(radius: Array) -> Array:

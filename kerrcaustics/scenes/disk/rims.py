@@ -4,14 +4,14 @@ import math
 from typing import Any
 
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import real_number
+from kerrcaustics.spacetime.checks import apart, quoted, real_number
 
 
 def check_rims(inner: Any, outer: Any) -> None:
     """Refuse radii that are none, or in the wrong order."""
     for name, value in (("inner", inner), ("outer", outer)):
         if not 0 < real_number(name, value) < math.inf:
-            raise ValueError(f"Argument `{name}` must be a positive radius, but is {value!r}.")
+            raise ValueError(f"Argument `{name}` must be a positive, finite radius, but is {quoted(value)}.")
     if not inner < outer:
         raise ValueError(f"Argument `inner` must be smaller than `outer` ({outer:g}), but is {inner:g}.")
 
@@ -19,13 +19,12 @@ def check_rims(inner: Any, outer: Any) -> None:
 def check_brightness(brightness: Any) -> None:
     """Refuse what is no factor of light."""
     if not 0 <= real_number("brightness", brightness) < math.inf:
-        raise ValueError(f"Argument `brightness` must be a number from 0 on, but is {brightness!r}.")
+        raise ValueError(f"Argument `brightness` must be a finite number from 0 on, but is {quoted(brightness)}.")
 
 
 def check_above_horizon(inner: float, spin: float) -> None:
     """Refuse what reaches the horizon of a hole."""
     horizon = kerr.horizon(spin)
     if not inner > horizon:
-        raise ValueError(
-            f"Argument `inner` must be larger than the horizon radius {horizon:.12g}, but is {inner:.12g}."
-        )
+        given, least = apart(inner, horizon)
+        raise ValueError(f"Argument `inner` must be larger than the horizon radius {least}, but is {given}.")

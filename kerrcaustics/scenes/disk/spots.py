@@ -12,7 +12,7 @@ from scipy.special import ndtr
 
 from kerrcaustics.scenes.colour import check_response, seen_black_body
 from kerrcaustics.scenes.disk.places import Places
-from kerrcaustics.spacetime.checks import numbers, real_number
+from kerrcaustics.spacetime.checks import numbers, quoted, real_number
 
 Array = np.ndarray
 
@@ -83,16 +83,16 @@ class Spots:
         """Refuse what are no spots."""
         radius, azimuth = numbers("radius", self.radius).ravel(), numbers("azimuth", self.azimuth).ravel()
         if not (len(radius) and np.isfinite(radius).all() and (radius > 0).all()):
-            raise ValueError("Argument `radius` must hold positive radii.")
+            raise ValueError("Argument `radius` must hold positive, finite radii.")
         if not (len(azimuth) == len(radius) and np.isfinite(azimuth).all()):
             raise ValueError(f"Argument `azimuth` must hold {len(radius)} numbers, one for each spot.")
         temperature = numbers("temperature", self.temperature).ravel()
         if not (len(temperature) in (1, len(radius)) and ((temperature > 0) & (temperature <= 1e6)).all()):
             raise ValueError("Argument `temperature` must hold temperatures above 0 and at most 1e6 kelvin.")
         if not 0 < real_number("size", self.size) < math.inf:
-            raise ValueError(f"Argument `size` must be a positive length, but is {self.size!r}.")
+            raise ValueError(f"Argument `size` must be a positive, finite length, but is {quoted(self.size)}.")
         if not 0 <= real_number("streak", self.streak) < math.inf:
-            raise ValueError(f"Argument `streak` must be a time from 0 on, but is {self.streak!r}.")
+            raise ValueError(f"Argument `streak` must be a finite time from 0 on, but is {quoted(self.streak)}.")
         check_response(self.response)
         order = np.argsort(radius, kind="stable")
         temperature = np.broadcast_to(temperature, radius.shape)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.colour import check_response
 from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
-from kerrcaustics.spacetime.checks import numbers, real_number
+from kerrcaustics.spacetime.checks import numbers, quoted, real_number
 
 Array = np.ndarray
 Law = Callable[[Array, Array, Array], Any]
@@ -193,12 +193,14 @@ class Volume:
             value = getattr(self, name)
             if not (isinstance(value, VolumeGrid) or callable(value) or 0 <= real_number(name, value) < math.inf):
                 raise ValueError(
-                    f"Argument `{name}` must be a number from 0 on, a function, or a VolumeGrid, but is {value!r}."
+                    f"Argument `{name}` must be a finite number from 0 on, a function, or a VolumeGrid, "
+                    f"but is {quoted(value)}."
                 )
         self._check_scale()
-        if not (callable(self.motion) or self.motion in VOLUME_MOTIONS):
+        if not (callable(self.motion) or (isinstance(self.motion, str) and self.motion in VOLUME_MOTIONS)):
             raise ValueError(
-                f"Argument `motion` must be one of {', '.join(VOLUME_MOTIONS)}, or a function, but is {self.motion!r}."
+                f"Argument `motion` must be one of {', '.join(VOLUME_MOTIONS)}, or a function, "
+                f"but is {quoted(self.motion)}."
             )
         check_brightness(self.brightness)
         check_response(self.response)
@@ -208,7 +210,7 @@ class Volume:
             if any(callable(law) for law in (self.density, self.temperature)):
                 raise ValueError("Argument `scale` must be given where density or temperature is a function.")
         elif not 0 < real_number("scale", self.scale) < math.inf:
-            raise ValueError(f"Argument `scale` must be a positive length, but is {self.scale!r}.")
+            raise ValueError(f"Argument `scale` must be a positive, finite length, but is {quoted(self.scale)}.")
 
     def check(self, spin: float) -> None:
         """Refuse a volume that reaches the horizon of a hole."""

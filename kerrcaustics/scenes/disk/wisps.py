@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from kerrcaustics.scenes.colour import black_body, shifted_light
 from kerrcaustics.scenes.disk.emission import BlackBody, Texture, bilinear
 from kerrcaustics.scenes.disk.places import Places
-from kerrcaustics.spacetime.checks import real_number, whole_number
+from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
 
 Array = np.ndarray
 
@@ -71,10 +71,12 @@ class Wisps(Texture):
     ) -> None:
         """Draw the wisps; see the class."""
         if not 0 < real_number("inner", inner) < real_number("outer", outer) < math.inf:
-            raise ValueError(f"Arguments `inner` and `outer` must be growing radii, but are {inner!r} and {outer!r}.")
+            raise ValueError(
+                f"Arguments `inner` and `outer` must be growing radii, but are {quoted(inner)} and {quoted(outer)}."
+            )
         for name, value in (("depth", depth), ("contrast", contrast)):
             if not 0 <= real_number(name, value) <= 100:
-                raise ValueError(f"Argument `{name}` must be a number from 0 to 100, but is {value!r}.")
+                raise ValueError(f"Argument `{name}` must be a number from 0 to 100, but is {quoted(value)}.")
         self.peak, self.inner, self.outer = BlackBody(peak, response).peak, float(inner), float(outer)
         self.response = response
         across = 1 - (np.arange(_ROWS) + 0.5)[:, None] / _ROWS

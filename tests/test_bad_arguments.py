@@ -1,0 +1,78 @@
+"""What public functions refuse: a ValueError of one line that names the argument and what it must be."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.spacetime.checks import apart, quoted
+
+CAMERA = kc.Camera(0.9, 10.0)
+VIEW = kc.View(8, 8, 1.0)
+LIGHT = np.zeros((4, 8, 3))
+BAD = [
+    (lambda: kc.render(CAMERA, None, None), "`view` must be a View, but is NoneType."),
+    (lambda: kc.render(CAMERA, VIEW, "stars"), "`sky` must be a sky, with a method `light`, but is 'stars'."),
+    (lambda: kc.render(None, VIEW), "`camera` must be a Camera, but is NoneType."),
+    (lambda: kc.trace_view(CAMERA, LIGHT), "`view` must be a View, but is ndarray."),
+    (lambda: kc.trace_view(CAMERA, VIEW, quality=LIGHT), "`quality` must be one of draft, normal, high, but is array"),
+    (lambda: kc.render_volume(CAMERA, VIEW, None), "`volume` must be a Volume, but is NoneType."),
+    (lambda: kc.celestial_picture(None, 8), "`sky` must be a sky, with a method `light`, but is None."),
+    (lambda: kc.TurnedSky(None, 0.1), "`sky` must be a sky, with a method `light`, but is None."),
+    (lambda: kc.black_body(-5), "`temperature` must be from 0 kelvin on, but is -5."),
+    (lambda: kc.black_body("x"), "`temperature` must hold numbers, but is 'x'."),
+    (lambda: kc.black_body([300.0, math.nan]), "`temperature` must be from 0 kelvin on, but is [300.0, nan]."),
+    (lambda: kc.black_body(300.0, response=None), "`response` must be one of cie, film, but is None."),
+    (lambda: kc.tone_mapped("x"), "`light` must hold numbers, but is 'x'."),
+    (lambda: kc.tone_mapped(np.zeros((2, 5))), "`light` must have the shape (..., 3), but has (2, 5)."),
+    (lambda: kc.tone_mapped(LIGHT, exposure=math.inf), "`exposure` must be a positive, finite number, but is inf."),
+    (lambda: kc.Panorama("x"), "`light` must hold numbers, but is 'x'."),
+    (lambda: kc.Panorama(LIGHT, "x"), "`orientation` must hold numbers, but is 'x'."),
+    (lambda: kc.Panorama(LIGHT, aspect=math.inf), "`aspect` must be a finite number from 1 on, but is inf."),
+    (lambda: kc.Texture({}), "`light` must hold numbers, but is {}."),
+    (lambda: kc.Checkerboard(colours=None), "`colours` must be a list of one colour or more, but is None."),
+    (lambda: kc.Checkerboard(gap_colour="red"), "`gap_colour` must look like \"#rrggbb\", but is 'red'."),
+    (lambda: kc.Disk(6.0, math.inf, kc.BlackBody(4500)), "`outer` must be a positive, finite radius, but is inf."),
+    (lambda: kc.EquatorialPlane(1, []), "`emitter` must be one of circular, retrograde, static, fiducial, plunging"),
+    (lambda: kc.disk_images(CAMERA, [6.0], motion="up"), "`motion` must be one of circular, retrograde, static, fid"),
+    (lambda: kc.StarCatalogue([1.0], [1.0], [1.0]), "`direction` must have the shape (n, 3), but has (1,)."),
+    (lambda: kc.StarCatalogue([[1.0, 0, 0]], [1.0, 2.0], [1.0]), "`magnitude` must hold one for each of 1 stars"),
+    (lambda: kc.merged_catalogues(None, None), "`first` must be a StarCatalogue, but is NoneType."),
+    (lambda: kc.crossings_of_line(None, 0.1), "`images` must be a CircleImages, but is NoneType."),
+    (lambda: kc.save("no/such/x.npz", CAMERA), "`path` must lie in a folder that exists, but 'no/such' is none."),
+    (lambda: kc.save_caustics("no/x.npz", CAMERA), "`path` must lie in a folder that exists, but 'no' is none."),
+    (lambda: kc.save("", CAMERA), "`path` must be the name of a file, but is ''."),
+    (lambda: kc.save(None, CAMERA), "`path` must be the name of a file, but is None."),
+    (lambda: kc.save(".", CAMERA), "`path` must name a file, but '.' is a folder."),
+]
+
+
+@pytest.mark.parametrize(("call", "words"), BAD, ids=[words[:60] for _, words in BAD])
+def test_bad_arguments_are_named(call, words):
+    with pytest.raises(ValueError, match=r"^Argument `\w+` must ") as caught:
+        call()
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_values_in_messages():
+    assert [quoted(value) for value in (-0.0, np.float64(-0.0), np.int64(3), "a\nb", None)] == [
+        "0.0",
+        "0.0",
+        "3",
+        "'a\\nb'",
+        "None",
+    ]
+    assert "\n" not in quoted(np.zeros((9, 9))) and len(quoted(np.zeros((9, 9)))) < 90
+    assert quoted(10**5000) == "a number of very many digits"
+
+
+def test_a_number_differs_from_its_limit():
+    horizon = 1 + math.sqrt(0.75)
+    assert apart(horizon, math.nextafter(horizon, 2)) == ("1.8660254037844386", "1.8660254037844388")
+    assert apart(1.5, horizon) == ("1.5", "1.86602540378")
+    assert apart(2.0, 2.0) == ("2", "2")
+    with pytest.raises(ValueError, match=r"the horizon radius 1\.86602540378443\d+, but is 1\.86602540378443\d+\."):
+        kc.Camera(0.5, math.nextafter(horizon, 0))
+    with pytest.raises(ValueError, match=r"the horizon radius 2, but is 0\."):
+        kc.Camera(0.0, -0.0)
