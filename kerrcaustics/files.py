@@ -50,10 +50,15 @@ def writing(path: str | os.PathLike[str], lasting: bool = False) -> Iterator[IO[
         UNFINISHED.discard(name)
 
 
+def check_name(path: Any) -> None:
+    """Refuse, as the argument `path`, what names no file."""
+    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
+        raise ValueError(f"Argument `path` must be the name of a file, but is {' '.join(f'{path!r:.80}'.split())}.")
+
+
 def check_path(path: Any) -> None:
     """Refuse, as the argument `path`, the name of a file that cannot be written."""
-    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
-        raise ValueError(f"Argument `path` must be the name of a file, but is {path!r:.80}.")
+    check_name(path)
     place = Path(path)
     if place.is_dir():
         raise ValueError(f"Argument `path` must name a file, but {str(place)!r} is a folder.")

@@ -8,6 +8,8 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from kerrcaustics.files import check_name
+
 Kind = TypeVar("Kind")
 
 _OURS = (
@@ -20,6 +22,7 @@ _OURS = (
 
 def read_toml(path: str | Path) -> dict[str, Any]:
     """What a TOML file says, as plain data; a ValueError of one line tells why it cannot be read."""
+    check_name(path)
     path = Path(path)
     try:
         return msgspec.toml.decode(path.read_bytes())

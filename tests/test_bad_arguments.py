@@ -44,6 +44,19 @@ BAD = [
     (lambda: kc.save_caustics("no/x.npz", CAMERA), "`path` must lie in a folder that exists, but 'no' is none."),
     (lambda: kc.save("", CAMERA), "`path` must be the name of a file, but is ''."),
     (lambda: kc.save(None, CAMERA), "`path` must be the name of a file, but is None."),
+    (lambda: kc.load(None), "`path` must be the name of a file, but is None."),
+    (lambda: kc.read_scene(None), "`path` must be the name of a file, but is None."),
+    (lambda: kc.read_scene(3.5), "`path` must be the name of a file, but is 3.5."),
+    (lambda: kc.read_count_map([]), "`path` must be the name of a file, but is []."),
+    (
+        lambda: kc.save_sky("no/x.fits", np.zeros((4, 8, 3))),
+        "`path` must lie in a folder that exists, but 'no' is none.",
+    ),
+    (lambda: kc.record(CAMERA, camera="x"), "`camera` must be a Camera or an Observer, but is str."),
+    (lambda: kc.render(CAMERA, VIEW, time="x"), "`time` must be a finite number, but is 'x'."),
+    (lambda: kc.light_curve(CAMERA, 6.0, 0), "`times` must be a whole number from 1 to 1000000, but is 0."),
+    (lambda: kc.light_curve(CAMERA, 6.0, "x"), "`times` must be a whole number, or finite times, but is 'x'."),
+    (lambda: kc.light_curve(CAMERA, math.inf), "`orbit` must be finite and larger than the horizon radius"),
     (lambda: kc.save(".", CAMERA), "`path` must name a file, but '.' is a folder."),
 ]
 

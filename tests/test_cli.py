@@ -122,6 +122,11 @@ BAD += [
     ((*HERE, "--save", ""), "Argument --save must be a name, but is empty."),
     ((*HERE, "--json", ""), "Argument --json must be a file name or -, but is empty."),
     (("light-curve", *HERE[1:], "--orbit", "6", "--film", ""), "Argument --film must be a name, but is empty."),
+    (
+        ("light-curve", *HERE[1:], "--orbit", "6", "--times", "0"),
+        "--times must be a whole number from 1 to 1000000",
+    ),
+    (("explore", "--no-browser", "--host", ""), "Argument --host must be an address, but is empty."),
     (("demo", "--output", ""), "Argument --output must be a name, but is empty."),
     (("figures", "--output", ""), "Argument --output must be a name, but is empty."),
     (("study", "fit", "--output", ""), "Argument --output must be a name, but is empty."),

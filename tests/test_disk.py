@@ -369,7 +369,7 @@ def test_textures_average_and_go_round():
         (lambda: kc.Spots([6.0, 7.0], [0.0]), "`azimuth` must hold 2 numbers"),
         (lambda: kc.Spots([6.0], [0.0], -5.0), "`temperature` must hold"),
         (lambda: kc.Spots([6.0], [0.0], size=0), "`size` must be a positive, finite length"),
-        (lambda: kc.Spots([6.0], [0.0], streak=-1), "`streak` must be a time"),
+        (lambda: kc.Spots([6.0], [0.0], streak=-1), "`streak` must be a finite time"),
         (lambda: kc.Texture(np.zeros((4, 4))), "`light` must have shape"),
         (lambda: kc.Texture.read(__file__), "`path` must end in"),
         (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk="thin"), "`disk` must be a Disk"),

@@ -119,10 +119,10 @@ def test_images_of_a_spot_are_born_where_beams_vanish():
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda: kc.disk_images(SPOT, [1.5]), "`radii` must be larger than the horizon"),
+        (lambda: kc.disk_images(SPOT, [1.5]), "`radii` must be finite and larger than the horizon"),
         (lambda: kc.disk_images(SPOT, []), "`radii` must be"),
         (lambda: kc.disk_images(SPOT, [8.0], 0), "`crossings` must be a whole number"),
-        (lambda: kc.disk_images(SPOT, [8.0], motion="fast"), "`emitter` must be one of"),
+        (lambda: kc.disk_images(SPOT, [8.0], motion="fast"), "`motion` must be one of"),
         (lambda: kc.light_curve(SPOT, 2.0), "`orbit` must be the radius of a circular orbit"),
         (lambda: kc.light_curve(SPOT, 8.0, size=0.0), "`size` must be a positive, finite length"),
         (lambda: kc.light_curve(SPOT, 8.0, [math.nan]), "`times` must be"),

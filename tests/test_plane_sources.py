@@ -31,7 +31,7 @@ def test_sources_that_are_none(camera, star, complaint):
 @pytest.mark.parametrize("function", [kc.star_tracks, kc.pair_events])
 @pytest.mark.parametrize("radius", [1.2, math.inf, math.nan, "far"])
 def test_circles_that_are_none(function, radius):
-    with pytest.raises(ValueError, match="`theta` must be, in the equatorial plane, a radius larger than the horizon"):
+    with pytest.raises(ValueError, match="`theta` must be, in the equatorial plane, a finite radius larger than"):
         function(CAMERA, radius, end=kc.EquatorialPlane(1))
 
 
@@ -57,7 +57,7 @@ def test_spheres_have_no_radii():
     [
         (["--plane", "1"], "--orbit must be given with --plane"),
         (["--orbit", "6"], "--orbit must come with --plane"),
-        (["--plane", "1", "--orbit", "1.2"], "--orbit must be, in the equatorial plane, a radius larger than"),
+        (["--plane", "1", "--orbit", "1.2"], "--orbit must be, in the equatorial plane, a finite radius larger than"),
         (["--plane", "1", "--orbit", "6", "--star-theta", "70"], "--star-theta must not come with --plane"),
         (["--plane", "1", "--orbit", "6", "--film", "x.mp4"], "--film must not come with --plane"),
         (["--plane", "0", "--orbit", "6"], "--plane must be at least 1"),

@@ -34,6 +34,8 @@ def explore(
     common.check()
     if not 0 <= port <= 65535:
         raise BadInput(f"Argument --port must lie in [0, 65535], but is {port}.")
+    if not host:
+        raise BadInput("Argument --host must be an address, but is empty.")
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
         stop(1, f"The explorer needs {', '.join(missing)}: pip install 'kerrcaustics[explore]'.")

@@ -32,6 +32,7 @@ Array = np.ndarray
 _PIECES, _DEVIATIONS = 16, 7
 # Points of an image are so close in phase (radians), unless that takes more lines or rounds than these.
 _LONGEST, _MOST_LINES, _ROUNDS = 0.03, 20_000, 6
+_MOST_TIMES = 1_000_000
 _MOTIONS = ("circular", "retrograde")
 
 
@@ -150,15 +151,13 @@ def light_curve(
     if not 0 < real_number("size", size) < math.inf:
         raise ValueError(f"Argument `size` must be a positive, finite length, but is {quoted(size)}.")
     crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
-    radius = float(check_circles(camera, "orbit", [orbit])[0])
+    radius = float(check_circles(camera, "orbit", orbit)[0])
     found = EMITTERS[motion](camera.spin, float(radius), 0.0)
     if not found.slowness > 0:
         raise ValueError(f"Argument `orbit` must be the radius of a circular orbit, but is {orbit:g}.")
     orbital = float(found.orbital)
     period = 2 * math.pi / abs(orbital)
-    clock = np.arange(times) * (period / times) if isinstance(times, int) else numbers("times", times).ravel()
-    if not (len(clock) and np.isfinite(clock).all()):
-        raise ValueError("Argument `times` must be a number of times, or times.")
+    clock = _clock(times, period)
     fine, coarse = np.zeros((2, crossings, len(clock), 5))
     events: list[SpotEvent] = []
     for crossing in range(1, crossings + 1):
@@ -180,6 +179,19 @@ def light_curve(
     return LightCurve(camera, float(radius), float(size), period, clock, flux, error, shares, *of_light, ordered)
 
 
+def _clock(times: ArrayLike, period: float) -> Float[Array, " t"]:
+    """The times of an argument, or so many of them over one orbit."""
+    if isinstance(times, int | np.integer):
+        count = whole_number("times", times, 1, _MOST_TIMES)
+        return np.arange(count) * (period / count)
+    clock = numbers("times", times).ravel()
+    if not (len(clock) and np.isfinite(clock).all()):
+        raise ValueError(f"Argument `times` must be a whole number, or finite times, but is {quoted(times)}.")
+    return clock
+
+
+# For an orbit through the camera itself, which is refused in the end.
+@np.errstate(over="ignore", invalid="ignore")
 def _image(camera: Camera, radius: float, end: EquatorialPlane, orbital: float, points: int) -> Isoradial:
     """The image of an orbit, on as many lines as it takes that its phase changes little from one to the next."""
     found = _on_lines(camera, radius, end, 2 * math.pi * np.arange(points) / points)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.files import check_path, writing
+from kerrcaustics.files import check_name, check_path, writing
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.results.records import check_result
 
@@ -99,6 +99,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     >>> kc.load("camera.npz") == camera
     True
     """
+    check_name(path)
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = dict(file)

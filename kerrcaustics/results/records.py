@@ -38,6 +38,8 @@ def record(result: Any, *, camera: Any = None, points: bool = False) -> dict[str
     90.0
     """
     check_result(result)
+    if camera is not None and type(camera).__name__ not in ("Camera", "Observer"):
+        raise ValueError(f"Argument `camera` must be a Camera or an Observer, but is {type(camera).__name__}.")
     place = {} if camera is None else _entries(camera, False)
     return {"schema": LAYOUTS[type(result)].schema, **place, **_entries(result, points)}
 

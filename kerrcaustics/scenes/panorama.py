@@ -9,6 +9,7 @@ from jaxtyping import Float, Float32
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
+from kerrcaustics.files import check_path
 from kerrcaustics.scenes.colour import decoded, shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
 from kerrcaustics.spacetime.checks import quoted, real_array, real_number
@@ -165,6 +166,7 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
     picture = real_array("light", light, np.float32)
     if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
         raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")
+    check_path(path)
     plate_carree.write(path, {"SKY": picture.transpose(2, 0, 1)}, {"CTYPE3": ("RGB", "red, green, blue; linear sRGB")})
 
 

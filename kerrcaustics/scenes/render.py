@@ -214,6 +214,7 @@ def render(
         if disk is not None or not exposure.still:
             return _blurred(exposure, sky, disk, Shifts(beaming, colour_shift), delay, _close(quality))
     check_sky(sky)
+    _moment(time)
     traced = trace_view(camera, view, sky=sky is not None, disk=disk, delay=delay, quality=quality)
     shifts = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
     return traced.show(sky, disk=disk, time=time, turn=turn, **shifts)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.source_map import spherical
+from kerrcaustics.files import check_name
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
@@ -279,6 +280,7 @@ def read_count_map(path: str | os.PathLike[str]) -> CountMap:
     >>> kc.read_count_map("counts.fits").counts.shape
     (18, 36, 2)
     """
+    check_name(path)
     (counts, header), *others = plate_carree.read(path)
     if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1:
         raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")
