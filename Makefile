@@ -15,8 +15,8 @@ READY := $(VENV)/.ready
 ONE_CORE := NPROC=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 \
 	XLA_FLAGS="$$XLA_FLAGS --xla_cpu_multi_thread_eigen=false"
 
-# Two processes; the tests of one file share what they compile.
-PARALLEL := -n 2 --dist loadfile
+# Two processes; the tests of one file share what they compile. In their own order: by number, long ones would come last.
+PARALLEL := -n 2 --dist loadfile --no-loadscope-reorder
 
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help

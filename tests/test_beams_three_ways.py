@@ -98,11 +98,13 @@ def assert_agreement(results: dict[str, np.ndarray]) -> None:
     assert np.all(np.abs((angle[:, 0] - angle[:, 1] + math.pi / 2) % math.pi - math.pi / 2) < turn)
 
 
+@pytest.mark.slow
 def test_forty_rays_in_three_ways(forty):
     assert len(forty["engine"]) == 40
     assert_agreement(forty)
 
 
+@pytest.mark.slow
 def test_the_forty_rays_are_varied(forty):
     engine = forty["engine"]
     assert engine[:, 0].max() > 300

@@ -55,6 +55,7 @@ def test_times_of_rays_that_leave_close_to_their_turning_point():
         assert abs(ends[0].time - ends[1].time) < 1e-12
 
 
+@pytest.mark.slow
 def test_time_of_the_automatic_engine_is_in_closed_form():
     camera = kc.Camera(0.9, 6.0, 1.2)
     # Few rays, and none of small k: each would be a program more to compile.

@@ -41,6 +41,7 @@ def test_points_lie_on_the_circle_and_on_their_sheet(circle):
         assert np.allclose(place, beams.direction, rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_ends_of_curves_are_critical(circle):
     ends = [curve.sky[[0, -1]] for curve in circle.curves if not curve.closed]
     beams = trace_beams(CAMERA, np.concatenate(ends), tolerance=1e-12)
@@ -121,6 +122,7 @@ def test_schwarzschild_shows_the_whole_circle_once_an_index():
     assert all(curve.closed and curve.sweep == pytest.approx(2 * math.pi) for curve in found.curves)
 
 
+@pytest.mark.slow
 def test_circle_of_the_equator_runs_along_the_flat_edge():
     found = kc.circle_images(CAMERA, (0.0, 0.0), max_index=1)
     assert found.certified

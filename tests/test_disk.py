@@ -173,6 +173,7 @@ def test_a_disk_far_from_the_ways_back_asks_for_no_third_crossing():
     assert rendering.light.any() and len(rendering.crossings) <= 2
 
 
+@pytest.mark.slow
 def test_a_uniform_disk_is_uniform():
     """Black bodies of one temperature, at rest where they are: I / nu^4 is the same on all ways."""
     disk = kc.Disk(9.0, 20.0, kc.BlackBody(6504), motion="static")
@@ -210,6 +211,7 @@ def test_what_the_disk_hides_is_not_traced():
     assert np.array_equal(both.light[both.transmission == 0], alone.light[both.transmission == 0])
 
 
+@pytest.mark.slow
 def test_a_hidden_part_changes_nothing_else():
     view = kc.View(120, 60, math.radians(40))
     sky = kc.Checkerboard()
@@ -220,6 +222,7 @@ def test_a_hidden_part_changes_nothing_else():
     assert np.array_equal(seen.light[free], bare.light[free])
 
 
+@pytest.mark.slow
 def test_a_traced_view_shows_other_disks_between_the_same_rims():
     view = kc.View(60, 30, math.radians(40))
     one, other = kc.Disk(9.26, 18.7, kc.BlackBody(4500)), kc.Disk(9.26, 18.7, kc.Swatches())
@@ -234,6 +237,7 @@ def test_a_traced_view_shows_other_disks_between_the_same_rims():
         traced.show(kc.Checkerboard())
 
 
+@pytest.mark.slow
 def test_a_traced_view_is_kept_in_a_file(tmp_path):
     disk = kc.Disk(9.26, 18.7, kc.BlackBody(4500))
     traced = kc.trace_view(PAPER, kc.View(30, 16, math.radians(40)), disk=disk)
@@ -375,11 +379,12 @@ def test_textures_average_and_go_round():
         (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk="thin"), "`disk` must be a Disk"),
         (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk=kc.Disk(1.2, 8.0, kc.BlackBody(4500))), "horizon radius"),
         (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk=kc.Disk(3, 8, kc.BlackBody(45)), time="now"), "`time` must"),
-        (
+        pytest.param(
             lambda: kc.render(
                 NEAR, kc.View(40, 40, 2.0), disk=kc.Disk(3, 8, kc.BlackBody(4500), lambda r, phi: 2 * r / r)
             ),
             "`opacity` must be a function whose values",
+            marks=pytest.mark.slow,
         ),
     ],
 )

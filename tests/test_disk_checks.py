@@ -17,7 +17,7 @@ light, rays, schwarzschild, screen, twin = (
     STUDIES.module(f"disk_checks.{name}") for name in ("light", "rays", "schwarzschild", "screen", "twin")
 )
 NEAR = kc.Camera(0.9, 30.0, math.radians(75), "static")
-FAST = (rays.landings, rays.long_ray, rays.face_on, light.iscos, light.peaks, light.flux, light.efficiency)
+FAST = (rays.landings, rays.long_ray, light.iscos, light.peaks, light.flux, light.efficiency)
 
 
 @pytest.mark.parametrize("check", FAST)
@@ -31,6 +31,7 @@ def test_a_check_can_fail():
     assert replace(good, comparable=False).verdict == "not reproduced"
 
 
+@pytest.mark.slow
 def test_closed_isoradials_are_where_rays_land():
     exact, far = rays.closed_isoradials(turns=20)
     assert exact.verdict == far.verdict == "holds"
@@ -148,6 +149,7 @@ def test_a_profile_that_cannot_be_told_is_unknown():
     assert np.isnan(unknown.flux).all() and np.isinf(unknown.error).all()
 
 
+@pytest.mark.slow
 def test_a_ring_face_on_is_one_frequency():
     camera = kc.Camera(0.0, 1e8, 0.0, "static")
     found = kc.line_profile(camera, 10.0, 10.001, 0.0, bins=[0.8, 0.83, math.sqrt(0.7) + 5e-5, 0.9], radii=4, turns=8)
@@ -188,7 +190,9 @@ def test_nodes_tell_what_lies_between():
         ),
         ({"outer": 3.0}, "`outer` must be larger than `inner`"),
         ({"emissivity": "steep"}, "`emissivity` must be a number or a function"),
-        ({"emissivity": lambda r: -r}, "`emissivity` must be a function whose values"),
+        pytest.param(
+            {"emissivity": lambda r: -r}, "`emissivity` must be a function whose values", marks=pytest.mark.slow
+        ),
         ({"motion": "fast"}, "`motion` must be one of"),
         ({"image": 0}, "`image` must be a whole number"),
         ({"bins": 0}, "`bins` must be a whole number"),
@@ -205,7 +209,7 @@ def test_bad_input_is_one_line(change, words):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("check", [rays.edge_on, rays.times, rays.spot, light.line_edges, light.uniform])
+@pytest.mark.parametrize("check", [rays.edge_on, rays.face_on, rays.times, rays.spot, light.line_edges, light.uniform])
 def test_slow_check_holds(check):
     assert check().verdict == "holds"
 

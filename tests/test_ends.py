@@ -332,6 +332,7 @@ def test_redshift_of_static_sources_on_a_sphere():
             assert rays.redshift[i] == pytest.approx(light.camera_energy / source, rel=1e-9, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_redshift_of_a_disk_seen_face_on():
     """Bardeen, Press & Teukolsky 1972: without spin and with b = 0, g is sqrt(1 - 3 / r) over the camera's own."""
     camera = kc.Camera(0.0, 1000.0, 0.0, "static")

@@ -126,6 +126,7 @@ def orbit() -> Orbit:
     return Orbit(kc.star_tracks(camera, math.radians(77), 2), kc.caustics(camera, orders=3), 120)
 
 
+@pytest.mark.slow
 def test_an_orbit_is_whole_and_in_order(orbit):
     steps = np.diff(orbit.times)
     assert (steps > 0).all() and orbit.times[-1] - orbit.times[0] < orbit.tracks.period
@@ -139,6 +140,7 @@ def test_an_orbit_is_whole_and_in_order(orbit):
         assert change == {k: sign * (k in event.indices) for k in change}
 
 
+@pytest.mark.slow
 def test_a_pair_is_born_on_the_critical_curve_to_a_pixel(orbit):
     number = next(n for n, event in orbit.events.items() if (event.kind, event.order) == ("creation", 2))
     orbit.show(number)
@@ -157,6 +159,7 @@ def test_a_pair_is_born_on_the_critical_curve_to_a_pixel(orbit):
     assert "two images are born" in orbit.caption(number)
 
 
+@pytest.mark.slow
 def test_frames_are_pictures(orbit):
     caustics = kc.caustics(kc.Camera(0.999, 2.6), orders=3)
     mapping = Mapping(caustics)

@@ -61,6 +61,7 @@ def wrong(engine: str, trace, every: int, spheres: bool) -> list[str]:
     return [words for cases in requests for words in broken(cases, trace)]
 
 
+@pytest.mark.slow
 def test_no_claim_is_broken_by_the_default():
     # Beams to a sphere have a program of their own, which takes long to compile.
     assert not wrong("auto", kc.trace_beams, every=8, spheres=False)

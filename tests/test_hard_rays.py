@@ -69,11 +69,12 @@ def test_rays_to_a_sphere(case, end, direction, time):
             2.000002,
             3.2070523998770093,
         ),
-        (
+        pytest.param(
             kc.Camera(0.0, 3.0, 1.0183864219208278, (0.0, 0.0, 0.6142801183634814)),
             [-1.718948155934867e-06, 0.9349494170776401, 0.3547810416344514],
             kc.EquatorialPlane(1),
             12.411265796143473,
+            marks=pytest.mark.slow,
         ),
     ],
     ids=["from a sphere to one far out", "all next to the horizon", "close to the outer roots"],

@@ -212,7 +212,7 @@ CAMERAS = [
     kc.Camera(0.0, 6.0),
     kc.Camera(0.7, 3.0, 0.0),
     kc.Camera(0.95, 4.0, math.radians(60)),
-    kc.Camera(0.999, 1.3),
+    pytest.param(kc.Camera(0.999, 1.3), marks=pytest.mark.slow),
     kc.Camera(0.9, 1000.0, math.radians(75)),
 ]
 
@@ -239,6 +239,7 @@ def test_images_of_high_index_next_to_small_caustics(spin, radius):
         assert len(np.unique(found.total)) > 1
 
 
+@pytest.mark.slow
 def test_a_grid_keeps_to_its_most_nodes_and_says_so(monkeypatch):
     stars = angles(random_stars(100, 4))
     fine = kc.image_counts(kc.Camera(0.9, 5.0, 1.2), stars, 2)
@@ -258,6 +259,7 @@ def test_a_grid_keeps_to_its_most_nodes_and_says_so(monkeypatch):
         kc.star_images(camera, (1.0, 1.0), 3)
 
 
+@pytest.mark.slow
 def test_a_star_on_a_caustic_is_said_to_be():
     caustic = kc.caustics(FAR, 2)[1]
     theta, phi = caustic.celestial[len(caustic.celestial) // 7]

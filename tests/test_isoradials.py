@@ -51,6 +51,7 @@ def test_from_the_axis_circles_are_round():
         assert np.ptp(curve.sky[:, 0]) < 1e-12 and np.ptp(curve.redshift) < 1e-12
 
 
+@pytest.mark.slow
 def test_circles_that_are_not_seen_are_left_out():
     found = kc.disk_images(kc.Camera(0.5, 10.0, 0.4), [1e7], crossings=2, points=16)
     assert all(curve.error.max() < 1e-6 for curve in found)

@@ -95,6 +95,7 @@ def star_of(middle):
     return far_star(kc.trace_beams(CAMERA, middle.directions(30.3, 14.6)[0]).direction)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("way", "brightest"), [(falling, 0.74), pytest.param(turning, 0.16, marks=pytest.mark.slow)])
 def test_a_star_keeps_its_light(way, brightest):
     middle = view_of(LARGE)

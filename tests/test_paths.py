@@ -136,6 +136,7 @@ def test_neighbouring_rays_meet_at_a_conjugate_point(paths, beams, sky):
     assert squeeze(radius) < 1e-7 < 1e-3 < squeeze(1.1 * radius)
 
 
+@pytest.mark.slow
 def test_trapped_orbit_stays_on_its_sphere():
     spin, impact = 0.95, 1.0
     orbit = kc.trapped_orbit(spin, impact, 3001, oscillations=3)

@@ -156,6 +156,7 @@ def continued(row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return turned(rays.direction, -phi), rays.azimuth - phi
 
 
+@pytest.mark.slow
 def test_kerrp2p_rays_traced_on_from_a_thousand(kerrp2p):
     """Rays from r = 6.03 to infinity are KerrP2P's rays to r = 1000 followed by the rest of the way."""
     camera = Camera(0.999, 6.03, 1.2, "fiducial")

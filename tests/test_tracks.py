@@ -78,6 +78,7 @@ def test_every_point_of_a_track_shows_the_star(name, theta):
         assert track.closed or (track.places[0], track.places[-1]) == (0, len(track) - 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "theta"), FAST + slow(SLOW))
 def test_tracks_are_smooth(name, theta):
     for track in tracked(name, theta).tracks:
@@ -102,6 +103,7 @@ def matched(ours, other):
     return (gap.min(axis=1) / (ours.error + other.error[nearest])).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "theta"), FAST + slow(SLOW))
 def test_images_at_any_moment_are_those_of_the_search(name, theta):
     tracks = tracked(name, theta)

@@ -23,6 +23,7 @@ def caustic() -> kc.Caustic:
     return kc.caustics(CAMERA, 1)[0]
 
 
+@pytest.mark.slow
 def test_far_out_the_section_is_the_caustic(tube, caustic):
     """Every point of the section at r = 3e4 is within 1e-4 rad of the caustic, and all the caustic is covered."""
     section = np.stack([tube.points.theta[1], tube.points.azimuth[1]], axis=-1)
@@ -35,6 +36,7 @@ def test_far_out_the_section_is_the_caustic(tube, caustic):
     assert np.ptp(section[:, 1]) == pytest.approx(caustic.phi_extent, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_first_row_is_the_caustic_itself(tube, caustic):
     assert np.all(tube.points.radius[0] == math.inf)
     rays = kc.trace_rays(CAMERA, tube.sky[0])
@@ -53,6 +55,7 @@ def test_points_are_conjugate_points_of_their_rays(tube):
         assert turns == pytest.approx(round(float(turns)), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_tube_narrows_toward_the_hole(tube):
     """Its height across the plane, in units of M, falls on the way in, and stays at a fifth near the hole."""
     height = np.ptp(tube.points.radius[1:] * np.cos(tube.points.theta[1:]), axis=1)

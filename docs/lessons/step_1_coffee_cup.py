@@ -35,9 +35,10 @@ cup.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), aspect="equal")
 plt.show()
 
 # %%
-# No single ray is bright. The bright line is where neighbouring rays meet: they crowd along it. A thin *beam* of two
-# neighbouring rays has there no width at all. Along each ray this happens once, at the distance :math:`\cos(t)/2` from
-# the wall, so that the line can be drawn by itself.
+# No single ray is bright. The bright line is where neighbouring rays meet: they crowd along it. Take two neighbours
+# as the sides of a thin *beam*. Where they meet, the beam has no width at all, and behind that place its sides are
+# exchanged. **A caustic is the line of all places where thin beams have no width.** In the cup that happens once
+# along each ray, at the distance :math:`\cos(t)/2` from the wall, so that the line can be drawn by itself.
 
 caustic = wall(t) + np.cos(t) / 2 * thrown_back(t)
 cup.plot(*caustic, color="black")
@@ -69,8 +70,13 @@ plt.show()
 # %%
 # At :math:`x = 0.2` the curve crosses zero once: one sun. At 0.8 it crosses three times: three suns. A smooth curve
 # that is bent until it touches the axis and crosses it has gained *two* crossings, one on the way down and one on
-# the way up; it cannot gain a single one. **That is why images come in pairs.** The two are mirror images of each
-# other: one is seen where the curve goes up, one where it goes down.
+# the way up; it cannot gain a single one. **That is why images come in pairs.**
+#
+# Two more things can be read from the curve. Where it goes up, a ray a little further on passes the fish on the one
+# side, where it goes down on the other: left and right are exchanged. So *one of the two images is mirrored*. And
+# where the curve just touches the axis it is flat: a whole bundle of rays passes close by the fish, which sees much
+# light. So *at their birth both images are as bright as can be*; then they part and fade, as the curve crosses the
+# axis ever more steeply.
 #
 # Let us count the suns everywhere in the cup.
 
@@ -89,7 +95,8 @@ ax.set_aspect("equal")
 plt.show()
 
 # %%
-# The number changes by two exactly on the caustic, and nowhere else.
+# The number changes by two exactly on the caustic, and nowhere else: it is three between the two arms of the line, one
+# outside.
 #
 # What to keep
 # ------------
@@ -98,13 +105,14 @@ plt.show()
 # the same thing       in the cup                             near a black hole
 # ===================  =====================================  ==============================================
 # what is counted      suns that a fish sees                  images of a star that the camera sees
-# a ray                from a place on the wall               from a direction of the camera's sky
+# a ray                from a place on the wall, :math:`t`    from a direction of the camera's sky
 # where it ends        a place on the coffee                  a place on the celestial sphere, where stars are
-# critical curve       where on its ray a beam has no width   where on the camera's sky a beam has no width
-# **caustic**          the bright line on the coffee          what is seen there: a line on the celestial sphere
-# its tip              a *cusp*; elsewhere it is a *fold*     the same words
+# *critical curve*     which rays, and how far along them     which directions: a curve on the camera's sky
+# *caustic*            where these meet: the bright line      where these land: a curve on the celestial sphere
+# *cusp*, *fold*       its tip; the rest of it                the same
 # ===================  =====================================  ==============================================
 #
-# A camera near a hole sends its lines of sight out, as the wall sends rays. They bend, and land on the celestial
-# sphere. A star is the fish: as many lines of sight land on it as the camera sees images of it. A star inside a
-# caustic has two more images than one outside, and when it crosses the line two of them appear, or vanish, together.
+# Near a hole light is followed backward, from the camera, which exchanges the parts: lines of sight are the rays, the
+# celestial sphere is the coffee on which they land, and a star is the fish. As many lines of sight land on it as the
+# camera sees images of it. On one side of a caustic a star has two images more than on the other, and when it crosses
+# the line these two appear, or vanish, together.

@@ -10,9 +10,10 @@ a narrow beam of light is squeezed to a line.
 # The camera
 # ----------
 #
-# ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass: the horizon of a hole that spins
-# fast is at 1, far away is 100 and more. Without more words the camera sits in the plane of the hole's equator and
-# moves on a circular orbit. Angles are radians everywhere in Python.
+# ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass, as if that were a length: the
+# horizon of a hole that spins fast, from within which nothing comes back, is at 1, far away is 100 and more. Without
+# more words the camera sits in the plane of the hole's equator and moves on a circular orbit. Angles are radians
+# everywhere in Python.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -24,7 +25,8 @@ camera
 
 # %%
 # The picture shows its *shadow*: directions from which no light comes, since lines of sight end in the hole. It does
-# not lie in the middle: the camera moves, which shifts all directions, and the hole drags light round with it.
+# not lie in the middle: the camera moves, which shifts all directions forward, as rain seems to come from ahead when
+# one runs, and the hole drags light round with it.
 #
 # Lines of sight
 # --------------
@@ -37,11 +39,14 @@ beams = kc.trace_beams(camera, [[-0.7, -0.1, 0.7], [-0.7, 0.1, 0.7], [-0.7, 0.6,
 beams
 
 # %%
-# The third ray is captured. Of the others ``direction`` says from where on the celestial sphere their light comes,
-# ``magnification`` how much brighter a star looks there, and ``error`` how far off the direction may be, in radians.
+# The third line of sight ends in the hole. Of the others ``direction`` says from where on the celestial sphere their
+# light comes, ``magnification`` how much brighter a star looks there, and ``error`` how far off the direction may be,
+# in radians.
 #
-# Now look along a line from far to the right of the hole to its shadow. A round beam of the camera covers an ellipse on
-# the celestial sphere; ``delta_minus`` is the smaller of its diameters, and negative where the image is a mirror image.
+# Now look along a line from far to the right of the hole to its shadow. A narrow round beam of lines of sight lands
+# on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two diameters, over that which the beam
+# had at the camera; it is given a minus sign where the picture is mirrored. The smaller the ellipse, the larger the
+# picture of what lies in it, and the brighter a star there.
 
 angle = np.radians(np.linspace(150, 68, 1500))
 line = np.stack([-np.cos(angle), np.sin(angle), np.full_like(angle, 0.05)], axis=-1)
@@ -56,9 +61,13 @@ ax.invert_xaxis()
 plt.show()
 
 # %%
-# It passes through zero, again and again the nearer we come to the shadow. Each zero is a point of a *critical
-# curve*: there the beam is squeezed to a line, as light is on the coffee. ``index`` counts how often that has
-# happened on the way to the star. It is 0 far from the shadow, and grows by one across each critical curve.
+# ``delta_minus`` passes through zero, again and again the nearer we come to the shadow. Each zero is a point of a
+# *critical curve*: the beam about this direction lands as a line, with no width, as light does on the coffee.
+#
+# Why again and again? A line of sight that passes closer to the hole is bent more. Close to the shadow it runs round
+# the hole, once, twice, as often as one likes, before it leaves for the stars, and about every half turn its beam is
+# squeezed to a line and opens again. ``index`` counts how often that happened on the way. It is 0 far from the
+# shadow, and grows by one across each critical curve; where it is odd, the picture is mirrored.
 
 for index in range(3):
     inside = seen.index == index
@@ -68,29 +77,35 @@ for index in range(3):
 # The first critical curves and caustics
 # --------------------------------------
 #
-# ``caustics`` finds the zeros in all directions, to the last digit that a computer has, and joins them.
+# ``caustics`` finds the zeros in all directions, to the last digit that a computer has, and joins them. There are
+# infinitely many such curves, as lines of sight may run round the hole as often as one likes. They are numbered from
+# outside, their *order*: the *primary* one lies between index 0 and 1, the *secondary* between 1 and 2, the *tertiary*
+# between 2 and 3, and so on.
 
 caustics = kc.caustics(camera, orders=3)
 ax = caustics.plot(sky="camera")
 plt.show()
 
 # %%
-# These are the *critical curves* on the camera's sky, round the shadow: where to look. What is seen there on the
-# celestial sphere are the *caustics*.
+# These are the *critical curves* on the camera's sky, round the shadow: where to look. The lines of sight in these
+# directions land, among the stars, on the *caustics*, the primary critical curve on the primary caustic and so on,
+# point by point:
 
 caustics.plot()
 plt.show()
 
 # %%
-# The primary one is tiny, half a degree wide, on the far side of the hole: a hole that does not spin would make it a
-# single point, the star exactly behind. The tertiary one winds five times round the whole sky. The number of turns, and
-# the error of everything that was found:
+# The primary one is tiny, half a degree wide, on the far side of the hole. If the hole did not spin it would be a
+# single point, exactly behind it; the spin drags light along, and pulls the point apart. Light that ran round the
+# hole more often was dragged further: the tertiary caustic winds five times round the whole sky. The number of turns,
+# and the error of everything that was found:
 
 for caustic in caustics:
     print(f"{caustic.order}: {caustic.kind}, {caustic.circuits:.4f} circuits, error {caustic.error:.0e} rad")
 
 # %%
-# Each has four tips, as the cup's line has one: *cusps*.
+# Each has four tips, as the cup's line has one: *cusps*. When a star crosses a *fold*, which is all the rest, two
+# images meet and vanish; at a cusp three meet, and one goes on.
 
 caustics[0].plot()
 plt.show()
@@ -100,8 +115,9 @@ plt.show()
 # -----------------
 #
 # Take a small grid of directions across the secondary critical curve, long in the direction in which the beam is
-# squeezed (the second right singular vector of its Jacobian), short in the other one. Where does it land on the
-# celestial sphere? We measure there from one point of the caustic: along it, and across it.
+# squeezed, short in the other one. (``jacobian`` is the matrix that tells where a small step on the camera's sky
+# lands; its singular vectors are the two directions.) Where does the grid land on the celestial sphere? We measure
+# there from one point of the caustic: along it, and across it.
 
 secondary = caustics[1]
 number = len(secondary.sky) // 5
@@ -138,5 +154,7 @@ before.legend()
 plt.show()
 
 # %%
-# Like a sheet of paper the camera's sky is folded along the critical curve; the fold lies on the caustic (black). A
-# star on the one side of it lies under both layers, and is seen twice. On the other side there is no paper at all.
+# Like a sheet of paper this piece of the camera's sky is folded along the critical curve; the fold lies on the
+# caustic (black). A star on the one side of it lies under both layers: it is seen twice in this piece, once in the
+# layer that is turned over, mirrored. A star on the other side is not seen in this piece at all, but elsewhere on the
+# camera's sky.

@@ -10,8 +10,8 @@ We move one star over the secondary caustic of the last lesson, and watch a pair
 # --------------------
 #
 # A star's place on the celestial sphere is (θ′, φ′): θ′ from the spin axis, φ′ round it. ``star_images`` finds every
-# image of it in which light was focused at most ``max_index`` times on its way. (There are infinitely many more, ever
-# fainter and closer to the shadow.)
+# image of it with an index up to ``max_index``. (There are infinitely many more, closer to the shadow, whose light ran
+# round the hole more often. They are ever fainter, but for the moment when a pair of them is born.)
 
 import math
 
@@ -27,8 +27,8 @@ before = kc.star_images(camera, star=(math.radians(77), math.radians(-60)), max_
 before
 
 # %%
-# ``certified`` is true: the images were looked for, and, without looking, counted by how often the caustics wind round
-# the star. Both agree, so none is missing.
+# ``certified`` is true: the images were looked for; and how many there must be was counted without looking, from the
+# caustics alone, by how often each runs round the star. Both agree, so none is missing.
 #
 # Five degrees further on
 # -----------------------
@@ -38,7 +38,8 @@ print("before", before.per_index)
 print("after ", after.per_index)
 
 # %%
-# One image of index 1 and one of index 2 have come: a pair. Between them runs the secondary critical curve.
+# One image of index 1, which is mirrored, and one of index 2, which is not, have come: a pair. Between them runs the
+# secondary critical curve.
 
 ax = caustics.plot(sky="camera")
 after.plot(ax)
@@ -49,16 +50,16 @@ plt.show()
 # When exactly?
 # -------------
 #
-# The camera circles the hole, so that in its eyes all stars go round the other way: φ′ of a star falls. ``pair_events``
+# The camera circles the hole, so that for it all stars go round the other way: φ′ of a star falls. ``pair_events``
 # finds the moments when a star crosses a caustic.
 
 events = kc.pair_events(camera, math.radians(77))
 events
 
 # %%
-# The pair is born at one point of the critical curve. Let us come close to it from the other side, and measure how far
-# apart the two images are: their distance is the square root of the star's distance to the caustic. So is it in a
-# coffee cup, and at every fold.
+# The pair is born at one point of the critical curve. Put the star a little past the caustic, then closer and closer
+# to it, and measure how far apart the two images are: that goes as the square root of the star's distance from the
+# caustic. So is it in a coffee cup, and at every fold.
 
 born = events[0]
 for step in (1e-2, 1e-4, 1e-6):
@@ -69,8 +70,9 @@ for step in (1e-2, 1e-4, 1e-6):
     print(f"star {step:.0e} rad past the caustic: images {np.linalg.norm(pair[0] - pair[1]):.2e} rad apart")
 
 # %%
-# Nearer by a factor of 100, the images are nearer by 10. And the brightness of each grows without bound as they meet:
-# that is the bright line on the coffee.
+# Nearer by a factor of 100, the images are nearer by 10. And both grow brighter by 10, without bound as they meet: a
+# fish on the bright line of the cup sees two suns merge, and much light. So a pair is born brightest, its two images
+# equally bright, and fades: as one over the square root of the star's distance at first, then each in its own way.
 #
 # One whole orbit
 # ---------------
@@ -82,8 +84,8 @@ tracks.plot()
 plt.show()
 
 # %%
-# One colour an index. At a triangle that points up a pair is born, and its two images part; at one that points down two
-# images meet, and vanish. Brightness in time, with the same triangles:
+# A colour stands for an index. At a triangle that points up a pair is born, and its two images part; at one that
+# points down two images meet, and vanish. Brightness in time, with the same triangles, each over a spike:
 
 from kerrcaustics.draw.tracks import brightness
 

@@ -24,8 +24,9 @@ show_critical_curves(ax, view, kc.caustics(camera, orders=2))
 plt.show()
 
 # %%
-# Outside the primary critical curve (blue) the sky looks as usual, only bent. Between it and the secondary one (orange)
-# is the whole sky once more, mirrored and squeezed; then again, and so on down to the shadow.
+# Outside the primary critical curve (blue) the sky looks as usual, only bent. Between it and the secondary one
+# (orange) is the whole sky once more, mirrored and squeezed, and some of it more than once, as the last lesson found.
+# Within that one it comes again, not mirrored, and so on down to the shadow.
 #
 # Swatches
 # --------

@@ -49,7 +49,7 @@ plt.show()
 
 # %%
 # The stars drift past. Outside the primary critical curve they all go one way; inside it they circle round two
-# places on either side of the shadow, where the poles of the sky are seen.
+# places on either side of the shadow, where the poles of the sky are seen, about which it turns.
 #
 # The film
 # --------
@@ -61,7 +61,7 @@ plt.show()
 #     kerrcaustics film orbit.toml --output orbit.mp4
 #
 # makes all 240 frames; interrupted, it goes on where it stopped. From Python any function that returns a picture
-# makes a film. Here are two seconds of a star that crosses a caustic, as a GIF.
+# makes a film. Here are two seconds of a star that crosses the secondary caustic, with its images to index 2, as a GIF.
 
 import math
 
@@ -81,7 +81,7 @@ def frame(number):
     left, right = drawn.subplots(1, 2)
     star = math.radians(77), math.radians(-58 - 0.4 * number)
     caustics.plot(left, sky="camera")
-    kc.star_images(camera, star, max_index=1).plot(left)
+    kc.star_images(camera, star, max_index=2).plot(left)
     left.set(xlim=(-60, 100), ylim=(-80, 80))
     left.get_legend().remove()
     caustics.plot(right)

@@ -12,7 +12,7 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.screens import as_seen
 from kerrcaustics.results.declared import quantity, result, usual_warnings
-from kerrcaustics.spacetime.checks import instance_of, numbers, quoted, real_number
+from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis
 from kerrcaustics.stars.circles import CircleImages
@@ -148,8 +148,8 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     True
     """
     instance_of("images", images, CircleImages)
-    if not math.isfinite(real_number("line", line)):
-        raise ValueError(f"Argument `line` must be a finite number of radians, but is {quoted(line)}.")
+    if not np.isfinite(numbers("line", line)).all():
+        raise ValueError(f"Argument `line` must be finite, but is {quoted(line)}.")
     sheets = checked_sheets(images.camera, max(images.per_index))
     circle, path = Circle.great(*images.normal), _SkyLine(sheets, images, line)
     nodes, roots, doubt = _divided(sheets, circle, path)
