@@ -10,7 +10,7 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.screens import shown_looking
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera, orbital_velocity
-from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.stars.images import checked_index, checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
@@ -129,10 +129,7 @@ def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
 
 def checked_theta(theta: float) -> float:
     """The polar angle of a star, in [0, pi]."""
-    try:
-        number = float(theta)
-    except (TypeError, ValueError):
-        number = math.nan
+    number = real_number("theta", theta)
     if not 0 <= number <= math.pi:
         raise ValueError(
             f"Argument `theta` must be a number in [0, pi] radians (0 to 180 degrees), but is {quoted(theta)}."
