@@ -48,7 +48,7 @@ figure
 # Seen from the coffee
 # --------------------
 #
-# Now be a small fish in the coffee and look at the wall. You see the sun mirrored there: once for each ray that
+# Now be a small fish in the coffee and look at the wall. You see the sun thrown back there: once for each ray that
 # comes to you. A ray comes to you if your place lies on it, that is, where this function of :math:`t` is zero.
 
 
@@ -68,9 +68,10 @@ ax.legend()
 plt.show()
 
 # %%
-# At :math:`x = 0.2` the curve crosses zero once: one sun. At 0.8 it crosses three times: three suns. A smooth curve
-# that is bent until it touches the axis and crosses it has gained *two* crossings, one on the way down and one on
-# the way up; it cannot gain a single one. **That is why images come in pairs.**
+# At :math:`x = 0.2` the curve crosses zero once: one sun. At 0.8 it crosses three times: three suns. As the fish
+# swims, its curve bends. A smooth curve that is bent until it touches the axis and crosses it has gained *two*
+# crossings, one on the way down and one on the way up; it cannot gain a single one. **That is why images come in
+# pairs.**
 #
 # Two more things can be read from the curve. Where it goes up, a ray a little further on passes the fish on the one
 # side, where it goes down on the other: left and right are exchanged. So *one of the two images is mirrored*. And

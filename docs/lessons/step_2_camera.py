@@ -44,8 +44,8 @@ beams
 # in radians.
 #
 # Now look along a line from far to the right of the hole to its shadow. A narrow round beam of lines of sight lands
-# on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two diameters, over that which the beam
-# had at the camera; it is given a minus sign where the picture is mirrored. The smaller the ellipse, the larger the
+# on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two diameters, divided by that of the
+# beam at the camera; it is given a minus sign where the picture is mirrored. The smaller the ellipse, the larger the
 # picture of what lies in it, and the brighter a star there.
 
 angle = np.radians(np.linspace(150, 68, 1500))
@@ -67,7 +67,8 @@ plt.show()
 # Why again and again? A line of sight that passes closer to the hole is bent more. Close to the shadow it runs round
 # the hole, once, twice, as often as one likes, before it leaves for the stars, and about every half turn its beam is
 # squeezed to a line and opens again. ``index`` counts how often that happened on the way. It is 0 far from the
-# shadow, and grows by one across each critical curve; where it is odd, the picture is mirrored.
+# shadow, and grows by one across each critical curve, where one squeeze more comes to lie before the end of the way;
+# where it is odd, the picture is mirrored.
 
 for index in range(3):
     inside = seen.index == index
@@ -105,7 +106,8 @@ for caustic in caustics:
 
 # %%
 # Each has four tips, as the cup's line has one: *cusps*. When a star crosses a *fold*, which is all the rest, two
-# images meet and vanish; at a cusp three meet, and one goes on.
+# images meet and vanish, or are born, by the way it goes. When it leaves through the very tip of a cusp, three meet,
+# and one goes on.
 
 caustics[0].plot()
 plt.show()
