@@ -15,6 +15,7 @@ Next to the shadow the whole sphere is seen again and again, between each curve 
 """
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,9 @@ def celestial_panel(ax: Axes) -> None:
     ax.set(xlabel="φ′ (deg)", ylabel="θ′ (deg)", title="(a) celestial sphere")
 
 
-def seen(ax: Axes, view: kc.View, caustics: kc.CausticSet, stars: list[kc.StarTracks], whole: kc.View | None) -> Axes:
+def seen(
+    ax: Axes, view: kc.View, caustics: Sequence[kc.Caustic], stars: list[kc.StarTracks], whole: kc.View | None
+) -> Axes:
     """The sky in a view, with tracks and critical curves; whole: the view from whose middle degrees count.
 
     Tracks end at the last of the curves.

@@ -6,6 +6,7 @@ that hangs.
 
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -49,9 +50,15 @@ def wait_for_more(process, target):
         time.sleep(0.01)
 
 
+def told(process):
+    """What a process says, but for how far it is, which it says now and then."""
+    out, _ = process.communicate(timeout=GUARD)
+    return re.sub(r"^\d+ of 64 points.*\n", "", out, flags=re.MULTILINE)
+
+
 def check_finished(process):
     """The points inside the horizon failed, and no others."""
-    out, _ = process.communicate(timeout=GUARD)
+    out = told(process)
     assert process.returncode == 1 and "kerrcaustics: 8 of 64 points failed." in out, out
     # Nothing that Dask or a process says about itself.
     lines = out.splitlines()
@@ -121,7 +128,7 @@ def test_workers_that_are_always_killed_end_the_sweep_which_goes_on_later(tmp_pa
             with suppress(psutil.NoSuchProcess):
                 worker.kill()
         time.sleep(0.05)
-    out, _ = process.communicate()
+    out = told(process)
     assert process.returncode == 1 and out.count("\n") == 1
     assert out.startswith("kerrcaustics: Workers died 40 times without computing anything (too little memory?): ")
     assert 1 <= blocks_done(target) < 64
@@ -133,11 +140,11 @@ def test_workers_that_are_always_killed_end_the_sweep_which_goes_on_later(tmp_pa
 def test_points_that_kill_their_process_are_told_and_cost_no_other(tmp_path):
     path = written(tmp_path, "spin = [0.5, 0.9]\nradius = [3, 13]\norders = 1\nblock = 1\n")
     process = started(QUICK, path, tmp_path / "s.zarr", "--workers", 2, env={**os.environ, "DEATHS": "3"})
-    out, _ = process.communicate(timeout=GUARD)
+    out = told(process)
     lines = out.splitlines()
     assert process.returncode == 1 and lines[-1] == "kerrcaustics: 2 of 4 points failed.", out
-    told = "the process that computed it died each time (too little memory?)"
-    assert lines[2:-1] == [f"failed: spin {spin}, radius 13, inclination 90: {told}" for spin in (0.5, 0.9)]
+    reason = "the process that computed it died each time (too little memory?)"
+    assert lines[2:-1] == [f"failed: spin {spin}, radius 13, inclination 90: {reason}" for spin in (0.5, 0.9)]
     assert opened(tmp_path / "s.zarr").status.values[:, :, 0].tolist() == [[1, 2], [1, 2]]
 
 
@@ -150,9 +157,9 @@ def test_an_interrupt_ends_a_sweep_and_its_workers_in_one_line(tmp_path, undistu
     workers = workers_of(process)
     # As a terminal does: to all of them.
     os.killpg(process.pid, signal.SIGINT)
-    out, _ = process.communicate(timeout=GUARD)
-    told = f"kerrcaustics: Interrupted: what was computed is kept in {target}; start again to go on.\n"
-    assert (process.returncode, out) == (130, told)
+    out = told(process)
+    line = f"kerrcaustics: Interrupted: what was computed is kept in {target}; start again to go on.\n"
+    assert (process.returncode, out) == (130, line)
     _, alive = psutil.wait_procs(workers, timeout=GUARD)
     assert workers and not alive
     check_finished(started(QUICK, path, target))
@@ -180,7 +187,7 @@ def test_a_cluster_that_goes_away_ends_the_sweep_which_goes_on_later(tmp_path, u
     with scheduler(tmp_path) as address, dask(tmp_path, "worker", "--nthreads", 1, "--preload", *QUICK):
         process = started(QUICK, path, target, "--scheduler", address)
         wait_for_more(process, target)
-    out, _ = process.communicate(timeout=GUARD)
+    out = told(process)
     assert process.returncode == 1 and out.count("\n") == 1
     assert out.startswith("kerrcaustics: The Dask scheduler went away: the sweep ended. What its store holds is kept;")
     assert 1 <= blocks_done(target) < 64

@@ -4,7 +4,7 @@ import math
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, FuncFormatter
 from PIL import Image
 
-from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed
 from kerrcaustics.files import writing
@@ -73,7 +73,7 @@ def show_picture(ax: Axes, view: View, picture: UInt8[Array, "height width 3"], 
     return ax
 
 
-def show_critical_curves(ax: Axes, view: View, caustics: CausticSet, **line: Any) -> Axes:
+def show_critical_curves(ax: Axes, view: View, caustics: Iterable[Caustic], **line: Any) -> Axes:
     """Critical curves over a picture of the same view and camera, one colour an order, as lines in its pixels."""
     for caustic in caustics:
         curve = smoothed(caustic.sky) if caustic.closed else caustic.sky
