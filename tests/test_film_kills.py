@@ -40,6 +40,12 @@ def wait_for_more(process, target):
         time.sleep(0.005)
 
 
+def told(process):
+    """What a process says, but for how far it is, which it says now and then."""
+    out, _ = process.communicate(timeout=GUARD)
+    return re.sub(r"^\d+ of \d+ frames.*\n", "", out, flags=re.MULTILINE)
+
+
 def check_finished(process, target, good):
     """The film is there, and is the same; nothing that a process says about itself."""
     out, _ = process.communicate(timeout=GUARD)
@@ -115,10 +121,10 @@ def test_a_frame_that_kills_its_process_is_told_and_costs_no_other(tmp_path):
     scene, target = tmp_path / "bar.toml", tmp_path / "bar.mp4"
     scene.write_text(json.dumps({"frames": 6, "kills": [2]}))
     process = started(scene, target, "--workers", 2, env={**os.environ, "DEATHS": "3"})
-    out, _ = process.communicate(timeout=GUARD)
+    out = told(process)
     assert process.returncode == 1 and out.count("\n") == 1 and frames_done(target) == 5
-    told = "1 of 6 frames failed: frame 2: the process that drew it died each time (too little memory?). The other 5"
-    assert told in out
+    line = "1 of 6 frames failed: frame 2: the process that drew it died each time (too little memory?). The other 5"
+    assert line in out
 
 
 @pytest.mark.slow
@@ -130,12 +136,12 @@ def test_an_interrupt_leaves_what_can_be_gone_on_with(arguments, tmp_path, scene
     workers = workers_of(process)
     # As a terminal does: to all of them.
     os.killpg(process.pid, signal.SIGINT)
-    out, _ = process.communicate(timeout=GUARD)
+    out = told(process)
     assert process.returncode == 130 and out.count("\n") == 1
-    told = (
+    line = (
         rf"kerrcaustics: Interrupted: (\d+) frames? (is|are) kept in {frames_folder(target)}; start again to go on.\n"
     )
-    assert 1 <= int(re.fullmatch(told, out)[1]) <= frames_done(target)
+    assert 1 <= int(re.fullmatch(line, out)[1]) <= frames_done(target)
     _, alive = psutil.wait_procs(workers, timeout=GUARD)
     assert bool(workers) == bool(arguments) and not alive
     assert not list(tmp_path.rglob("*.part")) and frames_done(target) > 0
@@ -163,7 +169,7 @@ def test_a_file_that_cannot_grow_is_one_line(tmp_path, good):
     limit = 20_000
     assert len(good) > limit
     process = started(scene, target, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
-    out, _ = process.communicate(timeout=GUARD)
+    out = told(process)
     assert process.returncode == 1 and out.count("\n") == 1, out
     assert f"The film {target} cannot be written: File too large. Frames that are drawn are kept in" in out
     assert frames_done(target) == FRAMES and [file.name for file in target.parent.iterdir()] == [".bar.mp4.frames"]
