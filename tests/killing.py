@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -12,6 +13,12 @@ import psutil
 
 # Seconds after which a program hangs, however busy the machine is.
 GUARD = 3000
+
+
+def told(process):
+    """What a process says, but for how far it is, which it says now and then."""
+    out, _ = process.communicate(timeout=GUARD)
+    return re.sub(r"^\d+ of \d+ (frames|points).*\n", "", out, flags=re.MULTILINE)
 
 
 def workers_of(process):

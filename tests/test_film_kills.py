@@ -15,7 +15,7 @@ from pathlib import Path
 import psutil
 import pytest
 from filming import MovingBar
-from killing import GUARD, dask, kill_at_random, scheduler, workers_of
+from killing import GUARD, dask, kill_at_random, scheduler, told, workers_of
 
 from kerrcaustics.films.film import frames_folder, make_film
 from kerrcaustics.films.scene_films import scene_film
@@ -38,12 +38,6 @@ def wait_for_more(process, target):
     before = frames_done(target)
     while process.poll() is None and frames_done(target) == before:
         time.sleep(0.005)
-
-
-def told(process):
-    """What a process says, but for how far it is, which it says now and then."""
-    out, _ = process.communicate(timeout=GUARD)
-    return re.sub(r"^\d+ of \d+ frames.*\n", "", out, flags=re.MULTILINE)
 
 
 def check_finished(process, target, good):

@@ -6,7 +6,6 @@ that hangs.
 
 import os
 import random
-import re
 import signal
 import subprocess
 import sys
@@ -17,7 +16,7 @@ from pathlib import Path
 import psutil
 import pytest
 from command_line import run
-from killing import GUARD, dask, kill_at_random, scheduler, workers_of
+from killing import GUARD, dask, kill_at_random, scheduler, told, workers_of
 from sweeping import PLAIN, files, opened, written
 
 from kerrcaustics.workers import cluster
@@ -48,12 +47,6 @@ def wait_for_more(process, target):
     before = blocks_done(target)
     while process.poll() is None and blocks_done(target) == before:
         time.sleep(0.01)
-
-
-def told(process):
-    """What a process says, but for how far it is, which it says now and then."""
-    out, _ = process.communicate(timeout=GUARD)
-    return re.sub(r"^\d+ of 64 points.*\n", "", out, flags=re.MULTILINE)
 
 
 def check_finished(process):
