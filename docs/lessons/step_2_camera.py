@@ -66,7 +66,8 @@ plt.show()
 #
 # Why again and again? A line of sight that passes closer to the hole is bent more. Close to the shadow it runs round
 # the hole, once, twice, as often as one likes, before it leaves for the stars, and about every half turn its beam is
-# squeezed to a line and opens again. ``index`` counts how often that happened on the way. It is 0 far from the
+# squeezed to a line and opens again: ways round a ball that part at one place of it meet at the opposite place, half a
+# turn on, as meridians do at the poles. ``index`` counts how often that happened on the way. It is 0 far from the
 # shadow, and grows by one across each critical curve, where one squeeze more comes to lie before the end of the way;
 # where it is odd, the picture is mirrored.
 

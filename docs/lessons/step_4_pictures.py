@@ -9,7 +9,9 @@ From single rays to pictures: every pixel is a narrow beam.
 # Stars
 # -----
 #
-# A ``View`` says where the camera looks and how wide, ``StarField`` is the sky of the Hipparcos satellite.
+# A ``View`` says where the camera looks and how wide, ``StarField`` is the sky of the Hipparcos satellite. A
+# ``fisheye`` keeps angles from its middle to scale, so that much of the sky fits in. Stars differ in brightness by
+# thousands, which no screen shows: ``plot`` lifts the faint ones (``asinh`` is the curve by which it does that).
 
 import matplotlib.pyplot as plt
 
