@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, Real
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -128,7 +128,7 @@ def draw_motion(ax: Axes, line: Float[Array, "n 2"], colour: str, spacing: float
 
 
 def number_images(
-    ax: Axes, places: Float[Array, "n 2"], names: Sequence[str], offsets: Float[Array, "n 2"], colour: str = "black"
+    ax: Axes, places: Float[Array, "n 2"], names: Sequence[str], offsets: Real[Array, "n 2"], colour: str = "black"
 ) -> None:
     """Names such as #1 beside images at places (n, 2), at offsets (n, 2) in points of type."""
     for place, name, offset in zip(places, names, offsets, strict=True):

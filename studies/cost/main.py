@@ -88,8 +88,9 @@ def main(output: Path, directions: int = 24576, repeats: int = 5, scenes: tuple 
         rounds = {engine: measured(sky, engine, repeats, scenes) for engine in ENGINES}
     found, noise = ({engine: both[i] for engine, both in rounds.items()} for i in range(2))
     names = [name for name, _, _ in scenes]
-    heads = ["asked for", *(f"{engine}, µs" for engine in found)]
-    rows = [[n, *(f"{t:.1f}" for t in times)] for n, *times in zip(names, *found.values(), strict=True)]
+    heads = ["asked for", *(head for engine in found for head in (f"{engine}, µs", "slower round"))]
+    columns = [column for engine in found for column in (found[engine], np.add(found[engine], noise[engine]))]
+    rows = [[name, *(f"{t:.1f}" for t in times)] for name, *times in zip(names, *columns, strict=True)]
     print(text_table(heads, rows))
     settings = {"spin": CAMERA.spin, "radius": CAMERA.radius, "directions": directions, "scenes": names}
     return write_study(
