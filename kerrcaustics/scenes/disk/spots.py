@@ -112,6 +112,8 @@ class Spots:
     def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3)."""
         light = np.zeros((len(places.radius), 3))
+        if not len(light):
+            return light
         # Deviations with those of the parts, whose sides are boxes.
         rows = np.moveaxis(places.matrix, 1, 0)
         sizes = [np.minimum(np.hypot(self.size, _of_box(row)), _WIDEST * self.size) for row in rows]
