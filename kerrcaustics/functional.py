@@ -20,7 +20,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import Moving, differentiable, end, float64, motion_of
-from kerrcaustics.spacetime.camera import Velocity
+from kerrcaustics.spacetime.camera import LARGEST_RADIUS, Velocity
 
 
 def direction(
@@ -62,14 +62,26 @@ def travel_time(
 def _traced(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity, *, timed: bool) -> Array:
     motion = motion_of(velocity)
     with float64():
-        place = [_wide(name, x) for name, x in (("spin", spin), ("radius", radius), ("inclination", inclination))]
-        sky = _wide("sky", sky)
+        place, sky = [_wide(x) for x in (spin, radius, inclination)], _wide(sky)
+        _check_place(*place)
         if sky.ndim == 0 or sky.shape[-1] != 3:
             raise ValueError(f"Argument `sky` must have the shape (..., 3), but has {sky.shape}.")
         return _ends(*place, sky, motion, timed)
 
 
-def _wide(name: str, value: Any) -> Array:
+def _check_place(spin: Array, radius: Array, inclination: Array) -> None:
+    """Refuse a place that no camera can have, as far as it is known."""
+    if not isinstance(spin, Tracer):
+        if not ((spin >= 0) & (spin < 1)).all():
+            raise ValueError("Argument `spin` must lie in [0, 1).")
+        horizon = 1 + jnp.sqrt((1 - spin) * (1 + spin))
+        if not isinstance(radius, Tracer) and not ((radius > horizon) & (radius <= LARGEST_RADIUS)).all():
+            raise ValueError("Argument `radius` must be larger than the horizon radius, and at most 1e9.")
+    if not isinstance(inclination, Tracer) and not ((inclination >= 0) & (inclination <= jnp.pi)).all():
+        raise ValueError("Argument `inclination` must lie in [0, pi] radians.")
+
+
+def _wide(value: Any) -> Array:
     """The argument in float64; what is traced already is converted as JAX does it."""
     if isinstance(value, Tracer):
         return jax.lax.convert_element_type(value, jnp.float64)

@@ -118,10 +118,12 @@ def test_pixels_of_fits_lie_where_the_header_says(fits, tmp_path):
             assert np.array_equal(unit.data[..., y, x].reshape(true.shape), true)
 
 
-def test_a_sky_comes_back_from_fits(fits, tmp_path):
+@pytest.mark.parametrize(("name", "start"), [("sky.fits", b"SIMPLE"), ("sky.fits.gz", b"\x1f\x8b")])
+def test_a_sky_comes_back_from_fits(fits, tmp_path, name, start):
     light, n = made_light(), from_angles(np.linspace(0, math.pi, 50), np.linspace(0, 6.2, 50))
-    kc.save_sky(tmp_path / "sky.fits", light)
-    read, size = kc.Panorama.read(tmp_path / "sky.fits"), np.full(50, 0.1)
+    kc.save_sky(tmp_path / name, light)
+    assert (tmp_path / name).read_bytes().startswith(start)
+    read, size = kc.Panorama.read(tmp_path / name), np.full(50, 0.1)
     assert np.array_equal(read.around(n, size), kc.Panorama(light).around(n, size))
 
 

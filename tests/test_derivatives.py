@@ -85,6 +85,20 @@ def test_sky_without_three_components_is_refused(sky):
         kc.functional.direction(0.9, 10.0, 1.0, sky)
 
 
+@pytest.mark.parametrize(
+    ("place", "name"),
+    [
+        ((1.2, 10.0, 1.0), "spin"),
+        ((0.9, 1.4, 1.0), "radius"),
+        ((0.9, math.nan, 1.0), "radius"),
+        ((0, 9, 4), "inclination"),
+    ],
+)
+def test_places_are_refused_as_those_of_cameras(place, name):
+    with pytest.raises(ValueError, match=f"Argument `{name}` must"):
+        kc.functional.direction(*place, [-0.6, 0.5, 0.4])
+
+
 @pytest.mark.parametrize("velocity", ["fast", (1.0, 0.0, 0.1), (0.1, 0.2)], ids=str)
 def test_velocities_are_refused_as_those_of_cameras(velocity):
     with pytest.raises(ValueError, match="Argument `velocity` must"):
@@ -195,3 +209,10 @@ def test_derivatives_of_caustics_against_other_cameras():
 def test_derivatives_take_images_alone():
     with pytest.raises(ValueError, match="Argument `images` must be StarImages, but is tuple"):
         kc.image_derivatives(kc.Camera(0.9, 10.0), (1.4, 2.9))
+
+
+def test_derivatives_of_stars_at_a_finite_radius_are_refused():
+    camera = kc.Camera(0.9, 10.0)
+    near = kc.star_images(camera, (1.4, 2.9), max_index=0, end=50.0)
+    with pytest.raises(ValueError, match="`images` must be of a star at infinity, but it is at r = 50"):
+        kc.image_derivatives(camera, near)

@@ -28,6 +28,12 @@ def test_sources_that_are_none(camera, star, complaint):
         kc.star_images(camera, star, end=kc.EquatorialPlane(2))
 
 
+@pytest.mark.parametrize("phi", [math.nan, math.inf])
+def test_many_sources_must_be_finite_too(phi):
+    with pytest.raises(ValueError, match="`stars` must be an array of finite numbers"):
+        kc.image_counts(CAMERA, [(6.0, 1.0), (6.0, phi)], end=kc.EquatorialPlane(2))
+
+
 @pytest.mark.parametrize("function", [kc.star_tracks, kc.pair_events])
 @pytest.mark.parametrize("radius", [1.2, math.inf, math.nan, "far"])
 def test_circles_that_are_none(function, radius):

@@ -220,7 +220,7 @@ def test_definitions_may_use_each_other_and_the_place_but_not_go_round(scene):
     path = 'kind = "expressions"\nradius = "start - 0.1 * t"\n'
     read = scene(ON_A_PATH + path + '[definitions]\nstart = "10 * two"\ntwo = 2\nslow = "radius / 10"\n')
     assert read.camera(10.0).radius == 19
-    with pytest.raises(ValueError, match=r"definitions.start must not depend on itself, by way of two"):
+    with pytest.raises(ValueError, match=r"Scene .*definitions.start must not depend on itself, by way of two"):
         scene(ON_A_PATH + path + '[definitions]\nstart = "two"\ntwo = "start"\n')
     with pytest.raises(ValueError, match=r"camera.path.radius must use names that are defined, but start is not"):
         scene(ON_A_PATH + path)
@@ -329,6 +329,11 @@ def test_geodesics_are_those_of_hamiltons_equations(fall):
     twin = solve_ivp(hamilton(spin), (0, last), [*start[:3], *p], rtol=1e-9, atol=1e-9).y[:3, -1]
     # The differences of the twin are good to 1e-10 a step.
     assert found.place(last)[:3] == pytest.approx(twin.tolist(), abs=2e-6)
+
+
+def test_a_film_of_a_fall_starts_when_the_fall_does(scene):
+    text = ON_A_PATH + 'kind = "geodesic"\nradius = 8\ntime = 20\n'
+    assert scene(text.replace("start = 0\n", "")).span == (20.0, 50.0)
 
 
 def test_a_fall_ends_at_the_hole_and_says_so(scene):

@@ -326,5 +326,14 @@ def test_a_traced_view_serves_many_skies_that_turn():
         kc.trace_view(NEAR, view, quality="best")
 
 
-def test_a_checkerboard_is_nowhere_darker_than_black():
-    assert kc.celestial_picture(kc.Checkerboard(), 64).min() >= 0
+@pytest.mark.parametrize("along", ["latitude", "longitude"])
+def test_a_checkerboard_is_nowhere_darker_than_black(along):
+    assert kc.celestial_picture(kc.Checkerboard(colours=("#000000", "#ffffff", "#ff0000"), along=along), 64).min() >= 0
+
+
+def test_a_star_on_the_seam_of_a_whole_sky_keeps_its_light():
+    sums = []
+    for phi in (0.0, 1.0, -1e-3):
+        star = kc.StarCatalogue(from_angles(np.array([1.4]), phi), np.zeros(1), np.zeros(1))
+        sums.append(kc.celestial_picture(kc.StarField(star, np.eye(3), band=0), 90).sum())
+    assert sums == pytest.approx([sums[1]] * 3, rel=1e-12)

@@ -265,7 +265,7 @@ def test_bad_moments_and_lists_are_named():
         kc.follow_star([], (1.0, 2.0))
     with pytest.raises(ValueError, match="Argument `star`"):
         kc.follow_star([tracks.camera], (1.0, 2.0, 3.0))
-    with pytest.raises(ValueError, match="Argument `stars`"):
+    with pytest.raises(ValueError, match="Argument `star` must have theta'"):
         kc.follow_star([tracks.camera], (4.0, 2.0))
 
 

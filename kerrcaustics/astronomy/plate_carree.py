@@ -7,7 +7,9 @@ of the standard: they are those of the hole, and no celestial frame.
 References: Calabretta & Greisen 2002, A&A 395, 1077, sec. 3.1.1 and 5.2.3.
 """
 
+import gzip
 import os
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -35,7 +37,10 @@ def write(path: str | os.PathLike[str], images: dict[str, Array], cards: dict[st
         unit.header.update(_cards(image.shape[-2]))
     units[0].header.update(cards)
     with writing(path) as file:
-        fits.HDUList(units).writeto(file)
+        # Astropy goes by the name of a file, which an open one does not have.
+        packed = os.fspath(path).lower().endswith(".gz")
+        with gzip.GzipFile(fileobj=file, mode="wb", mtime=0) if packed else nullcontext(file) as plain:
+            fits.HDUList(units).writeto(plain)
 
 
 def _cards(rows: int) -> dict[str, Any]:

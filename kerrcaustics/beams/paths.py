@@ -288,7 +288,7 @@ def _followed(camera: Camera, sky: np.ndarray, n: int, end: Spherical) -> dict[s
     unknown = np.isnan(end_time)
     kept = jax.tree.map(lambda leaf: leaf[::part], track)
     fields: dict[str, np.ndarray] = dict(zip(_COORDINATES, _coordinates(kept, times[::part]), strict=True))
-    fields["error"] = np.array(_errors(frame.spin, beam, kept))
+    fields["error"] = np.array(_errors(beam, kept))
     # The end is known beforehand: missing it shows what the time is worth, close to the shadow edge.
     fields["error"][-1] += np.abs(kept.paths[0].position[0][-1] - beam.end_u) * np.asarray(
         polar_rapidity(beam.constants)
@@ -374,7 +374,7 @@ def _coordinates(state: _State, times: np.ndarray) -> list[np.ndarray]:
 
 
 @Program
-def _errors(spin: Reals, beam: _Beam, state: _State) -> Reals:
+def _errors(beam: _Beam, state: _State) -> Reals:
     """What errors of the steps and round-off in N make of the direction and of 1 / r: (time, ray)."""
     m = state.paths[0].position[1:]
     spread = length(

@@ -30,8 +30,8 @@ _MOST_KEPT, _MOST_LOADED = 256, 16
 _SOURCES = ("beams", "spacetime")
 
 # For the compiler, by platform. On a CPU, fused loops would compute what they share again and again: one loop for each
-# operation, over arrays that stay in the cache, takes a third of the time, and compiles faster. Small loops that become
-# one function each, as JAX 0.12 has them, would compile for minutes, as all that is in our loops would be that function.
+# operation, over arrays that stay in the cache, takes a third of the time, and compiles faster. Loops that are taken
+# for small would become one function each, as JAX 0.12 has it, and compile for minutes.
 _OPTIONS = {"cpu": {"xla_disable_hlo_passes": "fusion,small-while-loop-hoisting"}}
 
 Compiled = Callable[..., Any]

@@ -101,7 +101,11 @@ def counts(
         places = _read_stars(stars, source)
     elif star:
         places = [source.place("--star", star)]
-    count = partial(_stars, places, source.end()) if places else partial(_map, rows, source.end(), figure)
+    count = (
+        partial(_stars, places, "stars" if stars else "star", source.end())
+        if places
+        else partial(_map, rows, source.end(), figure)
+    )
     if circle:
         if source != SKY_SOURCES:
             raise BadInput("Arguments --source-radius and --plane must not come with --circle.")
@@ -115,9 +119,14 @@ def counts(
 
 
 def _stars(
-    places: list[tuple[float, float]], end: "float | EquatorialPlane", camera: "Camera", max_index: int, out: Console
+    places: list[tuple[float, float]],
+    argument: str,
+    end: "float | EquatorialPlane",
+    camera: "Camera",
+    max_index: int,
+    out: Console,
 ) -> Counted:
-    with plain_errors(), progress():
+    with plain_errors({"stars": argument}), progress():
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.counts import ImageCounts, image_counts
 

@@ -123,10 +123,8 @@ class SourceOptions:
             raise BadInput(f"Argument --plane must be at least 1, but is {self.plane}.")
 
     def sphere(self) -> float:
-        """The radius of the sources, where a plane will not do."""
+        """The radius of the sources, where they lie in no plane."""
         self.check()
-        if self.plane is not None:
-            raise BadInput("Argument --plane must not come with --film.")
         return math.inf if self.source_radius is None else self.source_radius
 
     def end(self) -> "float | EquatorialPlane":

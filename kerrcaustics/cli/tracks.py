@@ -81,7 +81,7 @@ def tracks(
         if seen_from.is_distant and picture is not None:
             raise BadInput(f"Argument {argument} must be left out for an observer at infinity.")
     began = time.perf_counter()
-    with plain_errors(), progress() as report:
+    with plain_errors({"theta": "star-theta"}), progress() as report:
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.tracks import star_tracks
 

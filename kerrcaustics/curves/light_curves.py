@@ -151,10 +151,10 @@ def light_curve(
     if not 0 < real_number("size", size) < math.inf:
         raise ValueError(f"Argument `size` must be a positive, finite length, but is {quoted(size)}.")
     crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
-    radius = float(check_circles(camera, "orbit", orbit)[0])
-    found = EMITTERS[motion](camera.spin, float(radius), 0.0)
+    radius = float(check_circles(camera, "orbit", real_number("orbit", orbit))[0])
+    found = EMITTERS[motion](camera.spin, radius, 0.0)
     if not found.slowness > 0:
-        raise ValueError(f"Argument `orbit` must be the radius of a circular orbit, but is {orbit:g}.")
+        raise ValueError(f"Argument `orbit` must be the radius of a circular orbit, but is {radius:g}.")
     orbital = float(found.orbital)
     period = 2 * math.pi / abs(orbital)
     clock = _clock(times, period)

@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
+from kerrcaustics.draw.projection import whole_line
 
 _ROW_HEIGHT = 1.25
 # Part of the width of a page for the columns of order 1, 2, 3, ...
@@ -30,7 +31,7 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
     half : float, optional
         Half the width of the panel in radians; it then shows offsets from the middle of the caustic.
     """
-    curve = np.degrees(np.concatenate([caustic.celestial, caustic.celestial[:1]])[:, ::-1])
+    curve = np.degrees(whole_line(caustic.celestial, caustic.closed)[:, ::-1])
     if caustic.kind == "point":
         curve = curve[:1]
     if half is not None:

@@ -238,6 +238,7 @@ def orbit_film(tracks: StarTracks, caustics: CausticSet, frames: int = 600, rate
         "velocity": camera.velocity,
         "theta": tracks.theta,
         "max_index": tracks.max_index,
+        "source_radius": tracks.source_radius,
     }
     return Film("orbit", settings, frames, rate, Orbit(tracks, caustics, frames).frame)
 

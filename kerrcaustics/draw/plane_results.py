@@ -15,6 +15,7 @@ from kerrcaustics.beams.paths import SpacePoints
 from kerrcaustics.curves.plane_caustics import PlaneCaustic
 from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import style
+from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.stars.plane_images import PlaneCounts
 from kerrcaustics.stars.plane_maps import PlaneCountMap
@@ -105,8 +106,3 @@ def numbered(ax: Axes, x: Float[Array, " n"], y: Float[Array, " n"], total: Arra
     colours = ListedColormap(colormaps["viridis"](np.linspace(0.05, 0.95, 16)))
     ax.scatter(x, y, c=total, s=12, cmap=colours)
     return ax.figure
-
-
-def whole_line(points: Float[Array, "n k"], closed: bool) -> Float[Array, "m k"]:
-    """A curve whose first point is repeated where it is closed."""
-    return np.concatenate([points, points[:1]]) if closed else points

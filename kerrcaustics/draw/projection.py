@@ -55,6 +55,11 @@ def _encloses_centre(curve: Float[Array, "n 3"], axes: Float[Array, "3 3"]) -> b
     return bool(abs(np.unwrap(angle, period=360)[-1] - angle[0]) > 180)
 
 
+def whole_line(points: Float[Array, "n k"], closed: bool) -> Float[Array, "m k"]:
+    """A curve whose first point is repeated where it is closed."""
+    return np.concatenate([points, points[:1]]) if closed else points
+
+
 def smoothed(directions: Float[Array, "n 3"]) -> Float[Array, "m 3"]:
     """A closed curve (n, 3) with ten points for one: the projection stretches its steps where it runs far back."""
     closed = np.concatenate([directions, directions[:1]])

@@ -11,7 +11,7 @@ from matplotlib.ticker import MultipleLocator
 
 from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.draw import style
-from kerrcaustics.draw.projection import OVERLAP, azimuthal_equidistant, smoothed
+from kerrcaustics.draw.projection import OVERLAP, azimuthal_equidistant, smoothed, whole_line
 
 Array = np.ndarray
 
@@ -48,7 +48,7 @@ def celestial_sphere_axes(ax: Axes, name: str = "φ′ (deg)", step: float = 30)
 def critical_line(caustic: Caustic, axes: Float[Array, "3 3"]) -> Float[Array, "n 2"]:
     """Critical curve in degrees on the picture of `view_axes`, ready to be drawn: closed where it is."""
     line = azimuthal_equidistant(smoothed(caustic.sky) if caustic.closed else caustic.sky, axes)
-    return np.concatenate([line, line[:1]]) if caustic.closed else line
+    return whole_line(line, caustic.closed)
 
 
 def draw_wrapped(ax: Axes, caustic: Caustic, width: float, narrow: float, **settings: Any) -> None:
@@ -59,7 +59,7 @@ def draw_wrapped(ax: Axes, caustic: Caustic, width: float, narrow: float, **sett
     if caustic.kind == "point":
         style.draw_cross(ax, wrapped(np.degrees(caustic.celestial[:1]))[0], caustic.order)
         return
-    line = wrapped(np.degrees(np.concatenate([caustic.celestial, caustic.celestial[:1]])))
+    line = wrapped(np.degrees(whole_line(caustic.celestial, caustic.closed)))
     linewidth = width if caustic.circuits < 2 else narrow
     ax.plot(*line.T, linewidth=linewidth, **style.order_line(caustic.order), **settings)
 

@@ -14,9 +14,9 @@ from kerrcaustics.curves.isoradials import Isoradial
 from kerrcaustics.curves.light_curves import SpotEvent
 from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import count_map_axes
-from kerrcaustics.draw.plane_results import numbered, whole_line
+from kerrcaustics.draw.plane_results import numbered
 from kerrcaustics.draw.plots import celestial_sphere, primary_zoom
-from kerrcaustics.draw.projection import azimuthal_equidistant
+from kerrcaustics.draw.projection import azimuthal_equidistant, whole_line
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped
 from kerrcaustics.draw.tracks import stretches
 from kerrcaustics.scenes.catalogue import StarCatalogue

@@ -16,6 +16,7 @@ from kerrcaustics.beams.paths import RayPaths, SpacePoints
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import style
+from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import from_angles
@@ -221,7 +222,8 @@ def celestial_model(caustics: CausticSet) -> Model:
         width = 6.0 if caustic.order == 1 else 6.0 / caustic.order**0.7
         height = 1 + 0.004 * (len(caustics) - caustic.order)
         colour = style.order_colour(caustic.order)
-        lines.append(SpaceCurve(f"{style.order_name(caustic.order)} caustic", height * _closed(places), colour, width))
+        line = height * whole_line(places, caustic.closed)
+        lines.append(SpaceCurve(f"{style.order_name(caustic.order)} caustic", line, colour, width))
     key = tuple(
         (f"{style.order_name(c.order)}, {c.circuits:.3g} circuits", style.order_colour(c.order)) for c in caustics
     )

@@ -21,7 +21,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, greeting, question, refusal
 from kerrcaustics.explorer.state import ExplorerState
-from kerrcaustics.explorer.view import Message
 
 PAGE = Path(__file__).parent / "page"
 FILES = {
@@ -170,10 +169,10 @@ class Explorer:
 
 def _encoded(number: int, want: str, state: ExplorerState) -> bytes:
     try:
-        found: Message = answer(number, want, state)
+        return answer(number, want, state).encoded()
     except Exception as error:
-        found = refusal(f"This could not be found ({type(error).__name__}): move a slider a little.", number, want)
-    return found.encoded()
+        said = f"This could not be found ({type(error).__name__}): move a slider a little."
+        return refusal(said, number, want).encoded()
 
 
 class _Server(uvicorn.Server):

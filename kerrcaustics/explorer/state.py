@@ -88,7 +88,7 @@ class ExplorerState:
         return urlencode({name: _text(value) for name, value in self.record().items()})
 
     def commands(self) -> list[str]:
-        """What gives the same numbers on the command line."""
+        """What gives these numbers on the command line; deep images more finely."""
         camera = f"--spin {self.spin:.12g} --radius {self.radius:.12g} --velocity {self.velocity}"
         camera += "" if self.inclination == 90 else f" --inclination {self.inclination:.12g}"
         star = f"--star {self.theta:.12g} {self.phi:.12g}"
@@ -100,7 +100,7 @@ class ExplorerState:
         return lines + [f"kerrcaustics tracks {camera} {tracks} --max-index {self.max_index}"] * self.has_orbit
 
     def python(self) -> str:
-        """What gives the same numbers in Python."""
+        """What gives these numbers in Python; deep images more finely."""
         inclination = "math.pi / 2" if self.inclination == 90 else f"math.radians({self.inclination:.12g})"
         star = f"(math.radians({self.theta:.12g}), math.radians({self.phi:.12g}))"
         return (

@@ -104,7 +104,9 @@ def _widget_class() -> Any:
         def _tell(self, message: Message) -> None:
             if message.record["kind"] == "view":
                 self.state = message.record["state"]
-                self.numbers = {name: message.record.get(name) for name in ("images", "caustics")}
+                self.numbers = self.numbers | {
+                    k: message.record[k] for k in ("images", "caustics") if k in message.record
+                }
             self.send({"kind": "message"}, [message.encoded()])
 
     return ExplorerWidget

@@ -163,7 +163,7 @@ def make_film(
     check_place(workers, scheduler)
     check_film_path(path)
     wanted = range(film.frames) if frames is None else frames
-    if not wanted or wanted[0] < 0 or wanted[-1] >= film.frames:
+    if not wanted or min(wanted) < 0 or max(wanted) >= film.frames:
         clip = f"{wanted.start}:{wanted.stop}"
         raise ValueError(f"Argument `frames` must lie within 0:{film.frames}, which are all, but is {clip}.")
     check_answer(scheduler)

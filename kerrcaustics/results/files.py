@@ -211,6 +211,7 @@ def _restored(kind: Any, parts: dict[str, Any]) -> Any:
     Fields that came later have their defaults; the others are None.
     """
     defaults = {field.name: field.default for field in fields(kind) if field.default is not MISSING}
+    defaults |= {field.name: field.default_factory() for field in fields(kind) if field.default_factory is not MISSING}
     if not parts.keys() <= stored(kind).keys() <= (parts | defaults).keys():
         raise ValueError(f"{kind.__name__} has other fields")
     made = object.__new__(kind)

@@ -11,7 +11,7 @@ from kerrcaustics.scene_files.contents import Contents, GeodesicTable
 # Names of arguments that are keys under another name, in degrees.
 _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg", "forward": "look", "up": "look"}
 _KEYS |= {"tilt": "galaxy_tilt_deg", "node": "galaxy_node_deg", "centre": "galaxy_centre_deg", "spread": "file"}
-_KEYS |= {"path": "file", "light": "file", "radius": "radius"}
+_KEYS |= {"path": "file", "light": "file"}
 _LARGEST = 16384
 _LONGEST = 1e9
 

@@ -168,6 +168,6 @@ def check_names(formulas: Iterable[Formula], named: dict[str, Formula], given: I
         for name in ready:
             del left[name]
     for one in left.values():
-        raise ValueError(
+        raise SceneError(
             f"{one.entry} must not depend on itself, by way of {', '.join(sorted(one.names & set(left)))}."
         )

@@ -26,6 +26,7 @@ from kerrcaustics.scene_files.motion import PLACE_NAMES
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, orbital_velocity
+from kerrcaustics.stars.sheets import HIGHEST_INDEX
 from kerrcaustics.stars.tracks import StarTracks, star_tracks
 
 Array = np.ndarray
@@ -44,8 +45,6 @@ def overlaid(
     picture: UInt8[Array, "height width 3"], overlays: OverlaysTable, rendering: Rendering, moment: Moment
 ) -> UInt8[Array, "height width 3"]:
     """The picture of a rendering with what is drawn onto it."""
-    if not (overlays.critical_curves or overlays.tracks or overlays.caption):
-        return picture
     height, width = picture.shape[:2]
     # Bright lines do with dark rims what dark ones cannot on a black shadow.
     with rc_context(style.FILM_RC):
@@ -65,7 +64,7 @@ def overlaid(
 def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None:
     lines: list[Line2D] = []
     if overlays.tracks:
-        most = max(overlays.critical_curves - 1, 1)
+        most = min(max(overlays.critical_curves - 1, 1), HIGHEST_INDEX)
         _draw_tracks(ax, overlays.tracks, most, camera, view)
         lines += [Line2D([], [], label=f"tracks, index {index}", **_track_line(index)) for index in range(most + 1)]
     if overlays.critical_curves:

@@ -37,8 +37,12 @@ def _traced(camera: Camera, view: View, sky: bool, disk: Disk | None, delay: boo
     """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
     rims = disk and (disk.inner, disk.outer, disk.opaque)
     of = camera, view, sky, rims, delay, quality
-    if not (_LAST and same(_LAST[0][0], of)):
+    # Looked at once: another thread may put its own there.
+    kept = next(iter(_LAST), None)
+    if kept is None or not same(kept[0], of):
         # Two at once would be too much memory.
+        kept = None
         _LAST.clear()
-        _LAST.append((of, trace_view(camera, view, sky=sky, disk=disk, delay=delay, quality=quality)))
-    return _LAST[0][1]
+        kept = of, trace_view(camera, view, sky=sky, disk=disk, delay=delay, quality=quality)
+        _LAST[:] = [kept]
+    return kept[1]

@@ -15,7 +15,7 @@ from jaxtyping import Float, UInt8
 from kerrcaustics.scene_files.cameras import CameraWay, value_at, varied, way_of
 from kerrcaustics.scene_files.changes import changed
 from kerrcaustics.scene_files.complaints import SceneError, about, check_numbers, refuse, told_of
-from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, OverlaysTable
+from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, GeodesicTable, OverlaysTable
 from kerrcaustics.scene_files.looking import axes_of
 from kerrcaustics.scene_files.renderer import rendered
 from kerrcaustics.scene_files.things import disk_of, flared_by, point_spread, sky_of
@@ -236,7 +236,9 @@ class SceneFile:
         film = self.contents.film
         span = None
         if film is not None and (film.start is not None or film.end is not None):
-            start = film.start or 0.0
+            path = self.contents.camera.path
+            first = path.time if isinstance(path, GeodesicTable) else 0.0
+            start = first if film.start is None else film.start
             span = start, start if film.end is None else film.end
         return way_of(self.contents, self.folder, span)
 

@@ -173,7 +173,8 @@ class Checkerboard:
         round_about = (self._along_columns(right) - self._along_columns(left)) / (right - left)
         scale = math.pi / self.rows / (high - low)
         down = [(self._in_rows(high, parity) - self._in_rows(low, parity)) * scale for parity in range(2)]
-        return (self._background[:, None] + down[0] * round_about[0] + down[1] * round_about[1]).T
+        colours = self._background[:, None] + down[0] * round_about[0] + down[1] * round_about[1]
+        return np.maximum(colours.T, 0.0)
 
     def _in_rows(self, theta: Float[Array, " m"], parity: int) -> Float[Array, " m"]:
         """Integral (m,) of the even or the odd rows from the pole to theta', in rows."""

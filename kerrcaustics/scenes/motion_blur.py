@@ -48,7 +48,7 @@ class DiskLight(NamedTuple):
 def blurred_sky(
     exposure: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"]
 ) -> tuple[Float[Array, "h w 3"], SeenSky]:
-    """The light of a sky over an exposure, and what was seen: in its middle, with the sums and means of all of it.
+    """The light of a sky over an exposure, and what was seen: in its first part, with the worst of all of them.
 
     close, hidden: as for `sky_map`.
     """

@@ -365,5 +365,8 @@ def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"
         x, y, _ = points.direction.T
         turn, down = np.arctan2(y, x) % (2 * math.pi), polar_angle(points.direction)
         place = np.stack([turn, down], axis=-1) / pixel - 0.5
-        drawn(light, place, points.flux / (pixel**2 * np.maximum(np.sin(down), pixel / 2))[:, None])
+        give = points.flux / (pixel**2 * np.maximum(np.sin(down), pixel / 2))[:, None]
+        # What of a star lies beyond one side of the picture comes in on the other.
+        for turns in (-1, 0, 1):
+            drawn(light, place + np.array([2 * height * turns, 0]), give)
     return light

@@ -130,6 +130,10 @@ def image_derivatives(camera: Camera, images: StarImages) -> ImageDerivatives:
     check_camera(camera)
     if not isinstance(images, StarImages):
         raise ValueError(f"Argument `images` must be StarImages, but is {type(images).__name__}.")
+    if not math.isinf(images.source_radius):
+        raise ValueError(
+            f"Argument `images` must be of a star at infinity, but it is at r = {images.source_radius:.12g}."
+        )
     found = _of_images(camera, images, images.sky, DENSEST)
     sky, logarithm, time = found
     e_1, e_2 = tangent_basis(images.sky)

@@ -169,5 +169,5 @@ def _checked_places(star: ArrayLike, count: int) -> Float[Array, "{count} 2"]:
             f"Argument `star` must be (theta', phi') in radians, or one such pair for each of the {count} cameras."
         )
     angles = np.broadcast_to(angles, (count, 2))
-    checked_stars(angles)
+    checked_stars(angles, "star")
     return angles

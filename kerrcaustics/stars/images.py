@@ -261,15 +261,15 @@ def checked_index(max_index: int) -> int:
     return whole_number("max_index", max_index, 0, HIGHEST_INDEX)
 
 
-def checked_stars(stars: ArrayLike) -> Float[Array, "stars 3"]:
-    """Unit vectors of stars (n, 2) = (theta', phi')."""
-    angles = numbers("stars", stars)
+def checked_stars(stars: ArrayLike, name: str = "stars") -> Float[Array, "stars 3"]:
+    """Unit vectors of stars (n, 2) = (theta', phi'), which the user gave as the argument `name`."""
+    angles = numbers(name, stars)
     if angles.ndim != 2 or angles.shape[-1] != 2 or not np.isfinite(angles).all():
         raise ValueError(
-            "Argument `stars` must be an array of finite numbers of shape (n, 2): theta', phi' in radians."
+            f"Argument `{name}` must be an array of finite numbers of shape (n, 2): theta', phi' in radians."
         )
     if ((angles[:, 0] < 0) | (angles[:, 0] > math.pi)).any():
-        raise ValueError("Argument `stars` must have theta' in [0, pi] radians (0 to 180 degrees).")
+        raise ValueError(f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees).")
     return from_angles(angles[:, 0], angles[:, 1])
 
 

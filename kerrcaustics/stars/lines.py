@@ -54,7 +54,7 @@ class _SkyLine:
         """From what the user gave."""
         self._sheets = sheets
         given = numbers("line", line)
-        if not (given.shape in ((), (2, 3)) and np.isfinite(given).all()):
+        if given.shape not in ((), (2, 3)):
             raise ValueError(
                 "Argument `line` must be an angle in radians, or two directions N, an array of shape (2, 3)."
             )
@@ -64,7 +64,7 @@ class _SkyLine:
         else:
             size = np.linalg.norm(given, axis=1, keepdims=True)
             if not (size > 0).all():
-                raise ValueError("Argument `line` must have directions N of length 1.")
+                raise ValueError("Argument `line` must have directions N that are not 0.")
             rest = as_seen(given / size, images.camera.frame(), sheets.frame)
             self._start, ahead = rest[0], rest[1] - (rest[0] @ rest[1]) * rest[0]
             across = float(np.linalg.norm(ahead))

@@ -142,8 +142,8 @@ class PlaneCounts:
 def plane_counts(camera: Camera, sources: object, max_index: int, end: EquatorialPlane) -> PlaneCounts:
     """Counts of the images of sources (n, 2) = (r, phi): quick for many on one circle."""
     places = numbers("stars", sources)
-    if places.ndim != 2 or places.shape[-1] != 2:
-        raise ValueError("Argument `stars` must be an array of numbers of shape (n, 2): r, phi.")
+    if places.ndim != 2 or places.shape[-1] != 2 or not np.isfinite(places).all():
+        raise ValueError("Argument `stars` must be an array of finite numbers of shape (n, 2): r, phi.")
     counts = np.zeros((len(places), max_index + 1), int)
     near, certified = np.zeros((2, len(places)), bool)
     for radius in np.unique(places[:, 0]).tolist():

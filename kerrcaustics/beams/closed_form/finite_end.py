@@ -41,7 +41,6 @@ _Point = tuple[Reals, Reals]
 
 def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Reals, aim: Aim, *, clock: bool) -> Travel:
     """The motion to the first arrival at a radius."""
-    assert aim.rising is not None
     roots, start = start_of(frame, light, quartic)
     u = 1 / radius + 0 * light.b
     square = radial.outer_square(roots.quartic(), (start.r, start.outer), radius)

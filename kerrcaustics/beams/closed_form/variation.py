@@ -99,7 +99,7 @@ def columns(
     slopes = _time_slopes(frame, light, way, end)
     course = _course(way)
     found = []
-    for change in _changes(frame, sky, light):
+    for change in _changes(frame, sky):
         swung, along, across = _swung(frame, light, course, change, on_equator=on_equator)
         late = -swung if isinstance(end, EquatorialPlane) else None
         late, turned, in_radius = _travelled(frame, light, way, slopes, change, late)
@@ -110,7 +110,7 @@ def columns(
     return (theta, phi), in_radius
 
 
-def _changes(frame: Frame, sky: Components, light: Photon) -> list[_Change]:
+def _changes(frame: Frame, sky: Components) -> list[_Change]:
     """The changes of a photon with N along the two tangents of `tangent_basis`."""
     a, s, c = frame.spin, frame.sin_theta, frame.cos_theta
 

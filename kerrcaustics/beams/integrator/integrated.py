@@ -7,7 +7,7 @@ The path is u = 1/r and a point m = (x, y, z) of the unit sphere that turns abou
 No first derivative stands on the right, so a Runge-Kutta-Nystroem pair of order 12(10) integrates it. A beam
 is the same path with its first variation in two orthonormal directions of the camera sky, in the same steps.
 Each ray takes its own steps, from a bound on how fast its solution can change; a batch runs until its slowest
-ray has arrived, so batches want rays of similar work (see trace.py).
+ray has arrived, so batches want rays of similar work (see beams/choice.py).
 
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """

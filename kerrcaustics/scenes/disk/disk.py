@@ -69,7 +69,7 @@ class Disk:
         check_rims(self.inner, self.outer)
         if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
             raise ValueError(
-                "Argument `emission` must be a BlackBody, PowerLaw, PageThorne, Swatches, Texture or Spots, "
+                "Argument `emission` must be a BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps, "
                 f"but is {quoted(self.emission)}."
             )
         if not callable(self.opacity) and not 0 <= real_number("opacity", self.opacity) <= 1:
