@@ -61,7 +61,7 @@ def draw(found: dict[str, list[float]], noise: dict[str, list[float]], names: li
                 slower = {"yerr": [[0], [noise[engine][i]]], "error_kw": {"linewidth": 0.8, "capsize": 2}}
                 ax.bar(place, time, 0.36, color=ENGINES[engine], **slower)
                 label = {"ha": "center", "fontsize": SMALLEST_TEXT, "textcoords": "offset points"}
-                ax.annotate(f"{time:.1f}", (place, time), (0, 2), **label)
+                ax.annotate(f"{time:.1f}", (place, time + noise[engine][i]), (0, 2), **label)
             name = "closed form" if engine == "closed-form" else engine
             ax.annotate(name, (0.02, 0.95 - 0.09 * k), xycoords="axes fraction", color=ENGINES[engine], va="top")
         ax.set_xticks(range(len(names)), names)
