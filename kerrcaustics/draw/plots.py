@@ -203,7 +203,7 @@ def overview(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Figure:
 
 
 def _caustic_panel(ax: Axes, caustic: Caustic) -> None:
-    draw = primary_zoom if _is_small(caustic) and caustic.kind != "point" else celestial_sphere
+    draw = primary_zoom if is_small(caustic) and caustic.kind != "point" else celestial_sphere
     draw(ax, caustic)
     remark = ", a point" if caustic.kind == "point" else ""
     if caustic.circuits > 0.5:
@@ -211,13 +211,14 @@ def _caustic_panel(ax: Axes, caustic: Caustic) -> None:
     ax.set_title(f"{style.order_name(caustic.order)} caustic{remark}")
 
 
-def _is_small(caustic: Caustic) -> bool:
+def is_small(caustic: Caustic) -> bool:
+    """Below 10 degrees: its true shape is seen only by itself."""
     return bool(max(caustic.theta_extent, caustic.phi_extent) < math.radians(10))
 
 
 def _panel_width(caustic: Caustic, count: int) -> float:
     """Part of the page's width, in sixths, for one of `count` caustics; all of it for a few that wind."""
-    if _is_small(caustic):
+    if is_small(caustic):
         return 2
     return 6 if count <= 4 and caustic.circuits > 1.1 else 3
 

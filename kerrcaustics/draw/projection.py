@@ -8,7 +8,8 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.spatial import KDTree
 
 from kerrcaustics.curves.caustic import CausticSet
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.shadow import shadow_axes, straight_out, upright_axes
 from kerrcaustics.spacetime.sphere import angle_between
 
 Array = np.ndarray
@@ -35,18 +36,10 @@ def view_axes(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Float[Array, "
 
 def axes_about(camera: Camera, edge: Float[Array, "n 3"], curves: list[Array]) -> Float[Array, "3 3"]:
     """The same about any curves (n, 3) on the camera sky that enclose the hole."""
-    frame = camera.frame()
-    hole = sky_from_fido(frame, np.array([1.0, 0.0, 0.0]))
-    area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
-    centre = area / np.linalg.norm(area) * math.copysign(1, area @ hole)
-    e_theta = np.asarray(frame.basis)[:, 1]
-    for forward in (centre, hole):
-        up = -e_theta + (e_theta @ forward) * forward
-        up /= np.linalg.norm(up)
-        axes = np.stack([forward, np.cross(forward, up), up])
-        if all(_encloses_centre(curve, axes) for curve in (edge, *curves)):
-            break
-    return axes
+    axes = shadow_axes(camera, edge)
+    if all(_encloses_centre(curve, axes) for curve in (edge, *curves)):
+        return axes
+    return upright_axes(camera, straight_out(camera))
 
 
 def _encloses_centre(curve: Float[Array, "n 3"], axes: Float[Array, "3 3"]) -> bool:

@@ -15,7 +15,7 @@ from kerrcaustics.curves.light_curves import SpotEvent
 from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import count_map_axes
 from kerrcaustics.draw.plane_results import numbered
-from kerrcaustics.draw.plots import celestial_sphere, primary_zoom
+from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
 from kerrcaustics.draw.projection import azimuthal_equidistant, whole_line
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped
 from kerrcaustics.draw.tracks import stretches
@@ -43,8 +43,8 @@ _TO_THE_HOLE = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 def one_caustic(ax: Axes, caustic: Caustic, *, zoom: bool | None = None) -> Axes:
     """On the celestial sphere; zoom, which is usual for one below 10 degrees, in its true shape about its middle."""
-    small = max(caustic.theta_extent, caustic.phi_extent) < math.radians(10)
-    draw = primary_zoom if (small if zoom is None else zoom) and caustic.kind != "point" else celestial_sphere
+    zoom = is_small(caustic) if zoom is None else zoom
+    draw = primary_zoom if zoom and caustic.kind != "point" else celestial_sphere
     draw(ax, caustic)
     ax.set_title(f"{style.order_name(caustic.order)} caustic")
     return ax

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from PIL import Image
 
 from kerrcaustics.explorer.state import ExplorerState
-from kerrcaustics.explorer.view import Message, curves_of, sky_axes
+from kerrcaustics.explorer.view import Message, curves_of
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.render import celestial_picture, trace_view
@@ -18,7 +18,7 @@ from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 Array = np.ndarray
 
@@ -49,7 +49,7 @@ def _field(state: ExplorerState) -> float:
     camera, primary = state.camera(), next(iter(curves_of(state)), None)
     edge = shadow_edge(camera, _EDGE)
     curve = edge if primary is None else primary.sky
-    farthest = np.arccos(np.clip(curve @ sky_axes(camera, edge)[0], -1, 1)).max()
+    farthest = np.arccos(np.clip(curve @ shadow_axes(camera, edge)[0], -1, 1)).max()
     return min(LARGEST_FIELD, _ROOM * math.degrees(farthest))
 
 
@@ -60,7 +60,7 @@ def _sky(name: str) -> Sky | None:
 
 @lru_cache(maxsize=8)
 def _lensed(camera: Camera, name: str, field: float) -> Array:
-    forward, _, up = sky_axes(camera, shadow_edge(camera, _EDGE))
+    forward, _, up = shadow_axes(camera, shadow_edge(camera, _EDGE))
     view = View(SIZE, SIZE, math.radians(field), "fisheye", forward, up)
     return _jpeg(trace_view(camera, view, quality="draft").show(_sky(name)).light, name)
 

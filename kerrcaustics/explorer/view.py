@@ -10,7 +10,6 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.beams.ends import SKY
 from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
@@ -18,7 +17,7 @@ from kerrcaustics.curves.critical_points import Points, Search
 from kerrcaustics.explorer.state import ExplorerState
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.camera import Camera, sky_from_fido
-from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.images import StarImages, images_of
 from kerrcaustics.stars.search import search
@@ -99,7 +98,7 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
     arrays: dict[str, Array] = {}
     if quality != "star":
         arrays["edge"] = shadow_edge(camera, _EDGE)
-        record["axes"] = sky_axes(camera, arrays["edge"]).tolist()
+        record["axes"] = shadow_axes(camera, arrays["edge"]).tolist()
     if quality == "draft":
         _add_coarse(record, arrays, camera, state.orders)
     else:
@@ -117,18 +116,6 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
 def curves_of(state: ExplorerState) -> CausticSet:
     """The caustics of a state's camera, kept for the next."""
     return _kept.of((state.camera(), state.orders))[0]
-
-
-def sky_axes(camera: Camera, edge: Float[Array, "n 3"]) -> Float[Array, "3 3"]:
-    """Forward (the middle of the shadow), right and up (-e_theta), rows in camera-sky components."""
-    frame = camera.frame()
-    hole = sky_from_fido(frame, np.array([1.0, 0.0, 0.0]))
-    area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
-    forward = area / np.linalg.norm(area) * math.copysign(1, area @ hole)
-    e_theta = np.asarray(frame.basis)[:, 1]
-    up = -e_theta + (e_theta @ forward) * forward
-    up /= np.linalg.norm(up)
-    return np.stack([forward, np.cross(forward, up), up])
 
 
 class _Kept:

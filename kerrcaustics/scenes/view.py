@@ -8,9 +8,9 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import quantity, result
-from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
-from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 Array = np.ndarray
 
@@ -90,11 +90,8 @@ class View:
     ) -> "View":
         """The view with the middle of the shadow in its centre and the spin axis (-e_theta) up."""
         check_camera(camera)
-        edge = shadow_edge(camera, _EDGE_POINTS)
-        frame = camera.frame()
-        area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
-        forward = area * math.copysign(1, area @ sky_from_fido(frame, np.array([1.0, 0.0, 0.0])))
-        return cls(width, height, field_of_view, projection, forward, -np.asarray(frame.basis)[:, 1])
+        forward, _, up = shadow_axes(camera, shadow_edge(camera, _EDGE_POINTS))
+        return cls(width, height, field_of_view, projection, forward, up)
 
     @property
     def right(self) -> Float[Array, "3"]:

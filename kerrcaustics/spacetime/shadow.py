@@ -49,6 +49,28 @@ def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
     return on_screen(sky) if camera.is_distant else sky
 
 
+def shadow_axes(camera: Camera, edge: np.ndarray) -> np.ndarray:
+    """Forward to the middle of the shadow, right and up; rows (3, 3), components on the camera sky.
+
+    Parameters: edge (n, 3), as `shadow_edge` gives it; the middle is the direction of its vector area.
+    """
+    area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
+    return upright_axes(camera, area / np.linalg.norm(area) * math.copysign(1, area @ straight_out(camera)))
+
+
+def straight_out(camera: Camera) -> np.ndarray:
+    """Direction N (3,) of light that comes straight out of the hole: every critical curve encloses it."""
+    return sky_from_fido(camera.frame(), np.array([1.0, 0.0, 0.0]))
+
+
+def upright_axes(camera: Camera, forward: np.ndarray) -> np.ndarray:
+    """A direction (3,) on the camera sky, right and up of the spin axis (-e_theta) about it; rows (3, 3)."""
+    e_theta = np.asarray(camera.frame().basis)[:, 1]
+    up = -e_theta + (e_theta @ forward) * forward
+    up /= np.linalg.norm(up)
+    return np.stack([forward, np.cross(forward, up), up])
+
+
 def edge_photons(camera: Camera, turn: np.ndarray) -> np.ndarray:
     """Directions of motion (n_r, n_theta, n_phi) (..., 3), in the FIDO frame, of photons on the shadow edge.
 

@@ -14,7 +14,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from ..truth.camera import Place, metric, photon, unit
-from ..truth.rays import Path, neighbours, potential
+from ..truth.rays import Path, neighbours, potential, slopes, trimmed
 
 # Digits of the path; the rays beside it are so far away on the camera sky.
 DIGITS = 50
@@ -66,18 +66,15 @@ class Way(NamedTuple):
 def way(place: Place, sky: list) -> Way:
     """The way of a ray in radius, followed backward."""
     a, path = mpf(place.spin), photon(place, unit(sky))
-    coefficients = potential(a, path.b, path.q)[::-1]
-    slope = [k * c for k, c in zip((4, 3, 2, 1), coefficients, strict=False)]
-    while coefficients[0] == 0:
-        del coefficients[0]
-    roots = mp.polyroots(coefficients, maxsteps=1000, extraprec=400)
+    coefficients = potential(a, path.b, path.q)
+    roots = mp.polyroots(trimmed(coefficients), maxsteps=1000, extraprec=400, asc=True)
     real = [root.real for root in map(mp.mpc, roots) if abs(root.imag) < mpf(10) ** (-mp.dps // 2)]
     here, horizon = path.position[0], 1 / (1 + mp.sqrt(1 - a**2))
     outward = path.rate[0] < 0
     if path.rate[0] == 0:
         # A turning point itself: U' says where the ray goes.
         real = [root for root in real if abs(root / here - 1) > mpf(10) ** (-mp.dps // 3)]
-        outward = mp.polyval(slope, here) < 0
+        outward = mp.polyval(slopes(coefficients), here, asc=True) < 0
     ahead = [r for r in real if 0 < r <= here] if outward else [r for r in real if here <= r < horizon]
     return Way(outward, (max if outward else min)(ahead, default=None), 0 < path.energy < mp.inf)
 
@@ -114,7 +111,7 @@ class Journey:
         self.paths = [LongPath(place, n, digits, timed=i == 0) for i, n in enumerate(neighbours(sky, displacement))]
         lead, light = self.paths[0], photon(place, unit(sky))
         self.spin = mpf(place.spin)
-        self.potential = potential(self.spin, light.b, light.q)[::-1]
+        self.potential = potential(self.spin, light.b, light.q)
         there = mpf(0) if self.plane or math.isinf(end) else 1 / mpf(end)
         self.goal = lead.whole(there)
         self.falling = not (self.plane or math.isinf(end)) and _arrives_inward(place, found, end)
@@ -159,7 +156,7 @@ class Journey:
         horizon = lead.real(self.horizon)
         if u <= 0 or u < horizon * (1 - _NEAR_HORIZON) or lead.rate[0] < 0:
             return u <= 0
-        left = mp.quad(lambda v: 1 / mp.sqrt(abs(mp.polyval(self.potential, v))), [u, horizon])
+        left = mp.quad(lambda v: 1 / mp.sqrt(abs(mp.polyval(self.potential, v, asc=True))), [u, horizon])
         if z * lead.rate[3] < 0 and abs(z / lead.real(lead.rate[3])) < 3 * left:
             raise TimeoutError
         return True

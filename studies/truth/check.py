@@ -19,7 +19,7 @@ DIGITS = 90
 
 
 def _value(coefficients: list, u: mpf) -> mpf:
-    return mp.polyval(coefficients[::-1], u)
+    return mp.polyval(coefficients, u, asc=True)
 
 
 def _divided(coefficients: list, root: mpf) -> list:
@@ -73,7 +73,7 @@ def radial(place: Place, path: Photon) -> tuple[mpf, mpf, mpf]:
     """Mino time, psi and |t| - r - 2 ln r without a^2 cos^2(theta)."""
     a, here = mpf(place.spin), path.position[0]
     horizon = 1 / (1 + mp.sqrt(1 - a**2))
-    found = mp.polyroots(potential(a, path.b, path.q)[::-1], maxsteps=500, extraprec=300)
+    found = mp.polyroots(potential(a, path.b, path.q), maxsteps=500, extraprec=300, asc=True)
     real = sorted(z.real for z in map(mp.mpc, found) if abs(z.imag) < mpf(10) ** (-mp.dps // 2))
     beyond = [u for u in real if here < u <= horizon * (1 + mpf(10) ** -20)]
     roots = beyond[:2] if len(beyond) >= 2 else []

@@ -37,9 +37,15 @@ def potential(a: mpf, b: mpf, q: mpf) -> list:
     return [mpf(1), mpf(0), a**2 - b**2 - q, 2 * ((b - a) ** 2 + q), -(a**2) * q]
 
 
-def _slopes(coefficients: list) -> list:
-    """Coefficients of the derivative, from the highest power down."""
-    return [k * c for k, c in enumerate(coefficients)][:0:-1]
+def trimmed(coefficients: list) -> list:
+    """The same polynomial without vanishing highest powers."""
+    degree = max(k for k, c in enumerate(coefficients) if c != 0)
+    return coefficients[: degree + 1]
+
+
+def slopes(coefficients: list) -> list:
+    """Coefficients of the derivative, from the constant up."""
+    return [k * c for k, c in enumerate(coefficients)][1:]
 
 
 def escapes(place: Place, sky: list) -> bool:
@@ -47,16 +53,14 @@ def escapes(place: Place, sky: list) -> bool:
     a, path = mpf(place.spin), photon(place, unit(sky))
     if not 0 < path.energy < mp.inf:
         return False
-    coefficients = potential(a, path.b, path.q)[::-1]
-    while coefficients[0] == 0:
-        del coefficients[0]
-    roots = mp.polyroots(coefficients, maxsteps=500, extraprec=200)
+    coefficients = potential(a, path.b, path.q)
+    roots = mp.polyroots(trimmed(coefficients), maxsteps=500, extraprec=200, asc=True)
     real = [root.real for root in map(mp.mpc, roots) if abs(root.imag) < mpf(10) ** (-mp.dps // 2)]
     here, horizon = path.position[0], 1 / (1 + mp.sqrt(1 - a**2))
     if path.rate[0] == 0:
         # A turning point itself: U' says where the ray goes.
         real = [root for root in real if abs(root / here - 1) > mpf(10) ** (-mp.dps // 3)]
-    inward = path.rate[0] > 0 or (path.rate[0] == 0 and mp.polyval(_slopes(potential(a, path.b, path.q)), here) > 0)
+    inward = path.rate[0] > 0 or (path.rate[0] == 0 and mp.polyval(slopes(coefficients), here, asc=True) > 0)
     if inward:
         return any(here <= root < horizon for root in real)
     return not any(0 < root <= here for root in real)
