@@ -6,11 +6,13 @@ import signal
 import struct
 import time
 from dataclasses import replace
+from importlib.metadata import version
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 from exploring import needs_server, served
+from packaging.version import Version
 
 import kerrcaustics as kc
 from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, question
@@ -196,7 +198,9 @@ def test_floods_and_huge_messages_end_the_connection(address):
                 socket.send(text)
             while True:
                 socket.recv(timeout=20)
-        assert closed.value.rcvd.code == code
+        told = closed.value.rcvd
+        # uvicorn before 0.54 ends a connection whose message is too long without saying why.
+        assert told.code == code if told else (code == 1009 and Version(version("uvicorn")) < Version("0.54"))
     with opened(address) as socket:
         assert read(socket.recv())[0]["kind"] == "greeting"
 
