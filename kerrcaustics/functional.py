@@ -36,7 +36,8 @@ def direction(
         Directions N on the camera sky; their length does not matter, so that a gradient is tangential.
     velocity : str or (float, float, float), optional
         As in `Camera`, but "fiducial" when left out. A name is the motion that belongs to the place, and is
-        differentiated with it: "circular" means the angular velocity 1 / (a + r^(3/2)).
+        differentiated with it: "circular" is the angular velocity 1 / (a + r^(3/2)), off the equator too, where it is
+        no geodesic and `Camera` has none.
 
     Returns
     -------

@@ -195,3 +195,10 @@ def test_band_lies_along_the_galactic_plane():
 def test_star_field_refuses(values):
     with pytest.raises(ValueError, match="Argument"):
         kc.StarField(**values)
+
+
+def test_a_catalogue_of_lists_is_rendered():
+    stars = kc.StarCatalogue([[0.0, 0.0, 1.0]], [2.0], [0.6])
+    assert len(kc.merged_catalogues(stars, stars)) == 1
+    view = kc.View(4, 3, 0.2)
+    assert kc.render(kc.Camera(0.5, 20.0), view, kc.StarField(stars, band=0)).light.shape == (3, 4, 3)

@@ -328,6 +328,8 @@ def test_bad_arguments_are_one_line(tmp_path, capsys, monkeypatch):
         status, out, err = run(capsys, "sweep", *arguments)
         assert (status, out) == (2, "") and err.count("\n") == 1 and words in err
     assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(ValueError, match="Argument `scene` must be"):
+        kc.sweep("scene.toml", tmp_path / "none.zarr")
     with pytest.raises(ValueError, match="spin must be in"):
         kc.sweep(Scene(2.0, 3.0), tmp_path / "s.zarr")
 

@@ -49,6 +49,47 @@ def test_tables_are_set_closer_before_they_are_stacked():
 COMMANDS = {name: app[name] for name in app if not name.startswith("-")} | {"study report": app["study"]["report"]}
 
 
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_writes_its_numbers_as_json(name):
+    assert "--json" in [option for part in COMMANDS[name].assemble_argument_collection() for option in part.names]
+
+
+def test_templates_are_told_as_json(capsys):
+    _, out, _ = run(capsys, "scene", "--json", "-")
+    assert set(json.loads(out)["templates"]) >= {"stars", "checkerboard", "disk", "film"}
+    _, out, _ = run(capsys, "scene", "--template", "stars", "--json", "-")
+    assert (json.loads(out)["template"], json.loads(out)["hole"]) == ("stars", {"spin": 0.999})
+
+
+def scripts_do(monkeypatch, main):
+    monkeypatch.setattr("kerrcaustics.scripts.ScriptFolder.run", lambda _self, name, folder: main(name, folder))
+
+
+def test_figures_are_told_as_json(capsys, tmp_path, monkeypatch):
+    def main(name, folder):
+        if name == "aberration":
+            raise RuntimeError("no light")
+        return [folder / f"{name}.png"]
+
+    scripts_do(monkeypatch, main)
+    status, out, err = run(capsys, "figures", "aberration", "star_field", "--output", tmp_path, "--json", "-")
+    entry = json.loads(out)
+    assert (status, entry["schema"], entry["failed"]) == (1, "kerrcaustics/figures/1", ["aberration"])
+    assert [made["files"] for made in entry["figures"]] == [[str(tmp_path / "star_field.png")]]
+    assert "no light" in err and "star_field.png" in err
+
+
+def test_the_record_of_a_study_goes_where_it_is_wanted(capsys, tmp_path, monkeypatch):
+    def main(name, folder):
+        print("a table")
+        (folder / f"{name}.json").write_text('{"seconds": 3}')
+        return [folder / f"{name}.json"]
+
+    scripts_do(monkeypatch, main)
+    status, out, err = run(capsys, "study", "accuracy", "--output", tmp_path, "--json", "-")
+    assert (status, json.loads(out)) == (0, {"seconds": 3}) and "a table" in err
+
+
 @pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
 def test_help_ends_with_lines_to_try_and_the_exit_status(command):
     assert "Exit status: 0 done;" in command.help_epilogue

@@ -17,9 +17,9 @@ from kerrcaustics.cli.options import (
     Orders,
     SourceOptions,
 )
-from kerrcaustics.cli.outputs import check_ending, check_outputs, make_folder, write_figure
+from kerrcaustics.cli.outputs import check_ending, make_folder, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import console, place_of, plain_errors, progress, say
+from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
@@ -98,7 +98,7 @@ def caustics(
 
 
 @app.command(**with_examples("demo", "demo --output pictures"))
-def demo(*, output: FileName = Path("demo")) -> None:
+def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> None:
     """Compute and draw the first three caustics of a = 0.999 at r = 6.03 and at r = 2.6 (JTFT figs 4, 5, 8, 9).
 
     Parameters
@@ -108,17 +108,21 @@ def demo(*, output: FileName = Path("demo")) -> None:
     """
     make_folder(output)
     pictures = [output / f"caustics_a{_DEMO_SPIN}_r{radius}.png" for radius in _DEMO_RADII]
-    check_outputs({"--output": pictures[0]})
-    out = console()
+    common.check({"--output": pictures[0]})
+    out = common.console()
+    records = []
     for radius, picture in zip(_DEMO_RADII, pictures, strict=True):
         with progress(f"r = {radius}: ") as report:
             from kerrcaustics.curves.caustic import caustics as find
+            from kerrcaustics.results.records import record
             from kerrcaustics.spacetime.camera import Camera
 
             found = find(Camera(_DEMO_SPIN, radius), 3, progress=report)
             report("drawing", 0.9)
             _draw(found, picture)
         _print_table(found, out)
+        records.append(record(found))
+    common.write({"schema": "kerrcaustics/demo/1", "caustics": records, "pictures": [str(path) for path in pictures]})
     out.print("Pictures:")
     for picture in pictures:
         say(out, f"  {picture}")

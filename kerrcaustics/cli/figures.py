@@ -3,16 +3,17 @@
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
-from kerrcaustics.cli.options import FileName
+from kerrcaustics.cli.options import COMMON, CommonOptions, FileName
 from kerrcaustics.cli.outputs import make_folder
 from kerrcaustics.cli.script_names import script_names
-from kerrcaustics.cli.terminal import console, progress, say
+from kerrcaustics.cli.terminal import progress, say
 
 
 @app.command(**with_examples("figures", "figures star_field --output pictures"))
-def figures(*names: str, output: FileName | None = None) -> None:
+def figures(*names: str, output: FileName | None = None, common: CommonOptions = COMMON) -> None:
     """Make the figures (the scripts of the folder figures/ of a checkout) and say where each file went.
 
     A figure that fails is told on standard error; the others are made all the same, and the exit status is 1.
@@ -33,18 +34,23 @@ def figures(*names: str, output: FileName | None = None) -> None:
     wanted = list(dict.fromkeys(names)) or known
     folder = output or figures_folder(FIGURES)
     make_folder(folder)
+    common.check()
+    made: list[dict[str, Any]] = []
     failed = []
     with progress(left=True) as report:
-        for made, name in enumerate(wanted):
-            report(f"{name} ({made + 1} of {len(wanted)})", made / len(wanted))
-            if not _made(name, folder):
+        for done, name in enumerate(wanted):
+            report(f"{name} ({done + 1} of {len(wanted)})", done / len(wanted))
+            if (entry := _made(name, folder, common)) is None:
                 failed.append(name)
+            else:
+                made.append(entry)
+    common.write({"schema": "kerrcaustics/figures/1", "figures": made, "failed": failed})
     if failed:
         stop(1, f"{len(failed)} of {len(wanted)} figures could not be made: {', '.join(failed)}")
 
 
-def _made(name: str, folder: Path) -> bool:
-    """Whether a figure could be made; its files are told, and its failure."""
+def _made(name: str, folder: Path, common: CommonOptions) -> dict[str, Any] | None:
+    """What a figure made, None where it failed; its files are told, and its failure."""
     from kerrcaustics.scripts import FIGURES
 
     began = time.perf_counter()
@@ -52,9 +58,9 @@ def _made(name: str, folder: Path) -> bool:
         files = FIGURES.run(name, folder)
     except Exception as error:
         print(f"kerrcaustics: figure {name}: {type(error).__name__}: {one_line(str(error))}", file=sys.stderr)
-        return False
-    out = console()
-    say(out, f"{name} ({time.perf_counter() - began:.1f} s)")
+        return None
+    seconds, out = time.perf_counter() - began, common.console()
+    say(out, f"{name} ({seconds:.1f} s)")
     for file in files:
         say(out, f"  {file}")
-    return True
+    return {"name": name, "seconds": seconds, "files": [str(file) for file in files]}

@@ -1,11 +1,12 @@
 """The command `scene`."""
 
 from kerrcaustics.cli.app import BadInput, app, with_examples
-from kerrcaustics.cli.terminal import console, say
+from kerrcaustics.cli.options import COMMON, CommonOptions
+from kerrcaustics.cli.terminal import say
 
 
 @app.command(**with_examples("scene", "scene --template disk > scene.toml"))
-def scene(*, template: str | None = None) -> None:
+def scene(*, template: str | None = None, common: CommonOptions = COMMON) -> None:
     """Print a scene file with comments, to begin with; without a name, list those there are.
 
     Parameters
@@ -14,16 +15,22 @@ def scene(*, template: str | None = None) -> None:
         Which one.
     """
     import sys
+    import tomllib
 
     from kerrcaustics.scene_files.templates import first_lines, template_text
 
     known = first_lines()
+    common.check()
     if template is None:
-        out = console()
+        common.write({"schema": "kerrcaustics/templates/1", "templates": known})
+        out = common.console()
         say(out, "kerrcaustics scene --template NAME > scene.toml prints one of these:")
         for name, line in known.items():
             say(out, f"  {name:<14}{line}")
         return
     if template not in known:
         raise BadInput(f"Argument --template must be one of {', '.join(known)}, but is {template}.")
-    sys.stdout.write(template_text(template))
+    text = template_text(template)
+    common.write({"schema": "kerrcaustics/scene/1", "template": template, **tomllib.loads(text)})
+    if common.json != "-":
+        sys.stdout.write(text)

@@ -1,19 +1,21 @@
 """The commands `study` and `study report`."""
 
+import json
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Annotated
 
 import cyclopts
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
-from kerrcaustics.cli.options import FileName
+from kerrcaustics.cli.options import COMMON, CommonOptions, FileName
 from kerrcaustics.cli.outputs import check_outputs, make_folder
 from kerrcaustics.cli.script_names import script_names
-from kerrcaustics.cli.terminal import console, say
+from kerrcaustics.cli.terminal import say
 
-_USAGE = """Usage: kerrcaustics study NAME [--output FOLDER]
-       kerrcaustics study report [FOLDER] [--output FILE] [--run]
+_USAGE = """Usage: kerrcaustics study NAME [--output FOLDER] [--json FILE]
+       kerrcaustics study report [FOLDER] [--output FILE] [--run] [--json FILE]
 """
 
 study_app = cyclopts.App(
@@ -26,7 +28,7 @@ app.command(study_app)
 
 
 @study_app.default
-def study(name: str, /, *, output: FileName | None = None) -> None:
+def study(name: str, /, *, output: FileName | None = None, common: CommonOptions = COMMON) -> None:
     """Run a study (a folder NAME in studies/ of a checkout) and say where its tables and pictures went.
 
     `kerrcaustics study report` puts the studies that were run on one page.
@@ -47,8 +49,13 @@ def study(name: str, /, *, output: FileName | None = None) -> None:
     folder = output or Path(f"study-{name}")
     make_folder(folder)
     check_outputs({"--output": folder / f"{name}.json"})
-    files = STUDIES.run(name, folder)
-    out = console()
+    common.check()
+    # What a study prints goes where its tables do.
+    with redirect_stdout(sys.stderr if common.json == "-" else sys.stdout):
+        files = STUDIES.run(name, folder)
+    if common.json is not None:
+        common.write(json.loads((folder / f"{name}.json").read_text(encoding="utf-8")))
+    out = common.console()
     out.print("Files:")
     for file in files:
         say(out, f"  {file}")
@@ -61,6 +68,7 @@ def report(
     *,
     output: FileName = Path("report.html"),
     run: Annotated[bool, cyclopts.Parameter(negative=())] = False,
+    common: CommonOptions = COMMON,
 ) -> None:
     """Put the studies that were run on one HTML page: error against run time, stability, and what the others found.
 
@@ -85,7 +93,7 @@ def report(
 
     if not folder.is_dir():
         raise BadInput(f"Argument FOLDER must be a folder that exists, but is {folder}.")
-    check_outputs({"--output": output})
+    common.check({"--output": output})
     names = script_names(STUDIES, "Studies") if run else STUDIES.names()
     records = _records(folder)
     failed = _run_missing([name for name in names if name not in records], folder) if run else []
@@ -95,7 +103,9 @@ def report(
         raise BadInput(f"Argument FOLDER must hold records of studies, but {folder} has none: {hint}.")
     missing = [name for name in names if name not in records] if names else None
     write_report(output, list(records.values()), version("kerrcaustics"), missing)
-    out = console()
+    told = {"studies": list(records), "missing": missing or [], "failed": failed, "output": str(output)}
+    common.write({"schema": "kerrcaustics/report/1", **told})
+    out = common.console()
     say(out, f"Report: {output}: {', '.join(records)}")
     if missing:
         say(out, f"Not run: {', '.join(missing)}")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import cyclopts
 
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
-from kerrcaustics.cli.options import FileName, WholeNumber
+from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_store
-from kerrcaustics.cli.terminal import console, plain_errors, progress, say
+from kerrcaustics.cli.terminal import plain_errors, progress, say
 from kerrcaustics.interrupts import NOTHING_LEFT, on_interrupt
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ def sweep(
     workers: WholeNumber | None = None,
     scheduler: str | None = None,
     resume: Annotated[bool, cyclopts.Parameter(negative="--no-resume")] = True,
-    retry: bool = False,
+    retry: Flag = False,
+    common: CommonOptions = COMMON,
 ) -> None:
     """Compute caustics over spin, radius and inclination, as a scene file says, into one zarr store.
 
@@ -53,14 +54,18 @@ def sweep(
         raise BadInput("Arguments --workers and --scheduler: only one of them can be given.")
     store = output or Path(f"{scene.stem}.zarr")
     check_store("--output", store)
+    common.check()
     if store.exists() and not resume:
         raise BadInput(f"Argument --output must name a new store where --no-resume is given, but {store} is there.")
     on_interrupt(
         lambda: f"what was computed is kept in {store}; start again to go on." if store.exists() else NOTHING_LEFT
     )
     result = _swept(scene, store, workers, scheduler, retry)
+    from kerrcaustics.results.records import record
+
     done = f"{result.before} done before, {result.points - result.before} computed now, {len(result.failures)} failed"
-    out = console()
+    common.write(record(result))
+    out = common.console()
     say(out, f"{result.points} points: {done}; {result.seconds:.1f} s")
     if result.damaged:
         say(out, f"{result.damaged} points were damaged in the store, and are computed anew")

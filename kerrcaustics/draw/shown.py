@@ -9,7 +9,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kerrcaustics.draw import light_results, plane_results, sky_results, style
+from kerrcaustics.draw import derivative_results, light_results, plane_results, sky_results, style
 
 _SMALL = (4.4, 2.9)
 
@@ -17,6 +17,7 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "Beams": sky_results.ray_ends,
     "Camera": sky_results.shadow,
     "Caustic": sky_results.one_caustic,
+    "CausticDerivatives": derivative_results.caustic_derivatives,
     "CausticSet": sky_results.caustic_set,
     "CausticTube": plane_results.tube_rows,
     "CircleCurve": sky_results.circle_curve,
@@ -27,6 +28,7 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "FollowedStar": sky_results.followed_images,
     "Footprint": sky_results.footprint_places,
     "ImageCounts": sky_results.star_counts,
+    "ImageDerivatives": derivative_results.image_derivatives,
     "Isoradial": sky_results.isoradial,
     "LightCurve": light_results.light_curve,
     "LineCrossings": sky_results.line_crossings,
@@ -54,6 +56,7 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "StarTracks": sky_results.all_tracks,
     "TracedView": light_results.traced_view,
     "Track": sky_results.one_track,
+    "View": sky_results.view_border,
     "VolumeRendering": light_results.rendering,
 }
 

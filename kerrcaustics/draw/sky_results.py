@@ -22,6 +22,7 @@ from kerrcaustics.draw.tracks import stretches
 from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.star_field import StarField
+from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_angle
@@ -37,6 +38,8 @@ from kerrcaustics.stars.tracks import StarTracks, Track
 
 Array = np.ndarray
 
+# x and y of the corners of a picture, the first of them twice, in parts of its width and height.
+_CORNERS = [[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]]
 # Rows: forward to the hole, right, up, for a camera that is at rest or moves along e_phi.
 _TO_THE_HOLE = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
@@ -184,6 +187,18 @@ def shadow(ax: Axes, camera: Camera) -> Axes:
     _name_axes(ax, edge)
     ax.fill(*_flat(edge).T, label="shadow", **style.SHADOW)
     return ax
+
+
+def view_border(ax: Axes, view: View) -> Axes:
+    """The border of the picture on the camera sky."""
+    turn, last = np.linspace(0, 4, 801), np.array([view.width, view.height]) - 0.5
+    x, y = (
+        np.interp(turn, range(5), np.where(corners, end, -0.5)) for corners, end in zip(_CORNERS, last, strict=True)
+    )
+    sky = view.directions(x, y)[0]
+    # Through the direction away from the hole, which is a whole circle here, no line is drawn.
+    sky[1:][np.linalg.norm(np.diff(_flat(sky), axis=0), axis=1) > 90] = np.nan
+    return _on_sky(ax, sky, color="black", label="border of the picture")
 
 
 def catalogue(ax: Axes, catalogue: StarCatalogue, *, brightest: int = 3000) -> Axes:

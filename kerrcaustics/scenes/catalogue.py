@@ -37,11 +37,16 @@ class StarCatalogue(Shown):
     colour_index : (n,) array
         B - V.
 
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+
     Examples
     --------
     >>> import kerrcaustics as kc
     >>> kc.StarCatalogue(direction=[[0.0, 0.0, 1.0]], magnitude=[2.0], colour_index=[0.6]).magnitude
-    [2.0]
+    array([2.])
     """
 
     direction: Float[Array, "stars 3"]
@@ -55,6 +60,7 @@ class StarCatalogue(Shown):
             raise ValueError(f"Argument `direction` must have the shape (n, 3), but has {shape}.")
         for name in ("direction", "magnitude", "colour_index"):
             values = real_array(name, getattr(self, name))
+            object.__setattr__(self, name, values)
             if len(np.atleast_1d(values)) != shape[0] or values.ndim != (2 if name == "direction" else 1):
                 raise ValueError(
                     f"Argument `{name}` must hold one for each of {shape[0]} stars, but is {quoted(values)}."
@@ -142,6 +148,11 @@ def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalog
     first, other : StarCatalogue
         Of the same directions, as ICRS.
 
+    Raises
+    ------
+    ValueError
+        Where one is no catalogue.
+
     Examples
     --------
     >>> import kerrcaustics as kc
@@ -184,6 +195,11 @@ def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"
         phi' at which the galactic plane rises through the equatorial one.
     centre : float
         Angle from there, along the galactic plane, to the centre of the Galaxy.
+
+    Raises
+    ------
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
 
     Examples
     --------

@@ -59,7 +59,7 @@ class Checkerboard:
     rows, columns : int
         Swatches from pole to pole, and once round; columns are even.
     gap : float
-        Part of a swatch's period, 0 to 1, that is the gap, in either direction.
+        Part of a swatch's period, below 1, that is the gap, in either direction.
     colours : tuple of str
         "#rrggbb", north to south; rows between two of them are mixed in linear light.
     gap_colour : str

@@ -36,7 +36,7 @@ class View:
     field_of_view : float
         Full horizontal angle of the picture, radians.
     projection : str
-        "pinhole" (straight lines stay straight; below 170 degrees), "fisheye" (azimuthal equidistant: angles from the
+        "pinhole" (straight lines stay straight; at most 170 degrees), "fisheye" (azimuthal equidistant: angles from the
         centre are true), "equirectangular" (longitude and latitude about `up`; half as many rows as columns for a
         whole sky).
     forward, up : (3,) arrays

@@ -123,7 +123,7 @@ def star_images(
     Returns
     -------
     StarImages
-        For the plane `PlaneImages`, which has the same names.
+        For the plane `PlaneImages`, whose sources have a radius and an azimuth, and no number of images to expect.
 
     Raises
     ------

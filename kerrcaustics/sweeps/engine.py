@@ -11,6 +11,7 @@ import numpy as np
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
 from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, open_store
@@ -51,7 +52,7 @@ def sweep(
     Parameters
     ----------
     scene : Scene
-        What `read_scene` returned.
+        What `read_scene` returned of a file that says what to sweep over.
     path : str or path
         The store. One of the same scene is gone on with; one of another scene is refused.
     workers : int
@@ -71,15 +72,18 @@ def sweep(
 
     Raises
     ------
-    kerrcaustics.sweeps.losses.WorkersLost
+    ValueError
+        Where an argument cannot be; the message names it, and what it must be.
+    kerrcaustics.workers.losses.WorkersLost
         Workers died again and again without computing anything, a cluster had none for five minutes, or its scheduler
         went away. The store holds what was computed till then.
 
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.sweep("scene.toml")  # doctest: +SKIP
+    >>> kc.sweep(kc.read_scene("scene.toml"), "scene.zarr")  # doctest: +SKIP
     """
+    instance_of("scene", scene, Scene)
     check_place(workers, scheduler)
     began = time.perf_counter()
     checked(scene, "that is given")

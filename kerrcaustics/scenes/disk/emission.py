@@ -215,7 +215,7 @@ class Swatches:
     rows, columns : int
         Swatches from rim to rim, and once round; columns are even.
     gap : float
-        Part of a swatch's period, 0 to 1, that is the gap, in either direction.
+        Part of a swatch's period, below 1, that is the gap, in either direction.
     colours : tuple of str
         "#rrggbb" from the inner rim to the outer one; rows between two of them are mixed in linear light.
     gap_colour : str

@@ -1,0 +1,47 @@
+"""Plots of derivatives: one colour for each parameter that they are by."""
+
+import string
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+
+from kerrcaustics.draw import style
+from kerrcaustics.stars.derivatives import CausticDerivatives, ImageDerivatives
+
+Array = np.ndarray
+
+_UNIT = "rad for 1, GM/c² or rad"
+
+
+def image_derivatives(ax: Axes, derivatives: ImageDerivatives) -> Axes:
+    """How far each image moves on the camera sky with each parameter."""
+    speed = np.linalg.norm(derivatives.sky, axis=1)
+    _marks(ax, derivatives.parameters, speed, derivatives.error[:, 0] * speed.max(axis=1, initial=0))
+    ax.set_xticks(range(len(derivatives)))
+    ax.set(xlabel="image", ylabel=f"movement on the camera sky ({_UNIT})")
+    return ax
+
+
+def caustic_derivatives(ax: Axes, derivatives: CausticDerivatives) -> Axes:
+    """How far the widths and the cusps of the caustic move with each parameter."""
+    names, rows = ["width θ′", "width φ′"], [derivatives.theta_extent, derivatives.phi_extent]
+    for letter, (theta, phi) in zip(string.ascii_uppercase, derivatives.cusps, strict=False):
+        names += [f"{letter} θ′", f"{letter} φ′"]
+        rows += [theta, phi]
+    sizes = np.abs(rows)
+    _marks(ax, derivatives.parameters, sizes, derivatives.error * sizes.max(axis=1, initial=0))
+    ax.set_xticks(range(len(names)), names, rotation=90)
+    ax.set(ylabel=f"change ({_UNIT})", title=f"{style.order_name(derivatives.order)} caustic")
+    return ax
+
+
+def _marks(ax: Axes, names: tuple[str, ...], rows: Float[Array, "row name"], errors: Float[Array, " row"]) -> None:
+    """Each row at its number, its columns beside, on a logarithmic scale; what is within its error is left out."""
+    known = np.where(rows > errors[:, None], rows, np.nan)
+    for j, name in enumerate(names):
+        beside = np.arange(len(rows)) + 0.1 * (j - (len(names) - 1) / 2)
+        look = {"color": style.PALETTE[j % len(style.PALETTE)], "marker": "o", "markersize": 3, "linestyle": "none"}
+        ax.errorbar(beside, known[:, j], errors, label=name, **look)
+    ax.set_yscale("log")
+    ax.legend()
