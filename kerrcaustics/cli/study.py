@@ -83,8 +83,8 @@ def report(
     output
         The page.
     run
-        First run the studies that are missing, one after the other, into FOLDER/study-NAME: about a quarter of an hour
-        for all of them. One that fails is told, and the page is made without it; the exit status is 1.
+        First run the studies that are missing, one after the other, into FOLDER/study-NAME: some 25 minutes for
+        all of them. One that fails is told, and the page is made without it; the exit status is 1.
     """
     from importlib.metadata import version
 
