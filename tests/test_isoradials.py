@@ -105,6 +105,20 @@ def test_light_of_a_spot_is_that_of_its_images():
     assert (np.abs(finer.flux - found.flux) <= 3 * found.error + 1e-6 * found.flux).all()
 
 
+@pytest.mark.parametrize(
+    ("camera", "orbit"),
+    [(kc.Camera(0.511, 15.0, 1.5, "static"), 11.72), (kc.Camera(0.622, 50.0, 1.34, "static"), 9.87)],
+    ids=["near", "far"],
+)
+def test_errors_of_events_are_honest(camera, orbit):
+    found, true = (kc.light_curve(camera, orbit, 1, crossings=3, points=n).events for n in (720, 6000))
+    assert len(found) == len(true) >= 4
+    for event, other in zip(found, true, strict=True):
+        assert (event.kind, event.crossing) == (other.kind, other.crossing)
+        assert abs(event.time - other.time) <= event.error < 1e-5
+        assert np.linalg.norm(event.sky - other.sky) <= event.sky_error < 1e-5
+
+
 @pytest.mark.slow
 def test_images_of_a_spot_are_born_where_beams_vanish():
     camera = kc.Camera(0.998, 50.0, math.radians(85), "static")

@@ -109,7 +109,8 @@ def _print(found: "LightCurve", out: Console) -> None:
         table.add_row(str(crossing), f"{share.mean() / whole:.3%}", f"{share[best]:.6g}", f"{found.time[best]:z.6g}")
     out.print(table)
     for event in found.events:
-        say(out, f"{event.kind} of two images at crossing {event.crossing}, time {event.time:z.9g}")
+        when = f"time {event.time:z.9g}, off by {event.error:.0e}"
+        say(out, f"{event.kind} of two images at crossing {event.crossing}, {when}")
     low, high = found.flux.min(), found.flux.max()
     say(
         out,

@@ -45,6 +45,8 @@ class SpotEvent:
     time: float = quantity("", "GM/c^3", "of the camera, within the first orbit")
     azimuth: float = quantity("", "rad", "of the spot when the light left it", json="azimuth_deg")
     sky: Array = quantity("axis", "1", "N where it is seen")
+    error: float = quantity("", "GM/c^3", "estimated error of time")
+    sky_error: float = quantity("", "rad", "estimated error of sky", json="sky_error_rad")
 
 
 @result(
@@ -131,7 +133,8 @@ def light_curve(
 
     Errors
     ------
-    `LightCurve.error`, `centroid_error`: by what half of the points give instead, and the points' own errors.
+    `LightCurve.error`, `centroid_error`, and those of events: by what half of the points give instead, and the points'
+    own errors.
 
     References
     ----------
@@ -162,10 +165,10 @@ def light_curve(
     events: list[SpotEvent] = []
     for crossing in range(1, crossings + 1):
         curve = _image(camera, radius, EquatorialPlane(crossing, motion), orbital, points)
-        for step, total in ((1, fine), (2, coarse)):
-            ring = _ring(curve, orbital, power, step)
-            total[crossing - 1] = _received(ring, orbital, clock, size / radius) / radius
-        events += _events(_ring(curve, orbital, power, 1), orbital, period)
+        ring, sparse = (_ring(curve, orbital, power, step) for step in (1, 2))
+        for of, total in ((ring, fine), (sparse, coarse)):
+            total[crossing - 1] = _received(of, orbital, clock, size / radius) / radius
+        events += _events(ring, sparse, orbital, period)
     shares = fine[..., 0]
     flux = shares.sum(axis=0)
     # Of half of the points the splines are off by the fourth power of two as much.
@@ -283,15 +286,38 @@ def _mean_direction(light: Float[Array, "crossings times 5"]) -> Float[Array, "t
         return np.asarray(total / np.linalg.norm(total, axis=-1, keepdims=True))
 
 
-def _events(ring: _Ring, orbital: float, period: float) -> list[SpotEvent]:
-    """Extremes of phi + Omega T along a curve: there two images of the spot are one."""
+class _Extreme(NamedTuple):
+    """An extreme of phi + Omega T along a curve: there two images of the spot are one."""
+
+    turn: float
+    creation: bool
+    time: float
+    azimuth: float
+    sky: Array
+
+
+def _extremes(ring: _Ring, orbital: float) -> list[_Extreme]:
     slope = ring.phase.derivative()
-    turns = np.unique(np.mod(slope.solve(-ring.winds, extrapolate=False), 2 * math.pi))
-    events = []
-    for turn in turns:
-        # A least value comes first: after it there are two points.
-        kind = "creation" if slope(turn, 1) * orbital > 0 else "annihilation"
+    found = []
+    for turn in np.unique(np.mod(slope.solve(-ring.winds, extrapolate=False), 2 * math.pi)):
         phase, azimuth = (float(angle(turn)) + ring.winds * turn for angle in (ring.phase, ring.azimuth))
         sky = ring.sky(turn)
-        events.append(SpotEvent(kind, ring.crossing, (phase / orbital) % period, azimuth, sky / np.linalg.norm(sky)))
+        # A least value comes first: after it there are two points.
+        creation = bool(slope(turn, 1) * orbital > 0)
+        found.append(_Extreme(turn, creation, phase / orbital, azimuth, sky / np.linalg.norm(sky)))
+    return found
+
+
+def _events(ring: _Ring, sparse: _Ring, orbital: float, period: float) -> list[SpotEvent]:
+    """The extremes of a ring; their errors are the distance to those of the sparse one, several times the true ones."""
+    others = _extremes(sparse, orbital)
+    events = []
+    for one in _extremes(ring, orbital):
+        same = [other for other in others if other.creation == one.creation]
+        other = min(same, key=lambda other: abs(math.sin((other.turn - one.turn) / 2)), default=None)
+        late = math.inf if other is None else abs((other.time - one.time + period / 2) % period - period / 2)
+        off = math.inf if other is None else float(np.linalg.norm(other.sky - one.sky))
+        kind = "creation" if one.creation else "annihilation"
+        errors = late + 1e-12 * (period + abs(one.time)), off + 1e-12
+        events.append(SpotEvent(kind, ring.crossing, one.time % period, one.azimuth, one.sky, *errors))
     return events
