@@ -105,21 +105,19 @@ def test_light_of_a_spot_is_that_of_its_images():
     assert (np.abs(finer.flux - found.flux) <= 3 * found.error + 1e-6 * found.flux).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("camera", "orbit", "crossings", "points", "allowed"),
-    [
-        (kc.Camera(0.622, 50.0, 1.34, "static"), 9.87, 2, 200, 1e-3),
-        pytest.param(kc.Camera(0.622, 50.0, 1.34, "static"), 9.87, 3, 720, 1e-5, marks=pytest.mark.slow),
-        pytest.param(kc.Camera(0.511, 15.0, 1.5, "static"), 11.72, 3, 720, 1e-5, marks=pytest.mark.slow),
-    ],
+    ("camera", "orbit"),
+    [(kc.Camera(0.622, 50.0, 1.34, "static"), 9.87), (kc.Camera(0.511, 15.0, 1.5, "static"), 11.72)],
+    ids=["far", "near"],
 )
-def test_errors_of_events_are_honest(camera, orbit, crossings, points, allowed):
-    found, true = (kc.light_curve(camera, orbit, 1, crossings=crossings, points=n).events for n in (points, 4 * points))
-    assert len(found) == len(true) == 2 * (crossings - 1)
+def test_errors_of_events_are_honest(camera, orbit):
+    found, true = (kc.light_curve(camera, orbit, 1, crossings=3, points=n).events for n in (720, 3000))
+    assert len(found) == len(true) == 4
     for event, other in zip(found, true, strict=True):
         assert (event.kind, event.crossing) == (other.kind, other.crossing)
-        assert abs(event.time - other.time) <= event.error < allowed
-        assert np.linalg.norm(event.sky - other.sky) <= event.sky_error < allowed
+        assert abs(event.time - other.time) <= event.error < 1e-5
+        assert np.linalg.norm(event.sky - other.sky) <= event.sky_error < 1e-5
 
 
 @pytest.mark.slow
