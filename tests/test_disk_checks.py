@@ -28,7 +28,6 @@ def test_check_holds(check):
 def test_a_check_can_fail():
     good = light.iscos()
     assert replace(good, miss=2 * good.bound).verdict == "fails" == replace(good, miss=math.nan).verdict
-    assert replace(good, comparable=False).verdict == "not reproduced"
 
 
 @pytest.mark.slow
@@ -221,8 +220,16 @@ def test_profile_of_a_ring_is_the_twins(spin, inclination):
 
 
 @pytest.mark.slow
+def test_transfer_function_is_another_programs():
+    """At 85 degrees too, where means depend on the samples."""
+    checks = light.transfer_points()
+    assert len(checks) == 4 and "85°" in checks[-1].name
+    assert {check.verdict for check in checks} == {"holds"}
+
+
+@pytest.mark.slow
 def test_transfer_function_means():
-    older, newer, means = light.transfer_checks()
-    assert older.verdict == "holds" and newer.verdict == "not reproduced"
+    check, means = light.transfer_checks()
+    assert check.verdict == "holds"
     # Near the axis f is almost constant: its mean does not depend on the weights.
     assert means[0]["f over angle"] == pytest.approx(means[0]["f over g*"], rel=1e-4)

@@ -5,18 +5,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the study. `comparable` is False where what the other program means is not known."""
+    """One line of the study."""
 
     name: str
     against: str
     miss: float
     bound: float
     unit: str
-    comparable: bool = True
 
     @property
     def verdict(self) -> str:
         """In words."""
-        if not self.comparable:
-            return "not reproduced"
         return "holds" if self.miss <= self.bound else "fails"
