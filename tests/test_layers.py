@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 STAGES = [
     "files",
     "interrupts",
+    "own_folder",
     "workers",
     "toml_files",
     "results",

@@ -1,13 +1,17 @@
 """Programs are made once, kept in files, and made anew where a file is of no use."""
 
 import os
+import pickle
+import stat
 import threading
+import warnings
+import zlib
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from kerrcaustics.beams.programs import Program
+from kerrcaustics.beams.programs import Program, cache_root, unsafe_cache
 from kerrcaustics.spacetime.settings import own_settings
 
 TRACED = []
@@ -113,3 +117,163 @@ def test_few_are_held_in_memory(folder, monkeypatch):
         ask(program, count)
     # Those that were let go are read again.
     assert len(TRACED) == 3 and len(loaded) == 2
+
+
+def remember(word):
+    TRACED.append(word)
+
+
+class Planted:
+    """Remembers that it was unpickled."""
+
+    def __reduce__(self):
+        return remember, ("unpickled",)
+
+
+PLANTED = zlib.compress(pickle.dumps(Planted()))
+OTHER = 54321
+
+
+def give_away(path, monkeypatch):
+    """Let something belong to another user: it is given to one, or, without that right, is no longer one's own."""
+    if os.geteuid() == 0:
+        os.chown(path, OTHER, -1)
+    else:
+        monkeypatch.setattr("os.geteuid", lambda: OTHER)
+
+
+def planted(folder):
+    """The one program that is kept, with something else in its file."""
+    ask(Program(doubled))
+    (path,) = folder.iterdir()
+    path.write_bytes(PLANTED)
+    TRACED.clear()
+    return path
+
+
+def test_files_are_private(folder):
+    ask(Program(doubled))
+    (path,) = folder.iterdir()
+    modes = [stat.S_IMODE(place.stat().st_mode) for place in (folder.parent, folder, path)]
+    assert modes == [0o700, 0o700, 0o600] and unsafe_cache() == ""
+
+
+def test_files_of_the_user_are_read(folder):
+    """What is planted is read where it is the user's own: the other tests could not fail else."""
+    planted(folder)
+    ask(Program(doubled))
+    assert TRACED == ["unpickled", True]
+
+
+@pytest.mark.parametrize("which", ["file", "folder", "above"])
+def test_files_of_others_are_not_read(folder, monkeypatch, which):
+    path = planted(folder)
+    give_away({"file": path, "folder": folder, "above": folder.parent}[which], monkeypatch)
+    with warnings.catch_warnings(record=True):
+        ask(Program(doubled))
+    assert TRACED == [True] and (which == "file" or "belongs to another user" in unsafe_cache())
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o1777, 0o707])
+def test_folders_that_others_write_to_are_not_used(folder, mode):
+    path = planted(folder)
+    folder.chmod(mode)
+    with pytest.warns(RuntimeWarning, match=f"not kept, as others can write to {folder}: "):
+        ask(Program(doubled))
+    ask(Program(doubled))
+    assert TRACED == [True, True] and path.read_bytes() == PLANTED
+
+
+def test_files_that_others_write_to_are_replaced(folder):
+    path = planted(folder)
+    path.chmod(0o666)
+    ask(Program(doubled))
+    assert TRACED == [True] and stat.S_IMODE(path.stat().st_mode) == 0o600
+    ask(Program(doubled))
+    assert TRACED == [True]
+
+
+def test_the_cache_of_all_may_be_sticky(folder):
+    folder.parents[1].chmod(0o1777)
+    ask(Program(doubled)), ask(Program(doubled))
+    assert TRACED == [True]
+    folder.parents[1].chmod(0o777)
+    with pytest.warns(RuntimeWarning, match="others can write to"):
+        ask(Program(doubled))
+    assert TRACED == [True, True]
+
+
+def test_links_are_neither_read_nor_written_through(folder, tmp_path):
+    path = planted(folder)
+    elsewhere = tmp_path / "precious"
+    path.rename(elsewhere)
+    path.symlink_to(elsewhere)
+    ask(Program(doubled))
+    assert TRACED == [True] and elsewhere.read_bytes() == PLANTED and not path.is_symlink()
+    folder.rename(tmp_path / "programs")
+    folder.symlink_to(tmp_path / "programs")
+    with pytest.warns(RuntimeWarning, match="is a link"):
+        ask(Program(doubled))
+    assert TRACED == [True, True] and unsafe_cache() == f"{folder} is a link"
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["pipe", "folder"])
+def test_what_is_no_file_is_not_waited_for(folder, make):
+    path = planted(folder)
+    path.unlink()
+    make(path)
+
+    def run():
+        with own_settings():
+            ask(Program(doubled))
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(60)
+    assert not thread.is_alive() and TRACED == [True]
+
+
+def test_foreign_files_are_not_removed(folder, monkeypatch):
+    monkeypatch.setattr("kerrcaustics.beams.programs._MOST_KEPT", 1)
+    ask(Program(doubled))
+    (first,) = folder.iterdir()
+    foreign = [folder / name for name in ("letter.txt", first.name[:-1], f"{first.name}.bak")]
+    left = folder / f".{first.name}.0123456789abcdef.part"
+    for path in (*foreign, left, first):
+        path.touch()
+        os.utime(path, (0, 0))
+    link = first.with_name(first.name[:-1] + "-")
+    link.symlink_to(foreign[0])
+    ask(Program(doubled), 4)
+    assert all(path.exists() for path in (*foreign, link)) and not first.exists() and not left.exists()
+
+
+def test_a_cache_that_is_read_only_is_read(folder, monkeypatch):
+    """It keeps the times of its files."""
+    ask(Program(doubled))
+
+    def refused(*_, **__):
+        raise PermissionError
+
+    monkeypatch.setattr("os.utime", refused)
+    ask(Program(doubled))
+    assert TRACED == [True]
+
+
+def test_nothing_is_made_in_the_home_of_another(folder, tmp_path, monkeypatch):
+    home = tmp_path / "home"
+    home.mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(home / ".cache"))
+    give_away(home, monkeypatch)
+    with warnings.catch_warnings(record=True):
+        ask(Program(doubled))
+    assert list(home.iterdir()) == []
+
+
+def test_no_cache_in_the_current_folder(monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", ".cache")
+    assert cache_root().is_absolute()
+    monkeypatch.setenv("HOME", "here")
+    assert cache_root() is None
+    ask(Program(doubled))
+    assert TRACED == [True]

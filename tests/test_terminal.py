@@ -140,6 +140,7 @@ def test_doctor_tells_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypat
         "programs": 0,
         "bytes": 0,
         "writable": True,
+        "unsafe": None,
     }
     monkeypatch.setattr(doctor, "_installed", lambda wanted: wanted.name not in ("av", "pyvista"))
     status, out, _ = run(capsys, "doctor")

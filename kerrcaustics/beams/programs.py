@@ -2,15 +2,22 @@
 
 They are kept here and not by JAX, whose cache is a setting of the whole process and saves the compilation alone. A file
 serves as long as all that made it stays the same: the sources, JAX, the processor, the compiler's options.
+
+Whoever writes such a file decides what the program does. Only those are read that the user or root wrote, in folders to
+which nobody else can write (`own_folder.py`).
 """
 
 import contextlib
 import ctypes
 import hashlib
+import multiprocessing
 import os
 import pickle
 import platform
+import re
 import threading
+import time
+import warnings
 import zlib
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future
@@ -22,10 +29,15 @@ from typing import Any
 import jax
 from jax.experimental import serialize_executable
 
-from kerrcaustics.files import writing
+from kerrcaustics.own_folder import NotOwnError, own_files, own_folder, read_own, write_own
 
 # Files kept at most, and programs in memory, where each takes some 80 MB: those not used for longest go first.
 _MOST_KEPT, _MOST_LOADED = 256, 16
+# Names of files that are kept; files that are not complete after so many seconds were left behind.
+KEPT = re.compile(r"[\w.<>]+-[0-9a-f]{32}")
+_PART, _LEFT_BEHIND = re.compile(rf"\.{KEPT.pattern}\.[0-9a-f]{{16}}\.part"), 3600.0
+# The folder of programs in that of all caches.
+PLACE = ("kerrcaustics", "programs")
 # What programs are made of: the rooms whose functions are compiled.
 _SOURCES = ("beams", "spacetime")
 
@@ -79,11 +91,11 @@ class Program:
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         asked = (jax.tree.structure(arguments), shapes, sorted(static.items()), options)
         about = repr((_made_of(), device.platform, device.device_kind, name, asked))
-        path = cache_folder() / f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
-        kept = _read(path)
+        file = f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
+        kept = _read(file)
         if kept is None:
             kept = jax.jit(partial(self._function, **static), compiler_options=options).lower(*arguments).compile()
-            _write(path, kept)
+            _write(file, kept)
             give_back_memory()
         return kept
 
@@ -94,10 +106,32 @@ def give_back_memory() -> None:
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def cache_folder() -> Path:
-    """Where programs are kept."""
-    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(root) / "kerrcaustics" / "programs"
+def cache_root() -> Path | None:
+    """The folder of all caches of the user; None where there is none, as for a user without a home."""
+    with contextlib.suppress(RuntimeError):
+        named = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        # A relative one would be another folder in each place where the program runs.
+        root = named if named.is_absolute() else Path.home() / ".cache"
+        return root if root.is_absolute() else None
+    return None
+
+
+def cache_folder() -> Path | None:
+    """Where programs are kept; None where they cannot be."""
+    root = cache_root()
+    return None if root is None else root.joinpath(*PLACE)
+
+
+def unsafe_cache() -> str:
+    """Why programs are neither kept nor read, where others could have written them; else nothing."""
+    with contextlib.suppress(OSError):
+        try:
+            if root := cache_root():
+                with own_folder(root, *PLACE):
+                    pass
+        except NotOwnError as error:
+            return str(error)
+    return ""
 
 
 @cache
@@ -117,25 +151,52 @@ def _processor() -> str:
     return platform.processor()
 
 
-def _read(path: Path) -> Compiled | None:
+def _read(name: str) -> Compiled | None:
     """The program in a file; None where there is none that can be used, for whatever reason: it is made anew then."""
+    root = cache_root()
     try:
-        payload, taken, given = pickle.loads(zlib.decompress(path.read_bytes()))
+        if root is None:
+            return None
+        with own_folder(root, *PLACE) as folder:
+            data = read_own(folder, name)
+            # A folder that is read only keeps its times.
+            with contextlib.suppress(OSError):
+                os.utime(name, dir_fd=folder, follow_symlinks=False)
+        payload, taken, given = pickle.loads(zlib.decompress(data))
         device = jax.devices()[0]
-        found = serialize_executable.deserialize_and_load(payload, taken, given, device.client, [device])
-        os.utime(path)
-        return found
+        return serialize_executable.deserialize_and_load(payload, taken, given, device.client, [device])
     except Exception:
         return None
 
 
-def _write(path: Path, program: Any) -> None:
+def _write(name: str, program: Any) -> None:
     """Keep a program, where it can be kept: nothing depends on it but the time of the next first call."""
+    root = cache_root()
     with contextlib.suppress(Exception):
+        if root is None:
+            return
         data = zlib.compress(pickle.dumps(serialize_executable.serialize(program)), 1)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with writing(path) as file:
-            file.write(data)
-        kept = sorted(path.parent.iterdir(), key=lambda file: file.stat().st_mtime)
-        for old in kept[:-_MOST_KEPT]:
-            old.unlink(missing_ok=True)
+        try:
+            with own_folder(root, *PLACE, make=True) as folder:
+                write_own(folder, name, data, root.joinpath(*PLACE))
+                _trim(folder)
+        except NotOwnError as error:
+            _warn(str(error))
+
+
+def _trim(folder: int) -> None:
+    """Remove the programs that were not used for longest, and what is left of writers that were killed."""
+    files = own_files(folder)
+    kept = sorted((name for name in files if KEPT.fullmatch(name)), key=lambda name: files[name].st_mtime)
+    left = [name for name in files if _PART.fullmatch(name) and time.time() - files[name].st_mtime > _LEFT_BEHIND]
+    for name in (*kept[:-_MOST_KEPT], *left):
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(name, dir_fd=folder)
+
+
+@cache
+def _warn(reason: str) -> None:
+    """Say once, and not again in each worker, why every start takes longer than it need."""
+    if multiprocessing.parent_process() is None:
+        text = f"Compiled programs are not kept, as {reason}: see `kerrcaustics doctor`."
+        warnings.warn(text, RuntimeWarning, stacklevel=2)

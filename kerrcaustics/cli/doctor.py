@@ -92,13 +92,23 @@ def _opengl(tried: bool) -> dict[str, Any]:
 
 
 def _cache() -> dict[str, Any]:
-    """The folder of compiled programs: where, how many, how large, and whether more can be kept."""
-    from kerrcaustics.beams.programs import cache_folder
+    """The folder of compiled programs: where, how many, how large, whether more can be kept, and why not."""
+    from kerrcaustics.beams.programs import KEPT, cache_folder, unsafe_cache
 
-    folder = cache_folder()
-    files = [path.stat().st_size for path in folder.iterdir()] if folder.is_dir() else []
+    folder, unsafe = cache_folder(), unsafe_cache()
+    if folder is None:
+        return {"folder": None, "programs": 0, "bytes": 0, "writable": False, "unsafe": "there is no home folder"}
+    readable = not unsafe and os.access(folder, os.R_OK | os.X_OK)
+    files = [path.stat().st_size for path in folder.iterdir() if KEPT.fullmatch(path.name)] if readable else []
     home = next((place for place in (folder, *folder.parents) if place.exists()), Path("/"))
-    return {"folder": str(folder), "programs": len(files), "bytes": sum(files), "writable": os.access(home, os.W_OK)}
+    writable = not unsafe and os.access(home, os.W_OK)
+    return {
+        "folder": str(folder),
+        "programs": len(files),
+        "bytes": sum(files),
+        "writable": writable,
+        "unsafe": unsafe or None,
+    }
 
 
 def _tell(found: dict[str, Any], out: Console) -> None:
@@ -107,8 +117,12 @@ def _tell(found: dict[str, Any], out: Console) -> None:
     say(out, f"Device: {found['device']}")
     cache = found["cache"]
     kept = f"{cache['programs']} compiled programs, {cache['bytes'] / 1e6:.0f} MB"
-    unkept = "" if cache["writable"] else "; it cannot be written: every start compiles anew (set XDG_CACHE_HOME)"
-    say(out, f"Cache: {cache['folder']}: {kept}{unkept}")
+    if cache["unsafe"]:
+        mend = "every start compiles anew (mend that, or set XDG_CACHE_HOME to a folder of your own)"
+        say(out, f"Cache: {cache['folder'] or 'none'}: not used, as {cache['unsafe']}: {mend}")
+    else:
+        unkept = "" if cache["writable"] else "; it cannot be written: what is missing is compiled anew at every start"
+        say(out, f"Cache: {cache['folder']}: {kept}{unkept}")
     say(out, f"OpenGL: {found['opengl']['advice']}")
     table = PlainTable(("extra", "for", "installed"), words=("extra", "for", "installed"))
     for name, state in found["extras"].items():
