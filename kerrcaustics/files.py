@@ -15,11 +15,11 @@ _PART = ".part"
 
 
 @contextmanager
-def writing(path: str | os.PathLike[str], lasting: bool = False) -> Iterator[IO[bytes]]:
+def writing(path: str | os.PathLike[str], lasting: bool = False, private: bool = False) -> Iterator[IO[bytes]]:
     """A binary file that takes its name only when it is complete: `with writing(path) as file`.
 
     Through a link the file it points to is replaced; a device or a pipe is written to directly. lasting: it is on the
-    disk before it takes its name, whatever becomes of the machine.
+    disk before it takes its name, whatever becomes of the machine. private: nobody else can read it (mode 0600).
     """
     path = Path(path)
     if path.exists() and not path.is_file():
@@ -39,9 +39,10 @@ def writing(path: str | os.PathLike[str], lasting: bool = False) -> Iterator[IO[
                 file.flush()
                 os.fsync(file.fileno())
         # A temporary file is private; the finished one gets the permissions an ordinary file would have.
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(name, 0o666 & ~mask)
+        if not private:
+            mask = os.umask(0)
+            os.umask(mask)
+            os.chmod(name, 0o666 & ~mask)
         os.replace(name, path)
     except BaseException:
         os.unlink(name)

@@ -1,13 +1,22 @@
 """The explorer without a browser: states, answers, and who is let in."""
 
+import http.client
 import json
 import math
+import os
+import re
 import signal
+import socket as sockets
+import stat
 import struct
+import subprocess
+import sys
+import threading
 import time
 from dataclasses import replace
 from importlib.metadata import version
-from urllib.parse import urlsplit
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import numpy as np
 import pytest
@@ -154,7 +163,17 @@ def opened(address, **changes):
     return connect(f"ws://{address.netloc}/channel?token={given['token']}", origin=given["origin"], **host)
 
 
-@pytest.mark.parametrize("wrong", [{"token": "guess"}, {"token": ""}, {"origin": "http://elsewhere"}, {"origin": None}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"token": "guess"},
+        {"token": ""},
+        {"origin": "http://elsewhere"},
+        {"origin": None},
+        {"origin": "http://[::1"},
+        {"origin": "null"},
+    ],
+)
 def test_strangers_are_not_let_in(address, wrong):
     from websockets.exceptions import InvalidStatus
 
@@ -163,14 +182,12 @@ def test_strangers_are_not_let_in(address, wrong):
 
 
 def test_other_hosts_are_refused(address):
-    from http.client import HTTPConnection
-
     for host, status in ((address.netloc, 200), (f"rebound.example:{address.port}", 421), ("", 421)):
-        connection = HTTPConnection(address.hostname, address.port)
+        connection = http.client.HTTPConnection(address.hostname, address.port)
         connection.request("GET", "/", headers={"Host": host})
         reply = connection.getresponse()
         assert reply.status == status and "default-src 'none'" in reply.headers["Content-Security-Policy"]
-    connection = HTTPConnection(address.hostname, address.port)
+    connection = http.client.HTTPConnection(address.hostname, address.port)
     connection.request("GET", "/../state.py", headers={"Host": address.netloc})
     assert connection.getresponse().status == 404
 
@@ -229,3 +246,86 @@ def test_interrupt_ends_it_at_once():
 def test_bad_input_is_refused(assert_refused, arguments, complaint):
     needs_server()
     assert_refused(["explore", "--no-browser", *arguments], complaint)
+
+
+def is_ended(socket):
+    """Whether the other side ends a connection within half a minute."""
+    socket.settimeout(30)
+    try:
+        while socket.recv(4096):
+            pass
+    except ConnectionResetError:
+        pass
+    except TimeoutError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(
+    "head", [b"", b"GET / HTTP/1.1\r\nHost: x\r\n", b"POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\n"]
+)
+def test_connections_without_the_token_keep_nobody_out(address, head):
+    """Heads and bodies that do not end: the owner gets page and channel, and old connections are ended."""
+    strangers = [sockets.create_connection((address.hostname, address.port)) for _ in range(300)]
+    try:
+        for one in strangers:
+            one.sendall(head.replace(b"x", address.netloc.encode()))
+        connection = http.client.HTTPConnection(address.hostname, address.port, timeout=30)
+        connection.request("GET", "/")
+        assert connection.getresponse().status == 200
+        with opened(address) as socket:
+            assert read(socket.recv(timeout=30))[0]["kind"] == "greeting"
+        assert is_ended(strangers[0])
+    finally:
+        for one in strangers:
+            one.close()
+
+
+def test_connections_without_the_token_last_for_a_while(monkeypatch):
+    needs_server()
+    from kerrcaustics.explorer.server import listening, server
+
+    monkeypatch.setattr("kerrcaustics.explorer.connections.PATIENCE", 0.3)
+    opened_at = listening("127.0.0.1", 0)
+    port = opened_at.getsockname()[1]
+    running = server("127.0.0.1", port, "token")
+    thread = threading.Thread(target=lambda: running.run(sockets=[opened_at]), daemon=True)
+    thread.start()
+    try:
+        one = sockets.create_connection(("127.0.0.1", port), timeout=30)
+        one.sendall(b"GET / HTTP/1.1\r\n")
+        assert is_ended(one)
+        # Whoever has shown it stays.
+        with opened(urlsplit(f"http://127.0.0.1:{port}/?token=token")) as socket:
+            socket.recv(timeout=30)
+            time.sleep(0.6)
+            socket.send("garbage")
+            assert read(socket.recv(timeout=30))[0]["kind"] == "refusal"
+    finally:
+        running.should_exit = True
+        thread.join(30)
+
+
+def test_the_token_is_for_the_user_alone(tmp_path):
+    """Neither the file of --json nor the arguments of the browser show it to others."""
+    needs_server()
+    browser, seen, file = tmp_path / "browser", tmp_path / "seen", tmp_path / "explorer.json"
+    browser.write_text(f'#!/bin/sh\necho "$@" > {seen}.part; mv {seen}.part {seen}\n')
+    browser.chmod(0o755)
+    command = [sys.executable, "-m", "kerrcaustics", "explore", "--json", str(file)]
+    env = {**os.environ, "BROWSER": f"{browser} %s", "TMPDIR": str(tmp_path)}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env)
+    try:
+        address = process.stdout.readline().strip()
+        end = time.monotonic() + 60
+        while not seen.exists() and time.monotonic() < end:
+            time.sleep(0.02)
+        arguments, token = seen.read_text(), urlsplit(address).query.split("=")[1]
+        page = Path(unquote(re.search(r"file://(\S+)", arguments)[1]))
+        assert token not in arguments and f"url={address}" in page.read_text()
+        assert [stat.S_IMODE(path.stat().st_mode) for path in (page, file)] == [0o600, 0o600]
+        assert json.loads(file.read_text())["token"] == token
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
+    assert not page.exists()

@@ -1,16 +1,31 @@
 """The command `explore`: a page to drag the star on."""
 
+import html
+import os
 import secrets
 import sys
+import tempfile
 import threading
+import time
 import webbrowser
 from importlib.util import find_spec
+from pathlib import Path
 
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
+from kerrcaustics.files import UNFINISHED
 from kerrcaustics.interrupts import on_interrupt
 
 _NEEDED = ("starlette", "uvicorn", "websockets")
+# A browser that is not running yet takes a while to read its first page, seconds.
+_STARTS = 60.0
+_LEADS_ON = """<!doctype html>
+<meta charset="utf-8">
+<meta name="referrer" content="no-referrer">
+<meta http-equiv="refresh" content="0; url={0}">
+<title>Kerr caustics explorer</title>
+<a href="{0}">The explorer</a>
+"""
 
 
 @app.command(**with_examples("explore", "explore --no-browser --port 8765"))
@@ -52,13 +67,25 @@ def explore(
     if common.json != "-":
         sys.stdout.write(f"{address}\n")
         sys.stdout.flush()
-    common.write({"schema": "kerrcaustics/explore/1", "address": address, "token": token})
+    common.write({"schema": "kerrcaustics/explore/1", "address": address, "token": token}, private=True)
     if not is_loopback(host):
         sys.stderr.write(f"Warning: others can reach {host}, and see the token where the network is not encrypted.\n")
     if not no_browser:
-        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        threading.Thread(target=_open_browser, args=(address,), daemon=True).start()
     on_interrupt(lambda: "the explorer has ended.", status=0)
     serve(opened, host, token)
+
+
+def _open_browser(address: str) -> None:
+    """Open the page by way of a file that only the user can read: all users see the arguments of a browser."""
+    handle, name = tempfile.mkstemp(prefix="kerrcaustics-explorer-", suffix=".html")
+    UNFINISHED.add(name)
+    with open(handle, "w", encoding="utf-8") as file:
+        file.write(_LEADS_ON.format(html.escape(address)))
+    webbrowser.open(Path(name).as_uri())
+    time.sleep(_STARTS)
+    os.unlink(name)
+    UNFINISHED.discard(name)
 
 
 def _address(host: str, port: int, token: str) -> str:

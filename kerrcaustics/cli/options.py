@@ -181,10 +181,10 @@ class CommonOptions:
         """Where tables go: to standard error where standard output is for the JSON alone."""
         return console(stderr=self.json == "-")
 
-    def write(self, entry: dict[str, Any], indent: int | None = 2) -> None:
-        """Write a record where --json says."""
+    def write(self, entry: dict[str, Any], indent: int | None = 2, private: bool = False) -> None:
+        """Write a record where --json says; private: into a file that only the user can read."""
         if self.json is not None:
-            write_json(entry, self.json, indent)
+            write_json(entry, self.json, indent, private)
 
     def write_found(self, entry: dict[str, Any], seconds: float, indent: int | None = 2) -> None:
         """Write the record of a search, with how it was traced and how long it took."""

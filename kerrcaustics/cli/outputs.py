@@ -96,15 +96,15 @@ def make_folder(output: Path, argument: str = "--output") -> None:
     _try(argument, "be a folder that can be written to", output / "x")
 
 
-def write_json(entry: dict[str, Any], target: str, indent: int | None = 2) -> None:
-    """Write a record to a file, or to standard output."""
+def write_json(entry: dict[str, Any], target: str, indent: int | None = 2, private: bool = False) -> None:
+    """Write a record to a file, which only the user can read where it is private, or to standard output."""
     text = json.dumps(entry, indent=indent, allow_nan=False) + "\n"
     if target == "-":
         sys.stdout.write(text)
         return
     from kerrcaustics.files import writing
 
-    with writing(target) as file:
+    with writing(target, private=private) as file:
         file.write(text.encode())
 
 

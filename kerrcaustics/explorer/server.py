@@ -10,7 +10,6 @@ from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
-from urllib.parse import urlsplit
 
 import uvicorn
 from starlette.applications import Starlette
@@ -20,6 +19,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, greeting, question, refusal
+from kerrcaustics.explorer.connections import Stranger
 from kerrcaustics.explorer.state import ExplorerState
 
 PAGE = Path(__file__).parent / "page"
@@ -108,8 +108,8 @@ class Explorer:
 
     def _may_enter(self, socket: WebSocket) -> bool:
         given = socket.query_params.get("token", "").encode()
-        origin = urlsplit(socket.headers.get("origin", ""))
-        own = origin.scheme in ("http", "https") and origin.netloc == socket.headers.get("host")
+        host = socket.headers.get("host")
+        own = socket.headers.get("origin") in (f"http://{host}", f"https://{host}")
         return self._is_own_host(socket) and own and secrets.compare_digest(given, self.token.encode())
 
     async def _file(self, request: Request) -> Response:
@@ -222,17 +222,21 @@ def _addresses() -> set[str]:
 
 def serve(opened: socket.socket, host: str, token: str) -> None:
     """Serve the explorer on a socket until the process ends."""
-    explorer = Explorer(own_names(host, opened.getsockname()[1]), token)
+    server(host, opened.getsockname()[1], token).run(sockets=[opened])
+
+
+def server(host: str, port: int, token: str) -> uvicorn.Server:
+    """The server of an address, which runs on a socket of its own."""
     config = uvicorn.Config(
-        explorer.app,
+        Explorer(own_names(host, port), token).app,
         log_level="critical",
         access_log=False,
+        http=Stranger,
         ws="websockets-sansio",
         ws_max_size=2 * LONGEST_QUESTION,
         ws_max_queue=16,
         ws_per_message_deflate=False,
-        limit_concurrency=4 * MOST_CLIENTS,
         server_header=False,
         proxy_headers=False,
     )
-    _Server(config).run(sockets=[opened])
+    return _Server(config)
