@@ -3,9 +3,10 @@
 import fcntl
 import glob
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -96,3 +97,38 @@ def locked(folder: Path, refusal: str) -> Iterator[None]:
         yield
     finally:
         os.close(opened)
+
+
+def content(path: Path) -> bytes | None:
+    """The bytes of a file; None where there is none that can be read. A pipe, a device or a folder is none."""
+    with suppress(OSError):
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        try:
+            if stat.S_ISREG(os.fstat(handle).st_mode):
+                with open(handle, "rb", closefd=False) as file:
+                    return file.read()
+        finally:
+            os.close(handle)
+    return None
+
+
+def make_room(path: Path) -> None:
+    """Make the folder of a file, and remove what is in its place and is no file: a link, a pipe, an empty folder.
+
+    Raise OSError, with one clear text, for a folder that holds something, and for a file in the place of a folder.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        mode = os.lstat(path).st_mode
+    except FileNotFoundError:
+        return
+    except (FileExistsError, NotADirectoryError) as error:
+        raise OSError(error.errno, f"a file is in the place of a folder of {path}") from None
+    if not stat.S_ISDIR(mode):
+        if not stat.S_ISREG(mode):
+            path.unlink()
+        return
+    try:
+        path.rmdir()
+    except OSError as error:
+        raise OSError(error.errno, f"a folder is in the place of the file {path}") from None

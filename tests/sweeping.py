@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import xarray
 
+import kerrcaustics as kc
+from kerrcaustics.sweeps import engine
 from kerrcaustics.sweeps.quantities import dimensions, variables
 
 PLAIN = "spin = [0.5, 0.9]\nradius = [3.0, 4.0, 6.0]\norders = 1\nblock = 2\ncompute = ['areas']\ntitle = 'Schön'\n"
@@ -48,3 +50,15 @@ def slowly_made_up(scene, spin, radius, inclination):
     if radius == 13:
         os.kill(os.getpid(), signal.SIGKILL)
     return made_up(scene, spin, radius, inclination)
+
+
+def sweep_in_step(scene, folder, count, gate, answers):
+    """Begin a store after the other at the same moments as other processes, and tell how each ends."""
+    engine.computed = made_up
+    for i in range(count):
+        gate.wait()
+        try:
+            kc.sweep(kc.read_scene(scene), folder / f"{i}.zarr")
+            answers.put((i, "done"))
+        except Exception as error:
+            answers.put((i, "in use" if "another sweep is writing to it" in str(error) else repr(error)))

@@ -13,7 +13,7 @@ from sweeping import PLAIN, files, made_up, opened, written
 import kerrcaustics as kc
 from kerrcaustics.sweeps import engine
 from kerrcaustics.sweeps.scene import Range, Scene
-from kerrcaustics.sweeps.store import Store
+from kerrcaustics.sweeps.store import store_at
 
 
 @pytest.fixture
@@ -227,7 +227,7 @@ def test_what_is_no_store_of_this_version_is_refused(tmp_path, scene, quick, cap
     target, path = tmp_path / "s.zarr", written(tmp_path, PLAIN)
     kc.sweep(scene, target)
     good = files(target)
-    monkeypatch.setattr("kerrcaustics.sweeps.store.version", lambda _: "9.9")
+    monkeypatch.setattr("kerrcaustics.sweeps.descriptions.version", lambda _: "9.9")
     status, out, err = run(capsys, "sweep", path, "--output", target)
     assert (status, out) == (2, "") and err.count("\n") == 1
     assert f"was written by kerrcaustics {kc.__version__}, and this is 9.9" in err
@@ -304,7 +304,7 @@ def test_a_read_only_store_is_one_line(tmp_path, scene, quick, capsys):
 
 def test_a_store_in_use_is_refused(tmp_path, scene, quick):
     kc.sweep(scene, tmp_path / "s.zarr")
-    with Store(tmp_path / "s.zarr").locked(), pytest.raises(ValueError, match="another sweep is writing to it"):
+    with store_at(tmp_path / "s.zarr", scene), pytest.raises(ValueError, match="another sweep is writing to it"):
         kc.sweep(scene, tmp_path / "s.zarr")
     assert kc.sweep(scene, tmp_path / "s.zarr").before == 6
 

@@ -69,6 +69,8 @@ def sweep(
     say(out, f"{result.points} points: {done}; {result.seconds:.1f} s")
     if result.damaged:
         say(out, f"{result.damaged} points were damaged in the store, and are computed anew")
+    if result.mended:
+        say(out, f"{len(result.mended)} files that describe the store were lost or altered, and are written anew")
     say(out, f"Store: {store}")
     if result.failures:
         _tell_failures(result)

@@ -14,7 +14,7 @@ from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
-from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, open_store
+from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, store_at
 from kerrcaustics.workers.losses import Compute, Finished, Losses
 from kerrcaustics.workers.places import check_answer, check_place, place
 
@@ -33,6 +33,9 @@ class SweepResult:
     failures: tuple[str, ...] = quantity("", "", "a line for each point that failed, now or before, with where and why")
     seconds: float = quantity("", "s", "time it took")
     damaged: int = quantity("", "1", "points whose chunks were damaged, and were computed again", default=0)
+    mended: tuple[str, ...] = quantity(
+        "", "", "axes and descriptions in the store that were lost or altered, and were written again", default=()
+    )
 
 
 def sweep(
@@ -54,7 +57,8 @@ def sweep(
     scene : Scene
         What `read_scene` returned of a file that says what to sweep over.
     path : str or path
-        The store. One of the same scene is gone on with; one of another scene is refused.
+        The store. One of the same scene is gone on with, and what is damaged in it is mended; one of another scene is
+        refused.
     workers : int
         So many processes of this machine, of one core each; None, threads of this process.
     scheduler : str
@@ -90,9 +94,7 @@ def sweep(
     # Before a store is made that nothing would be put into.
     check_answer(scheduler)
     total = int(np.prod(scene.shape))
-    store = open_store(Path(path), scene)
-    with store.locked():
-        store.clean()
+    with store_at(Path(path), scene) as store:
         progress("looking at what is done", 0.0)
         states = _states(store, retry)
         missing = [block for block, state in states.items() if state != KEPT]
@@ -108,7 +110,8 @@ def sweep(
                         store.write(block, [_DIED] * len(block))
                     done += len(block)
                     progress(f"{done} of {total} points", done / total)
-        return SweepResult(store.path, total, before, tuple(store.failures()), time.perf_counter() - began, damaged)
+        failures, took = tuple(store.failures()), time.perf_counter() - began
+        return SweepResult(store.path, total, before, failures, took, damaged, store.mended)
 
 
 def _states(store: Store, retry: bool) -> dict[Block, str]:

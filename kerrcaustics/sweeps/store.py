@@ -1,41 +1,42 @@
 """The store of a sweep: one zarr store (version 3), a chunk for a block of points, and a mask of what is done.
 
 A block's chunks are written one after the other, each in one go, the mask last: a block is done when the mask says so
-and all its chunks can be read. Every chunk carries a checksum. A point's numbers depend on the point alone, so that a
+and all its chunks can be read. Every chunk carries a checksum; what is no chunk follows from the scene, and is mended
+when a store is opened (descriptions.py). A point's numbers depend on the point alone, so that a
 store that was interrupted, wherever and however often, ends up the same to the bit.
 """
 
-import json
-import math
-import shutil
-import warnings
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import zarr
 from jaxtyping import UInt8
-from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from kerrcaustics.files import locked
+from kerrcaustics.files import locked, make_room
 from kerrcaustics.results.declared import Quantity
+from kerrcaustics.sweeps.descriptions import (
+    REASON,
+    blank_of,
+    block_size,
+    create,
+    mend,
+    no_store,
+    remove_unfinished_stores,
+    scene_in,
+    scene_of,
+)
 from kerrcaustics.sweeps.quantities import dimensions, variables
-from kerrcaustics.sweeps.scene import AXES, Scene, differences, from_record
+from kerrcaustics.sweeps.scene import AXES, Scene
 
 Array = np.ndarray
 
-SCHEMA = "kerrcaustics/sweep/1"
 WAITING, DONE, FAILED = 0, 1, 2
 # What there is of a block.
 KEPT, OPEN, DAMAGED = "kept", "open", "damaged"
-# Bytes of a reason, UTF-8.
-_REASON = 160
-_STATUS = Quantity("status", (), "1", "0 not computed, 1 done, 2 failed", "int8")
-_REASONS = Quantity("reason", ("byte",), "1", "why a point failed: UTF-8, padded with zeros", "uint8")
-_UNITS = {"spin": "1", "radius": "GM/c^2", "inclination": "degrees"}
 
 
 @dataclass(frozen=True)
@@ -60,34 +61,21 @@ class Block:
 class Store:
     """A store that is open for a scene."""
 
-    def __init__(self, path: Path) -> None:
-        """Open a store; a ValueError says what is wrong with it."""
-        self.path = path
+    def __init__(self, path: Path, mended: tuple[str, ...] = ()) -> None:
+        """Open a store whose descriptions are whole; mended: the names of those that were not."""
+        self.path, self.mended = path, mended
         try:
             self._group = zarr.open_group(str(path), mode="r+")
             attributes: dict[str, Any] = dict(self._group.attrs)
         except Exception:
-            raise ValueError(
-                f"Argument `path` must name the store of a sweep, or what is not there yet, but {path} is none."
-            ) from None
-        if attributes.get("schema") != SCHEMA:
-            raise ValueError(f"The store {path} holds {attributes.get('schema', 'no sweep')}, not {SCHEMA}.")
-        made = attributes.get("version")
-        if made != version("kerrcaustics"):
-            raise ValueError(
-                f"The store {path} was written by kerrcaustics {made}, and this is {version('kerrcaustics')}: its "
-                "numbers may differ. Finish it with that version, or name another store."
-            )
-        try:
-            self.scene = from_record(json.loads(attributes["scene"]))
-        except Exception as error:
-            raise ValueError(f"The store {path} tells no scene: {' '.join(str(error).split())}") from None
+            raise no_store(path) from None
+        self.scene = scene_in(path, attributes)
         self._variables = variables(self.scene)
 
     def blocks(self) -> list[Block]:
         """All blocks, in order."""
         spins, radii, inclinations = self.scene.shape
-        size = _block_size(self.scene)
+        size = block_size(self.scene)
         return [
             Block(i, (j, min(j + size, radii)), k)
             for i in range(spins)
@@ -95,14 +83,11 @@ class Store:
             for j in range(0, radii, size)
         ]
 
-    def locked(self) -> AbstractContextManager[None]:
-        """While no other sweep writes to this store; the lock goes with the process, however that ends."""
-        return locked(self.path, f"The store {self.path} is in use: another sweep is writing to it.")
-
     def clean(self) -> None:
-        """Remove chunks that were being written when a process was killed."""
-        for part in self.path.rglob("*.partial"):
-            part.unlink(missing_ok=True)
+        """Remove chunks and descriptions that were being written when a process was killed."""
+        for part in self.path.rglob("*.part*"):
+            if part.suffix in (".part", ".partial") and part.is_file():
+                part.unlink(missing_ok=True)
 
     def state(self, block: Block, retry: bool = False) -> str:
         """KEPT where the mask says that the block is done, and every chunk of it can be read.
@@ -129,10 +114,10 @@ class Store:
         for variable in self._variables:
             values = [_blank(variable, self.scene) if isinstance(p, str) else p[variable.name] for p in points]
             stacked = np.stack([np.asarray(v, variable.dtype) for v in values])
-            self._array(variable.name)[block.region] = stacked.reshape(*shape, *stacked.shape[1:])
+            self._put(variable.name, block, stacked.reshape(*shape, *stacked.shape[1:]))
         reasons = np.stack([_coded(point if isinstance(point, str) else "") for point in points])
-        self._array("reason")[block.region] = reasons.reshape(*shape, _REASON)
-        self._array("status")[block.region] = status
+        self._put("reason", block, reasons.reshape(*shape, REASON))
+        self._put("status", block, status)
 
     def failures(self) -> list[str]:
         """A line for every point that failed: where, and why."""
@@ -149,6 +134,10 @@ class Store:
         # Blank chunks are written too: only then a chunk that is not there is known to be lost.
         return self._group[name].with_config({"write_empty_chunks": True})  # pyright: ignore
 
+    def _put(self, name: str, block: Block, values: Array) -> None:
+        make_room(self._chunk(name, block))
+        self._array(name)[block.region] = values
+
     def _read(self, name: str, block: Block) -> Array:
         # A chunk that is not there would be read as blanks.
         if not self._chunk(name, block).is_file():
@@ -163,96 +152,31 @@ class Store:
         return self.path / name / array.metadata.encode_chunk_key(tuple(place))
 
 
-def open_store(path: Path, scene: Scene) -> Store:
-    """The store at `path`: made when missing, else gone on with; a ValueError when it is of another scene."""
+@contextmanager
+def store_at(path: Path, scene: Scene) -> Iterator[Store]:
+    """The store of a scene at `path`, made when missing and mended when damaged, while no other sweep writes to it.
+
+    Raise ValueError where there is something else, and where another sweep has it.
+    """
     if not path.exists():
         if not path.absolute().parent.is_dir():
             raise ValueError(f"Argument `path` must lie in a folder that exists, but {str(path.parent)!r} is none.")
-        _create(path, scene)
-    store = Store(path)
-    different = differences(scene, store.scene)
-    if different:
-        raise ValueError(f"The store {path} is of another scene; name another store. " + "; ".join(different) + ".")
-    return store
-
-
-def _block_size(scene: Scene) -> int:
-    return min(scene.block, scene.shape[1])
-
-
-def _create(path: Path, scene: Scene) -> None:
-    """A store with nothing computed, which takes its name when it is complete."""
-    made = path.with_name(f".{path.name}.new")
-    try:
-        group = zarr.open_group(str(made), mode="w", zarr_format=3)
-        group.attrs.update(
-            {
-                "schema": SCHEMA,
-                "version": version("kerrcaustics"),
-                "title": scene.title,
-                "engine": "auto",
-                "tolerance": scene.tolerance,
-                "scene": json.dumps(scene.record()),
-                "description": "Caustics of Kerr black holes. The camera is at phi' = 0; phi' is unwrapped.",
-            }
-        )
-        _create_arrays(group, scene)
-        with warnings.catch_warnings():
-            # Readers without this extension of the format read the arrays' own descriptions.
-            warnings.simplefilter("ignore")
-            zarr.consolidate_metadata(group.store)
-        made.rename(path)
-    except BaseException:
-        shutil.rmtree(made, ignore_errors=True)
-        raise
-
-
-def _create_arrays(group: zarr.Group, scene: Scene) -> None:
-    further = dimensions(scene)
-    needed = {dim for variable in variables(scene) for dim in variable.dims}
-    for name in AXES:
-        _coordinate(group, name, scene.values(name), _UNITS[name])
-    for name in sorted(needed):
-        _coordinate(group, name, further[name], "degrees" if name in ("theta", "phi") else "1")
-    for variable in variables(scene):
-        sizes = tuple(len(further[dim]) for dim in variable.dims)
-        _create_array(group, scene, variable, sizes, math.nan if variable.dtype.startswith("float") else -1)
-    _create_array(group, scene, _STATUS, (), 0)
-    _create_array(group, scene, _REASONS, (_REASON,), 0)
-
-
-def _create_array(group: zarr.Group, scene: Scene, about: Quantity, sizes: tuple[int, ...], blank: float) -> None:
-    """An array of blanks over all points, in chunks of a block; sizes: of its further dimensions."""
-    group.create_array(
-        about.name,
-        shape=scene.shape + sizes,
-        chunks=(1, _block_size(scene), 1, *sizes),
-        dtype=about.dtype,
-        fill_value=blank,
-        compressors=[ZstdCodec(level=3), Crc32cCodec()],
-        dimension_names=(*AXES, *about.dims),
-        attributes={"units": about.unit, "long_name": about.text},
-    )
-
-
-def _coordinate(group: zarr.Group, name: str, values: Array, units: str) -> None:
-    array = group.create_array(
-        name,
-        shape=values.shape,
-        chunks=values.shape,
-        dtype=values.dtype,
-        dimension_names=(name,),
-        attributes={"units": units},
-    )
-    array[...] = values
+        create(path, scene)
+    elif not path.is_dir():
+        raise no_store(path)
+    with locked(path, f"The store {path} is in use: another sweep is writing to it."):
+        remove_unfinished_stores(path)
+        mended = mend(path, scene_of(path, scene))
+        store = Store(path, mended)
+        store.clean()
+        yield store
 
 
 def _blank(variable: Quantity, scene: Scene) -> Array:
     further = dimensions(scene)
-    fill = math.nan if variable.dtype.startswith("float") else -1
-    return np.full([len(further[dim]) for dim in variable.dims], fill, variable.dtype)
+    return np.full([len(further[dim]) for dim in variable.dims], blank_of(variable.dtype), variable.dtype)
 
 
 def _coded(text: str) -> UInt8[Array, "160"]:
-    code = text.encode()[:_REASON]
-    return np.frombuffer(code.ljust(_REASON, b"\0"), np.uint8)
+    code = text.encode()[:REASON]
+    return np.frombuffer(code.ljust(REASON, b"\0"), np.uint8)

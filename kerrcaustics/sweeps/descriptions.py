@@ -1,0 +1,225 @@
+"""The files of a store that follow from its scene: the descriptions of its arrays (zarr.json), and its axes.
+
+Because they follow, a store whose descriptions or axes are lost or altered is mended from the scene. The root says of
+which scene a store is, under a checksum of its own; the mask says it too.
+"""
+
+import glob
+import hashlib
+import json
+import math
+import re
+import secrets
+import shutil
+import warnings
+from contextlib import suppress
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zarr
+from zarr.codecs import Crc32cCodec, ZstdCodec
+from zarr.storage import LocalStore, MemoryStore
+
+from kerrcaustics.files import content, make_room, writing
+from kerrcaustics.results.declared import Quantity
+from kerrcaustics.sweeps.quantities import dimensions, variables
+from kerrcaustics.sweeps.scene import AXES, Scene, differences, from_record
+
+Array = np.ndarray
+
+SCHEMA = "kerrcaustics/sweep/1"
+# Bytes of a reason, UTF-8.
+REASON = 160
+_ROOT = "zarr.json"
+_STATUS = Quantity("status", (), "1", "0 not computed, 1 done, 2 failed", "int8")
+_REASONS = Quantity("reason", ("byte",), "1", "why a point failed: UTF-8, padded with zeros", "uint8")
+_UNITS = {"spin": "1", "radius": "GM/c^2", "inclination": "degrees"}
+# An unfinished store, beside the finished one.
+_UNFINISHED = ".new"
+
+
+def block_size(scene: Scene) -> int:
+    """Radii that are computed together."""
+    return min(scene.block, scene.shape[1])
+
+
+def create(path: Path, scene: Scene) -> None:
+    """Make a store with nothing computed, which takes its name when it is complete.
+
+    Of several that are made at once under one name, one takes it, and the others vanish.
+    """
+    made = path.with_name(f".{path.name}.{secrets.token_hex(4)}{_UNFINISHED}")
+    try:
+        _describe(LocalStore(made), scene)
+        made.rename(path)
+    except Exception:
+        # Another sweep has made the store meanwhile, and may have removed this one.
+        if not path.is_dir():
+            raise
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+
+
+def remove_unfinished_stores(path: Path) -> None:
+    """Remove what is left of stores that were to take a name which another has taken."""
+    beside = path.absolute()
+    for made in beside.parent.glob(f".{glob.escape(beside.name)}.*{_UNFINISHED}"):
+        if re.fullmatch(r"[0-9a-f]{8}", made.suffixes[-2][1:]):
+            shutil.rmtree(made, ignore_errors=True)
+
+
+def no_store(path: Path) -> ValueError:
+    """The error for what is no store."""
+    return ValueError(f"Argument `path` must name the store of a sweep, or what is not there yet, but {path} is none.")
+
+
+def scene_of(path: Path, scene: Scene) -> Scene:
+    """Return the scene of the store at `path`, which is `scene` but for its title.
+
+    A root that is lost or altered is no obstacle where the mask is of the scene. Raise ValueError for another store.
+    """
+    attributes, mask = _attributes(path / _ROOT), _attributes(path / _STATUS.name / _ROOT)
+    if not attributes or attributes.get("checksum") != _checksum(attributes):
+        if mask.get("mark") == _mark(scene):
+            return scene
+        _check_schema(path, attributes, mask)
+        raise ValueError(
+            f"The store {path} is damaged: {path / _ROOT} is lost or altered, and {path / _STATUS.name / _ROOT} does "
+            "not say that the store is of this scene. Name another store."
+        )
+    there = scene_in(path, attributes)
+    different = differences(scene, there)
+    if different:
+        raise ValueError(f"The store {path} is of another scene; name another store. " + "; ".join(different) + ".")
+    return there
+
+
+def scene_in(path: Path, attributes: dict[str, Any]) -> Scene:
+    """Return the scene that the attributes of a store say; raise ValueError for another schema or version."""
+    if attributes.get("schema") != SCHEMA:
+        raise ValueError(f"The store {path} holds {attributes.get('schema', 'no sweep')}, not {SCHEMA}.")
+    made = attributes.get("version")
+    if made != version("kerrcaustics"):
+        raise ValueError(
+            f"The store {path} was written by kerrcaustics {made}, and this is {version('kerrcaustics')}: its "
+            "numbers may differ. Finish it with that version, or name another store."
+        )
+    try:
+        return from_record(json.loads(attributes["scene"]))
+    except Exception as error:
+        raise ValueError(f"The store {path} tells no scene: {' '.join(str(error).split())}") from None
+
+
+def mend(path: Path, scene: Scene) -> tuple[str, ...]:
+    """Write descriptions and axes anew that are lost or altered, the root last, and return their names."""
+    kept: dict[str, Any] = {}
+    _describe(MemoryStore(kept), scene)
+    whole = {name: buffer.to_bytes() for name, buffer in kept.items()}
+    altered = [name for name in sorted(whole, key=_ROOT.__eq__) if content(path / name) != whole[name]]
+    for name in altered:
+        make_room(path / name)
+        with writing(path / name, lasting=True) as file:
+            file.write(whole[name])
+    return tuple(altered)
+
+
+def _check_schema(path: Path, attributes: dict[str, Any], mask: dict[str, Any]) -> None:
+    """Raise ValueError for a folder that is no store of a sweep, rather than a damaged one."""
+    if attributes.get("schema") != SCHEMA and "mark" not in mask:
+        if not content(path / _ROOT):
+            raise no_store(path)
+        raise ValueError(f"The store {path} holds {attributes.get('schema', 'no sweep')}, not {SCHEMA}.")
+
+
+def _attributes(path: Path) -> dict[str, Any]:
+    """What a description says; nothing where it is lost or cannot be read."""
+    with suppress(ValueError, KeyError, TypeError):
+        attributes = json.loads(content(path) or b"")["attributes"]
+        return attributes if isinstance(attributes, dict) else {}
+    return {}
+
+
+def _mark(scene: Scene) -> str:
+    """A hash of all that the numbers of a store depend on."""
+    return _hash({**scene.record(), "title": "", "version": version("kerrcaustics")})
+
+
+def _checksum(attributes: dict[str, Any]) -> str:
+    return _hash({name: value for name, value in attributes.items() if name != "checksum"})
+
+
+def _hash(record: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+
+
+def _describe(store: LocalStore | MemoryStore, scene: Scene) -> None:
+    """Put a group with all arrays, and nothing computed, into an empty place."""
+    group = zarr.open_group(store, mode="w", zarr_format=3)
+    attributes = {
+        "schema": SCHEMA,
+        "version": version("kerrcaustics"),
+        "title": scene.title,
+        "engine": "auto",
+        "tolerance": scene.tolerance,
+        "scene": json.dumps(scene.record()),
+        "description": "Caustics of Kerr black holes. The camera is at phi' = 0; phi' is unwrapped.",
+    }
+    group.attrs.update({**attributes, "checksum": _checksum(attributes)})
+    _create_arrays(group, scene)
+    with warnings.catch_warnings():
+        # Readers without this extension of the format read the arrays' own descriptions.
+        warnings.simplefilter("ignore")
+        zarr.consolidate_metadata(store)
+
+
+def _create_arrays(group: zarr.Group, scene: Scene) -> None:
+    further = dimensions(scene)
+    needed = {dim for variable in variables(scene) for dim in variable.dims}
+    for name in AXES:
+        _axis(group, name, scene.values(name), _UNITS[name])
+    for name in sorted(needed):
+        _axis(group, name, further[name], "degrees" if name in ("theta", "phi") else "1")
+    for variable in variables(scene):
+        sizes = tuple(len(further[dim]) for dim in variable.dims)
+        _create_array(group, scene, variable, sizes, blank_of(variable.dtype))
+    _create_array(group, scene, _STATUS, (), 0, mark=_mark(scene))
+    _create_array(group, scene, _REASONS, (REASON,), 0)
+
+
+def blank_of(dtype: str) -> float:
+    """What stands where there is no number."""
+    return math.nan if dtype.startswith("float") else -1
+
+
+def _create_array(
+    group: zarr.Group, scene: Scene, about: Quantity, sizes: tuple[int, ...], blank: float, **more: str
+) -> None:
+    """An array of blanks over all points, in chunks of a block; sizes: of its further dimensions."""
+    group.create_array(
+        about.name,
+        shape=scene.shape + sizes,
+        chunks=(1, block_size(scene), 1, *sizes),
+        dtype=about.dtype,
+        fill_value=blank,
+        compressors=[ZstdCodec(level=3), Crc32cCodec()],
+        dimension_names=(*AXES, *about.dims),
+        attributes={"units": about.unit, "long_name": about.text, **more},
+    )
+
+
+def _axis(group: zarr.Group, name: str, values: Array, units: str) -> None:
+    """An axis in one chunk. Readers see blanks where it is lost, and an error where it is altered."""
+    array = group.create_array(
+        name,
+        shape=values.shape,
+        chunks=values.shape,
+        dtype=values.dtype,
+        fill_value=blank_of(str(values.dtype)),
+        # Not compressed, as the bytes are compared, which may be others in each version of a compressor.
+        compressors=[Crc32cCodec()],
+        dimension_names=(name,),
+        attributes={"units": units},
+    )
+    array[...] = values
