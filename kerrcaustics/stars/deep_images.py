@@ -15,15 +15,17 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from kerrcaustics.beams import errors
+from kerrcaustics.beams.closed_form import round_off
 from kerrcaustics.beams.closed_form.finite_end import to_sphere
 from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.closed_form.polar_motion import polar_motion, polar_swing
-from kerrcaustics.beams.closed_form.radial_motion import radial_motion
-from kerrcaustics.beams.ends import CelestialSphere, Sphere, Spherical
+from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
+from kerrcaustics.beams.ends import SKY, Aim, Arriving, CelestialSphere, Sphere, Spherical
 from kerrcaustics.beams.programs import Program
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Reals
-from kerrcaustics.spacetime.camera import Camera, Frame, photon
+from kerrcaustics.spacetime.arrays import Components, Reals
+from kerrcaustics.spacetime.camera import Camera, Frame, Photon, photon
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import flattened, moved, tangent_basis
 
@@ -52,11 +54,20 @@ class Deep(NamedTuple):
 
 
 class _Ends(NamedTuple):
-    """Ends of rays: n', time, radians of the way."""
+    """Ends of rays: n', time, radians of the way; what the formulas lose of n', of its azimuth, and of the time."""
 
     direction: Array
     time: Array
     phase: Array
+    noise: Array
+    turn_noise: Array
+    time_noise: Array
+
+    def rounding(self) -> Array:
+        """Of n' (n, 2), along e_theta and e_phi: next to the axis a turn about it moves n' little."""
+        both = np.maximum(_OF_END * (1 + self.phase), self.noise)
+        turned = self.turn_noise * np.hypot(self.direction[:, 0], self.direction[:, 1])
+        return np.stack([both, both + turned], axis=-1)
 
 
 def is_deep(
@@ -120,12 +131,12 @@ class _DeepSearch:
                 inverse, _, residual, _ = self._linear(place)
                 place = place + np.einsum("nij,nj->ni", inverse, residual)
             inverse, rate, residual, ends = self._linear(place)
-        rounding = _OF_END * (1 + ends.phase)
-        wrong = np.linalg.norm(residual, axis=1) + rounding
-        moved_by = np.abs(inverse) @ np.ones(2) * wrong[:, None]
-        late = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time)
+        rounding = ends.rounding()
+        wrong = np.abs(residual) + rounding
+        moved_by = np.einsum("nij,nj->ni", np.abs(inverse), wrong)
+        late = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time) + ends.time_noise
         sky, missed = self._sky(place)
-        good = (wrong < 10 * rounding) & (missed < _BESIDE) & np.isfinite(late)
+        good = (wrong < 10 * rounding).all(axis=1) & (missed < _BESIDE) & np.isfinite(late)
         return sky, self._size * moved_by[:, 0] + missed + _OF_SKY, ends.time, late, good
 
     def _linear(self, place: Array) -> tuple[Array, Array, Array, _Ends]:
@@ -140,7 +151,7 @@ class _DeepSearch:
         inverse = np.moveaxis(np.array([[d, -b], [-c, a]]) / (a * d - b * c), 2, 0)
         residual = flattened(here, self._star - here)
         count = len(self._start)
-        return inverse, rate, residual, _Ends(here, times[0], ends.phase[:count])
+        return inverse, rate, residual, _Ends(here, times[0], *(part[:count] for part in ends[2:]))
 
     def _sky(self, place: Array) -> tuple[Array, Array]:
         """Directions N that have the wanted d, and by how much (radians) they miss it."""
@@ -187,23 +198,56 @@ def _depth(frame: Frame, sky: Array, *, made_of: str) -> Reals:
 
 def _ends(
     frame: Frame, sky: Array, d: Array, radius: float | None, returning: Array, *, on_equator: bool, made_of: str
-) -> tuple[Reals, Reals, Reals]:
+) -> tuple[Reals, ...]:
     """Ends of rays on a sphere, None for the celestial one, that leave in direction N and have this d."""
     light = photon(frame, tuple(sky.T))
     quartic = radial.factor(frame, light)._replace(d=d)
-    if radius is None:
+    aim = None if radius is None else Sphere(radius, returning).aim(frame, light, quartic)
+    if aim is None:
         travel = radial_motion(frame, light, quartic, clock=True)
-        lost = travel.captured
     else:
-        aim = Sphere(radius, returning).aim(frame, light, quartic)
-        travel, lost = to_sphere(frame, light, quartic, radius, aim, clock=True), aim.lost
+        travel = to_sphere(frame, light, quartic, radius, aim, clock=True)
+    lost = travel.captured if aim is None else aim.lost
     swing = polar_swing(frame, light, on_equator=on_equator)
     polar = polar_motion(frame, light, swing, travel.time, on_equator=on_equator, clock=True)
     c, s = jnp.cos(travel.psi + polar.turn), jnp.sin(travel.psi + polar.turn)
     hidden = jnp.where(travel.holds & (light.k >= LEAST_K) & ~lost, 0.0, jnp.nan)
     direction = jnp.stack([c * polar.x - s * polar.y, s * polar.x + c * polar.y, polar.z + hidden], axis=-1)
     assert travel.clock is not None and polar.clock is not None
-    return direction, travel.clock + polar.clock, polar.phase
+    noise = _noise(frame, tuple(sky.T), _Way(light, quartic, travel, aim, polar.phase), radius)
+    return direction, travel.clock + polar.clock, polar.phase, *noise
+
+
+class _Way(NamedTuple):
+    """The way of rays: their photons, the factors of R, the radial motion, the aim at a sphere, radians of it."""
+
+    light: Photon
+    quartic: radial.Quartic
+    travel: Travel
+    aim: Aim | None
+    phase: Reals
+
+
+def _noise(frame: Frame, sky: Components, way: _Way, radius: float | None) -> tuple[Reals, Reals, Reals]:
+    """What the formulas lose of n', of its azimuth and of the time, but by the rounding of d, which is exact here.
+
+    Close to an extremal hole that is far more than the round-off of the phase: psi and the time are differences of
+    integrals, divided by the distance of the horizons.
+    """
+    light, travel = way.light, way.travel
+    # The outer roots do not move; that of d = inf is what is left where they are far apart.
+    fixed = way.quartic._replace(d=jnp.full_like(way.quartic.d, jnp.inf))
+    at = Arriving(
+        jnp.abs(travel.u), jnp.abs(travel.rate), jnp.abs(travel.psi_rate), jnp.sqrt(jnp.maximum(light.k, 0) + 3)
+    )
+    if way.aim is None or radius is None:
+        end, noise = SKY, round_off.at_infinity(frame, light, fixed, way.phase)
+    else:
+        end = Sphere(radius)
+        noise, _ = round_off.at_finite_end(frame, sky, light, fixed, end, travel, way.aim, at, way.phase)
+    plain = round_off.ROUNDING * (2 + round_off.PER_PHASE * way.phase) + _OF_SKY / at.rate
+    late = errors.of_time(frame, end, at, noise, noise)[1] + round_off.of_time(frame, travel)
+    return plain, jnp.maximum(noise - plain, 0), late
 
 
 # Programs are kept in files for as long as the rooms above stay the same; what this module says belongs to it, too.
