@@ -18,19 +18,23 @@ Array = np.ndarray
 
 # Radius from which on an observer stands in for cameras.
 _FAR = 1e5
+# Of a direction that is moved from one sky to another.
+_ROUNDING = 4e-16
 
 
 @dataclass(frozen=True)
 class SeenLight:
     """Light on the sky of a camera: directions N or places, beams, magnification and redshift as the camera has them.
 
-    The beams belong to who searches for the camera; places and times of their ends are the camera's too.
+    The beams belong to who searches for the camera if that is an observer, else to the camera; places and times of
+    their ends are the camera's too. spread: major diameters of beams of unit size on the sky that is searched.
     """
 
     sky: Float[Array, "n axes"]
     beams: Beams
     magnification: Float[Array, " n"]
     redshift: Float[Array, " n"]
+    spread: Float[Array, " n"]
 
 
 def searcher(camera: Camera) -> Camera:
@@ -69,11 +73,36 @@ def shown_looking(camera: Camera, looking: Float[Array, "n 3"]) -> Float[Array, 
 
 
 def lengths(camera: Camera, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
-    """By how much a radian on the sky that is searched is longer for users, without aberration; in M on a screen."""
+    """By how much a radian on the sky that is searched is longer for users, with aberration; in M on a screen."""
+    return still_lengths(camera, sky) * stretch(camera, shown(camera, sky))
+
+
+def still_lengths(camera: Camera, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    """The same for a camera at rest."""
     if not searcher(camera).is_distant:
         return np.ones(len(sky))
     size = 1 / np.linalg.norm(screen_basis(sky)[0], axis=-1)
     return size if camera.is_distant else radians_of(camera.radius, sky, size)
+
+
+def stretch(camera: Camera, place: Float[Array, "n axes"]) -> Float[Array, " n"]:
+    """By how much aberration makes lengths on the sky longer, at directions of the moving camera; 1 on a screen.
+
+    It maps the sky of the camera at rest without distortion, and shrinks what it shifts to the blue.
+    """
+    if camera.is_distant:
+        return np.ones(len(place))
+    frame = camera.frame()
+    return doppler(frame, tuple(place.T))[0] / frame.slowness**0.5
+
+
+def errors(camera: Camera, sky: Float[Array, "n 3"], error: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Errors of directions on the sky that is searched, radians, as users have them; of an Observer in M.
+
+    With aberration comes the rounding of both directions, which may be more where it shrinks the error.
+    """
+    grown = error * lengths(camera, sky)
+    return grown if camera.is_distant or camera.frame().speed == 0 else grown + _ROUNDING * (1 + lengths(camera, sky))
 
 
 def radians_of(radius: float, sky: Float[Array, "n 3"], size: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -86,14 +115,13 @@ def radians_of(radius: float, sky: Float[Array, "n 3"], size: Float[Array, " n"]
 def seen(camera: Camera, sky: Float[Array, "n 3"], traced: Callable[[Camera, Array], Beams]) -> SeenLight:
     """Directions on the sky that is searched, as the camera has them; traced: beams of a camera, with redshift."""
     lens, place = searcher(camera), shown(camera, sky)
+    size = stretch(camera, place)
     if not lens.is_distant:
         beams = traced(camera, place)
-        return SeenLight(place, beams, beams.magnification, np.asarray(beams.redshift))
-    beams, frame = traced(lens, sky), camera.frame()
-    shift = 1.0 if camera.is_distant else frame.slowness**0.5 / doppler(frame, tuple(place.T))[0]
-    # Aberration shrinks what it shifts to the blue.
-    size = lengths(camera, sky) / shift
-    return SeenLight(place, beams, beams.magnification * size**2, np.asarray(beams.redshift) * shift)
+        return SeenLight(place, beams, beams.magnification, np.asarray(beams.redshift), beams.delta_plus * size)
+    beams = traced(lens, sky)
+    magnification = beams.magnification * (still_lengths(camera, sky) * size) ** 2
+    return SeenLight(place, beams, magnification, np.asarray(beams.redshift) / size, beams.delta_plus)
 
 
 def clock(

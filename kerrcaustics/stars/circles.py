@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import lengths, seen
+from kerrcaustics.curves.screens import errors, seen
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
@@ -143,7 +143,7 @@ def circle_images(camera: Camera, normal: ArrayLike | str, max_index: int = 2) -
         return trace_beams(lens, sky, "auto", TOLERANCE)
 
     at = seen(camera, branches.nodes.sky, traced)
-    error = errors_on_sky(branches, at.beams, found.error) * lengths(camera, branches.nodes.sky)
+    error = errors(camera, branches.nodes.sky, errors_on_sky(branches, at, found.error))
     curves = [_curve(chain, branches, at.sky, error) for chain in chains(branches, over_events=False)]
     curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))
     unsure = (remark for i in np.flatnonzero(~found.known) for remark in events[i].remarks)

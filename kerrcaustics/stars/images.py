@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import clock, lengths, searcher, seen, shown
+from kerrcaustics.curves.screens import clock, errors, searcher, seen
 from kerrcaustics.curves.source_map import SourceMap, on_leaves, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera
@@ -160,7 +160,7 @@ def star_images(
     surface = spherical(camera, end, distant=True)
     highest = checked_index(max_index)
     found = search_for(camera, from_angles(*place)[None], np.array([place]), highest, surface)
-    return _deepened(images_of(camera, surface, [place], found)[0], found.sky, camera, surface)
+    return _deepened(images_of(camera, surface, [place], found)[0], found, camera, surface)
 
 
 def is_within(camera: Camera, end: Spherical) -> bool:
@@ -178,7 +178,7 @@ def search_for(camera: Camera, star: Array, angles: Array, max_index: int, end: 
 
 def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
     """The images that a search for some stars on a sphere found, star by star, as the camera sees them."""
-    error = found.error * lengths(camera, found.sky)
+    error = errors(camera, found.sky, found.error)
 
     def traced(lens: Camera, sky: Array) -> Beams:
         def leaf(sky: Array, end: Spherical) -> Beams:
@@ -220,34 +220,33 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
     return images
 
 
-def _deepened(images: StarImages, sky: Float[Array, "images 3"], camera: Camera, end: Spherical) -> StarImages:
-    """The same, with those that lie close to the shadow edge to round-off; sky: where they were found."""
-    which = np.flatnonzero(is_deep(images.index, images.error, images.time, images.time_error))
+def _deepened(images: StarImages, found: Found, camera: Camera, end: Spherical) -> StarImages:
+    """The same, with those that lie close to the shadow edge to round-off; found: where they were found.
+
+    Refined images are traced anew, so that all that is said of them belongs to their place.
+    """
+    which = np.flatnonzero(is_deep(found.index, found.error, images.time, images.time_error))
     if len(which) == 0:
         return images
-    (theta, phi), sky = images.star, sky[which]
-    star = np.tile(from_angles(theta, phi), (len(which), 1))
-    returning = np.zeros(len(which), bool) if images.returning is None else images.returning[which]
-    deep = deepened(searcher(camera), sky, images.error[which] / lengths(camera, sky), star, end, returning)
+    star = np.tile(from_angles(*images.star), (len(which), 1))
+    deep = deepened(searcher(camera), found.sky[which], found.error[which], star, end, found.returning[which])
     these = which[deep.which]
-    time, time_error = clock(camera, deep.time, deep.time_error)
-    assert time is not None and time_error is not None
 
-    def with_deep(values: Array | None, better: Array) -> Array | None:
-        if values is None:
-            return None
+    def with_deep(values: Array, better: Array | None) -> Array:
         values = values.copy()
         values[these] = better
         return values
 
-    return replace(
-        images,
-        sky=with_deep(images.sky, shown(camera, deep.sky)),
-        azimuth=with_deep(images.azimuth, phi + 2 * math.pi * np.round((images.azimuth[these] - phi) / (2 * math.pi))),
-        error=with_deep(images.error, deep.error * lengths(camera, deep.sky)),
-        time=with_deep(images.time, time),
-        time_error=with_deep(images.time_error, time_error),
-    )
+    there = replace(found, sky=with_deep(found.sky, deep.sky), error=with_deep(found.error, deep.error))
+    (refined,) = images_of(camera, end, [images.star], there)
+    turn, phi = 2 * math.pi, images.star[1]
+    around = phi + turn * np.round((refined.azimuth[these] - phi) / turn)
+    refined = replace(refined, azimuth=with_deep(refined.azimuth, around))
+    if refined.time is None or refined.time_error is None:
+        return refined
+    # N does not tell the time as well as the distance from the shadow edge does.
+    time, late = clock(camera, deep.time, deep.time_error)
+    return replace(refined, time=with_deep(refined.time, time), time_error=with_deep(refined.time_error, late))
 
 
 def checked_sheets(camera: Camera, max_index: int, end: float | Spherical = SKY, *, distant: bool = False) -> Sheets:

@@ -10,7 +10,7 @@ from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import as_seen
+from kerrcaustics.curves.screens import as_seen, errors
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
 from kerrcaustics.spacetime.rows import Rows
@@ -165,12 +165,12 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     doubt += [f"index {k}: {counts[k]} along the line, {expected[k]} along the curves" for k in differ]
     if not images.certified:
         doubt.append("the images of the circle are not certified themselves")
-    along = np.linalg.norm(path.tangent(place), axis=1)
+    off = (ends.error + np.abs(ends.height)) * np.linalg.norm(path.tangent(place), axis=1) / np.abs(ends.slope)
     return LineCrossings(
         sky=as_seen(sky[kept], sheets.frame, images.camera.frame()),
         index=index[kept],
         longitude=circle.longitude(beams.direction)[kept],
-        error=((ends.error + np.abs(ends.height)) * along / np.abs(ends.slope))[kept],
+        error=errors(images.camera, sky, off)[kept],
         per_index=counts,
         expected=expected,
         certified=not doubt,

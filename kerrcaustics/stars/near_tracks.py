@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import SeenLight, lengths, magnified, searcher, seen
+from kerrcaustics.curves.screens import SeenLight, errors, magnified, searcher, seen
 from kerrcaustics.curves.source_map import on_leaves
 from kerrcaustics.spacetime.camera import Camera, looking_from_sky, photon, sky_from_looking
 from kerrcaustics.spacetime.checks import quoted
@@ -87,10 +87,10 @@ def seen_from(camera: Camera, theta: float, branches: Branches, own: Meetings, e
     sky[at_event] = sky_from_looking(lens.frame(), own.points.looking[events])
     at = seen(camera, sky, lambda who, sky: _traced(who, sky, returning, end))
     along = own.error[events] * math.sin(theta) + at.beams.error[at_event]
-    error[at_event] = along / at.beams.delta_plus[at_event] + at.beams.jacobian_error[at_event]
+    error[at_event] = along / at.spread[at_event] + at.beams.jacobian_error[at_event]
     eastward = looking_from_sky(lens.frame(), sky)[:, 2] < 0
     remarks = (f"{lost} points of tracks could not be found on the camera's sky",) if lost else ()
-    return SeenNodes(at, error * lengths(camera, sky), eastward, which, remarks)
+    return SeenNodes(at, errors(camera, sky, error), eastward, which, remarks)
 
 
 def _partners(branches: Branches, own: Meetings) -> Int[Array, " meetings"] | None:

@@ -11,7 +11,7 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
 from kerrcaustics.curves.circles_in_plane import TOLERANCE
-from kerrcaustics.curves.screens import clock, lengths, seen
+from kerrcaustics.curves.screens import clock, errors, seen
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
@@ -93,6 +93,7 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
     time, time_error = clock(camera, at.beams.time, at.beams.time_error)
     miss = np.hypot(np.log(found.radius / radius), _away(found.azimuth, phi))
     near = _near_fold(arcs, phi)
+    off = radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor)
     remarks = list(arcs.doubts)
     if near:
         remarks.append("the source cannot be told from a caustic: it may have two images more, or less")
@@ -108,7 +109,7 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
         redshift=at.redshift,
         time=np.asarray(time),
         time_error=np.asarray(time_error),
-        error=radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor) * lengths(camera, found.sky),
+        error=errors(camera, found.sky, off),
         per_index={k: int((index == k).sum()) for k in range(max_index + 1)},
         on_caustic=near,
         certified=not remarks,

@@ -15,7 +15,7 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of, step_between
 from kerrcaustics.curves.circles_in_plane import TOLERANCE
-from kerrcaustics.curves.screens import SeenLight, clock, lengths, seen, shown
+from kerrcaustics.curves.screens import SeenLight, clock, errors, seen, shown
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
@@ -226,7 +226,7 @@ def _tracks(
     light = seen(camera, arcs.low.sky, traced)
     time, time_error = clock(camera, light.beams.time, light.beams.time_error)
     times = np.stack([np.asarray(time), np.asarray(time_error)])
-    error = _errors_on_sky(arcs, light.beams) * lengths(camera, arcs.low.sky)
+    error = errors(camera, arcs.low.sky, _errors_on_sky(arcs, light.beams))
     chains = _chains(arcs.index <= max_index)
     tracks = [_track(arcs, chain, events, light, times, error) for chain in chains]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))

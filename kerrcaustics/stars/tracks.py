@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import lengths, seen
+from kerrcaustics.curves.screens import errors, seen
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
@@ -326,7 +326,7 @@ def _followed(
         return trace_beams(lens, sky, "auto", TOLERANCE, end=branches.sheets.end)
 
     light = seen(camera, nodes.sky, traced)
-    error = errors_on_sky(branches, light.beams, branches.meetings.error) * lengths(camera, nodes.sky)
+    error = errors(camera, nodes.sky, errors_on_sky(branches, light, branches.meetings.error))
     eastward = looking_from_sky(frame, nodes.sky)[:, 2] < 0
     return branches.meetings, branches, SeenNodes(light, error, eastward, nodes.event)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from kerrcaustics.beams.beam import Beams
+from kerrcaustics.curves.screens import SeenLight
 from kerrcaustics.stars.level_curves.branches import Branches
 
 Array = np.ndarray
@@ -91,14 +91,16 @@ def _partners(branches: Branches, over_events: bool) -> Int[Array, " ends"]:
     return partner
 
 
-def errors_on_sky(branches: Branches, beams: Beams, event_errors: Float[Array, " meetings"]) -> Float[Array, " nodes"]:
-    """Errors of the nodes on the sky, radians; event_errors: those of the meetings in longitude."""
+def errors_on_sky(
+    branches: Branches, light: SeenLight, event_errors: Float[Array, " meetings"]
+) -> Float[Array, " nodes"]:
+    """Errors of the nodes on the sky at rest, radians; event_errors: those of the meetings in longitude."""
     nodes = branches.nodes
     at_event = nodes.event >= 0
     depth = branches.chart.place(np.ones(len(nodes.event), int), nodes.sky)[:, 1]
     # At an event: along the critical curve by the error of its longitude, across by that of the beam's ellipse.
-    along = event_errors[nodes.event[at_event]] * np.sin(branches.circle.angle) + beams.error[at_event]
-    across = np.pi * np.exp(-depth[at_event]) * beams.jacobian_error[at_event]
+    along = event_errors[nodes.event[at_event]] * np.sin(branches.circle.angle) + light.beams.error[at_event]
+    across = np.pi * np.exp(-depth[at_event]) * light.beams.jacobian_error[at_event]
     error = nodes.error.copy()
-    error[at_event] = along / beams.delta_plus[at_event] + across
+    error[at_event] = along / light.spread[at_event] + across
     return error
