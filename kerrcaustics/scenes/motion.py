@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import quoted, real_number
+from kerrcaustics.spacetime.checks import quoted, real_number, refuse_tracer
 
 Array = np.ndarray
 
@@ -60,6 +60,7 @@ class ShutterMotion:
                 raise ValueError(f"Argument `{name}` must be two objects of the class {kind.__name__}.")
         for name in ("azimuths", "times"):
             value = getattr(self, name)
+            refuse_tracer(name, value)
             if not _two(value) or not all(math.isfinite(real_number(name, one)) for one in value):
                 raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
 

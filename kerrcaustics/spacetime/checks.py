@@ -1,6 +1,7 @@
 """Checks of what a caller asks for, each one clear ValueError in one grammar."""
 
 import math
+import sys
 from collections.abc import Iterable
 from numbers import Real
 from typing import Any
@@ -92,18 +93,33 @@ def numbers(name: str, value: Any) -> np.ndarray:
 def refuse_traced(name: str, error: Exception) -> None:
     """A clear ValueError where the error of a conversion tells that the argument `name` is being traced by JAX."""
     if type(error).__module__.startswith("jax"):
-        raise ValueError(
-            f"Argument `{name}` must hold numbers, but is traced by JAX: kerrcaustics takes NumPy arrays, and cannot "
-            "run inside jax.jit, jax.grad or jax.vmap."
-        ) from None
+        raise _is_traced(name) from None
+
+
+def _is_traced(name: str) -> ValueError:
+    return ValueError(
+        f"Argument `{name}` must hold numbers, but is traced by JAX (jit, vmap, grad or jvp): derivatives are in "
+        "caustic_derivatives and image_derivatives, rays for JAX in kerrcaustics.functional."
+    )
+
+
+def refuse_tracer(name: str, value: Any) -> None:
+    """A clear ValueError where JAX traces the argument `name`, which is known before it is converted.
+
+    A number that is differentiated converts to one like any other, and leaves its derivative behind.
+    """
+    # Where JAX is not loaded nothing is traced.
+    core = sys.modules.get("jax.core")
+    if core is not None and isinstance(value, core.Tracer):
+        raise _is_traced(name)
 
 
 def _item(name: str, value: Any) -> Any:
     """The number in an array of no dimension; all else as it is."""
+    refuse_tracer(name, value)
     if getattr(value, "ndim", None) != 0:
         return value
     try:
         return value.item()
-    except (TypeError, ValueError) as error:
-        refuse_traced(name, error)
+    except (TypeError, ValueError):
         return value

@@ -132,7 +132,7 @@ class StarTracks:
 
     def azimuth_at(self, time: ArrayLike) -> HostReals:
         """phi' of the star relative to the camera, radians, if it is 0 at time 0."""
-        return -self.angular_velocity * np.asarray(time, float)
+        return -self.angular_velocity * numbers("time", time)
 
     @usual_warnings
     def images_at(

@@ -1,0 +1,131 @@
+"""Numbers that JAX traces are refused by name: converted like others, they would leave their derivatives behind."""
+
+import math
+
+import jax
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+
+CAMERA, VIEW, PLANE = kc.Camera(0.9, 10.0, 1.2), kc.View(8, 8, 1.0), kc.EquatorialPlane(1)
+SKY, STAR, SOURCE, LIGHT = np.array([[-0.6, 0.5, 0.4]]), (1.4, 0.3), (6.0, 0.3), np.zeros((4, 8, 3))
+CATALOGUE = kc.StarCatalogue([[1.0, 0.0, 0.0]], [1.0], [1.0])
+SEES, ENDS = {"camera": CAMERA}, {"camera": CAMERA, "max_index": 1, "end": 30.0}
+IN_PLANE = {"camera": CAMERA, "max_index": 1, "end": PLANE}
+RAYS = {"camera": CAMERA, "sky": SKY, "tolerance": 1e-10, "end": 20.0}
+RIMS = {"inner": 6.0, "outer": 10.0}
+# Arguments with which the functions work; every number among them is traced in turn.
+CALLS = [
+    (kc.Camera, {"spin": 0.9, "radius": 10.0, "inclination": 1.2, "velocity": (0.1, 0.0, 0.0)}),
+    (kc.Observer, {"spin": 0.9, "inclination": 1.2, "radius": 50.0}),
+    (kc.EquatorialPlane, {"crossing": 1}),
+    (kc.trace_rays, RAYS),
+    (kc.trace_beams, RAYS),
+    (kc.ray_paths, {**SEES, "sky": SKY, "n": 10, "end": 20.0}),
+    (kc.trapped_orbit, {"spin": 0.9, "impact": 0.1, "n": 10, "oscillations": 1.0}),
+    (kc.shadow_edge, {**SEES, "n": 10}),
+    (kc.caustics, {**SEES, "orders": 1, "tolerance": 1e-12, "end": 30.0}),
+    (kc.caustics, {**SEES, "orders": 1, "tolerance": 1e-12, "end": PLANE}),
+    (kc.caustic_derivatives, {**SEES, "orders": 1}),
+    (kc.caustic_tubes, {**SEES, "orders": 1, "radii": [20.0, 30.0]}),
+    (kc.star_images, {**ENDS, "star": STAR}),
+    (kc.star_images, {**IN_PLANE, "star": SOURCE}),
+    (kc.star_tracks, {**ENDS, "theta": 1.4}),
+    (kc.star_tracks, {**IN_PLANE, "theta": 6.0}),
+    (kc.pair_events, {**ENDS, "theta": 1.4}),
+    (kc.pair_events, {**IN_PLANE, "theta": 6.0}),
+    (kc.image_counts, {**ENDS, "stars": [STAR]}),
+    (kc.image_counts, {**IN_PLANE, "stars": [SOURCE]}),
+    (kc.count_map, ENDS),
+    (kc.count_map, {**IN_PLANE, "radii": [6.0]}),
+    (kc.circle_images, {**SEES, "normal": (0.3, 0.1), "max_index": 1}),
+    (kc.follow_star, {"cameras": [CAMERA], "star": STAR, "max_index": 1}),
+    (kc.disk_images, {**SEES, "radii": [6.0], "crossings": 1, "points": 16}),
+    (kc.light_curve, {**SEES, "orbit": 8.0, "times": 10, "size": 0.1, "crossings": 1, "power": 4.0, "points": 90}),
+    (kc.line_profile, {**SEES, **RIMS, "emissivity": 3.0, "image": 1, "bins": 10, "radii": 4, "turns": 16}),
+    (kc.View, {"width": 8, "height": 8, "field_of_view": 1.0, "forward": (-1.0, 0.0, 0.0), "up": (0.0, 0.0, 1.0)}),
+    (kc.render, {**SEES, "view": VIEW, "time": 1.0}),
+    (kc.render_volume, {**SEES, "view": VIEW, "volume": kc.Volume(1.0, 4000.0, 6.0, 10.0, 0.5), "step": 0.5}),
+    (kc.celestial_picture, {"sky": kc.Checkerboard(), "height": 8}),
+    (kc.ShutterMotion, {"cameras": (CAMERA,) * 2, "views": (VIEW,) * 2, "azimuths": (0.0, 0.1), "times": (0.0, 1.0)}),
+    (kc.Checkerboard, {"rows": 4, "columns": 8, "gap": 0.1}),
+    (kc.Panorama, {"light": LIGHT, "orientation": np.eye(3), "aspect": 16.0}),
+    (kc.TurnedSky, {"sky": kc.Checkerboard(), "angle": 0.1}),
+    (kc.StarCatalogue, {"direction": [[1.0, 0.0, 0.0]], "magnitude": [1.0], "colour_index": [1.0]}),
+    (kc.StarField, {"catalogue": CATALOGUE, "orientation": np.eye(3), "band": 1.0, "white": 6504.0, "sweep": 0.1}),
+    (kc.tilted_galaxy, {"tilt": 0.1, "node": 0.1, "centre": 0.1}),
+    (kc.Disk, {**RIMS, "emission": kc.BlackBody(4500.0), "opacity": 0.5, "brightness": 1.0}),
+    (kc.BlackBody, {"peak": 4500.0}),
+    (kc.PageThorne, {"peak": 4500.0}),
+    (kc.PowerLaw, {"peak": 4500.0, "exponent": 0.7, "at": 10.0}),
+    (kc.Swatches, {"rows": 4, "columns": 8, "gap": 0.1}),
+    (kc.Texture, {"light": LIGHT}),
+    (kc.Spots, {"radius": 8.0, "azimuth": 0.1, "temperature": 4000.0, "size": 0.1, "streak": 0.1}),
+    (kc.Wisps, {**RIMS, "peak": 4500.0, "depth": 1.0, "contrast": 1.0, "seed": 0}),
+    (kc.Volume, {**RIMS, "density": 1.0, "temperature": 4000.0, "scale": 0.5, "brightness": 1.0}),
+    (kc.VolumeGrid, {**RIMS, "values": np.ones((3, 3, 3))}),
+    (kc.black_body, {"temperature": 4000.0, "white": 6504.0}),
+    (kc.tone_mapped, {"light": LIGHT, "exposure": 1.0, "softening": 30.0}),
+    (kc.flared, {"light": LIGHT, "spread": np.ones((3, 3))}),
+    (kc.halo, {"share": 0.2, "width": 2.0, "falloff": 3.0}),
+    (kc.PhysicalScale, {"mass": 1e6, "distance": 1e3}),
+]
+# Of results, files and objects, which hold no numbers of their own.
+OTHERS = (
+    "Beams Caustic CausticSet Cusp Footprint LineProfile RayPaths Rays SceneFile StarImages StarTracks Status "
+    "crossings_of_line explore hipparcos image_derivatives load load_caustics merged_catalogues read_count_map "
+    "read_scene record save save_caustics save_sky show sweep tangent_basis to_xarray trace_view tycho2"
+)
+
+
+def _is_numeric(value):
+    # Radii of different rows make no array, and texts and objects no numbers.
+    return not isinstance(value, str | bool) and np.asarray(value).dtype.kind in "fi"
+
+
+def _transformed(how, function, value):
+    {
+        "grad": lambda: jax.grad(function)(value),
+        "jvp": lambda: jax.jvp(function, (value,), (value,)),
+        "jit": lambda: jax.jit(function)(value),
+        "vmap": lambda: jax.vmap(function)(value[None]),
+    }[how]()
+
+
+@pytest.mark.parametrize(("function", "arguments"), CALLS, ids=[f"{f.__name__}-{i}" for i, (f, _) in enumerate(CALLS)])
+@pytest.mark.parametrize("how", ["grad", "jvp", "jit", "vmap"])
+def test_traced_numbers_are_refused_by_name(function, arguments, how):
+    for name in [name for name, value in arguments.items() if _is_numeric(value)]:
+        words = rf"^Argument `{name}` must hold numbers, but is traced by JAX .+ caustic_derivatives and image_der"
+
+        def call(traced, name=name):
+            function(**{**arguments, name: traced})
+            return 0.0 * traced.sum()
+
+        with pytest.raises(ValueError, match=words) as caught:
+            _transformed(how, call, np.asarray(arguments[name], np.float32))
+        assert "kerrcaustics.functional" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_every_public_function_is_tried():
+    public = {name for name in dir(kc) if callable(getattr(kc, name)) and not name.startswith("_")}
+    assert public == {function.__name__ for function, _ in CALLS} | set(OTHERS.split())
+
+
+def test_derivatives_do_not_vanish_in_silence():
+    """By radius, of the extreme of a caustic: refused, and not 0."""
+
+    def top(radius):
+        return kc.caustics(kc.Camera(0.9, radius, 1.2), orders=1)[0].theta_max
+
+    for derivative in (jax.grad(top), lambda x: jax.jvp(top, (x,), (1.0,)), jax.jit(top)):
+        with pytest.raises(ValueError, match="Argument `radius` must hold numbers, but is traced by JAX"):
+            derivative(10.0)
+
+
+def test_moments_of_tracks_are_not_traced():
+    found = kc.star_tracks(kc.Camera(0.9, 10.0), math.radians(70), 0)
+    for method in (found.azimuth_at, found.images_at):
+        with pytest.raises(ValueError, match="Argument `time` must hold numbers, but is traced by JAX"):
+            jax.grad(method)(1.0)
