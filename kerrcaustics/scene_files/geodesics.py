@@ -1,17 +1,19 @@
 """Cameras in free fall: time-like geodesics of the Kerr metric, integrated once, with dense output.
 
-Carter's equations of the second order in Mino time have no singular turning points; divided by dt / d(Mino time) they
-run in coordinate time. The polar angle enters as the latitude pi/2 - theta, so that an equatorial orbit stays one.
+The equations are those of rays in a form with no singular point, with a rest mass: in Mino time, u = 1/r and a point m
+of the unit sphere, which carries the polar angle and the smooth part of the azimuth; dragging turns the azimuth by
+psi more. Neither turning points nor the spin axis are special. Coordinate time is integrated along, and inverted.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import scipy
 from jaxtyping import Float
+from scipy.integrate import DenseOutput
 from scipy.optimize import brentq
 
 from kerrcaustics.scene_files.motion import Place
@@ -20,12 +22,14 @@ from kerrcaustics.spacetime.camera import Camera
 
 Array = np.ndarray
 
-_TOLERANCE = 1e-12
+_TOLERANCE = 1e-13
 # Of the horizon's radius: nearer to it a fall ends. It takes infinitely long, in coordinate time.
 _NEAREST = 1e-4
 _SAMPLES = 200
 # Fastest speed that a circular orbit is looked for with.
 _FASTEST = 1 - 1e-9
+# An azimuth that seems to run backward by less, radians, stands still.
+_STILL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -37,29 +41,82 @@ class FallConstants:
     momentum: float
     carter: float
 
-    def radial(self, r: Any) -> tuple[Any, Any]:
-        """The radial potential R = (dr / dMino)^2, and half of its derivative."""
-        a, k = self.spin, (self.momentum - self.spin * self.energy) ** 2 + self.carter
-        p = self.energy * (r * r + a * a) - a * self.momentum
-        delta = r * (r - 2) + a * a
-        return p * p - delta * (r * r + k), 2 * self.energy * r * p - (r - 1) * (r * r + k) - delta * r
+    @property
+    def _terms(self) -> tuple[float, float, float, float, float]:
+        """Coefficients of the radial potential (du / dMino)^2, a polynomial of u, the constant one first."""
+        a, total = self.spin, self.momentum**2 + self.carter
+        kappa = (self.momentum - a * self.energy) ** 2 + self.carter
+        return self.excess, 2.0, a * a * self.excess - total, 2 * kappa, -a * a * self.carter
 
-    def polar(self, latitude: Any) -> tuple[Any, Any]:
-        """The polar potential Theta = (dtheta / dMino)^2, and half of its derivative by the latitude."""
-        s, c, bound = np.sin(latitude), np.cos(latitude), self.spin**2 * (1 - self.energy**2)
-        # A radial or meridional orbit runs through the axis, where this is zero over zero.
-        turn = 0.0 if self.momentum == 0 else (self.momentum / c) ** 2
-        slope = 0.0 if self.momentum == 0 else self.momentum**2 / c**3
-        return self.carter - s * s * (bound + turn), -s * (bound * c + slope)
+    @property
+    def excess(self) -> float:
+        """E^2 - 1: below zero for a bound orbit."""
+        return self.energy**2 - 1
 
-    def rates(self, r: Any, latitude: Any) -> tuple[Any, Any]:
-        """dt / dMino and dphi / dMino."""
-        a, cosine = self.spin, np.cos(latitude)
-        p = self.energy * (r * r + a * a) - a * self.momentum
-        delta = r * (r - 2) + a * a
-        turn = 0.0 if self.momentum == 0 else self.momentum / cosine**2
-        time = a * (self.momentum - a * self.energy * cosine**2) + (r * r + a * a) * p / delta
-        return time, turn - a * self.energy + a * p / delta
+    def radial(self, u: Any) -> tuple[Any, Any]:
+        """The radial potential (du / dMino)^2, and half of its derivative."""
+        zero, one, two, three, four = self._terms
+        value = zero + u * (one + u * (two + u * (three + u * four)))
+        return value, one / 2 + u * (two + u * (1.5 * three + u * 2 * four))
+
+    def polar(self, z: Any) -> Any:
+        """The square of the rate of m."""
+        return self.carter + self.momentum**2 + self.spin**2 * self.excess * z * z
+
+    def rates(self, u: Any, sine_2: Any) -> tuple[Any, Any]:
+        """dt / dMino and dpsi / dMino; sine_2: squared sine of the polar angle."""
+        a, r = self.spin, 1 / u
+        square = r * r + a * a
+        pull = (self.energy * square - a * self.momentum) / (r * (r - 2) + a * a)
+        return a * (self.momentum - a * self.energy * sine_2) + square * pull, a * (pull - self.energy)
+
+    def slope(self, _: float, y: Array) -> list[float]:
+        """The derivative of a state by Mino time."""
+        u, u_rate, m_x, m_y, m_z, v_x, v_y, v_z, _, _ = y.tolist()
+        bend = self.spin**2 * self.excess
+        inward = v_x * v_x + v_y * v_y + v_z * v_z + bend * m_z * m_z
+        forces = -inward * m_x, -inward * m_y, (bend - inward) * m_z
+        return [u_rate, self.radial(u)[1], v_x, v_y, v_z, *forces, *self.rates(u, m_x * m_x + m_y * m_y)]
+
+
+@dataclass(frozen=True)
+class _Leg:
+    """One direction of the integration: the state after each step, and in between, as functions of Mino time.
+
+    A state is u, du / dMino, m, dm / dMino, t, psi. span: first and last time; azimuth: of m after each step, growing
+    continuously.
+    """
+
+    constants: FallConstants
+    span: tuple[float, float]
+    states: Float[Array, "steps 10"]
+    azimuth: Float[Array, " steps"]
+    between: tuple[DenseOutput, ...]
+
+    def state(self, time: float) -> tuple[Float[Array, "10"], float]:
+        """The state at a time, and the azimuth of m."""
+        times = self.states[:, 8]
+        sign = -1 if times[-1] < times[0] else 1
+        step = int(np.searchsorted(sign * times, sign * time, side="right")) - 1
+        step = min(max(step, 0), len(self.between) - 1)
+        if step < 0:
+            return self.states[0], float(self.azimuth[0])
+        found = self._within(step, time)
+        return found, float(self.azimuth[step] + _advance(self.constants, self.states[step], found))
+
+    def _within(self, step: int, time: float) -> Float[Array, "10"]:
+        """The state at a time in a step."""
+        before, after, between = self.states[step], self.states[step + 1], self.between[step]
+        if (before[8] < time) == (after[8] < time) or before[8] == time:
+            return before if abs(before[8] - time) <= abs(after[8] - time) else after
+
+        def early(mino: float) -> float:
+            return float(between(mino)[8]) - time
+
+        ends = between.t_old, between.t
+        if early(ends[0]) * early(ends[1]) > 0:
+            return before if abs(before[8] - time) <= abs(after[8] - time) else after
+        return between(brentq(early, *ends, xtol=1e-300, rtol=1e-15))
 
 
 @dataclass(frozen=True)
@@ -67,44 +124,45 @@ class Geodesic:
     """A camera in free fall.
 
     span: first and last coordinate time of the integration; where it fell into the hole, that is when it did.
-    error: the largest relative change of E, L_z and Q over it, as `drift` measures it.
+    error: the largest relative change of E, L_z and Q over it, as `_drift` measures it.
     """
 
     constants: FallConstants
     span: tuple[float, float]
     error: float
-    _parts: tuple[tuple[float, float, Callable[[Any], Array]], ...]
-
-    def state(self, time: float) -> Float[Array, "5"]:
-        """Radius, its Mino rate, latitude, its Mino rate, azimuth."""
-        part = next((part for part in self._parts if part[0] <= time <= part[1]), self._parts[-1])
-        return part[2](min(max(time, part[0]), part[1]))
+    _legs: tuple[_Leg, ...]
 
     def place(self, time: float) -> Place:
         """Where it is; over a pole the azimuth jumps by pi."""
-        r, r_rate, latitude, latitude_rate, phi = self.state(time).tolist()
-        t_rate, p_rate = (float(rate) for rate in self.constants.rates(r, latitude))
-        turns = round(latitude / math.pi)
-        side = -1 if turns % 2 else 1
-        theta = math.pi / 2 - side * (latitude - turns * math.pi)
-        rates = r_rate / t_rate, -side * latitude_rate / t_rate, p_rate / t_rate
-        return Place(r, theta, phi + turns * math.pi, *rates)
+        leg = next((leg for leg in self._legs if leg.span[0] <= time <= leg.span[1]), self._legs[-1])
+        state, azimuth = leg.state(min(max(time, leg.span[0]), leg.span[1]))
+        u, u_rate, *m, _, psi = state.tolist()
+        rho = math.hypot(m[0], m[1])
+        t_rate, turn = (float(rate) for rate in self.constants.rates(u, rho * rho))
+        if rho > 0:
+            outward, round_axis = (m[0] * m[3] + m[1] * m[4]) / rho, self.constants.momentum / rho**2
+        else:
+            outward, round_axis = math.hypot(m[3], m[4]), 0.0
+        theta_rate = m[2] * outward - rho * m[5]
+        rates = -u_rate / u**2 / t_rate, theta_rate / t_rate, (round_axis + turn) / t_rate
+        # On the equator exactly pi / 2.
+        theta = math.pi / 2 - math.asin(m[2]) if abs(m[2]) < rho else math.atan2(rho, m[2])
+        return Place(1 / u, theta, azimuth + psi, *rates)
 
 
 def free_fall(camera: Camera, azimuth: float, time: float, span: tuple[float, float]) -> Geodesic:
     """The geodesic of a camera that is let go at a time, over a span of coordinate times about it.
 
-    Parameters: azimuth, radians, at that time. Errors: `Geodesic.error`; 1e-10 and better over tens of orbits.
+    Parameters: azimuth, radians, at that time. On the spin axis e_theta points along it. Errors: `Geodesic.error`;
+    1e-11 and better over tens of orbits, and for falls to the hole.
     """
-    constants, state = _start(camera, azimuth)
-    first, last = min(span[0], time), max(span[1], time)
-    parts = tuple(
-        sorted((_integrated(constants, state, time, end) for end in {first, last} - {time}), key=lambda p: p[0])
-    )
-    if not parts:
-        parts = ((time, time, lambda _: state),)
-    reached = parts[0][0], parts[-1][1]
-    return Geodesic(constants, reached, max(_drift(constants, part) for part in parts), parts)
+    constants, state = _start(camera, azimuth, time)
+    ends = {min(span[0], time), max(span[1], time)} - {time}
+    legs = tuple(sorted((_integrated(constants, state, end) for end in ends), key=lambda leg: leg.span))
+    if not legs:
+        legs = (_Leg(constants, (time, time), state[None], np.array([_azimuth(state)]), ()),)
+    reached = legs[0].span[0], legs[-1].span[1]
+    return Geodesic(constants, reached, max(_drift(leg) for leg in legs), legs)
 
 
 def circular_velocity(spin: float, radius: float, theta: float, heading: float) -> tuple[float, float, float]:
@@ -116,7 +174,7 @@ def circular_velocity(spin: float, radius: float, theta: float, heading: float) 
 
     def pull(speed: float) -> float:
         camera = Camera(spin, radius, theta, (0.0, speed * south, speed * east))
-        return _start(camera, 0.0)[0].radial(radius)[1] / radius**3
+        return -_start(camera, 0.0, 0.0)[0].radial(1 / radius)[1]
 
     if not pull(0.0) < 0 < pull(_FASTEST):
         raise ValueError("Argument `velocity` must not be circular where no orbit keeps its radius.")
@@ -124,51 +182,74 @@ def circular_velocity(spin: float, radius: float, theta: float, heading: float) 
     return 0.0, speed * south, speed * east
 
 
-def _start(camera: Camera, azimuth: float) -> tuple[FallConstants, Float[Array, "5"]]:
+def _start(camera: Camera, azimuth: float, time: float) -> tuple[FallConstants, Float[Array, "10"]]:
     """Constants of the motion of a camera, and its state."""
     v_r, v_theta, v_phi = camera.fido_velocity()
     frame = camera.frame()
-    gamma = 1 / math.sqrt(frame.slowness)
-    scale = frame.cylindrical_scale * frame.sin_theta
-    energy = gamma * (frame.lapse + frame.shift * scale * v_phi)
-    momentum = gamma * scale * v_phi
-    polar_rate = gamma * frame.root_sigma * v_theta
-    turn = 0.0 if momentum == 0 else (momentum / frame.sin_theta) ** 2
-    carter = polar_rate**2 + frame.cos_theta**2 * (frame.spin**2 * (1 - energy**2) + turn)
-    latitude = math.pi / 2 - camera.inclination
-    state = np.array([camera.radius, gamma * frame.root_sigma_delta * v_r, latitude, -polar_rate, azimuth])
-    return FallConstants(camera.spin, energy, momentum, carter), state
+    gamma, sine, cosine = 1 / math.sqrt(frame.slowness), frame.sin_theta, frame.cos_theta
+    # Rates of m along e_theta and e_phi. On the axis, where L_z is zero, they are alike.
+    south, east = gamma * frame.root_sigma * v_theta, gamma * frame.cylindrical_scale * v_phi
+    momentum = east * sine
+    energy = gamma * frame.lapse + frame.shift * momentum
+    carter = south**2 + cosine**2 * (east**2 - frame.spin**2 * (energy**2 - 1))
+    u_rate = -gamma * frame.root_sigma_delta * v_r / camera.radius**2
+    m = sine, 0.0, cosine, cosine * south, east, -sine * south
+    return FallConstants(camera.spin, energy, momentum, carter), np.array(
+        [1 / camera.radius, u_rate, *m, time, azimuth]
+    )
 
 
-def _integrated(
-    constants: FallConstants, state: Float[Array, "5"], time: float, end: float
-) -> tuple[float, float, Callable[[Any], Array]]:
-    """First and last time of one direction of the integration, and its dense output."""
-
-    def slope(_: float, y: Array) -> list[Any]:
-        t_rate, p_rate = constants.rates(y[0], y[2])
-        forces = constants.radial(y[0])[1], constants.polar(y[2])[1]
-        return [y[1] / t_rate, forces[0] / t_rate, y[3] / t_rate, forces[1] / t_rate, p_rate / t_rate]
+def _integrated(constants: FallConstants, state: Float[Array, "10"], end: float) -> _Leg:
+    """One direction of the integration, to a time or to the hole."""
+    nearest = kerr.horizon(constants.spin) * (1 + _NEAREST)
 
     def above(_: float, y: Array) -> float:
-        return y[0] - kerr.horizon(constants.spin) * (1 + _NEAREST)
+        return 1 / y[0] - nearest
 
-    setattr(above, "terminal", True)  # noqa: B010
+    def early(_: float, y: Array) -> float:
+        return y[8] - end
+
+    for event in (above, early):
+        setattr(event, "terminal", True)  # noqa: B010
+    u, swing = state[0], math.sqrt(constants.momentum**2 + abs(constants.carter))
+    small = _TOLERANCE * np.array([u, math.sqrt(u), *[1.0] * 3, *[1.0 + swing] * 3, 1 / u, 1.0])
+    onward = math.copysign(math.inf, end - state[8])
     found = scipy.integrate.solve_ivp(
-        slope, (time, end), state, "DOP853", None, True, above, rtol=_TOLERANCE, atol=_TOLERANCE
+        constants.slope, (0.0, onward), state, "DOP853", None, True, (above, early), rtol=_TOLERANCE, atol=small
     )
-    reached = float(found.t[-1])
-    return min(time, reached), max(time, reached), found.sol or (lambda _: state)
+    states = found.y.T
+    # The end itself, unless the hole comes first.
+    ends = float(state[8]), end if found.t_events[1].size else float(states[-1, 8])
+    advances = [_advance(constants, one, other) for one, other in pairwise(states)]
+    azimuth = _azimuth(state) + np.cumsum([0.0, *advances])
+    return _Leg(constants, (min(ends), max(ends)), states, azimuth, tuple(found.sol.interpolants))
 
 
-def _drift(constants: FallConstants, part: tuple[float, float, Callable[[Any], Array]]) -> float:
+def _azimuth(state: Float[Array, "10"]) -> float:
+    """Azimuth of m; on the axis that toward which it moves."""
+    x, y = (state[2:4] if state[2:4].any() else state[5:7]).tolist()
+    return math.atan2(y, x)
+
+
+def _advance(constants: FallConstants, before: Float[Array, "10"], after: Float[Array, "10"]) -> float:
+    """By how much the azimuth of m grew on less than one turn, whose sense is that of L_z."""
+    sense = -1 if constants.momentum * (after[8] - before[8]) < 0 else 1
+    grown = sense * (_azimuth(after) - _azimuth(before))
+    return sense * ((grown + _STILL) % (2 * math.pi) - _STILL)
+
+
+def _drift(leg: _Leg) -> float:
     """Largest relative change of the constants over a part of the integration.
 
     The squares of both rates are held against the potentials, which have E, L_z and Q in them; that of the radial one
-    is u . u = -1 as well.
+    is u . u = -1 as well. L_z is that of m, which stays a unit vector.
     """
-    times = np.linspace(part[0], part[1], _SAMPLES)
-    r, r_rate, latitude, latitude_rate = np.array([part[2](time) for time in times])[:, :4].T
-    radial = (r_rate**2 - constants.radial(r)[0]) / (r * r + constants.spin**2) ** 2
-    polar = (latitude_rate**2 - constants.polar(latitude)[0]) / (r * r + constants.momentum**2 + constants.carter)
-    return float(max(np.abs(polar).max(), np.abs(radial).max()))
+    constants = leg.constants
+    states = np.array([leg.state(time)[0] for time in np.linspace(*leg.span, _SAMPLES)])
+    u, u_rate, m, m_rate = states[:, 0], states[:, 1], states[:, 2:5], states[:, 5:8]
+    swing = 1 / u**2 + constants.momentum**2 + abs(constants.carter)
+    radial = (u_rate**2 - constants.radial(u)[0]) / (constants.energy**2 + u * u * swing)
+    polar = ((m_rate**2).sum(axis=1) - constants.polar(m[:, 2])) / swing
+    turning = (np.cross(m, m_rate)[:, 2] - constants.momentum) / np.sqrt(swing)
+    unit = (m**2).sum(axis=1) - 1
+    return float(max(np.abs(change).max() for change in (radial, polar, turning, unit)))
