@@ -76,9 +76,9 @@ def remove_unfinished() -> None:
         Path(name).unlink(missing_ok=True)
 
 
-def remove_abandoned(folder: Path, name: str = "") -> None:
-    """Remove temporary files in a folder that processes left behind when they were killed, of one name or of all."""
-    for part in folder.glob(f".{glob.escape(name) or '*'}.*{_PART}"):
+def remove_abandoned(folder: Path, name: str) -> None:
+    """Remove temporary files of a name in a folder that processes left behind when they were killed."""
+    for part in folder.glob(f".{glob.escape(name)}.*{_PART}"):
         part.unlink(missing_ok=True)
 
 

@@ -1,7 +1,6 @@
 """The command `film`."""
 
 import re
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -97,15 +96,18 @@ def filmed(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult
 
 def _left_in(folder: Path) -> str:
     """What an interrupted film leaves behind, in words; nothing where nothing was drawn."""
-    drawn = len(list(folder.glob("[0-9]*.png")))
+    from kerrcaustics.films.frame_store import discard, frames_in
+
+    drawn = len(frames_in(folder))
     if not drawn:
-        shutil.rmtree(folder, ignore_errors=True)
+        discard(folder)
         return NOTHING_LEFT
     frames = "1 frame is" if drawn == 1 else f"{drawn} frames are"
     return f"{frames} kept in {folder}; start again to go on."
 
 
 def _tell(result: "FilmResult", common: CommonOptions) -> None:
+    from kerrcaustics.films.frame_store import frames_in
     from kerrcaustics.results.records import record
 
     common.write(record(result))
@@ -115,7 +117,7 @@ def _tell(result: "FilmResult", common: CommonOptions) -> None:
     say(out, f"{result.frames} frames: {result.reused} drawn before, {result.drawn} now; {result.seconds:.1f} s")
     say(out, in_words(result.stages))
     say(out, f"Film: {result.output}")
-    if result.folder.exists():
+    if frames_in(result.folder):
         say(out, f"Its frames are kept for the whole film in {result.folder}")
 
 

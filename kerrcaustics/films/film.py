@@ -3,7 +3,6 @@
 A film that is interrupted goes on where it stopped: each frame is a file of its own beside the film until then.
 """
 
-import shutil
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -16,6 +15,7 @@ from kerrcaustics.files import remove_abandoned
 from kerrcaustics.films.frame_store import (
     Draw,
     FrameStore,
+    discard,
     draw_frame,
     draw_frame_again,
     film_record,
@@ -156,8 +156,9 @@ def make_film(
 
     Notes
     -----
-    Frames wait in a hidden folder beside the film, which goes when the whole film is complete. Those of a film with
-    other settings are refused, with a ValueError that says what differs.
+    Frames wait in a hidden folder beside the film, which goes when the whole film is complete. It may be a link to
+    another folder; then both stay, without the frames. Those of a film with other settings are refused, with a
+    ValueError that says what differs.
     """
     path, began = Path(path), time.perf_counter()
     check_place(workers, scheduler)
@@ -172,6 +173,7 @@ def make_film(
         store = open_frames(folder, film_record(film.name, film.frames, film.settings), restart)
         remove_abandoned(path.resolve().parent, path.resolve().name)
         missing = [number for number in wanted if not store.has(number)]
+        store.make_room(missing)
         draw = draw_frame if scheduler is None else draw_frame_again
         job = partial(draw, str(folder.absolute()), store.mark, film.draw)
         with stage("frames"):
@@ -183,7 +185,7 @@ def make_film(
             with stage("encoding"):
                 write_pictures(path, map(store.read, wanted), film.rate)
             if len(wanted) == film.frames:
-                shutil.rmtree(folder)
+                discard(folder)
     reused, drawn = len(wanted) - len(missing), len(missing) - len(failures)
     output = None if failures else path
     return FilmResult(output, folder, len(wanted), drawn, reused, failures, time.perf_counter() - began)

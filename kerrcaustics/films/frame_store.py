@@ -1,15 +1,18 @@
 """The frames of a film that is not complete: a folder with a PNG file for each, and one that says what they are of.
 
-A frame takes its name only when it is on the disk, and says of which film it is and which of its frames. Its own
-checksums tell whether it is whole: what is cut off, altered, lost or of another film is drawn anew. A frame depends on
-its number alone, so that a store that was interrupted, wherever and however often, ends up with the same frames.
+A frame takes its name only when it is on the disk, and says of which film it is, which of its frames, and the hash of
+its pixels: what is cut off, altered, lost or of another film is drawn anew. A frame depends on its number alone, so
+that a store that was interrupted, wherever and however often, ends up with the same frames.
+
+The folder may be a link to another. Whatever happens, only files are removed whose names are those of a store.
 """
 
 import hashlib
 import json
 import os
+import re
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from importlib import metadata
 from io import BytesIO
@@ -21,13 +24,16 @@ from jaxtyping import UInt8
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from kerrcaustics.files import locked, remove_abandoned, writing
+from kerrcaustics.files import content, locked, make_room, writing
 
 Array = np.ndarray
 Draw = Callable[[int], UInt8[Array, "height width 3"]]
 
 _SAYS = "film.json"
 _OF = "kerrcaustics"
+# The names in a store: frames, why they failed, and what was being written when a process was killed.
+_FRAME, _NOTE = re.compile(r"\d{6,}\.png"), re.compile(r"\d{6,}\.failed")
+_HALF = re.compile(rf"\.({_FRAME.pattern}|{_NOTE.pattern}|{re.escape(_SAYS)})\..+\.part")
 # Differences that are told, and how much of each value.
 _TOLD, _LONGEST = 3, 40
 # What drew the last frame for `draw_frame_again`, by the mark of its film.
@@ -47,37 +53,54 @@ class FrameStore:
 
     def has(self, number: int) -> bool:
         """True where a frame is there, whole, and of this film."""
-        try:
-            with Image.open(BytesIO(self.path(number).read_bytes())) as image:
-                of = image.info.get(_OF)
-                # Of every part of the file.
-                image.verify()
-        except Exception:
-            # Whatever is wrong with a frame, it is drawn again.
-            return False
-        return of == self._name(number)
+        return self._picture(number) is not None
 
     def read(self, number: int) -> UInt8[Array, "height width 3"]:
         """The picture (height, width, 3) of a frame that was there a moment ago."""
-        if not self.has(number):
+        picture = self._picture(number)
+        if picture is None:
             raise RuntimeError(f"Frame {number} was lost while the film was written; start again to draw it anew.")
-        with Image.open(self.path(number)) as image:
-            return np.asarray(image)
+        return picture
 
     def write(self, number: int, picture: Array) -> None:
         """Keep the picture of a frame."""
-        write_frame(self.path(number), picture, {_OF: self._name(number)})
+        write_frame(self.path(number), picture, {_OF: f"{self._name(number)} {_pixel_hash(picture)}"})
+
+    def make_room(self, numbers: list[int]) -> None:
+        """Remove what is in the places of frames and is no file; raise OSError for a folder with something in it."""
+        for number in numbers:
+            make_room(self.path(number))
 
     def fail(self, number: int, reason: str) -> None:
         """Keep why a frame could not be drawn."""
+        make_room(self._note(number))
         with writing(self._note(number)) as file:
             file.write(reason.encode(errors="replace"))
 
     def failure(self, number: int) -> str | None:
         """Why a frame could not be drawn; None where it could."""
-        if self._note(number).exists():
-            return self._note(number).read_text(encoding="utf-8")
+        note = content(self._note(number))
+        if note is not None:
+            return note.decode(errors="replace")
         return None if self.path(number).exists() else "it is not in the store (do the workers see the same files?)"
+
+    def _picture(self, number: int) -> Array | None:
+        """The picture of a frame; None where it is lost, not whole, or of another film."""
+        try:
+            file = content(self.path(number)) or b""
+            with Image.open(BytesIO(file), formats=["PNG"]) as image:
+                name, _, pixels = image.info[_OF].rpartition(" ")
+                # Of every part of the file.
+                image.verify()
+            if name != self._name(number):
+                return None
+            # Every part may be right, and pixels be missing all the same.
+            with Image.open(BytesIO(file), formats=["PNG"]) as image:
+                picture = np.asarray(image)
+        except Exception:
+            # Whatever is wrong with a frame, it is drawn again.
+            return None
+        return picture if pixels == _pixel_hash(picture) else None
 
     def _name(self, number: int) -> str:
         return f"{self.mark} {number}"
@@ -99,7 +122,10 @@ def film_record(name: str, frames: int, settings: dict[str, Any]) -> dict[str, A
 
 def store_lock(folder: Path) -> AbstractContextManager[None]:
     """While no other process draws frames into a folder, which is made where there is none."""
-    folder.mkdir(exist_ok=True)
+    try:
+        folder.mkdir(exist_ok=True)
+    except FileExistsError as error:
+        raise OSError(error.errno, f"{folder} is there, and is neither a folder nor a link to one") from None
     return locked(folder, f"The frames in {folder} are in use: another process is drawing them.")
 
 
@@ -108,18 +134,46 @@ def open_frames(folder: Path, record: dict[str, Any], restart: bool) -> FrameSto
 
     restart: frames that are there are thrown away.
     """
-    remove_abandoned(folder)
-    for note in folder.glob("*.failed"):
-        note.unlink()
-    frames, says = list(folder.glob("*.png")), folder / _SAYS
+    store, says = FrameStore(folder, film_mark(record)), folder / _SAYS
     if restart:
-        for frame in frames:
-            frame.unlink()
-    elif frames:
-        _check_same(folder, record)
+        _check_ours(folder)
+    _remove(folder, _HALF, _NOTE, *[_FRAME] * restart)
+    frames = frames_in(folder)
+    if frames:
+        _check_same(store, record, frames)
+    make_room(says)
     with writing(says, lasting=True) as file:
         file.write(_text(record).encode())
-    return FrameStore(folder, film_mark(record))
+    return store
+
+
+def frames_in(folder: Path) -> list[int]:
+    """The numbers of the frames in a folder, whole or not; none where there is no folder."""
+    return sorted(int(file.stem) for file in _named(folder, _FRAME) if not file.is_dir())
+
+
+def discard(folder: Path) -> None:
+    """Remove a store. A folder that is a link stays, and so does one with other files in it."""
+    with suppress(OSError):
+        _remove(folder, _HALF, _NOTE, _FRAME, re.compile(re.escape(_SAYS)))
+        if not folder.is_symlink():
+            folder.rmdir()
+
+
+def _named(folder: Path, *names: re.Pattern[str]) -> list[Path]:
+    """What is in a folder under names of a store."""
+    inside = folder.iterdir() if folder.is_dir() else ()
+    return [file for file in inside if any(name.fullmatch(file.name) for name in names)]
+
+
+def _remove(folder: Path, *names: re.Pattern[str]) -> None:
+    """Remove what has such names, but for folders with something in them."""
+    for file in _named(folder, *names):
+        if file.is_dir():
+            with suppress(OSError):
+                file.rmdir()
+        else:
+            file.unlink(missing_ok=True)
 
 
 def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
@@ -165,21 +219,35 @@ def _checked(picture: Array) -> UInt8[Array, "height width 3"]:
     return picture
 
 
+def _pixel_hash(picture: Array) -> str:
+    picture = np.asarray(picture)
+    return hashlib.sha256(f"{picture.shape} {picture.dtype} ".encode() + picture.tobytes()).hexdigest()
+
+
 def _text(record: dict[str, Any]) -> str:
     return json.dumps(record, sort_keys=True, default=str, indent=1)
 
 
-def _check_same(folder: Path, record: dict[str, Any]) -> None:
-    """Refuse frames of another film."""
-    try:
-        there = json.loads((folder / _SAYS).read_text(encoding="utf-8"))
-        told = _differences(dict(_leaves(record)), dict(_leaves(there)))
-    except (OSError, ValueError):
-        told = f"its {_SAYS} cannot be read"
-    if told:
+def _check_ours(folder: Path) -> None:
+    """Refuse to throw away numbered pictures in a folder that does not say that they are frames of a film."""
+    if frames_in(folder) and content(folder / _SAYS) is None:
         raise ValueError(
-            f"The frames in {folder} are of another film ({told}). Restart (--restart) to throw them away, or name "
-            "another output to keep them."
+            f"The pictures in {folder} may be no frames of a film, as there is no {_SAYS}, and are not thrown away. "
+            "Remove them, or name another output."
+        )
+
+
+def _check_same(store: FrameStore, record: dict[str, Any], frames: list[int]) -> None:
+    """Refuse frames of another film: so the folder says, and none of them says otherwise."""
+    try:
+        there = json.loads(content(store.folder / _SAYS) or b"")
+        told = _differences(dict(_leaves(record)), dict(_leaves(there)))
+    except (ValueError, RecursionError):
+        told = f"its {_SAYS} cannot be read"
+    if told and not any(map(store.has, frames)):
+        raise ValueError(
+            f"The frames in {store.folder} are of another film ({told}). Restart (--restart) to throw them away, or "
+            "name another output to keep them."
         )
 
 
