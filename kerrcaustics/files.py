@@ -1,5 +1,6 @@
-"""Files that are never half-written."""
+"""Files that are never half-written, and files that others name: no devices, no pipes, nothing endless."""
 
+import errno
 import fcntl
 import glob
 import os
@@ -7,12 +8,33 @@ import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
 from typing import IO, Any
 
 # Temporary files of `writing` that are open now.
 UNFINISHED: set[str] = set()
 _PART = ".part"
+
+
+@contextmanager
+def reading(path: str | os.PathLike[str], most: int) -> Iterator[BufferedReader]:
+    """A regular file of at most so many bytes, opened to be read; an OSError says why another one is not opened."""
+    # A pipe that nobody writes to would be waited for.
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, "it is no regular file", os.fspath(path))
+        if status.st_size > most:
+            raise OSError(errno.EFBIG, f"it is larger than {most / 1e6:g} MB", os.fspath(path))
+        yield file
+
+
+def read_text(path: str | os.PathLike[str], most: int) -> str:
+    """The text, in UTF-8, of a regular file of at most so many bytes."""
+    with reading(path, most) as file:
+        # As much as it may have, even where it grows meanwhile.
+        return file.read(most).decode("utf-8")
 
 
 @contextmanager
@@ -23,7 +45,7 @@ def writing(path: str | os.PathLike[str], lasting: bool = False, private: bool =
     disk before it takes its name, whatever becomes of the machine. private: nobody else can read it (mode 0600).
     """
     path = Path(path)
-    if path.exists() and not path.is_file():
+    if os.path.exists(path) and not os.path.isfile(path):
         with open(path, "wb") as file:
             yield file
         return
@@ -62,12 +84,19 @@ def check_path(path: Any) -> None:
     """Refuse, as the argument `path`, the name of a file that cannot be written."""
     check_name(path)
     place = Path(path)
-    if place.is_dir():
+    if os.path.isdir(place):
         raise ValueError(f"Argument `path` must name a file, but {str(place)!r} is a folder.")
-    if not place.parent.is_dir():
+    if not os.path.isdir(place.parent):
         raise ValueError(f"Argument `path` must lie in a folder that exists, but {str(place.parent)!r} is none.")
-    if not place.exists() and not os.access(place.parent, os.W_OK):
+    if not os.path.exists(place) and not os.access(place.parent, os.W_OK):
         raise ValueError(f"Argument `path` must name a file that can be written, but {str(place.parent)!r} cannot.")
+    try:
+        # Its temporary name is the longest one.
+        os.lstat(place.with_name(f".{place.name}.{'x' * 8}{_PART}"))
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise ValueError(f"Argument `path` must name a file that can be written: {place}: {error.strerror}.") from None
 
 
 def remove_unfinished() -> None:

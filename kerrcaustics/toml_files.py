@@ -8,9 +8,14 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from kerrcaustics.files import check_name
+from kerrcaustics.files import check_name, read_text
 
 Kind = TypeVar("Kind")
+
+# Bytes of a file; tables within tables; a key of more parts than that, which takes time as the square of their number.
+_LONGEST, _DEEPEST = 16_000_000, 32
+_DEEP_KEY = re.compile(rf"(?<![\w\"'-])(?:[\w\"'-]+\s*\.\s*){{{_DEEPEST}}}")
+TOO_DEEP = "it is nested too deeply"
 
 _OURS = (
     ("object contains unknown field", "unknown key"),
@@ -25,14 +30,32 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     check_name(path)
     path = Path(path)
     try:
-        return msgspec.toml.decode(path.read_bytes())
+        return decoded(read_text(path, _LONGEST))
     except OSError as error:
         raise ValueError(f"Argument SCENE must name a file that can be read: {path}: {error.strerror}.") from None
     except UnicodeDecodeError:
         raise ValueError(f"Scene {path}: it is no text in UTF-8.") from None
     except (msgspec.DecodeError, RecursionError) as error:
-        what = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        what = TOO_DEEP if isinstance(error, RecursionError) else str(error)
         raise ValueError(f"Scene {path}: {' '.join((what[:1].lower() + what[1:]).split())}.") from None
+
+
+def decoded(text: str) -> dict[str, Any]:
+    """TOML as plain data; a RecursionError where tables and lists are nested too deeply."""
+    if not _DEEP_KEY.search(text):
+        table = msgspec.toml.decode(text)
+        if not is_too_deep(table):
+            return table
+    raise RecursionError(TOO_DEEP)
+
+
+def is_too_deep(table: dict[str, Any]) -> bool:
+    """Whether tables and lists lie within others more than 32 times."""
+    level: list[Any] = [table]
+    for _ in range(_DEEPEST):
+        inner = [part.values() if isinstance(part, dict) else part for part in level if isinstance(part, dict | list)]
+        level = [part for parts in inner for part in parts]
+    return bool(level)
 
 
 def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path, words: dict[str, tuple[str, ...]]) -> Kind:

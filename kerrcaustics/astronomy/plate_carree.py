@@ -7,6 +7,7 @@ of the standard: they are those of the hole, and no celestial frame.
 References: Calabretta & Greisen 2002, A&A 395, 1077, sec. 3.1.1 and 5.2.3.
 """
 
+import errno
 import gzip
 import os
 from contextlib import nullcontext
@@ -16,11 +17,13 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.astronomy.extra import needed
-from kerrcaustics.files import writing
+from kerrcaustics.files import reading, writing
 
 Array = np.ndarray
 ENDINGS = (".fits", ".fit", ".fits.gz")
 _FEWEST_ROWS, _MOST_ROWS = 4, 8192
+# Bytes of a file, and of an image in it, which may be packed.
+_LARGEST = 4_000_000_000
 
 
 def is_fits(path: str | os.PathLike[str]) -> bool:
@@ -63,7 +66,9 @@ def read(path: str | os.PathLike[str]) -> list[tuple[Array, Any]]:
     """All images of a file with their headers, as they are stored; a ValueError where there are none."""
     fits = needed("astropy.io.fits")
     try:
-        with fits.open(path, memmap=False) as units:
+        with reading(path, _LARGEST), fits.open(path, memmap=False) as units:
+            if any(unit.size > _LARGEST for unit in units):
+                raise OSError(errno.EFBIG, "it has too many pixels")
             found = [(np.asarray(unit.data), unit.header) for unit in units if unit.is_image and unit.data is not None]
     except (OSError, ValueError, TypeError) as error:
         reason = getattr(error, "strerror", None) or "it is no FITS file"

@@ -27,6 +27,7 @@ from kerrcaustics.cli.options import (
 from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import counted, place_of, plain_errors, progress, say, sure
+from kerrcaustics.files import read_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,6 +43,8 @@ Counted = tuple[dict[str, Any], bool]
 
 _ROWS = 180
 _MOST_ROWS_PRINTED = 40
+# Bytes of a file of stars.
+_LONGEST = 100_000_000
 
 
 @app.command(
@@ -221,7 +224,7 @@ def _only_with(kind: str, needed: str, given: dict[str, Any]) -> None:
 
 def _read_stars(path: Path, source: SourceOptions) -> list[tuple[float, float]]:
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_text(path, _LONGEST).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not text"
         raise BadInput(f"Argument --stars must name a file that can be read: {path}: {reason}.") from None

@@ -1,5 +1,6 @@
 """The command `film`."""
 
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -148,7 +149,7 @@ def _check_name(name: str, count: int | None, quality: Quality | None) -> None:
     """Refuse scenes and scripts that are not there, and what is given for the other kind."""
     scene = _scene_of(name)
     if scene is not None:
-        if not scene.is_file():
+        if not os.path.isfile(scene):
             raise BadInput(f"Argument NAME must be a scene file or the name of a film, but there is no file {name}.")
         if count is not None:
             raise BadInput(f"Argument --frames must be A:B for a scene, which says how many there are, but is {count}.")

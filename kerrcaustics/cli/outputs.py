@@ -24,17 +24,17 @@ def check_outputs(paths: dict[str, Path | None]) -> None:
         twin = next(other for other in named if named[other].absolute() == path.absolute())
         if twin != argument:
             raise BadInput(f"Argument {argument} must name another file than {twin}, but both are {path}.")
-        if path.is_dir():
+        if os.path.isdir(path):
             raise BadInput(f"Argument {argument} must name a file, but {path} is a folder.")
         # Else it is a device or a pipe.
-        if path.is_file() or not path.exists():
+        if os.path.isfile(path) or not os.path.exists(path):
             _check_folder(argument, path)
 
 
 def _check_folder(argument: str, path: Path) -> None:
     """Refuse a file in a folder that is not there, or where nothing can be written."""
-    if not path.parent.is_dir():
-        how = "is no folder" if path.parent.exists() else "does not"
+    if not os.path.isdir(path.parent):
+        how = "is no folder" if os.path.exists(path.parent) else "does not"
         raise BadInput(f"Argument {argument} must name a file in a folder that exists, but {path.parent} {how}.")
     _try(argument, "name a file that can be written", path)
 
@@ -51,11 +51,11 @@ def _try(argument: str, must: str, path: Path) -> None:
 
 def check_store(argument: str, path: Path) -> None:
     """Refuse the name of a store, a folder, where there is something else, or where none can be made."""
-    if path.exists() and not path.is_dir():
+    if os.path.exists(path) and not os.path.isdir(path):
         raise BadInput(f"Argument {argument} must name a store, which is a folder, but {path} is a file.")
-    if not path.absolute().parent.is_dir():
+    if not os.path.isdir(path.absolute().parent):
         raise BadInput(f"Argument {argument} must name a store in a folder that exists, but {path.parent} does not.")
-    if not path.exists():
+    if not os.path.exists(path):
         _try(argument, "name a store that can be written", path)
 
 
@@ -91,7 +91,7 @@ def make_folder(output: Path, argument: str = "--output") -> None:
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        reason = "it is a file" if output.exists() else error.strerror
+        reason = "it is a file" if os.path.exists(output) else error.strerror
         raise BadInput(f"Argument {argument} must be a folder that can be made: {output}: {reason}.") from None
     _try(argument, "be a folder that can be written to", output / "x")
 

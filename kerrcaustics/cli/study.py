@@ -1,6 +1,7 @@
 """The commands `study` and `study report`."""
 
 import json
+import os
 import sys
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -91,7 +92,7 @@ def report(
     from kerrcaustics.report.page import write_report
     from kerrcaustics.scripts import STUDIES
 
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise BadInput(f"Argument FOLDER must be a folder that exists, but is {folder}.")
     common.check({"--output": output})
     names = script_names(STUDIES, "Studies") if run else STUDIES.names()

@@ -1,5 +1,6 @@
 """Frames joined to a file: MP4 (H.264) or GIF. The same frames give the same file, to the byte."""
 
+import os
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import chain
@@ -27,7 +28,7 @@ def check_film_path(path: Path) -> None:
     """Refuse files that cannot be written here, before any frame is drawn."""
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"Argument `path` must end in {' or '.join(ENDINGS)}, but is {str(path)!r}.")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise ValueError(f"Argument `path` must lie in a folder that exists, but {str(path.parent)!r} is none.")
     if path.suffix.lower() == ".mp4":
         _av()

@@ -123,7 +123,7 @@ def _read_record(path: Path) -> StudyRecord:
     """The record in a file, with what lies beside it."""
     try:
         entry = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise _damaged(path, f"is no whole JSON ({error})") from None
     schema = _SCHEMA.fullmatch(str(entry.get("schema", ""))) if isinstance(entry, dict) else None
     if schema is None:

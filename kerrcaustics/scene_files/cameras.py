@@ -34,6 +34,7 @@ from kerrcaustics.spacetime.camera import Camera, Velocity
 _GOOD = 1e-8
 # Orbits next to the hole are followed for so long in half a minute.
 _LONGEST_FALL = 1e5
+_MOST_DEFINITIONS = 1000
 
 
 @dataclass(frozen=True)
@@ -124,6 +125,8 @@ def value_at(given: "Formula | Splined", moment: Moment) -> float:
 
 
 def _definitions(contents: Contents) -> dict[str, Formula]:
+    if len(contents.definitions) > _MOST_DEFINITIONS:
+        refuse("definitions", f"be at most {_MOST_DEFINITIONS}", len(contents.definitions))
     for name in contents.definitions:
         if not name.isidentifier() or name in RESERVED or name in PLACE_NAMES:
             refuse("definitions", "have names that are not taken, of letters, digits and _", repr(name))

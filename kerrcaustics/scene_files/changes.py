@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 
 from kerrcaustics.scene_files.complaints import SceneError
+from kerrcaustics.toml_files import TOO_DEEP, decoded, is_too_deep
 
 _STEP = re.compile(r"([A-Za-z_][\w-]*)((?:\[\d+\])*)")
 
@@ -22,6 +23,8 @@ def changed(table: dict[str, Any], changes: Sequence[str]) -> dict[str, Any]:
         if not (sign and steps):
             raise SceneError(f"a change must be given as KEY=VALUE, as camera.radius=5, but is {change!r}.")
         _set(table, steps, _value(value.strip()), path.strip())
+    if is_too_deep(table):
+        raise SceneError(f"{TOO_DEEP}.")
     return table
 
 
@@ -38,7 +41,7 @@ def _steps(path: str) -> list[str | int]:
 
 def _value(text: str) -> Any:
     try:
-        return msgspec.toml.decode(f"value = {text}")["value"]
+        return decoded(f"value = {text}")["value"]
     except (msgspec.DecodeError, RecursionError):
         return text
 

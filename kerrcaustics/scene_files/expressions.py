@@ -4,6 +4,7 @@ import ast
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
 from kerrcaustics.scene_files.complaints import SceneError
@@ -145,9 +146,17 @@ class Moment:
         raise ValueError(f"{ast.dump(tree)} is no expression")
 
     def named(self, name: str) -> Dual:
-        """Value and derivative of what has a name."""
-        if name not in self._found:
-            self._found[name] = self.of(self._formulas[name])
+        """Value and derivative of what has a name; the names that it needs come first."""
+        # A list, as Python does not go down as deep as names may depend on each other.
+        waiting = [name]
+        while waiting:
+            last = waiting[-1]
+            missing = [] if last in self._found else [n for n in self._formulas[last].names if n not in self._found]
+            waiting += missing
+            if not missing:
+                waiting.pop()
+                if last not in self._found:
+                    self._found[last] = self.of(self._formulas[last])
         return self._found[name]
 
 
@@ -161,13 +170,11 @@ def check_names(formulas: Iterable[Formula], named: dict[str, Formula], given: I
     for one in (*named.values(), *formulas):
         for name in sorted(one.names - known):
             raise SceneError(f"{one.entry} must use names that are defined, but {name} is not.")
-    settled = {"t", *given} - set(named)
-    left = dict(named)
-    while ready := [name for name, one in left.items() if one.names <= settled]:
-        settled.update(ready)
-        for name in ready:
-            del left[name]
-    for one in left.values():
-        raise SceneError(
-            f"{one.entry} must not depend on itself, by way of {', '.join(sorted(one.names & set(left)))}."
-        )
+    try:
+        TopologicalSorter({name: sorted(one.names & named.keys()) for name, one in named.items()}).prepare()
+    except CycleError as error:
+        # From what is needed to what needs it, round to the first one.
+        circle = error.args[1][:-1]
+        name = next(name for name in named if name in circle)
+        before = circle[circle.index(name) - 1]
+        raise SceneError(f"{named[name].entry} must not depend on itself, by way of {before}.") from None

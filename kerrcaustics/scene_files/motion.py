@@ -1,6 +1,7 @@
 """Where a camera is at each time, and the velocity of that motion as the fiducial observer measures it."""
 
 import csv
+import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
+from kerrcaustics.files import read_text
 from kerrcaustics.scene_files.expressions import Dual, Formula, Moment
 from kerrcaustics.spacetime import kerr
 
@@ -17,6 +19,8 @@ Array = np.ndarray
 
 COLUMNS = ("time", "radius", "inclination_deg", "azimuth_deg")
 PLACE_NAMES = COLUMNS[1:]
+# Bytes of a file of places.
+_LONGEST = 100_000_000
 
 
 class Place(NamedTuple):
@@ -129,8 +133,7 @@ def _cosine(theta: float) -> float:
 def read_places(path: Path) -> Float[Array, "n 4"]:
     """Rows (n, 4) of a CSV file with the columns time, radius, inclination_deg, azimuth_deg, by their names."""
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
+        rows = list(csv.reader(io.StringIO(read_text(path, _LONGEST), newline="")))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "it is no text"
         raise ValueError(f"must name a file that can be read: {path}: {reason}") from None

@@ -19,13 +19,14 @@ from kerrcaustics.draw.films import pixels
 from kerrcaustics.draw.scenes import show_critical_curves
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
 from kerrcaustics.scene_files.cameras import CameraWay
-from kerrcaustics.scene_files.complaints import SceneError, about
+from kerrcaustics.scene_files.complaints import SceneError, about, refuse
 from kerrcaustics.scene_files.contents import OverlaysTable
 from kerrcaustics.scene_files.expressions import Moment
 from kerrcaustics.scene_files.motion import PLACE_NAMES
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, orbital_velocity
+from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.stars.sheets import HIGHEST_INDEX
 from kerrcaustics.stars.tracks import StarTracks, star_tracks
 
@@ -37,8 +38,10 @@ _HEIGHT = 720
 _DARK = withStroke(linewidth=2.2, foreground="black", alpha=0.75)
 # Tracks of images of index 0, 1, ...; again after the last.
 _TRACKS = ("white", "#F0E442", "#8CE6C8")
-# {name} or {name:.2f} in a caption.
-_BLANK = re.compile(r"\{(\w+)(?::([^{}]*))?\}")
+# {name} or {name:.2f} in a caption: a name, and the format of a number of at most 99 places.
+_BLANK = re.compile(r"\{(\w+)(?::([<>^]?[-+ ]?0?[0-9]{0,2},?(?:\.[0-9]{1,2})?[eEfFgG%]?))?\}")
+_IN_BRACES = re.compile(r"\{[^}]*\}?|\}")
+_LONGEST_CAPTION = 500
 
 
 def overlaid(
@@ -135,15 +138,20 @@ def _filled(caption: str, moment: Moment) -> str:
 
 def check_overlays(overlays: OverlaysTable, way: CameraWay, span: tuple[float, float]) -> None:
     """Refuse captions with names that are none, and tracks of cameras that do not circle the axis."""
-    known = {"time", "t", *PLACE_NAMES, *way.formulas}
-    for found in _BLANK.finditer(overlays.caption):
-        if found[1] not in known:
-            raise SceneError(f"overlays.caption must name {', '.join(sorted(known))} in braces, but names {found[1]}.")
-        try:
-            format(1.0, found[2] or "g")
-        except ValueError:
-            raise SceneError(f"overlays.caption must have formats of numbers, but has {found[0]}.") from None
+    _check_caption(overlays.caption, {"time", "t", *PLACE_NAMES, *way.formulas})
     if overlays.tracks:
         with about("overlays", camera="overlays.tracks"):
             for time in span:
                 orbital_velocity(way.camera(time)[0])
+
+
+def _check_caption(caption: str, known: set[str]) -> None:
+    """Refuse all in braces but names with a simple format."""
+    if len(caption) > _LONGEST_CAPTION:
+        refuse("overlays.caption", f"be at most {_LONGEST_CAPTION} characters long", f"{len(caption)} long")
+    for found in _IN_BRACES.finditer(caption):
+        blank = _BLANK.fullmatch(found[0])
+        if blank is None:
+            refuse("overlays.caption", "have names in braces, as {t} or {radius:.2f}", quoted(found[0]))
+        if blank[1] not in known:
+            raise SceneError(f"overlays.caption must name {', '.join(sorted(known))} in braces, but names {blank[1]}.")

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from kerrcaustics.files import reading
 from kerrcaustics.scene_files.cameras import CameraWay, value_at, varied, way_of
 from kerrcaustics.scene_files.changes import changed
 from kerrcaustics.scene_files.complaints import SceneError, about, check_numbers, refuse, told_of
@@ -35,6 +36,8 @@ QUALITIES = ("draft", "normal", "high")
 _VARIED_VIEW = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pitch_deg")
 # Of a film's frames, so many are looked at before any is drawn.
 _LOOKED_AT = 100
+# Bytes: more than any picture that is taken has.
+_LARGEST_FILE = 4_000_000_000
 # Beyond it single precision ends.
 _BRIGHTEST = 1e30
 
@@ -319,7 +322,8 @@ def _named_files(contents: Contents) -> list[tuple[str, str]]:
 
 def _hash(entry: str, folder: Path, name: str) -> str:
     try:
-        return hashlib.sha256((folder / name).read_bytes()).hexdigest()
+        with reading(folder / name, _LARGEST_FILE) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is no name of a file"
         raise SceneError(f"{entry} must name a file that can be read, but {name!r}: {reason}.") from None

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import KDTree
 
+from kerrcaustics.files import reading
 from kerrcaustics.results.declared import Shown
 from kerrcaustics.spacetime.checks import instance_of, quoted, real_array, real_number
 from kerrcaustics.spacetime.sphere import from_angles
@@ -21,6 +22,8 @@ _FILE = Path(__file__).parent / "data" / "hipparcos.npz"
 # North galactic pole (right ascension, declination) and galactic longitude of the north celestial pole, degrees, J2000.
 _POLE, _NODE = (192.85948, 27.12825), 122.93192
 
+# Bytes of a catalogue's file.
+_LARGEST = 1_000_000_000
 # Colour index of the Sun; and a distance on the sky, radians, within which two entries are one star.
 _SUN, _SAME = 0.65, 1e-4
 
@@ -120,7 +123,9 @@ def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
     except ImportError:
         raise ImportError('Tycho-2 files need the package astropy: pip install "kerrcaustics[catalogues]"') from None
     try:
-        with fits.open(path) as tables:
+        with reading(path, _LARGEST), fits.open(path) as tables:
+            if sum(table.size for table in tables) > _LARGEST:
+                raise ValueError("it is packed, and too large")
             direction, magnitude = _tycho2_stars({table.columns[0].name: table for table in tables[1:]})
     except (OSError, KeyError, IndexError, AttributeError, ValueError):
         raise ValueError(

@@ -1,7 +1,9 @@
 """Any equirectangular picture as the celestial sphere."""
 
+import errno
 import math
 import os
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,7 @@ from jaxtyping import Float, Float32
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
-from kerrcaustics.files import check_path
+from kerrcaustics.files import check_path, reading
 from kerrcaustics.scenes.colour import decoded, shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
 from kerrcaustics.spacetime.checks import quoted, real_array, real_number
@@ -19,6 +21,8 @@ Array = np.ndarray
 
 _ENDINGS = (".png", ".jpg", ".jpeg", ".exr")
 _FEWEST_ROWS, _MOST_ROWS = 4, 8192
+# Bytes of a file, and pixels of a picture, as Pillow has them.
+_LARGEST, _MOST_PIXELS, _TOO_MANY = 4_000_000_000, 178_956_970, "it has too many pixels"
 # The coarsest level of the pyramid has at least so many rows.
 _COARSEST = 4
 
@@ -180,7 +184,8 @@ def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
         raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {quoted(os.fspath(path))}.")
     linear = name.suffix.lower() == ".exr"
     try:
-        values = _read_exr(name) if linear else _read_screen(name)
+        with reading(name, _LARGEST):
+            values = _read_exr(name) if linear else _read_screen(name)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         reason = getattr(error, "strerror", None) or "it is no such picture"
         raise ValueError(
@@ -192,8 +197,14 @@ def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
 def _read_screen(path: Path) -> Float32[Array, "h w 3"]:
     from PIL import Image
 
-    with Image.open(path) as file:
-        return np.asarray(file.convert("RGB"), np.float32) / 255
+    with warnings.catch_warnings():
+        # Pillow warns of pictures that are large for it, and are not for a sky.
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        try:
+            with Image.open(path) as file:
+                return np.asarray(file.convert("RGB"), np.float32) / 255
+        except Image.DecompressionBombError:
+            raise OSError(errno.EFBIG, _TOO_MANY) from None
 
 
 def _read_exr(path: Path) -> Float32[Array, "h w 3"]:
@@ -201,9 +212,10 @@ def _read_exr(path: Path) -> Float32[Array, "h w 3"]:
         import OpenEXR
     except ImportError:
         raise ImportError('OpenEXR pictures need the package OpenEXR: pip install "kerrcaustics[exr]"') from None
-    # The library writes its complaints to the terminal, too.
-    if not path.is_file():
-        raise FileNotFoundError(2, os.strerror(2))
+    with OpenEXR.File(str(path), header_only=True) as file:
+        low, high = file.header()["dataWindow"]
+        if math.prod(1 + int(b) - int(a) for a, b in zip(low, high, strict=True)) > _MOST_PIXELS:
+            raise OSError(errno.EFBIG, _TOO_MANY)
     with OpenEXR.File(str(path)) as file:
         channels = file.channels()
         name = next(name for name in ("RGB", "RGBA") if name in channels) if {"RGB", "RGBA"} & set(channels) else "Y"
