@@ -16,7 +16,7 @@ from kerrcaustics.results.declared import derived, quantity, result, usual_warni
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.stars.images import checked_index, checked_sheets, checked_stars, search_for
+from kerrcaustics.stars.images import check_apart, checked_index, checked_sheets, checked_stars, search_for
 from kerrcaustics.stars.plane_images import PlaneCounts, plane_counts
 from kerrcaustics.stars.plane_maps import PlaneCountMap, plane_count_map
 
@@ -182,6 +182,7 @@ def image_counts(
     places, angles = checked_stars(stars), numbers("stars", stars)
     surface = spherical(camera, end, distant=True)
     radius = float(surface.radius)
+    check_apart("stars", camera, angles, surface)
     if find:
         found = search_for(camera, places, angles, checked_index(max_index), surface)
         on_caustic = np.asarray(found.touching.any(axis=1))

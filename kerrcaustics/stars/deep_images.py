@@ -202,10 +202,10 @@ def _ends(
     """Ends of rays on a sphere, None for the celestial one, that leave in direction N and have this d."""
     light = photon(frame, tuple(sky.T))
     quartic = radial.factor(frame, light)._replace(d=d)
-    aim = None if radius is None else Sphere(radius, returning).aim(frame, light, quartic)
-    if aim is None:
-        travel = radial_motion(frame, light, quartic, clock=True)
+    if radius is None:
+        aim, travel = None, radial_motion(frame, light, quartic, clock=True)
     else:
+        aim = Sphere(radius, returning).aim(frame, light, quartic)
         travel = to_sphere(frame, light, quartic, radius, aim, clock=True)
     lost = travel.captured if aim is None else aim.lost
     swing = polar_swing(frame, light, on_equator=on_equator)

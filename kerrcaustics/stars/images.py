@@ -26,6 +26,9 @@ from kerrcaustics.stars.sheets import HIGHEST_INDEX, TOLERANCE, Sheets, sheets_o
 
 Array = np.ndarray
 
+# A source closer to the camera than this part of its radius has no direction: rounding leaves a radian of it open.
+_AT_CAMERA = 1e-14
+
 _DIRECT = "the star is seen directly, by an image of index 0, at infinite (alpha, beta): it is not among the images"
 
 
@@ -159,6 +162,7 @@ def star_images(
     place = checked_place("star", star)
     surface = spherical(camera, end, distant=True)
     highest = checked_index(max_index)
+    check_apart("star", camera, np.array([place]), surface)
     found = search_for(camera, from_angles(*place)[None], np.array([place]), highest, surface)
     return _deepened(images_of(camera, surface, [place], found)[0], found, camera, surface)
 
@@ -270,6 +274,22 @@ def checked_stars(stars: ArrayLike, name: str = "stars") -> Float[Array, "stars 
     if ((angles[:, 0] < 0) | (angles[:, 0] > math.pi)).any():
         raise ValueError(f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees).")
     return from_angles(angles[:, 0], angles[:, 1])
+
+
+def check_apart(name: str, camera: Camera, stars: Float[Array, "stars 2"], end: Spherical) -> None:
+    """Raise ValueError if a star (theta, phi) of a sphere lies at the camera, where it is seen in no direction.
+
+    name: the argument that the stars are from.
+    """
+    if not (isinstance(end, Sphere) and math.isfinite(camera.radius)):
+        return
+    own = from_angles(camera.inclination, 0.0)
+    gap = np.hypot(end.radius / camera.radius - 1, np.linalg.norm(from_angles(stars[:, 0], stars[:, 1]) - own, axis=1))
+    if (gap < _AT_CAMERA).any():
+        raise ValueError(
+            f"Argument `{name}` must keep the star away from the camera, but at r = {float(end.radius):.12g}, "
+            f"theta = {camera.inclination:.12g}, phi = 0 it cannot be told from that, and is seen in no direction."
+        )
 
 
 def checked_place(name: str, place: object) -> tuple[float, float]:

@@ -25,7 +25,15 @@ from kerrcaustics.stars.events import (
     in_time,
     pair_events_of,
 )
-from kerrcaustics.stars.images import StarImages, checked_index, checked_sheets, images_of, is_within, search_for
+from kerrcaustics.stars.images import (
+    StarImages,
+    check_apart,
+    checked_index,
+    checked_sheets,
+    images_of,
+    is_within,
+    search_for,
+)
 from kerrcaustics.stars.level_curves.branches import Branches, Cubics
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
@@ -288,6 +296,7 @@ def star_tracks(
     angular_velocity = None if camera.is_distant else orbital_velocity(camera)
     height = checked_theta(theta)
     surface = spherical(camera, end, distant=True)
+    check_apart("theta", camera, np.array([[height, 0.0]]), surface)
     found, branches, at = _followed(camera, height, max_index, surface)
     events = pair_events_of(camera, found, height, angular_velocity)
     doubts = tuple(r for i in np.flatnonzero(~found.known) for r in events[i].remarks)
