@@ -9,6 +9,7 @@ from typing import overload
 import numpy as np
 
 from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.plane_caustics import PlaneCausticSet, plane_caustics
@@ -165,8 +166,7 @@ def caustics(
     end : float
         Where sources lie: math.inf, the celestial sphere, or the radius of a sphere, further out than the camera or
         further in: there the k-th conjugate points of rays lie, the section of a caustic tube. An `EquatorialPlane`
-        is the section by one crossing of the plane, for cameras that do not lie in it; engine, tolerance and progress
-        are not used then.
+        is the section by one crossing of the plane, for cameras that do not lie in it.
 
     Returns
     -------
@@ -196,10 +196,11 @@ def caustics(
     ('astroid', 4, True)
     """
     check_orders(orders)
-    if isinstance(end, EquatorialPlane):
-        return plane_caustics(camera, int(orders), end)
-    began = time.perf_counter()
+    asked, tolerance = check_request(camera, engine, tolerance)
     report = progress or (lambda _what, _part: None)
+    if isinstance(end, EquatorialPlane):
+        return plane_caustics(camera, int(orders), end, asked, tolerance, report)
+    began = time.perf_counter()
     report("critical curves found", 0.1)
     surface = spherical(camera, end, distant=True)
     curves = critical_curves(searcher(camera), int(orders), engine, tolerance, surface)

@@ -1,7 +1,7 @@
 """A circle in the plane, cut where its azimuth turns back: arcs on which every source is seen at most once a turn."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -20,6 +20,14 @@ _TURN = 2 * math.pi
 _PLACES, _LONGEST, _ROUNDS, _THIN_ROUNDS, _MOST_PLACES = 384, 0.3, 14, 5, 20_000
 # Steps in azimuth below so many errors have no sense.
 _ERRORS = 20.0
+# Relative to the radius, what is not told from it.
+_ROUND_OFF = 1e-14
+# At a fold the beam is flat: delta_minus is no larger than this part of delta_plus.
+_FLAT = 1e-6
+# Between places of one index the beam is looked at where a parabola makes it thinner by this factor; the least that is
+# told from a flat one, in errors; a step in ln r by which its slope is told.
+_THINNER, _CERTAIN, _BESIDE = 0.5, 10.0, 1e-6
+_NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +50,8 @@ class Arcs:
 
     @property
     def folded(self) -> Bool[Array, " arcs"]:
-        """True for arcs whose low end is a fold."""
-        return self.index != np.roll(self.index, 1)
+        """True for arcs whose low end is a fold: the index changes there, and the beam is flat."""
+        return (self.index != np.roll(self.index, 1)) & is_flat(self.low)
 
     @property
     def sense(self) -> Int[Array, " arcs"]:
@@ -51,9 +59,22 @@ class Arcs:
         return _sense(self.circles, self.index)
 
     def at(self, turn: Float[Array, " points"]) -> PlanePoints:
-        """Points of the circle."""
+        """Points of the circle, of index -1 where they could not be found."""
         assert self.distance is not None
-        return self.circles.on_circle(turn, np.full(len(turn), self.radius), self.distance(turn))
+        points = self.circles.on_circle(turn, np.full(len(turn), self.radius), self.distance(turn))
+        astray = self._astray(points)
+        if astray.any():
+            # Between lines where the image bends sharply the guess of the distance leads nowhere.
+            again = self.circles.searched(turn[astray], self.radius, self.distance(turn[astray]))
+            order = np.argsort(np.concatenate([np.flatnonzero(~astray), np.flatnonzero(astray)]))
+            points = points[~astray].joined(again)[order]
+            points = replace(points, index=np.where(self._astray(points), -1, points.index))
+        return points
+
+    def _astray(self, points: PlanePoints) -> Bool[Array, " points"]:
+        """True for points that are not on the circle."""
+        miss = np.abs(np.log(points.radius / self.radius))
+        return ~(miss <= _ERRORS * points.error + _ROUND_OFF) | (points.index < 0)
 
 
 def arcs_of(camera: Camera, crossing: int, radius: float) -> Arcs:
@@ -76,11 +97,15 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
         return Arcs(circles, radius, None, none, none, np.empty(0, int), none, (doubt,))
     turn = _TURN * (np.arange(_PLACES) + 0.5) / _PLACES
     blank = Arcs(circles, radius, distance, none, none, np.empty(0, int), none, ())
-    points = _sampled(blank, blank.at(turn))
+    points, touching = _thinnest(blank, _sampled(blank, blank.at(turn)))
+    known = points.index >= 0
+    points, lost = points[known], int((~known).sum())
+    if len(points) < 2:
+        return replace(blank, doubts=(f"{lost} places on the circle could not be found",))
     following = points[np.roll(np.arange(len(points)), -1)]
-    doubts = _doubts(blank, points, following)
     change = points.index != following.index
     folds = _folds(blank, points[change], following[change])
+    doubts = (*_lost(lost, folds), *_doubts(blank, points, following), *touching)
     low, high, index = points[~change], following[~change], points.index[~change]
     # Both halves of a step with a fold.
     one, other = points[change], following[change]
@@ -88,6 +113,59 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
     index = np.concatenate([index, one.index, other.index])
     order = np.argsort(low.turn, kind="stable")
     return Arcs(circles, radius, distance, low[order], high[order], index[order], folds, doubts)
+
+
+def is_flat(points: PlanePoints) -> Bool[Array, " points"]:
+    """True where beams are flat, so far as folds are found."""
+    return np.abs(points.ratio) <= _FLAT
+
+
+def _lost(places: int, folds: PlanePoints) -> tuple[str, ...]:
+    """What is missing, in words."""
+    bent = int((~is_flat(folds)).sum())
+    said = [f"{places} places on the circle could not be found"] if places else []
+    return (*said, *([f"{bent} events could not be found: the index changes where no beam is flat"] if bent else []))
+
+
+def _thinnest(arcs: Arcs, points: PlanePoints) -> tuple[PlanePoints, tuple[str, ...]]:
+    """The points, and those between two of one index where a flat beam may hide; in words, where that is not certain.
+
+    A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed down to where it
+    is least: it changes its sign, or does not, or is too small to tell.
+    """
+    place = np.arange(len(points))
+    before, after = points[np.roll(place, 1)], points[np.roll(place, -1)]
+    back, ahead = -((points.turn - before.turn) % _TURN), (after.turn - points.turn) % _TURN
+    size = np.abs(points.ratio)
+    falling, rising = (np.abs(before.ratio) - size) / back, (np.abs(after.ratio) - size) / ahead
+    least = (before.index == points.index) & (after.index == points.index) & (falling <= 0) & (rising >= 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend = (rising - falling) / (ahead - back)
+        bottom = size - (falling - bend * back) ** 2 / (4 * bend)
+    chosen = least & (bottom < _THINNER * size)
+    if not chosen.any():
+        return points, ()
+
+    def depth(step: Array, start: Array, sign: Array) -> Array:
+        return sign * arcs.at((start + step) % _TURN).ratio
+
+    bracket = back[chosen], np.zeros(int(chosen.sum())), ahead[chosen]
+    args = points.turn[chosen], np.sign(points.ratio[chosen])
+    step = elementwise.find_minimum(depth, bracket, args=args, tolerances=_NEAREST).x
+    added = arcs.at((points.turn[chosen] + np.where(np.isfinite(step), step, 0)) % _TURN)
+    joined = points.joined(added)
+    return joined[np.argsort(joined.turn, kind="stable")], _touching(arcs, added)
+
+
+def _touching(arcs: Arcs, points: PlanePoints) -> tuple[str, ...]:
+    """In words, at which points a flat beam cannot be told from one that is not."""
+    beside = arcs.circles.on_circle(points.turn, points.radius * math.exp(_BESIDE), points.distance)
+    slope = np.abs(beside.ratio - points.ratio) / _BESIDE
+    unsure = ~(np.abs(points.ratio) > _CERTAIN * (points.ratio_error + slope * points.error))
+    return tuple(
+        f"next to phi = {phi % _TURN:.9g} the circle touches a caustic: a pair of events there cannot be told from none"
+        for phi in points.azimuth[unsure].tolist()
+    )
 
 
 def _sampled(arcs: Arcs, points: PlanePoints) -> PlanePoints:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.beam import Beams
@@ -42,8 +42,8 @@ class PlanePoints(Rows):
     """Rays that cross the plane, one entry each.
 
     turn, distance: place on the sky, radians; sky: direction N; radius, azimuth (unwrapped along the ray) of the
-    crossing; index: Morse index; ratio: delta_minus / delta_plus; minor: |delta_minus|; error: relative to the radius,
-    or radians.
+    crossing; index: Morse index; ratio: delta_minus / delta_plus, and its error; minor: |delta_minus|; error: relative
+    to the radius, or radians.
     """
 
     turn: Float[Array, " points"]
@@ -53,6 +53,7 @@ class PlanePoints(Rows):
     azimuth: Float[Array, " points"]
     index: Int[Array, " points"]
     ratio: Float[Array, " points"]
+    ratio_error: Float[Array, " points"]
     minor: Float[Array, " points"]
     error: Float[Array, " points"]
 
@@ -60,20 +61,24 @@ class PlanePoints(Rows):
 class Circles:
     """Circles in the plane as one camera, at rest, sees them at the n-th crossing."""
 
-    def __init__(self, camera: Camera, crossing: int, lines: int) -> None:
+    def __init__(self, camera: Camera, crossing: int, lines: int, engine: str, tolerance: float) -> None:
         """Look at all lines."""
         self.camera, self.end = camera, EquatorialPlane(crossing)
+        self._engine, self._tolerance = engine, tolerance
         # From below the plane circles are seen to run the other way round.
         self.side = 1 if camera.cos_theta > 0 else -1
         turn = 2 * math.pi * (np.arange(lines) + 0.5) / lines
-        self._lines = Lines(camera, turn, self.end)
+        self._lines = Lines(camera, turn, self.end, engine)
+
+    def whole(self, radii: Float[Array, " radii"]) -> Bool[Array, " radii"]:
+        """True for circles that every line meets once."""
+        above = self._lines.level > 1 / radii[:, None, None]
+        return ((above[..., 1:] != above[..., :-1]).sum(axis=2) == 1).all(axis=1)
 
     def around(self, radii: Float[Array, " radii"]) -> list[CubicSpline | None]:
         """How far from the shadow edge lines meet circles, by turn; None where some do not meet one once."""
-        level, turn = self._lines.level, self._lines.turn
-        above = level > 1 / radii[:, None, None]
-        whole = ((above[..., 1:] != above[..., :-1]).sum(axis=2) == 1).all(axis=1)
-        place = above[whole].argmin(axis=2)
+        turn, whole = self._lines.turn, self.whole(radii)
+        place = (self._lines.level > 1 / radii[whole, None, None]).argmin(axis=2)
         line = np.broadcast_to(np.arange(len(turn)), place.shape)
         low, high = self._lines.distance[line, place - 1], self._lines.distance[line, place]
         every = np.repeat(radii[whole], len(turn))
@@ -86,10 +91,14 @@ class Circles:
 
         return [spline(next(known)) if one else None for one in whole.tolist()]
 
-    def beams(self, turn: Float[Array, " points"], distance: Float[Array, " points"]) -> tuple[Array, Beams]:
-        """Directions N and their beams."""
-        sky = self._lines.sky(turn, distance)
-        return sky, trace_beams(self.camera, sky, "auto", TOLERANCE, end=self.end, crossings=False, redshift=False)
+    def beams(
+        self, turn: Float[Array, " points"], distance: Float[Array, " points"], least: float = 0.0
+    ) -> tuple[Array, Beams]:
+        """Directions N and their beams; least, the tolerance where a larger one than usual will do."""
+        sky, tolerance = self._lines.sky(turn, distance), max(least, self._tolerance)
+        return sky, trace_beams(
+            self.camera, sky, self._engine, tolerance, end=self.end, crossings=False, redshift=False
+        )
 
     def on_circle(
         self, turn: Float[Array, " points"], radius: Float[Array, " points"], distance: Float[Array, " points"]
@@ -108,7 +117,18 @@ class Circles:
             active = active[far]
             if active.size == 0:
                 break
-        return self._points(turn, distance)
+        return self.points(turn, distance)
+
+    def searched(self, turn: Float[Array, " points"], radius: float, distance: Float[Array, " points"]) -> PlanePoints:
+        """Where lines meet a circle, each searched from end to end; lines that do not meet it once, from guesses."""
+        lines = Lines(self.camera, turn, self.end, self._engine)
+        above = lines.level > 1 / radius
+        once = (above[:, 1:] != above[:, :-1]).sum(axis=1) == 1
+        row, place = np.flatnonzero(once), above[once].argmin(axis=1)
+        distance = distance.copy()
+        low, high = lines.distance[row, place - 1], lines.distance[row, place]
+        distance[once] = lines.places(radius, turn[once], low, high)[1]
+        return self.on_circle(turn, np.full(len(turn), radius), distance)
 
     def _slope(self, turn: Array, distance: Array, reach: Array, sky: Array, beams: Beams) -> Float[Array, " points"]:
         """d ln r / d distance."""
@@ -119,7 +139,8 @@ class Circles:
         rate = j[:, 0] * np.einsum("ij,ij->i", e_1, along) + j[:, 1] * np.einsum("ij,ij->i", e_2, along)
         return rate / np.asarray(beams.radius)
 
-    def _points(self, turn: Array, distance: Array) -> PlanePoints:
+    def points(self, turn: Float[Array, " points"], distance: Float[Array, " points"]) -> PlanePoints:
+        """The rays at places on lines."""
         sky, beams = self.beams(turn, distance)
         return PlanePoints(
             turn=turn,
@@ -129,17 +150,20 @@ class Circles:
             azimuth=beams.azimuth,
             index=np.asarray(beams.index),
             ratio=beams.delta_minus / beams.delta_plus,
+            ratio_error=beams.jacobian_error,
             minor=np.abs(beams.delta_minus),
             error=beams.error,
         )
 
 
 @lru_cache(maxsize=8)
-def _circles(camera: Camera, crossing: int, lines: int) -> Circles:
-    return Circles(camera, crossing, lines)
+def _circles(camera: Camera, crossing: int, lines: int, engine: str, tolerance: float) -> Circles:
+    return Circles(camera, crossing, lines, engine, tolerance)
 
 
-def circles_of(camera: Camera, crossing: int, *, many: bool = False) -> Circles:
+def circles_of(
+    camera: Camera, crossing: int, *, many: bool = False, engine: str = "auto", tolerance: float = TOLERANCE
+) -> Circles:
     """The circles of a camera, kept for the next source: they depend on its place alone. many: on many lines."""
     check_camera(camera, distant=True)
     if camera.on_equator:
@@ -147,4 +171,4 @@ def circles_of(camera: Camera, crossing: int, *, many: bool = False) -> Circles:
             "Argument `camera` must not lie in the equatorial plane where sources do (from within, every crossing is a "
             f"conjugate point of the rays along the plane), but its inclination is {camera.inclination:g}."
         )
-    return _circles(searcher(camera), crossing, _MANY_LINES if many else _LINES)
+    return _circles(searcher(camera), crossing, _MANY_LINES if many else _LINES, engine, tolerance)

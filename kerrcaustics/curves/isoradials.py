@@ -135,9 +135,11 @@ def check_circles(camera: Camera, name: str, radii: ArrayLike) -> Float[Array, "
 class Lines:
     """Lines across the shadow edge, on which the radius of one crossing is known at some places."""
 
-    def __init__(self, camera: Camera, turn: Float[Array, " lines"], end: EquatorialPlane) -> None:
+    def __init__(
+        self, camera: Camera, turn: Float[Array, " lines"], end: EquatorialPlane, engine: str = "auto"
+    ) -> None:
         """Look at all lines."""
-        self.camera, self.turn, self.end = camera, turn, end
+        self.camera, self.turn, self.end, self.engine = camera, turn, end, engine
         reach = line_reach(camera, turn)[:, None]
         sides = math.pi - reach[:, 0], reach[:, 0]
         inward, outward = (np.geomspace(_CLOSEST, 0.999999 * far, _PLACES, axis=1) for far in sides)
@@ -152,7 +154,7 @@ class Lines:
 
     def inverse(self, turn: Array, distance: Array, tolerance: float) -> Float[Array, "*batch"]:
         """1 / r of the crossing: 0 where the ray escapes before, twice the horizon's where it falls in."""
-        rays = trace_rays(self.camera, self.sky(turn, distance), "auto", tolerance, end=self.end)
+        rays = trace_rays(self.camera, self.sky(turn, distance), self.engine, tolerance, end=self.end)
         assert rays.radius is not None
         lost = np.where(rays.status == Status.CAPTURED, 2 / kerr.horizon(self.camera.spin), 0.0)
         return np.where(np.isfinite(rays.radius), 1 / rays.radius, lost)

@@ -2,11 +2,13 @@
 
 import math
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy.polynomial import chebyshev
+from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 from skimage.measure import find_contours
 
@@ -16,13 +18,23 @@ from kerrcaustics.curves.screens import shown
 from kerrcaustics.results.declared import Items, derived, quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.rows import Rows
 
 Array = np.ndarray
 
+Progress = Callable[[str, float], None]
+
 _TURN = 2 * math.pi
-# Radii of the grid: how far above the horizon they begin, where they end, and how many; lines across the shadow edge.
-_LOWEST, _HIGHEST, _RADII, _LINES = 1e-3, 1e3, 256, 512
+# Radii that are looked at: how far above the horizon they begin, where they end, and how many are tried as ends.
+_LOWEST, _HIGHEST, _RADII = 1e-3, 1e3, 256
+# Places on each line between both ends, closer to each other toward them by this factor; lines across the shadow edge.
+# Both are steps of the grid, of which every other one is looked at first.
+_PLACES, _RANGE, _LINES = 257, 1e3, 512
+# Wanted error of beams that only their index is asked of; a beam so flat may be close to others that are flat.
+_COARSE, _THIN = 1e-6, 0.1
 _NODES, _FEWEST, _WORST = 9, 8, 1e-3
+# A radius is that of the last circle within this part of it.
+_EDGE = 1e-9
 # So many curves are told in one line.
 _TOLD = 6
 _TIGHT = {"xatol": 1e-14, "xrtol": 1e-14}
@@ -62,13 +74,15 @@ class PlaneCaustic:
         return not self.ends
 
 
-@result("plane-caustics/1", record="camera crossing seconds curves")
+@result("plane-caustics/1", record="camera crossing engine tolerance seconds curves")
 class PlaneCausticSet(Items[PlaneCaustic]):
     """Where the caustics of one camera meet the equatorial plane: a sequence of curves, by order."""
 
     curves: tuple[PlaneCaustic, ...] = quantity("curve", "", "the curves", column="")
     camera: Camera = quantity("", "", "the camera", json="", column="")
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
+    engine: str = quantity("", "", "which engine was asked for")
+    tolerance: float = quantity("", "rad", "wanted error of a beam", json="tolerance_rad")
     seconds: float = quantity("", "s", "time it took")
 
     def __repr__(self) -> str:
@@ -78,39 +92,131 @@ class PlaneCausticSet(Items[PlaneCaustic]):
         return f"<PlaneCausticSet of {self.camera}, crossing {self.crossing}: {curves or 'none'}>"
 
 
-def plane_caustics(camera: Camera, orders: int, end: EquatorialPlane) -> PlaneCausticSet:
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Lines across the shadow edge, each cut into parts from the lowest circle to the highest one, 0 to 1.
+
+    radii: of both circles; rims: how far from the shadow edge each line meets them, by turn; turn of the lines; part of
+    the way; index there.
+    """
+
+    circles: Circles
+    radii: tuple[float, float]
+    rims: CubicSpline
+    turn: Float[Array, " lines"]
+    part: Float[Array, " places"]
+    index: Int[Array, "places lines"]
+
+    def distance(self, turn: Float[Array, " points"], part: Float[Array, " points"]) -> Float[Array, " points"]:
+        """How far from the shadow edge places lie."""
+        low, high = self.rims(turn).T
+        return low + part * (high - low)
+
+    def places(self, points: PlanePoints) -> "_Places":
+        """Places of points."""
+        low, high = self.rims(points.turn).T
+        return _Places(points.turn, (points.distance - low) / (high - low))
+
+
+@dataclass(frozen=True)
+class _Places(Rows):
+    """Places on the grid: on which line, and which part of the way."""
+
+    turn: Float[Array, " points"]
+    part: Float[Array, " points"]
+
+
+def plane_caustics(
+    camera: Camera, orders: int, end: EquatorialPlane, engine: str, tolerance: float, report: Progress
+) -> PlaneCausticSet:
     """The curves of order 1 to `orders` in which caustic tubes meet the n-th crossing of the plane."""
     began = time.perf_counter()
-    radii = kerr.horizon(camera.spin) + np.geomspace(_LOWEST, _HIGHEST, _RADII)
-    circles, points, rows = _grid(camera, end.crossing, radii, many=False)
-    if not np.isfinite(points.ratio).all():
-        circles, points, rows = _grid(camera, end.crossing, radii, many=True)
+    report("sky searched", 0.1)
+    grid = None
+    for many in (False, True):
+        grid = grid or _grid(circles_of(camera, end.crossing, many=many, engine=engine, tolerance=tolerance))
     found: list[PlaneCaustic] = []
     for order in range(1, orders + 1):
-        found += _curves(circles, camera, points, rows, order)
-    return PlaneCausticSet(tuple(found), camera=camera, crossing=end.crossing, seconds=time.perf_counter() - began)
+        report(f"order {order}", 0.3 + 0.7 * (order - 1) / orders)
+        found += _curves(camera, grid, order) if grid else []
+    report("done", 1.0)
+    return PlaneCausticSet(
+        tuple(found),
+        camera=camera,
+        crossing=end.crossing,
+        engine=str(engine),
+        tolerance=tolerance,
+        seconds=time.perf_counter() - began,
+    )
 
 
-def _grid(
-    camera: Camera, crossing: int, radii: Float[Array, " radii"], *, many: bool
-) -> tuple[Circles, PlanePoints, int]:
-    """Points on lines and circles, circle by circle, and how many circles could be seen whole."""
-    circles = circles_of(camera, crossing, many=many)
+def _grid(circles: Circles) -> _Grid | None:
+    """The lines between the lowest and the highest circle that is seen whole; None where a ray is lost between them."""
+    radii = kerr.horizon(circles.camera.spin) + np.geomspace(_LOWEST, _HIGHEST, _RADII)
+    whole = radii[circles.whole(radii)]
+    if len(whole) < 2:
+        return None
     turn = _TURN * (np.arange(_LINES) + 0.5) / _LINES
-    splines = [(r, s) for r, s in zip(radii.tolist(), circles.around(radii), strict=True) if s is not None]
-    distance = np.concatenate([np.empty(0), *(spline(turn) for _, spline in splines)])
-    every = np.repeat([r for r, _ in splines], _LINES)
-    return circles, circles.on_circle(np.tile(turn, len(splines)), every, distance), len(splines)
+    ends = [
+        circles.on_circle(turn, np.full(_LINES, radius), spline(turn)).distance
+        for radius, spline in zip(whole[[0, -1]].tolist(), circles.around(whole[[0, -1]]), strict=True)
+        if spline is not None
+    ]
+    # Toward the circles r and 1 / r are about linear in the distance: so both are sampled evenly in their logarithms.
+    part = 1 / (1 + np.geomspace(_RANGE, 1 / _RANGE, _PLACES))
+    part = (part - part[0]) / (part[-1] - part[0])
+    distance = ends[0] + part[:, None] * (ends[1] - ends[0])
+    index = _indices(circles, turn, distance)
+    if index is None:
+        return None
+    closed = np.stack([np.append(end, end[0]) for end in ends], axis=-1)
+    rims = CubicSpline(np.append(turn, turn[0] + _TURN), closed, bc_type="periodic")
+    return _Grid(circles, (float(whole[0]), float(whole[-1])), rims, turn, part, index)
 
 
-def _curves(circles: Circles, camera: Camera, points: PlanePoints, rows: int, order: int) -> list[PlaneCaustic]:
-    """All curves of one order, on a grid of radii and lines."""
-    if rows < 2:
-        return []
-    inside = (points.index >= order).reshape(rows, -1)
+def _indices(
+    circles: Circles, turn: Float[Array, " lines"], distance: Float[Array, "places lines"]
+) -> Int[Array, "places lines"] | None:
+    """The Morse index on a grid, of which only every other line is traced where nothing changes."""
+
+    def traced(places: Array, lines: Array) -> tuple[Array, Array]:
+        _, beams = circles.beams(turn[lines], distance[places, lines], _COARSE)
+        return np.asarray(beams.index), np.abs(beams.delta_minus / beams.delta_plus)
+
+    shape = distance[::2, ::2].shape
+    places, lines = (2 * np.indices(shape)).reshape(2, -1)
+    known, ratio = (values.reshape(shape) for values in traced(places, lines))
+    if not np.isfinite(ratio).all():
+        return None
+    closer = np.repeat(np.repeat(_uneven(known, ratio), 2, axis=0), 2, axis=1)[: distance.shape[0]]
+    index = np.repeat(np.repeat(known, 2, axis=0), 2, axis=1)[: distance.shape[0]]
+    closer[::2, ::2] = False
+    places, lines = np.nonzero(closer)
+    index[places, lines], _ = traced(places, lines)
+    return index
+
+
+def _uneven(index: Int[Array, "places lines"], ratio: Float[Array, "places lines"]) -> Bool[Array, "places lines"]:
+    """True for places at which, or next to which, the index changes or the beam is thinnest."""
+
+    def around(values: Array) -> Array:
+        """The values at a place and its neighbours; of the first and the last circle, on one side only."""
+        rows = np.pad(values, ((1, 1), (0, 0)), mode="edge")
+        rows = np.stack([rows[:-2], rows[1:-1], rows[2:]])
+        return np.concatenate([np.roll(rows, shift, axis=2) for shift in (-1, 0, 1)])
+
+    near = around(index)
+    uneven = near.min(axis=0) != near.max(axis=0)
+    uneven |= (ratio < _THIN) & (ratio == around(ratio).min(axis=0))
+    return np.asarray(around(uneven).any(axis=0))
+
+
+def _curves(camera: Camera, grid: _Grid, order: int) -> list[PlaneCaustic]:
+    """All curves of one order."""
+    inside = grid.index >= order
     around = np.concatenate([inside, inside[:, :1]], axis=1).astype(float)
     chains = _joined([np.round(2 * c).astype(int) for c in find_contours(around, 0.5)], 2 * inside.shape[1])
-    curves = [_curve(circles, camera, points, chain, (rows, inside.shape[1]), order) for chain in chains]
+    curves = [_curve(camera, grid, chain, order) for chain in chains]
     return [curve for curve in curves if curve is not None]
 
 
@@ -141,25 +247,24 @@ def _meet(one: Array, other: Array, width: int) -> bool:
     return bool(one[0] == other[0] and {int(one[1]), int(other[1])} == {0, width})
 
 
-def _curve(
-    circles: Circles, camera: Camera, grid: PlanePoints, chain: Array, shape: tuple[int, int], order: int
-) -> PlaneCaustic | None:
+def _curve(camera: Camera, grid: _Grid, chain: Int[Array, "_ 2"], order: int) -> PlaneCaustic | None:
     """The curve along one contour; None where the contour is noise of the index, and hardly a point is flat."""
-    closed = bool((chain[0] == chain[-1]).all()) or _meet(chain[0], chain[-1], 2 * shape[1])
+    closed = bool((chain[0] == chain[-1]).all()) or _meet(chain[0], chain[-1], 2 * len(grid.turn))
     chain = chain[:-1] if closed else chain
-    low, high = chain // 2, (chain + 1) // 2
-    start, stop = (grid[r * shape[1] + t % shape[1]] for r, t in (low.T, high.T))
-    points = _flat(circles, start, stop)
+    ends = () if closed else tuple("horizon" if chain[i][0] == 0 else "infinity" for i in (0, -1))
+    points = _points(grid, chain, ends)
+    least, most = np.array(grid.radii) * (1 - _EDGE, 1 + _EDGE)
+    # Where circles bend sharply, the way between neighbours may lead beyond the last one.
+    points = points[~((points.radius < least) | (points.radius > most))]
     good = np.isfinite(points.radius) & (np.abs(points.ratio) < 1e-6) & (points.error < _WORST)
     if good.sum() < _FEWEST:
         return None
     points = points[good]
-    ends = () if closed else tuple("horizon" if chain[i][0] == 0 else "infinity" for i in (0, -1))
     place = np.stack([points.radius, np.unwrap(points.azimuth)], axis=-1)
-    extremes = [_extreme(circles, points, sign) for sign in (-1, 1)]
+    extremes = [_extreme(grid, points, sign) for sign in (-1, 1)]
     return PlaneCaustic(
         order=order,
-        crossing=circles.end.crossing,
+        crossing=grid.circles.end.crossing,
         sky=shown(camera, points.sky),
         place=place,
         ends=ends,
@@ -173,23 +278,37 @@ def _curve(
     )
 
 
-def _flat(circles: Circles, start: PlanePoints, stop: PlanePoints) -> PlanePoints:
-    """Points of the caustic between neighbours on the grid, along a line or along a circle."""
+def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> PlanePoints:
+    """Points of the caustic between neighbours on the grid, the first and the last one of an open curve on a circle."""
+    shape = grid.index.shape
+    start, stop = (
+        _Places(grid.turn[line], grid.part[place])
+        for place, line in ((n % shape).T for n in (chain // 2, (chain + 1) // 2))
+    )
+    if not ends:
+        return _flat(grid, start, stop)
+    outer = np.array([0, -1])
+    radius = np.array([grid.radii[end == "infinity"] for end in ends])
+    at_ends = _flat(grid, start[outer], stop[outer], radius)
+    return at_ends[:1].joined(_flat(grid, start[1:-1], stop[1:-1]), at_ends[1:])
 
-    def at(part: Array, *ends: Array) -> PlanePoints:
-        turn, width, ln_r, d_ln_r, distance, change = ends
-        radius = np.exp(ln_r + part * d_ln_r)
-        return circles.on_circle((turn + part * width) % _TURN, radius, distance + part * change)
+
+def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " points"] | None = None) -> PlanePoints:
+    """The points between neighbours where the beams are flat; radius, of the circles on which they are to lie."""
+
+    def at(step: Array, turn: Array, width: Array, part: Array, change: Array, *radius: Array) -> PlanePoints:
+        turn = (turn + step * width) % _TURN
+        distance = grid.distance(turn, part + step * change)
+        return grid.circles.on_circle(turn, radius[0], distance) if radius else grid.circles.points(turn, distance)
 
     width = (stop.turn - start.turn + math.pi) % _TURN - math.pi
-    ln_r = np.log(start.radius)
-    ends = start.turn, width, ln_r, np.log(stop.radius) - ln_r, start.distance, stop.distance - start.distance
+    ends = start.turn, width, start.part, stop.part - start.part, *(() if radius is None else (radius,))
     bracket = np.zeros(len(start)), np.ones(len(start))
-    root = elementwise.find_root(lambda part, *e: at(part, *e).ratio, bracket, args=ends, tolerances=_TIGHT)
+    root = elementwise.find_root(lambda step, *e: at(step, *e).ratio, bracket, args=ends, tolerances=_TIGHT)
     return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 
-def _extreme(circles: Circles, points: PlanePoints, sign: int) -> float:
+def _extreme(grid: _Grid, points: PlanePoints, sign: int) -> float:
     """The least or largest radius, from a polynomial in turn through points around the best one."""
     best = int(np.argmax(sign * points.radius))
     if best in (0, len(points) - 1):
@@ -200,11 +319,9 @@ def _extreme(circles: Circles, points: PlanePoints, sign: int) -> float:
     if half == 0:
         return float(points.radius[best])
     nodes = turn[2] + half * chebyshev.chebpts1(_NODES)
-    middle = near[2:3]
-    rows = np.full(_NODES, 0)
-    one = replace(middle[rows], turn=nodes % _TURN, radius=middle.radius[rows] * np.exp(-0.05))
-    other = replace(middle[rows], turn=nodes % _TURN, radius=middle.radius[rows] * np.exp(0.05))
-    found = _flat(circles, *(circles.on_circle(p.turn, p.radius, p.distance) for p in (one, other)))
+    beside = np.repeat(near.radius[2] * np.exp([-0.05, 0.05]), _NODES)
+    around = grid.circles.on_circle(np.tile(nodes % _TURN, 2), beside, np.full(2 * _NODES, near.distance[2]))
+    found = _flat(grid, grid.places(around[:_NODES]), grid.places(around[_NODES:]))
     if not (np.abs(found.ratio) < 1e-6).all():
         return float(points.radius[best])
     fit = chebyshev.chebfit(chebyshev.chebpts1(_NODES), found.radius, _NODES - 1)
