@@ -5,13 +5,14 @@ import re
 import shlex
 import subprocess
 import sys
+import time
 from io import StringIO
 
 import pytest
 from command_line import run
 from rich.console import Console
 
-from kerrcaustics.cli import app, doctor, film
+from kerrcaustics.cli import app, doctor, film, terminal
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.films.film import frames_folder
 from kerrcaustics.interrupts import NOTHING_LEFT
@@ -44,6 +45,32 @@ def test_tables_are_set_closer_before_they_are_stacked():
     assert "direction N  magnification" in wide[0] and "direction N magnification" in close[0]
     assert "magnifi-" in broken[0] and "cation" in broken[1] and len(broken) == len(wide) + 1
     assert stacked[:4] == ["index          0", "direction N    -0.65536 -0.75531 +0.00000", *stacked[2:4]]
+
+
+def test_work_that_reports_nothing_is_told_without_a_terminal(capsys, monkeypatch):
+    monkeypatch.setattr(terminal, "FIRST_LINE", 0.05)
+    with terminal.progress("r = 3: "):
+        time.sleep(0.5)
+    assert capsys.readouterr().err == "r = 3: computing, 0 s so far\n"
+    with terminal.progress() as report:
+        report("drawing", 0.9)
+        time.sleep(0.5)
+    assert capsys.readouterr().err == "drawing, 0 s so far\n"
+
+
+@pytest.mark.slow
+def test_a_long_command_says_so_within_seconds():
+    command = "counts --spin 0.99999999 --radius 1.2 --circle 45 0"
+    begun = time.monotonic()
+    with subprocess.Popen(
+        [sys.executable, "-m", "kerrcaustics", *command.split()],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline() == "computing, 5 s so far\n" and time.monotonic() - begun < 60
+        process.kill()
 
 
 COMMANDS = {name: app[name] for name in app if not name.startswith("-")} | {"study report": app["study"]["report"]}

@@ -2,6 +2,7 @@
 
 import math
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,6 +15,8 @@ from kerrcaustics.cli.app import BadInput
 if TYPE_CHECKING:
     from kerrcaustics.spacetime.camera import Camera
 
+FIRST_LINE = 5.0
+"""Seconds after which a command that is at work without a terminal says so."""
 # Seconds between lines about progress where there is no terminal.
 _PAUSE = 20.0
 
@@ -82,8 +85,12 @@ def plain_errors(named: dict[str, str] | None = None) -> Iterator[None]:
 def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, float], None]]:
     """A progress bar on standard error while it is a terminal, else a line now and then; left: with the time left."""
     console = Console(stderr=True, markup=False, emoji=False)
-    if _quiet or not console.is_terminal:
-        yield (lambda _what, _part: None) if _quiet else _lines_now_and_then(prefix)
+    if _quiet:
+        yield lambda _what, _part: None
+        return
+    if not console.is_terminal:
+        with _Lines(prefix).written() as report:
+            yield report
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -97,22 +104,50 @@ def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, fl
         yield lambda what, part: bar.update(task, description=f"{prefix}{what}", completed=part)
 
 
-def _lines_now_and_then(prefix: str) -> Callable[[str, float], None]:
-    """What writes a line on standard error when there was none for a while."""
-    said = time.monotonic()
-    first: tuple[float, float] | None = None
+class _Lines:
+    """Lines about progress on standard error, when there was none for a while."""
 
-    def report(what: str, part: float) -> None:
-        nonlocal said, first
+    def __init__(self, prefix: str) -> None:
+        self._prefix, self._what, self._count = prefix, "computing", 0
+        self._said = time.monotonic()
+        self._first: tuple[float, float] | None = None
+
+    @contextmanager
+    def written(self) -> Iterator[Callable[[str, float], None]]:
+        """Write lines on reports, and where there are none by the clock."""
+        over = threading.Event()
+        watch = threading.Thread(target=self._watch, args=(over,), daemon=True)
+        if math.isfinite(FIRST_LINE):
+            watch.start()
+        try:
+            yield self._report
+        finally:
+            over.set()
+            if watch.is_alive():
+                watch.join()
+
+    def _report(self, what: str, part: float) -> None:
         now = time.monotonic()
+        self._what = what
         # What was done before says nothing about how long the rest takes.
-        first = first or (now, part)
-        if now - said >= _PAUSE:
-            said = now
-            sys.stderr.write(f"{prefix}{what}{_left(now - first[0], part - first[1], 1 - part)}\n")
-            sys.stderr.flush()
+        self._first = self._first or (now, part)
+        if now - self._said >= _PAUSE:
+            self._said = now
+            self._write(_left(now - self._first[0], part - self._first[1], 1 - part))
 
-    return report
+    def _watch(self, over: threading.Event) -> None:
+        """Lines for work that reports nothing for long."""
+        waited, pause, count = 0.0, FIRST_LINE, 0
+        while not over.wait(pause):
+            waited, pause = waited + pause, _PAUSE
+            if self._count == count:
+                self._write(f", {waited:.0f} s so far")
+            count = self._count
+
+    def _write(self, more: str) -> None:
+        self._count += 1
+        sys.stderr.write(f"{self._prefix}{self._what}{more}\n")
+        sys.stderr.flush()
 
 
 def _left(seconds: float, done: float, rest: float) -> str:
