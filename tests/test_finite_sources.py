@@ -283,3 +283,12 @@ def test_tracks_of_a_star_within_the_camera_s_radius(camera, theta, end):
 def test_sheets_know_their_sphere():
     with pytest.raises(ValueError, match="between them lie photon orbits"):
         sheets_of(CAMERA, 0, Sphere(2.5))
+
+
+@pytest.mark.parametrize("radius", [1.5, 6.0])
+def test_lines_are_followed_as_far_down_as_doubles_reach(radius, recwarn):
+    """Far below all depths that a direction can tell, where a search may look, they end on the shadow edge."""
+    camera = CAMERA.at_rest()
+    depth = np.array([1.0, 30.0, 700.0, 1500.0])
+    looking = SourceMap(camera, Sphere(radius)).looking(np.full(4, 0.7), depth)[0]
+    assert np.isfinite(looking).all() and looking[2] == pytest.approx(looking[3], abs=1e-15) and not recwarn.list

@@ -111,7 +111,9 @@ class SourceMap:
         fold = np.sqrt(2 * (width + size) / width)
         away = depth - fold
         falling = width - (width + size) * (away / fold) ** 2
-        distance = np.where(away <= 0, falling, width / np.cosh(np.maximum(away, 0)))
+        # 1 / cosh, which has no overflow far down.
+        part = np.exp(-np.maximum(away, 0))
+        distance = np.where(away <= 0, falling, width * 2 * part / (1 + part * part))
         return self._beside(turn, distance), away > 0
 
     def _beside(self, turn: Float[Array, "*batch"], distance: Float[Array, "*batch"]) -> HostVectors:
