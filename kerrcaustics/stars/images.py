@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import overload
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
@@ -21,6 +21,7 @@ from kerrcaustics.stars.deep_images import deepened, is_deep
 from kerrcaustics.stars.far_images import sharpened
 from kerrcaustics.stars.plane_images import PlaneImages, plane_images
 from kerrcaustics.stars.reciprocal import search_within
+from kerrcaustics.stars.rings import on_rings, ring_remark
 from kerrcaustics.stars.search import Found, search
 from kerrcaustics.stars.sheets import HIGHEST_INDEX, TOLERANCE, Sheets, sheets_of
 
@@ -57,7 +58,10 @@ class StarImages:
         "morse_index", "1", "how many there are, from the winding of the caustics about the star"
     )
     on_caustic: tuple[int, ...] = quantity(
-        "", "1", "orders of the caustics that the star cannot be told from: it may have two images more or less"
+        "",
+        "1",
+        "orders of the caustics that the star cannot be told from: it may have two images more or less, or where the "
+        "caustic is a point a ring, which is not among the images",
     )
     certified: bool = quantity("", "1", "True when both counts agree for every index, and the star lies on no caustic")
     remarks: tuple[str, ...] = quantity(
@@ -143,6 +147,9 @@ def star_images(
     An Observer at infinity sees stars of the celestial sphere directly at infinite (alpha, beta): images of index 0 are
     not among the images then, and `per_index` and `expected` say 0 of them.
 
+    A star in line with a hole without spin and the camera, or on the spin axis with the camera, is seen as rings: these
+    are no images of it here. The remarks say which, with their radii; `expected` counts what a star beside it has.
+
     References
     ----------
     Counting by the winding of caustics: the sky map between two critical curves has no fold, so the number of images
@@ -214,7 +221,7 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
                 expected=dict(enumerate(found.expected[i].tolist())),
                 on_caustic=orders,
                 certified=bool(found.certified[i]),
-                remarks=(*notes, *_remarks(found.coarse, found.counts[i], found.expected[i], orders)),
+                remarks=(*notes, *_ring_remarks(camera, end, found.ring[i]), *_remarks(found, i)),
                 source_radius=float(end.radius),
                 time=None if time is None else time[these],
                 time_error=None if time_error is None else time_error[these],
@@ -306,7 +313,18 @@ def checked_place(name: str, place: object) -> tuple[float, float]:
     return theta, phi
 
 
-def _remarks(coarse: tuple[float, ...], counts: Array, expected: Array, orders: tuple[int, ...]) -> tuple[str, ...]:
+def _ring_remarks(camera: Camera, end: Spherical, ring: Bool[Array, " orders"]) -> tuple[str, ...]:
+    """Remarks about rings; ring: by order, True where the star lies on a caustic that is a point."""
+    if not ring.any():
+        return ()
+    curves = sheets_of(camera, len(ring) - 1, end).curves
+    return tuple(ring_remark(camera, curve) for curve in curves if ring[curve.order - 1])
+
+
+def _remarks(found: Found, star: int) -> tuple[str, ...]:
+    """What is not certain about one of the stars, but for rings."""
+    counts, expected, coarse = found.counts[star], found.expected[star], found.coarse
+    orders = (np.flatnonzero(found.touching[star] & ~found.ring[star]) + 1).tolist()
     remarks = [
         f"the star cannot be told from the caustic of order {order}: it may have two images more, or less; move it by "
         "more than its error"
@@ -319,6 +337,6 @@ def _remarks(coarse: tuple[float, ...], counts: Array, expected: Array, orders: 
             if coarse[k] > 0
             else "move the star or the camera a little and compare"
         )
-        for k in np.flatnonzero(counts != expected).tolist()
+        for k in np.flatnonzero((counts != expected) & ~on_rings(found.ring[[star]])[0]).tolist()
     ]
     return tuple(remarks)

@@ -77,7 +77,7 @@ def _seen_from(camera: Camera, star: Float[Array, "stars 3"], found: Found, shee
     for part in parts[1:]:
         merged = merged.merged(part)
     counts = merged.counts(found.expected.shape)
-    return found_of(merged, counts, found.expected, found.touching, sheets)
+    return found_of(merged, counts, found.expected, (found.touching, found.ring), sheets)
 
 
 def motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.stars.newton import find_roots
+from kerrcaustics.stars.rings import on_rings
 from kerrcaustics.stars.sheets import NARROW, WIDE, Counted, Sheets, Starts
 
 Array = np.ndarray
@@ -65,7 +66,8 @@ class Found:
 
     star: which one; index: the Morse index; sky: direction on the sky of the camera at rest; error: of it, radians.
     counts: how many; expected: the same from the caustics; touching: True for a star that cannot be told from the
-    caustic of that order; returning: True where the ray meets the star's sphere for the second time. coarse: steps of
+    caustic of that order; ring: True where that caustic is a point, so that the images next to it are one ring, and no
+    entries; returning: True where the ray meets the star's sphere for the second time. coarse: steps of
     the grids that were coarser than the search is made for, radians, by index; else 0.
     """
 
@@ -76,6 +78,7 @@ class Found:
     counts: Int[Array, "stars indices"]
     expected: Int[Array, "stars indices"]
     touching: Bool[Array, "stars orders"]
+    ring: Bool[Array, "stars orders"]
     returning: Bool[Array, " images"]
     coarse: tuple[float, ...]
 
@@ -118,15 +121,18 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
     missing = np.argwhere((images.counts(told.expected.shape) < told.expected) & ~on_caustic[:, None])
     for i, k in missing.tolist():
         images = images.merged(_approached(sheets, star[i], k, int(told.expected[i, k])).of(np.array([i])))
-    counts = images.counts(told.expected.shape)
-    return found_of(images, counts, told.expected, told.touching, sheets)
+    ring = told.touching & np.array([curve.is_point for curve in sheets.curves])
+    images = images[~on_rings(ring)[images.star, images.index]]
+    return found_of(images, images.counts(told.expected.shape), told.expected, (told.touching, ring), sheets)
 
 
-def found_of(images: Candidates, counts: Array, expected: Array, touching: Array, sheets: Sheets) -> Found:
-    """Images with their numbers."""
+def found_of(
+    images: Candidates, counts: Array, expected: Array, touching: tuple[Array, Array], sheets: Sheets
+) -> Found:
+    """Images with their numbers; touching: caustics that stars cannot be told from, and which of these are points."""
     coarse = tuple(sheet.step if sheet.is_coarse else 0.0 for sheet in sheets.sheets)
     of_images = images.star, images.index, images.sky, images.error
-    return Found(*of_images, counts, expected, touching, images.returning, coarse)
+    return Found(*of_images, counts, expected, *touching, images.returning, coarse)
 
 
 def _beside_folds(

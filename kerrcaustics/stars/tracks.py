@@ -80,7 +80,7 @@ class Track:
         "",
         "1",
         "True for a closed curve; else both ends are events of order max_index + 1, beyond which the images have a "
-        "higher index",
+        "higher index, or lie next to a ring",
     )
     turns: int = quantity("", "1", "whole turns by which the azimuth grows along a closed track; 0 for others")
     events: tuple[PairEvent, ...] = quantity("track_event", "", "events in the order of the curve")
@@ -200,7 +200,8 @@ class StarTracks:
         twice &= np.linalg.norm(images.sky[1:] - images.sky[:-1], axis=1) < _SAME
         good[images.star[1:][twice]] = False
         stars = [(theta, angle) for angle in (phi % _TURN).tolist()]
-        told = found_of(images, counts, expected, np.zeros_like(expected, bool), sheets)
+        apart = np.zeros_like(expected, bool)
+        told = found_of(images, counts, expected, (apart, apart), sheets)
         whole = images_of(self.camera, sheets.end, stars, told)
         doubtful = np.flatnonzero(~good)
         if doubtful.size:

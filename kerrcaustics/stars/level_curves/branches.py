@@ -20,7 +20,7 @@ from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
-from kerrcaustics.stars.level_curves.meetings import meetings
+from kerrcaustics.stars.level_curves.meetings import STILL, meetings
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import TOLERANCE, Sheets
@@ -46,8 +46,6 @@ _LONGEST, _LONGEST_TURN = np.radians(2.0), np.radians(10.0)
 _MOST_DIVISIONS, _MOST_PARTS = 12, 12
 # Depth from which images of index 0 run along the shadow edge, too.
 _CLOSE = 0.3
-# On a circle smaller than this (radians) a star stands still.
-_STILL = 1e-12
 
 
 @dataclass(frozen=True)
@@ -88,7 +86,7 @@ class Branches:
     @property
     def still(self) -> bool:
         """True for a star on the axis: its images do not move."""
-        return math.sin(self.circle.angle) < _STILL
+        return math.sin(self.circle.angle) < STILL
 
     def cubics(self, links: Links) -> Cubics:
         """The cubic curves of links."""
@@ -151,7 +149,7 @@ class Branches:
     def _grown(self) -> Links:
         """Links along all branches, and over all boundaries between gaps."""
         found = self.meetings
-        gaps, whole = len(found.gap_low), len(found.order) == 0
+        gaps, whole = len(found.gap_low), found.none
         # Without events the parameter is the longitude.
         low, width = (np.zeros(1), np.zeros(1)) if whole else (found.gap_low, found.gap_high - found.gap_low)
         full = 2 * np.pi if whole else np.pi
@@ -179,8 +177,12 @@ class Branches:
             if len(doubtful) == 0:
                 break
             reach[doubtful] /= 2
-        if (p != ends[column]).any():
-            self.remarks.append(f"{(p != ends[column]).sum()} images could not be followed to the next event")
+        # What becomes part of a ring is followed to the end of its gap.
+        boundary, to_end = (column + sides) % gaps, np.pi * sides
+        goal = np.where(found.ring[boundary, self.nodes.index[tips]], to_end, ends[column])
+        p = self._followed(tips, p, low[column % gaps], width[column % gaps], goal)[1]
+        if (p != goal).any():
+            self.remarks.append(f"{(p != goal).sum()} images could not be followed to the next event")
         if len(doubtful):
             self.remarks.append(f"which images go on where is in doubt at {len(doubtful)} events")
         return self.links.joined(links_of([row for i in rows for row in rows[i]]))

@@ -125,7 +125,7 @@ class Linker:
         arms = [arm for event in events.tolist() for arm in self._arms(event, one, other)]
         rows: list[_Row] = []
         settled = True
-        for k in range(meetings.counts.shape[1]):
+        for k in np.flatnonzero(~meetings.ring[boundary]).tolist():
             # Arms of events are left ends where they lead right, and the other way round.
             lefts, rights = (
                 np.concatenate([self._of(column, k), [event for event, index, s in arms if index == k and s == side]])

@@ -17,6 +17,7 @@ from scipy.optimize import elementwise
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.stars.level_curves.circle import Circle
+from kerrcaustics.stars.rings import on_rings, ring_remark
 from kerrcaustics.stars.sheets import Sheets
 
 Array = np.ndarray
@@ -37,6 +38,9 @@ _NODES = 17
 _SAME, _SAME_ERRORS = 1e-10, 4.0
 # Simultaneous events that are told apart by counts, at most.
 _MOST_TOGETHER = 8
+# How far on both sides of a caustic that is a point, radians of longitude, images are not followed. On a circle smaller
+# than this (radians) a star stands still.
+_BESIDE_RING, STILL = 1e-4, 1e-12
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,8 @@ class Meetings:
     order; points: of the critical curves; longitude: in [0, 2 pi); error: of it; at_cusp; side: +1 where the pair lies
     at larger longitude, -1 at smaller; known: True where the counts bear this out. boundary: entries of one boundary
     are simultaneous. gap_low, gap_high: longitude of the ends of the gaps between the boundaries, gap i above boundary
-    i; and counts: images there.
+    i; and counts: images there. ring: by boundary and index, True where images are part of a ring, as the star passes a
+    caustic that is a point.
     """
 
     order: Int[Array, " meetings"]
@@ -60,13 +65,20 @@ class Meetings:
     gap_low: Float[Array, " gaps"]
     gap_high: Float[Array, " gaps"]
     counts: Int[Array, "gaps indices"]
+    ring: Bool[Array, "gaps indices"]
     remarks: tuple[str, ...]
+
+    @property
+    def none(self) -> bool:
+        """True where all images are followed through the whole turn."""
+        return len(self.order) == 0 and not self.ring.any()
 
 
 def meetings(sheets: Sheets, circle: Circle) -> Meetings:
     """All points of the caustics that bound the sheets on a star's circle, and the counts between them."""
     curves = sheets.curves
-    remarks = [_grazed(curve.order) for curve in curves if curve.is_point and _near_point(curve, circle)]
+    passed = [curve for curve in curves if curve.is_point and _near_point(curve, circle)]
+    remarks = [f"{ring_remark(sheets.camera, curve, 'passes')} to a camera at rest" for curve in passed]
     wide = {curve.order: curve.around() for curve in curves if not curve.is_point}
     added, doubts = _extremes(curves, wide, circle)
     wide = {k: _merged(points, added[k]) for k, points in wide.items()}
@@ -75,7 +87,8 @@ def meetings(sheets: Sheets, circle: Circle) -> Meetings:
     good = points.on_curve()
     remarks += [f"an event of order {k} could not be refined" for k in order[~good].tolist()]
     error, at_cusp = _longitude_error(wide, order[good], points[good], circle)
-    return _arranged(sheets, circle, order[good], points[good], error, at_cusp, [*remarks, *doubts])
+    events = order[good], points[good], error, at_cusp
+    return _arranged(sheets, circle, events, _ringed(passed, circle), [*remarks, *doubts])
 
 
 def _grazed(order: int) -> str:
@@ -85,6 +98,14 @@ def _grazed(order: int) -> str:
 def _near_point(curve: CriticalCurve, circle: Circle) -> bool:
     heights, error = circle.height(curve.points.direction), 3 * curve.points.error.max()
     return bool(heights.min() <= error and heights.max() >= -error)
+
+
+def _ringed(passed: list[CriticalCurve], circle: Circle) -> tuple[Float[Array, " rings"], Int[Array, " rings"]]:
+    """Longitudes at which the star passes caustics that are points, and their orders; none where it stands still."""
+    if math.sin(circle.angle) < STILL or not passed:
+        return np.empty(0), np.empty(0, int)
+    middle = np.array([curve.points.direction.mean(axis=0) for curve in passed])
+    return circle.longitude(middle) % _TURN, np.array([curve.order for curve in passed])
 
 
 def _merged(points: Points, more: Points | None) -> Points:
@@ -230,30 +251,55 @@ def _longitude_error(wide: dict[int, Points], order: _Orders, points: Points, ci
 
 
 def _arranged(
-    sheets: Sheets, circle: Circle, order: _Orders, points: Points, error: _Angles, at_cusp: _Marks, remarks: list[str]
+    sheets: Sheets,
+    circle: Circle,
+    events: tuple[_Orders, Points, _Angles, _Marks],
+    rings: tuple[Float[Array, " rings"], Int[Array, " rings"]],
+    remarks: list[str],
 ) -> Meetings:
-    """Meetings in the order of longitude, with the gaps between them and the counts there."""
+    """Meetings in the order of longitude, with the gaps between them and the counts there.
+
+    Parameters: events, their order, points, errors, and which are cusps; rings, longitudes and orders.
+    """
+    order, points, error, at_cusp = events
     longitude = circle.longitude(points.direction) % _TURN
     way = np.argsort(longitude)
     order, points, longitude, error, at_cusp = order[way], points[way], longitude[way], error[way], at_cusp[way]
-    same = np.maximum(_SAME, _SAME_ERRORS * error)
-    apart = np.diff(longitude) > np.maximum(same[1:], same[:-1])
-    boundary = np.concatenate([[0], np.cumsum(apart)]) if len(longitude) else np.empty(0, int)
-    first = np.flatnonzero(np.concatenate([[True], apart])) if len(longitude) else np.empty(0, int)
-    last = np.append(first[1:] - 1, len(longitude) - 1) if len(longitude) else first
-    if len(longitude):
-        low, high = longitude[last], np.append(longitude[first[1:]], longitude[0] + _TURN)
-    else:
-        low, high = np.array([0.0]), np.array([_TURN])
+    boundary, ringed, low, high = _boundaries(longitude, np.maximum(_SAME, _SAME_ERRORS * error), rings[0])
     told = sheets.counted(circle.place((low + high) / 2))
     counts = told.expected
     if told.touching.any():
         remarks = [*remarks, "some image counts could not be told: a caustic runs along the star's path"]
+    ring = np.zeros_like(told.touching)
+    ring[ringed, rings[1] - 1] = True
     side, known = np.zeros(len(longitude), int), np.zeros(len(longitude), bool)
-    for i in range(len(first)):
+    for i in np.unique(boundary).tolist():
         members = np.flatnonzero(boundary == i)
         side[members], known[members] = _sides(order[members], counts[i] - counts[i - 1])
-    return Meetings(order, points, longitude, error, at_cusp, side, known, boundary, low, high, counts, tuple(remarks))
+    of_events = order, points, longitude, error, at_cusp, side, known, boundary
+    return Meetings(*of_events, low, high, counts, on_rings(ring), tuple(remarks))
+
+
+def _boundaries(
+    events: _Angles, same: _Angles, rings: Float[Array, " rings"]
+) -> tuple[Int[Array, " meetings"], Int[Array, " rings"], Float[Array, " gaps"], Float[Array, " gaps"]]:
+    """The boundary that each event and each ring belongs to, and the lower and upper ends of the gaps in between.
+
+    Parameters: events, longitudes, rising; same, how close to them others belong to them; rings, longitudes.
+    """
+    if len(events) + len(rings) == 0:
+        return np.empty(0, int), np.empty(0, int), np.array([0.0]), np.array([_TURN])
+    longitude = np.concatenate([events, rings])
+    beside = np.concatenate([np.zeros(len(events)), np.full(len(rings), _BESIDE_RING)])
+    reach = np.concatenate([same, np.full(len(rings), 2 * _BESIDE_RING)])
+    way = np.argsort(longitude, kind="stable")
+    apart = np.diff(longitude[way]) > np.maximum(reach[way][1:], reach[way][:-1])
+    boundary = np.empty(len(way), int)
+    boundary[way] = np.concatenate([[0], np.cumsum(apart)])
+    last, first = np.full((2, boundary.max() + 1), -np.inf)
+    np.maximum.at(last, boundary, longitude + beside)
+    np.maximum.at(first, boundary, beside - longitude)
+    return boundary[: len(events)], boundary[len(events) :], last, np.append(-first[1:], _TURN - first[0])
 
 
 def _sides(order: Int[Array, " pairs"], change: Int[Array, " indices"]) -> tuple[Int[Array, " pairs"], bool]:
