@@ -53,6 +53,9 @@ class Layout:
     rows: tuple[str, ...]
 
 
+RUN_TIME = "s"
+"""The unit of how long computing took. Times that are computed are in units of the mass."""
+
 LAYOUTS: dict[type, Layout] = {}
 """All results whose modules are loaded."""
 
@@ -91,7 +94,7 @@ def derived(dims: str, unit: str, *, json: str | None = None) -> Callable[[Get],
 def result(
     schema: str, *, record: str = "", points: str = "", rows: str = "", eq: bool = False, kw_only: bool = False
 ) -> Callable[[type[T]], type[T]]:
-    """Make a class a result: a frozen dataclass, equal to another where every quantity is.
+    """Make a class a result: a frozen dataclass, equal to another where every quantity is, but for run times.
 
     Parameters
     ----------
@@ -187,12 +190,16 @@ def element(kind: type, name: str) -> tuple[Any, bool]:
 
 
 def same(one: Any, other: Any) -> bool:
-    """True when two results, or parts of them, are of one type and every number is the same; NaN is equal to NaN."""
+    """True when two results, or parts of them, are of one type and every number is the same; NaN is equal to NaN.
+
+    The seconds that a result took are no part of it: they differ each time.
+    """
     one, other = (value.item() if isinstance(value, np.generic) else value for value in (one, other))
     if type(one) is not type(other):
         return False
     if type(one) in LAYOUTS and type(one).__eq__ is same:
-        return all(same(getattr(one, name), getattr(other, name)) for name in stored(type(one)))
+        compared = (name for name, about in stored(type(one)).items() if about.unit != RUN_TIME)
+        return all(same(getattr(one, name), getattr(other, name)) for name in compared)
     if isinstance(one, np.ndarray):
         exact = one.dtype == other.dtype and one.shape == other.shape
         return exact and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")

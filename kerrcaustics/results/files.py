@@ -2,15 +2,20 @@
 
 import json
 import os
+import stat
+from collections.abc import Callable
 from dataclasses import MISSING, fields
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 
 from kerrcaustics.files import check_name, check_path, writing
+from kerrcaustics.results.archive import LARGEST_HEAD, check_room, read_array, read_head, stand_in
 from kerrcaustics.results.declared import LAYOUTS, stored
+from kerrcaustics.results.field_types import check_anew, check_fields
 from kerrcaustics.results.records import check_result
 
 SCHEMA, _OLD_SCHEMA = "kerrcaustics/result/1", "kerrcaustics/caustics-file/1"
@@ -46,6 +51,10 @@ HOMES = {
 }
 """What a file can hold: the classes of each module. It is loaded when a file asks for it."""
 
+Check = Callable[[Any], None]
+GetArray = Callable[[dict[str, Any]], np.ndarray]
+"""An array by what a header says of it: the name of its member, its shape and its type."""
+
 
 def save(path: str | os.PathLike[str], result: Any) -> None:
     """Write a result to one file: NumPy .npz with a JSON header. Nothing is left half-written.
@@ -60,7 +69,8 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
     Raises
     ------
     ValueError
-        For what is no result, and for a file that cannot be written.
+        For what is no result, for one whose fields are not what it declares or are more than a hundred thousand
+        arrays, and for a file that cannot be written.
 
     Examples
     --------
@@ -73,14 +83,21 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
     for part in result if isinstance(result, list | tuple) else [result]:
         check_result(part)
     arrays: dict[str, Any] = {}
-    head = {"schema": SCHEMA, "result": _tree(result, arrays)}
+    tree = _tree(result, arrays)
+    _check_loadable(tree)
+    head = np.array(json.dumps({"schema": SCHEMA, "result": tree}))
+    if head.nbytes > LARGEST_HEAD:
+        raise ValueError(f"Argument `result` must fit into one file, but has {len(arrays)} arrays: save it in parts.")
     check_path(path)
     with writing(path) as file:
-        np.savez_compressed(file, allow_pickle=False, head=np.array(json.dumps(head)), **arrays)
+        np.savez_compressed(file, allow_pickle=False, head=head, **arrays)
 
 
 def load(path: str | os.PathLike[str]) -> Any:
     """The result that `save` wrote to `path`, equal to the one that was saved.
+
+    Nothing of a file is believed: its fields have the types and dimensions that the result declares, a camera is one
+    that can be, and no array is unpacked before it is known to have the size that the header says.
 
     Parameters
     ----------
@@ -101,13 +118,12 @@ def load(path: str | os.PathLike[str]) -> Any:
     """
     check_name(path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
-        head = json.loads(str(arrays["head"]))
-        if head["schema"] == SCHEMA:
-            return _value(head["result"], arrays)
-        if head["schema"] == _OLD_SCHEMA:
-            return _caustics(head, arrays)
+        with _opened(path) as archive:
+            head = json.loads(read_head(archive))
+            if head["schema"] == SCHEMA:
+                return _result(head["result"], archive)
+            if head["schema"] == _OLD_SCHEMA:
+                return _caustics(head, archive)
     except OSError as error:
         reason = error.strerror or "it is no such file"
         raise ValueError(f"Argument `path` must name a file that can be read: {os.fspath(path)!r}: {reason}.") from None
@@ -165,6 +181,40 @@ def load_caustics(path: str | os.PathLike[str]) -> Any:
     return load(path)
 
 
+def _check_loadable(tree: Any) -> None:
+    """Refuse a result that `load` would refuse."""
+    try:
+        _value(tree, lambda entry: stand_in(entry["shape"], entry["dtype"]), check_fields)
+    except ValueError as error:
+        raise ValueError(f"Argument `result` must hold what it declares, but {error}.") from None
+
+
+def _opened(path: str | os.PathLike[str]) -> ZipFile:
+    """The file, which is no pipe that nobody writes to."""
+    if stat.S_ISFIFO(os.stat(path).st_mode):
+        raise ValueError("a pipe")
+    return ZipFile(path)
+
+
+def _result(tree: Any, archive: ZipFile) -> Any:
+    """A result, or several. It is made twice: first of arrays that take no memory, to check types and dimensions."""
+    declared: list[np.ndarray] = []
+
+    def as_declared(entry: dict[str, Any]) -> np.ndarray:
+        declared.append(stand_in(entry["shape"], entry["dtype"]))
+        return declared[-1]
+
+    first = _value(tree, as_declared, check_fields)
+    for part in first if isinstance(first, list | tuple) else [first]:
+        check_result(part)
+    check_room(declared)
+
+    def as_stored(entry: dict[str, Any]) -> np.ndarray:
+        return read_array(archive, entry["array"], stand_in(entry["shape"], entry["dtype"]))
+
+    return _value(tree, as_stored, check_anew)
+
+
 def _tree(value: Any, arrays: dict[str, Any]) -> Any:
     """A value as JSON; arrays by the name under which they are put to the others."""
     if type(value) in LAYOUTS:
@@ -173,7 +223,7 @@ def _tree(value: Any, arrays: dict[str, Any]) -> Any:
     if isinstance(value, np.ndarray):
         name = f"array_{len(arrays)}"
         arrays[name] = value
-        return {"array": name}
+        return {"array": name, "shape": list(value.shape), "dtype": value.dtype.str}
     if isinstance(value, dict):
         return {"dict": [[_tree(key, arrays), _tree(part, arrays)] for key, part in value.items()]}
     if isinstance(value, list | tuple):
@@ -183,20 +233,26 @@ def _tree(value: Any, arrays: dict[str, Any]) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _value(tree: Any, arrays: dict[str, Any]) -> Any:
-    """What `_tree` was given."""
+def _value(tree: Any, array: GetArray, check: Check) -> Any:
+    """What `_tree` was given. check: of each result that is made."""
     if not isinstance(tree, dict):
+        if isinstance(tree, list):
+            raise ValueError("a list that is not named one")
         return tree
     if "kind" in tree:
         kind = _kind(tree["kind"])
-        return _restored(kind, {name: _value(part, arrays) for name, part in tree["fields"].items()})
+        made = _restored(kind, {name: _value(part, array, check) for name, part in tree["fields"].items()})
+        check(made)
+        return made
+    if "array" in tree:
+        return array(tree)
     ((how, inner),) = tree.items()
     if how in ("list", "tuple"):
-        parts = [_value(part, arrays) for part in inner]
+        parts = [_value(part, array, check) for part in inner]
         return tuple(parts) if how == "tuple" else parts
     if how == "dict":
-        return {_value(key, arrays): _value(part, arrays) for key, part in inner}
-    return Path(inner) if how == "path" else arrays[inner]
+        return {_value(key, array, check): _value(part, array, check) for key, part in inner}
+    return {"path": Path}[how](inner)
 
 
 def _kind(name: str) -> Any:
@@ -206,7 +262,7 @@ def _kind(name: str) -> Any:
 
 
 def _restored(kind: Any, parts: dict[str, Any]) -> Any:
-    """A result with the very fields that were stored: nothing is checked or rounded again.
+    """A result with the very fields that were stored: nothing is rounded again.
 
     Fields that came later have their defaults; the others are None.
     """
@@ -220,13 +276,16 @@ def _restored(kind: Any, parts: dict[str, Any]) -> Any:
     return made
 
 
-def _caustics(head: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _caustics(head: dict[str, Any], archive: ZipFile) -> Any:
     """What is in a file of caustics, which had a schema of its own."""
     camera, curves = _kind("Camera")(**head.pop("camera")), []
     for i, entry in enumerate(head.pop("curves")):
-        columns = (arrays[f"cusp_{name}_{i}"] for name in ("sky", "celestial", "error"))
+        columns = (read_array(archive, f"cusp_{name}_{i}") for name in ("sky", "celestial", "error"))
         cusps = tuple(_kind("Cusp")(sky, place, float(error)) for sky, place, error in zip(*columns, strict=True))
-        points = {"sky": arrays[f"sky_{i}"], "celestial": arrays[f"celestial_{i}"], "cusps": cusps}
-        curves.append(_kind("Caustic")(**points, **{**entry, "remarks": tuple(entry["remarks"])}))
+        points = {name: read_array(archive, f"{name}_{i}") for name in ("sky", "celestial")}
+        curves.append(_kind("Caustic")(**points, cusps=cusps, **{**entry, "remarks": tuple(entry["remarks"])}))
     del head["schema"]
-    return _kind("CausticSet")(tuple(curves), camera=camera, **{**head, "missing": tuple(head["missing"])})
+    made = _kind("CausticSet")(tuple(curves), camera=camera, **{**head, "missing": tuple(head["missing"])})
+    for part in (made, *curves, *(cusp for curve in curves for cusp in curve.cusps)):
+        check_fields(part)
+    return made
