@@ -18,7 +18,7 @@ GUARD = 3000
 def told(process):
     """What a process says, but for how far it is, which it says now and then."""
     out, _ = process.communicate(timeout=GUARD)
-    return re.sub(r"^\d+ of \d+ (frames|points).*\n", "", out, flags=re.MULTILINE)
+    return re.sub(r"^(\d+ of \d+ (frames|points)|looking at what is done).*\n", "", out, flags=re.MULTILINE)
 
 
 def workers_of(process):
