@@ -30,12 +30,15 @@ help: ## List the targets
 setup: $(READY) ## Build .venv from the lock file, with all that the other targets need
 	@echo "$(VENV) is ready"
 
+# First pip and setuptools of the lock, in the place of those that Python brings; they install the rest.
 $(LOCKED): requirements.lock
 	@command -v "$(PYTHON)" >/dev/null || { echo "No $(PYTHON) here: install Python 3.11 or newer, or name one with make PYTHON=..." >&2; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "$(PYTHON) is older than Python 3.11: name a newer one with make PYTHON=..." >&2; exit 1; }
 	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make virtual environments: install its venv module (Debian: python3-venv)" >&2; exit 1; }
 	@echo "Setting up $(VENV) (one time, about a minute)"
 	@"$(PYTHON)" -m venv --clear $(VENV)
+	@sed -nE '/^(pip|setuptools)==/,/# via/p' requirements.lock >$(VENV)/installers.lock
+	@$(PIP) install -qq --require-hashes --requirement $(VENV)/installers.lock
 	@$(PIP) install -qq --require-hashes --requirement requirements.lock
 	@touch $@
 

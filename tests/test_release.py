@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -50,3 +51,22 @@ def test_the_oldest_lock_holds_the_lower_bounds(extra):
         name, bound = re.match(r"([\w-]+)(?:\[.*\])?>=(.*)", one).groups()
         if name != "numpy":
             assert locked[name.lower()].startswith(bound.removesuffix(".0")), one
+
+
+@pytest.mark.parametrize("name", ["pip", "setuptools"])
+def test_the_lock_holds_what_installs(name, tmp_path):
+    """With hashes; the Makefile takes just these lines for its first step."""
+    lines = re.search(
+        rf"^{name}==[\w.]+ \\\n(?:    --hash=sha256:[0-9a-f]{{64}}(?: \\)?\n)+", text("requirements.lock"), re.M
+    )
+    script = re.search(r"\t@(sed .* requirements.lock) >", text("Makefile"))[1].replace("$$", "$")
+    taken = subprocess.run(script, shell=True, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert lines[0] in taken and re.findall(r"^(\w+)==", taken, re.M) == ["pip", "setuptools"]
+
+
+def test_gpl_libraries_in_wheels_are_named():
+    av = pytest.importorskip("av", reason="av is missing: pip install 'kerrcaustics[films]'")
+    libraries = {path.name.split("-")[0].removeprefix("lib") for path in Path(av.__file__).parents[1].glob("av.libs/*")}
+    said = text("docs/install.md").partition("### GPL software")[2].partition("\n## ")[0]
+    assert all(f"**{name}**" in said for name in {"x264", "x265", "xvidcore", "postproc"} & libraries)
+    assert "films" in text("README.md").partition("MIT licence.")[2] and "under the GPL" in said
