@@ -42,15 +42,7 @@ class Chart:
     def __init__(self, camera: Camera) -> None:
         """Tabulate the distance of the shadow edge from the direction to the hole; camera: at rest."""
         self._frame = camera.frame()
-        edge = -edge_photons(camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
-        angle = np.arctan2(edge[:, 2], edge[:, 1])
-        angle, first = np.unique(angle, return_index=True)
-        size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])[first]
-        # Round-off may have put neighbours too close for a spline.
-        kept = np.concatenate([[True], np.diff(angle) > 1e-7])
-        angle, size = angle[kept], size[kept]
-        closed = np.append(angle, angle[0] + 2 * np.pi), np.append(size, size[0])
-        self._size = CubicSpline(*closed, bc_type="periodic")
+        self._size = edge_size(camera)
         self._slope = self._size.derivative()
 
     def place(self, index: Int[Array, " images"], sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
@@ -116,6 +108,19 @@ class Chart:
     def _looking(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Vectors of the sky at rest in components along r, theta, phi."""
         return looking_from_sky(self._frame, sky)
+
+
+def edge_size(camera: Camera) -> CubicSpline:
+    """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle."""
+    edge = -edge_photons(camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
+    angle = np.arctan2(edge[:, 2], edge[:, 1])
+    angle, first = np.unique(angle, return_index=True)
+    size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])[first]
+    # Round-off may have put neighbours too close for a spline.
+    kept = np.concatenate([[True], np.diff(angle) > 1e-7])
+    angle, size = angle[kept], size[kept]
+    closed = np.append(angle, angle[0] + 2 * np.pi), np.append(size, size[0])
+    return CubicSpline(*closed, bc_type="periodic")
 
 
 @lru_cache(maxsize=8)

@@ -19,10 +19,11 @@ from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import Exposure
-from kerrcaustics.scenes.points import ImageSearch, steps_to
+from kerrcaustics.scenes.points import steps_to
 from kerrcaustics.scenes.seen_sky import SeenSky, seen_sky
-from kerrcaustics.scenes.sky_cells import CROOKED, TOLERANCE, slopes, undivided
+from kerrcaustics.scenes.sky_cells import CROOKED, TOLERANCE, slopes
 from kerrcaustics.scenes.sky_light import Shifts, Sky, sky_light
+from kerrcaustics.scenes.star_search import StarSearch
 
 Array = np.ndarray
 
@@ -66,10 +67,12 @@ def _piece(
     camera, view, _, _ = piece.middle
     seen = seen_sky(camera, view, close, hidden, None if piece.still else piece)
     turn = piece.turn if piece.still else 0.0
-    light = sky_light(
-        camera, view, sky, seen.cells, seen.parts, lambda: ImageSearch(undivided(seen.cells)), shifts, turn
-    )
-    return light, seen
+    moving = None if piece.still else piece
+
+    def search() -> StarSearch:
+        return StarSearch(camera, view, seen.cells, seen.open, moving)
+
+    return sky_light(camera, view, sky, seen.cells, seen.parts, search, shifts, turn), seen
 
 
 def _pieces(exposure: Exposure) -> int:

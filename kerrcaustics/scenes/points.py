@@ -8,18 +8,17 @@ import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
-from kerrcaustics.scenes.footprint import Footprint, bend, major_axis, singular_values, turned
-from kerrcaustics.scenes.panorama import Panorama
+from kerrcaustics.scenes.footprint import bend, major_axis, turned
 from kerrcaustics.scenes.patches import weights_at
 from kerrcaustics.scenes.sky_cells import SkyCells
-from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
+from kerrcaustics.scenes.view import View
 
 Array = np.ndarray
 
@@ -38,12 +37,6 @@ Starts = tuple[Int[Array, " s"], Float[Array, "s 2"]]
 _SAME, _NEAREST = 0.02, 0.05
 # Cells reach so far into their neighbours, in units of their size: no image is lost where they meet.
 _OVER = 1e-3
-# What sees more of the sky (radians) sees no single stars; thinner footprints, as parts of their major axis, hold one
-# but by chance.
-LONGEST, _THINNEST = 0.08, 1e-4
-_GLOW_ROWS, _GLOW_ASPECT = 64, 4.0
-# The corners of a square part are so far from its middle.
-_REACH = 0.5 * math.sqrt(2)
 # Discs that are searched together, and by how much their radii differ at most.
 _DISCS, _ALIKE = 1 << 13, 1.5
 
@@ -64,18 +57,6 @@ class PointLights:
     def tree(self) -> KDTree:
         """Of the directions."""
         return KDTree(self.direction)
-
-    @cached_property
-    def glow(self) -> Panorama:
-        """Their light spread out, for what sees too much of the sky to tell one from another."""
-        rows = _GLOW_ROWS
-        down = np.minimum((polar_angle(self.direction) * (rows / math.pi)).astype(int), rows - 1)
-        turn = np.arctan2(self.direction[:, 1], self.direction[:, 0]) % (2 * math.pi)
-        right = np.minimum((turn * (rows / math.pi)).astype(int), 2 * rows - 1)
-        light = np.zeros((rows, 2 * rows, 3))
-        np.add.at(light, (down, right), self.flux)
-        edges = np.cos(np.arange(rows + 1) * math.pi / rows)
-        return Panorama(light / ((edges[:-1] - edges[1:]) * math.pi / rows)[:, None, None], aspect=_GLOW_ASPECT)
 
     def some(self, which: Int[Array, " m"], turn: ArrayLike) -> "PointLights":
         """Some of them, turned about the spin axis by angles, (m,) or one."""
@@ -102,20 +83,20 @@ class Imaged(NamedTuple):
 class ImageSearch:
     """The search for images in some cells, with what of it is the same for all stars."""
 
-    def __init__(self, cells: SkyCells) -> None:
-        """cells: where stars are told apart."""
+    def __init__(self, cells: SkyCells, at_once: int = _CELLS) -> None:
+        """cells: where stars are told apart; at_once: so many are searched together."""
         self.cells = cells
         self._chunks = [
-            which[start : start + _CELLS]
+            which[start : start + at_once]
             for which in (np.flatnonzero(cells.size == size) for size in np.unique(cells.size))
-            for start in range(0, len(which), _CELLS)
+            for start in range(0, len(which), at_once)
         ]
         self._reaches = [_Reach(cells.data[which], cells.rates[which]) for which in self._chunks]
 
     def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> Imaged:
         """All images in the cells, of each star at a moment of the exposure, from -1/2 to 1/2."""
         found = list(pool.map(partial(_images, self.cells, lights, moment), self._chunks, self._reaches))
-        return _once(Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True))))
+        return once(Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True))))
 
 
 _NONE = Imaged(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros((0, 2, 3)), *2 * [np.zeros((0, 3, 3))])
@@ -232,7 +213,9 @@ def _solved(
     keep = np.arange(len(rows))
     for _ in range(_STEPS):
         value, columns = _patch(data[rows[keep]], at[keep])
-        move = steps_to(columns, target[rows[keep]] - value)
+        # Between its corners a patch may leave the unit sphere.
+        size = np.sqrt((value**2).sum(axis=-1, keepdims=True))
+        move = steps_to(columns, target[rows[keep]] * size - value)
         length = np.sqrt((move**2).sum(axis=-1))
         at[keep] += move * np.minimum(1, 0.5 / np.maximum(length, 1e-300))[:, None]
         # Who is far outside will not come back.
@@ -280,7 +263,7 @@ def _imaged(cells: SkyCells, cell: Int[Array, " m"], star: Array, at: Float[Arra
     return Imaged(place, star, np.maximum(size_of, major * least), steps, cells.curving[cell], rate)
 
 
-def _once(found: Imaged) -> Imaged:
+def once(found: Imaged) -> Imaged:
     """Without images that two starts, or two cells where they meet, have both found."""
     # Images of one star on one side of a critical curve.
     order = np.lexsort((found.place[:, 1], found.place[:, 0], found.star))
@@ -296,117 +279,41 @@ def _once(found: Imaged) -> Imaged:
     return Imaged(*(part[keep] for part in found))
 
 
-def drawn(light: Float[Array, "h w 3"], place: Float[Array, "m 2"], give: Float[Array, "m 3"]) -> None:
-    """Add images with intensities (m, 3) to a picture: each is a quadratic B-spline, whose parts add up to 1."""
-    height, width = light.shape[:2]
+def moved(found: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
+    """How far images (`Imaged`, or with more of them) move, in pixels, as their stars do by (m, 3)."""
+    # No steeper than where brightness is cut, too.
+    return steps_to(found.steps, motion, np.maximum(found.area**2, 1e-300))
+
+
+def drawn(light: Float[Array, "h w 3"], view: View, place: Float[Array, "m 2"], power: Float[Array, "m 3"]) -> None:
+    """Add images to a picture, whose light times solid angle is to be (m, 3): each is a quadratic B-spline.
+
+    Its parts add up to 1. What of it lies beyond a side of a picture of the whole sky comes in where it belongs.
+    """
     nearest = np.round(place).astype(int)
     parts = [_spline_parts(place[:, k] - nearest[:, k]) for k in (0, 1)]
     flat = light.reshape(-1, 3)
     for i in range(3):
         for j in range(3):
-            x, y = nearest[:, 0] + i - 1, nearest[:, 1] + j - 1
-            inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
-            pixel, weight = (y * width + x)[inside], (parts[0][i] * parts[1][j])[inside, None]
-            for channel, part in enumerate((weight * give[inside]).T.astype(light.dtype)):
+            pixel, inside = _numbers(view, nearest + np.array([i - 1, j - 1]))
+            weight = (parts[0][i] * parts[1][j])[inside] / view.pixel_sizes(*np.divmod(pixel, view.width)[::-1])
+            for channel, part in enumerate((weight[:, None] * power[inside]).T.astype(light.dtype)):
                 np.add.at(flat[:, channel], pixel, part)
+
+
+def _numbers(view: View, pixel: Int[Array, "m 2"]) -> tuple[Int[Array, " n"], Bool[Array, " m"]]:
+    """Numbers (n,) of pixels in reading order, of those that lie in a picture, and which do (m,)."""
+    size = view.width, view.height
+    if view.closed:
+        beyond = np.flatnonzero(((pixel < 0) | (pixel >= size)).any(axis=1))
+        pixel[beyond] = np.round(view.pixels(view.directions(*pixel[beyond].T)[0])).astype(int)
+    inside = ((pixel >= 0) & (pixel < size)).all(axis=1)
+    return pixel[inside, 1] * view.width + pixel[inside, 0], inside
 
 
 def _spline_parts(offset: Float[Array, " m"]) -> tuple[Array, Array, Array]:
     """What the pixels before, at and after the nearest one get of an image at an offset from it."""
     return (0.5 - offset) ** 2 / 2, 0.75 - offset**2, (0.5 + offset) ** 2 / 2
-
-
-def images_in_parts(
-    place: Float[Array, "n 2"],
-    side: float,
-    footprint: Footprint,
-    rate: Float[Array, "n 3"] | None,
-    lights: PointLights,
-    pool: Executor,
-) -> Imaged:
-    """All images in parts of pixels, squares of some side (pixels) about places, by the footprints of these.
-
-    rate: how n' moves there, None where it stays.
-
-    Not in those that see more than `LONGEST`.
-    """
-    resolved = np.flatnonzero(singular_values(footprint.matrix)[0] <= LONGEST)
-    rate = np.zeros_like(footprint.direction) if rate is None else rate
-    place, footprint, rate = place[resolved], footprint.part(resolved), rate[resolved]
-    chunks = [slice(start, start + _DISCS) for start in range(0, len(place), _DISCS)]
-    found = list(pool.map(lambda part: _in_parts(place[part], side, footprint.part(part), rate[part], lights), chunks))
-    return Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True)))
-
-
-def _in_parts(
-    place: Float[Array, "n 2"], side: float, footprint: Footprint, rate: Float[Array, "n 3"], lights: PointLights
-) -> Imaged:
-    matrix, area = _usable(footprint)
-    part, star, offset = _pairs(footprint.direction, matrix, lights)
-    basis = np.stack(polar_basis(footprint.direction[part]), axis=-2)
-    steps = np.swapaxes(matrix[part], -1, -2) @ basis / side
-    moves = np.zeros((len(part), 3, 3))
-    moves[:, 0] = rate[part]
-    return Imaged(place[part] + side * offset, star, area[part] / side**2, steps, np.zeros((len(part), 3, 3)), moves)
-
-
-def _usable(footprint: Footprint) -> tuple[Float[Array, "n 2 2"], Float[Array, " n"]]:
-    """Matrices (n, 2, 2) with the minor axis widened by the bend, and |det| (n,)."""
-    major, minor, along = singular_values(footprint.matrix)
-    widest = np.clip(np.hypot(minor, footprint.bend), _THINNEST * major, major)
-    cos, sin = np.cos(along), np.sin(along)
-    one = np.stack([cos, sin], axis=-1)[:, None] @ footprint.matrix
-    across = np.stack([-sin, cos], axis=-1)
-    # On a critical curve only the major axis tells in which direction the minor one lies.
-    thin = np.stack([-one[:, 0, 1], one[:, 0, 0]], axis=-1)[:, None] / major[:, None, None]
-    turned = np.where(((across[:, None] @ footprint.matrix) * thin).sum(axis=(1, 2)) < 0, -widest, widest)
-    other = thin * turned[:, None, None]
-    axes = np.stack([cos, sin], axis=-1)
-    return axes[..., None] * one + across[..., None] * other, major * widest
-
-
-def _pairs(
-    direction: Float[Array, "n 3"], matrix: Float[Array, "n 2 2"], lights: PointLights
-) -> tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, "m 2"]]:
-    """Parts (m,) and the stars (m,) in them, and where (m, 2) from their middles, in units of their sides."""
-    part, centre, radius, middle, half = _discs(direction, matrix, len(lights.direction))
-    chord = 2 * np.sin(np.minimum(radius, math.pi) / 2)
-    rows = _rows(direction, matrix)
-    disc, star = _within(centre, chord, lights)
-    offset = _offsets(direction[part[disc]], rows[part[disc]], lights.direction[star])
-    # Where discs of one part overlap, a star belongs to that in whose piece of the major axis it is.
-    along = offset[:, 2] - middle[disc]
-    inside = (np.abs(offset[:, :2]).max(axis=1) <= 0.5) & (along >= -half[disc]) & (along < half[disc])
-    return part[disc[inside]], star[inside], offset[inside, :2]
-
-
-def _rows(direction: Float[Array, "n 3"], matrix: Float[Array, "n 2 2"]) -> Float[Array, "n 3 3"]:
-    """Rows of displacements in space: two for pixels along x and y, one for radians along the major axis."""
-    tangents = np.stack(polar_basis(direction), axis=-2)
-    angle = singular_values(matrix)[2]
-    axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None] @ tangents
-    return np.concatenate([np.linalg.inv(matrix) @ tangents, axis], axis=1)
-
-
-def _discs(
-    direction: Float[Array, "n 3"], matrix: Float[Array, "n 2 2"], stars: int
-) -> tuple[Int[Array, " m"], Float[Array, "m 3"], Float[Array, " m"], Float[Array, " m"], Float[Array, " m"]]:
-    """Discs that cover footprints, several along the major axis of a long one.
-
-    Of each disc: pixel, centre (m, 3), radius, place on the major axis, and half of the part of it that is its own.
-    """
-    major, minor, angle = singular_values(matrix)
-    # More discs are more searches, fewer hold more stars in vain: measured, this many take the least time.
-    number = np.minimum(np.ceil(0.2 * math.sqrt(stars) * major), np.ceil(major / minor)).astype(int)
-    pixel = np.repeat(np.arange(len(direction)), number)
-    first = np.cumsum(number) - number
-    half = (_REACH * major / number)[pixel]
-    place = half * (2 * (np.arange(len(pixel)) - first[pixel]) + 1 - number[pixel])
-    e_theta, e_phi = polar_basis(direction)
-    tangent = e_theta * np.cos(angle)[:, None] + e_phi * np.sin(angle)[:, None]
-    turn = place[:, None]
-    centre = direction[pixel] * np.cos(turn) + tangent[pixel] * np.sin(turn)
-    return pixel, centre, np.hypot(half, _REACH * minor[pixel]), place, half
 
 
 def _within(
@@ -423,10 +330,3 @@ def _within(
         found.append((some[near["i"][close]], near["j"][close]))
     discs, stars = zip(*found, strict=True)
     return np.concatenate(discs), np.concatenate(stars)
-
-
-def _offsets(n: Float[Array, "m 3"], rows: Float[Array, "m 3 3"], star: Float[Array, "m 3"]) -> Float[Array, "m 3"]:
-    """Products (m, 3) of rows (m, 3, 3) with displacements from directions n to stars, along great circles."""
-    cosine = np.einsum("ni,ni->n", n, star)
-    sine = np.sqrt(np.maximum(1 - cosine**2, 1e-30))
-    return np.einsum("nij,nj->ni", rows, star) * (np.arctan2(sine, cosine) / sine)[:, None]

@@ -16,10 +16,11 @@ from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion
 from kerrcaustics.scenes.motion_blur import blurred_disk, blurred_sky
-from kerrcaustics.scenes.points import ImageSearch, PointLights, drawn
+from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.seen_sky import seen_sky
-from kerrcaustics.scenes.sky_cells import SkyCells, undivided
+from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
+from kerrcaustics.scenes.star_search import StarSearch
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import instance_of, one_of, quoted, real_number, whole_number
@@ -126,9 +127,10 @@ class TracedView:
         return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts, turn)
 
     @cached_property
-    def _search(self) -> ImageSearch:
+    def _search(self) -> StarSearch:
         """For the images of stars, whichever they are."""
-        return ImageSearch(undivided(SkyCells(*self._sky)))
+        assert self.open is not None
+        return StarSearch(self.camera, self.view, SkyCells(*self._sky), self.open)
 
 
 @usual_warnings
@@ -364,9 +366,7 @@ def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"
     if points is not None:
         x, y, _ = points.direction.T
         turn, down = np.arctan2(y, x) % (2 * math.pi), polar_angle(points.direction)
-        place = np.stack([turn, down], axis=-1) / pixel - 0.5
-        give = points.flux / (pixel**2 * np.maximum(np.sin(down), pixel / 2))[:, None]
-        # What of a star lies beyond one side of the picture comes in on the other.
-        for turns in (-1, 0, 1):
-            drawn(light, place + np.array([2 * height * turns, 0]), give)
+        # Rows of a picture that looks outward: its columns may run to either side.
+        whole = View(2 * height, height, 2 * math.pi, "equirectangular")
+        drawn(light, whole, np.stack([turn, down], axis=-1) / pixel - 0.5, points.flux)
     return light

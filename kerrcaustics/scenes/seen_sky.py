@@ -69,11 +69,6 @@ def seen_sky(
         inside = np.isfinite([direction[..., 0] for _, direction in found])
         opened.flat[which] = inside.mean(axis=(0, 2, 3))
         parts += [part._replace(share=1 / len(moments)) for part, _ in found]
-        if exposure is not None:
-            # Stars are looked for in the middle of the exposure, and move as they do in most of it.
-            rate = (found[-1][1] - found[0][1]) * (len(moments) / (len(moments) - 1))
-            middle = len(parts) - 1 - len(moments) // 2
-            parts[middle] = parts[middle]._replace(rate=np.nan_to_num(rate[inside[len(moments) // 2]]))
     error = max(_CAUTION * float(seen.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
     return SeenSky(seen.cells, parts, opened, len(seen.left), beams, error)
 
@@ -81,8 +76,9 @@ def seen_sky(
 def _covered(cells: SkyCells, shape: tuple[int, ...]) -> Float32[Array, "h w"]:
     """1 in pixels that cells cover, 0 elsewhere."""
     opened = np.zeros(shape, np.float32)
-    for x, y, size in zip(cells.x, cells.y, cells.size, strict=True):
-        opened[y : y + size, x : x + size] = 1
+    left, top = np.maximum(cells.x, 0), np.maximum(cells.y, 0)
+    for x, y, right, below in zip(left, top, cells.x + cells.size, cells.y + cells.size, strict=True):
+        opened[y : max(below, 0), x : max(right, 0)] = 1
     return opened
 
 

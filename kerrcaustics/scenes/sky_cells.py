@@ -10,10 +10,11 @@ While the camera moves, n' of a cell moves straight on: what does not, and what 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
@@ -32,6 +33,8 @@ Array = np.ndarray
 TOLERANCE = 1e-7
 # The largest cells: pixels, and radians.
 _LARGEST, _LARGEST_ANGLE = 32, 0.05
+# Stars shine into a picture from so many pixels beyond its border.
+_MARGIN = 1
 # Cells that see more of the sky than this (radians) are divided, pixels that do into two parts each way, and those
 # that see more than that, or lie on the shadow edge, into more.
 _WIDE, _WIDEST, PARTS = 0.2, 0.5, 4
@@ -120,26 +123,72 @@ class SkyMap(NamedTuple):
     beams: int
 
 
+class Plane(Protocol):
+    """What is cut into cells: a rectangle of pixels, each of which looks somewhere, as those of a `View` do."""
+
+    width: int
+    height: int
+
+    def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+        """Directions N (..., 3) on the camera sky of places, and their steps (..., 3, 2) per pixel along x and y."""
+        ...
+
+
+class Cut(NamedTuple):
+    """How a chart is cut into cells.
+
+    root: the size of the largest ones, a power of two that divides width and height; wide: radians of the sky that a
+    cell may see.
+    """
+
+    root: int
+    wide: float
+
+
 class _SkyLattice(NamedTuple):
+    """Corners of cells, in whole pixels from the upper left corner of the first one.
+
+    size: of the largest cells; margin: pixels beyond each side that cells cover too.
+    """
+
     camera: Camera
-    view: View
+    view: View | Plane
     exposure: Exposure | None
+    size: int
+    margin: int
 
     @property
     def columns(self) -> int:
-        return self.view.width + 2 * _LARGEST
+        return self.view.width + 4 * max(_LARGEST, self.size)
+
+    @property
+    def origin(self) -> tuple[int, int]:
+        """Pixels from the first cell to the left side of the picture, and to its upper one."""
+        return tuple(
+            (-(-(side + 2 * self.margin) // self.size) * self.size - side) // 2
+            for side in (self.view.width, self.view.height)
+        )
 
     def roots(self) -> Squares:
-        size = _LARGEST
-        while size > 1 and size * self.view.pixel > _LARGEST_ANGLE:
-            size //= 2
-        return Squares.over(self.view.width, self.view.height, size)
+        return Squares.over(self.view.width + 2 * self.margin, self.view.height + 2 * self.margin, self.size)
+
+    def asked(self, hidden: Bool[Array, "h w"]) -> Int[Array, "h+1 w+1"]:
+        """How many pixels are asked for above and left of each corner; those of the margin with their neighbours."""
+        x, y = self.origin
+        beyond = np.pad(~hidden, self.margin, mode="edge")
+        lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
+        return np.pad(lattice.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
 
     def key(self, x: Array, y: Array) -> Array:
         return y * self.columns + x
 
+    def on_picture(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Pixels of places of the lattice."""
+        return x - self.origin[0], y - self.origin[1]
+
     def trace(self, key: Array) -> SkyCorners:
         y, x = np.divmod(key, self.columns)
+        x, y = self.on_picture(x, y)
         if self.exposure is None:
             place, slope = _beams(self.camera, self.view, x, y)
             return SkyCorners(key, place, slope, np.zeros((len(key), 0, 3)))
@@ -152,12 +201,15 @@ class _SkyLattice(NamedTuple):
     def checks(self, squares: Squares, chosen: Array) -> Float[Array, "n checks 3"]:
         """n' of rays within cells, where their patches are checked."""
         x, y = np.array(_CHECKS).T * squares.size - 0.5
-        sky, _ = self.view.directions(squares.x[chosen, None] + x, squares.y[chosen, None] + y)
+        left, top = self.on_picture(squares.x[chosen, None], squares.y[chosen, None])
+        sky, _ = self.view.directions(left + x, top + y)
         azimuth = 0.0 if self.exposure is None else self.exposure.middle.azimuth
         return turned(trace_rays(self.camera, sky, "auto", TOLERANCE).direction, azimuth)
 
     def edge(self) -> tuple[Array, Array]:
-        """Pixels on the shadow edge, some of them."""
+        """Pixels on the shadow edge, some of them, on the lattice."""
+        if not isinstance(self.view, View):
+            return np.zeros(0, int), np.zeros(0, int)
         if self.exposure is None:
             found = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
         else:
@@ -165,14 +217,14 @@ class _SkyLattice(NamedTuple):
             edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in moments]
             found = np.concatenate([edge + step for edge in edges for step in _BESIDE])
         x, y = (found + 0.5).T
-        inside = (x >= 0) & (y >= 0) & (x < self.view.width) & (y < self.view.height)
-        return x[inside].astype(int), y[inside].astype(int)
+        near = (x >= -1) & (y >= -1) & (x < self.view.width + 1) & (y < self.view.height + 1)
+        return (x[near] + self.origin[0]).astype(int), (y[near] + self.origin[1]).astype(int)
 
 
 _BESIDE = np.stack(np.meshgrid(*2 * [np.arange(-1, 2)]), axis=-1).reshape(-1, 2)
 
 
-def _beams(camera: Camera, view: View, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
+def _beams(camera: Camera, view: Plane, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
     """n' at upper left corners of pixels, and its slopes."""
     sky, steps = view.directions(x - 0.5, y - 0.5)
     beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
@@ -192,19 +244,32 @@ def slopes(
     return np.stack(polar_basis(beams.direction), axis=-1) @ pixel_matrix(beams, sky, steps)
 
 
+def chart_cells(camera: Camera, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut) -> SkyCells:
+    """Cells of the map of a chart, in all of which no more of the sky is seen than the cut allows, and their errors.
+
+    The smallest cells are as good as they can be. Parameters else as for `sky_map`.
+    """
+    return _mapped(_SkyLattice(camera, chart, None, cut.root, 0), close, hidden, cut.wide).cells
+
+
 def sky_map(
     camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
 ) -> SkyMap:
-    """The map of a view.
+    """The map of a view, and of a pixel beyond each side of it.
 
     close: how far, in pixels, patches may be off; hidden: pixels that are not asked for; exposure: while which the
     camera moves, with this view in its middle.
     """
-    lattice = _SkyLattice(camera, view, exposure)
+    return _mapped(_SkyLattice(camera, view, exposure, _root_size(view), _MARGIN), close, hidden)
+
+
+def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide: float | None = None) -> SkyMap:
+    """The map of what a lattice covers; wide: of the sky that cells may see, in a chart; None in a picture."""
+    view, exposure = lattice.view, lattice.exposure
     squares, edge = lattice.roots(), lattice.edge()
     corners, kept = lattice.trace(np.zeros(0, int)), []
     left = parts = np.zeros(0, int)
-    asked = np.pad((~hidden).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    asked = lattice.asked(hidden)
     while len(squares.x):
         squares = _asked(squares, asked)
         x, y, size = squares
@@ -220,18 +285,30 @@ def sky_map(
             whole &= ~_beside(mixed, number, len(corners.key))
         joined = partial(_cells, lattice, corners, squares, number, close)
         cells = _on_cores(joined, np.flatnonzero(whole))
-        good = (cells.error <= close) & ((size == 1 and exposure is None) | (parts_of(cells) == 1))
+        good = (cells.error <= close) & ((size == 1 and exposure is None) | (_extent(cells) < (wide or _WIDE)))
+        good |= size == 1 and wide is not None
         kept.append(SkyCells(*(part[good] for part in cells)))
         split = mixed | reached.all(axis=1)
         split[np.flatnonzero(whole)[good]] = False
         if size == 1:
+            x, y = lattice.on_picture(x, y)
+            split &= (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
             extent = np.sqrt((corners.slope[number[split]] ** 2).sum(axis=(2, 3))).max(axis=1)
             parts = np.where(mixed[split], PARTS, _parts_for(extent))
             left = y[split] * view.width + x[split]
             break
         squares = squares.quarters(split)
     cells = SkyCells(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
+    x, y = lattice.on_picture(cells.x, cells.y)
+    cells = cells._replace(x=x, y=y)
     return SkyMap(cells, left, parts, len(corners.key) * (1 if exposure is None else 3))
+
+
+def _root_size(view: View) -> int:
+    size = _LARGEST
+    while size > 1 and size * view.pixel > _LARGEST_ANGLE:
+        size //= 2
+    return size
 
 
 def _on_cores(work: Callable[[Array], Found], rows: Int[Array, " n"]) -> Found:
@@ -335,7 +412,17 @@ def _least_minor(data: Float[Array, "n 12 3"]) -> Float[Array, " n"]:
 
 def parts_of(cells: SkyCells) -> Int[Array, " n"]:
     """Into how many parts each way pixels are to be divided: the linear map of a beam does not reach far."""
-    return _parts_for(np.sqrt((cells.data[:, 4:] ** 2).sum(axis=-1)).max(axis=1))
+    return _parts_for(_extent(cells))
+
+
+def _extent(cells: SkyCells) -> Float[Array, " n"]:
+    """How much of the sky (n,), radians, cells see along a side."""
+    return np.asarray(np.sqrt((cells.data[:, 4:] ** 2).sum(axis=-1)).max(axis=1))
+
+
+def resolved(cells: SkyCells, extent: float) -> Bool[Array, " n"]:
+    """True for cells (n,) whose pixels see less of the sky than an extent, and are not to be divided."""
+    return (_extent(cells) < extent * cells.size) & (parts_of(cells) == 1)
 
 
 def undivided(cells: SkyCells) -> SkyCells:

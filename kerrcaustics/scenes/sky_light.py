@@ -16,8 +16,9 @@ from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
 from kerrcaustics.scenes.patches import weights
-from kerrcaustics.scenes.points import LONGEST, Imaged, ImageSearch, PointLights, drawn, images_in_parts, steps_to
+from kerrcaustics.scenes.points import PointLights, drawn, moved
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places, turning
+from kerrcaustics.scenes.star_search import PictureImages, StarSearch
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, redshift
 from kerrcaustics.spacetime.checks import quoted
@@ -32,8 +33,6 @@ _LONGEST_SWEEP, _MOST_SWEEPS = 1.5, 32
 # A trace that is longer, or farther from straight than this (pixels), is drawn from two halves of the exposure, each
 # by its own images; at most so often.
 _LONGEST_TRACE, _STRAIGHT, _HALVINGS = 64.0, 0.3, 4
-# In parts of pixels the map is known too little for longer ones, where it moves itself.
-_LONGEST_IN_PART = 8.0
 # Images on a trace are no further apart than this part of a pixel.
 _APART = 0.5
 
@@ -60,15 +59,13 @@ def check_sky(sky: Any, *, needed: bool = False) -> None:
 class Parts(NamedTuple):
     """Squares of a picture that see the sky: places (m, 2), pixels; side; their footprints.
 
-    share: of the exposure in which they see it; rate (m, 3): how n' moves over all of it, None where it stays. Stars
-    are looked for where the share is all of it, or a rate is given.
+    share: of the exposure in which they see it.
     """
 
     place: Array
     side: float
     footprint: Footprint
     share: float = 1.0
-    rate: Array | None = None
 
 
 class Shifts(NamedTuple):
@@ -85,7 +82,7 @@ def sky_light(
     sky: Sky,
     cells: SkyCells,
     left: list[Parts],
-    search: Callable[[], ImageSearch],
+    search: Callable[[], StarSearch],
     shifts: Shifts,
     turn: float = 0.0,
 ) -> Float[Array, "h w 3"]:
@@ -95,7 +92,8 @@ def sky_light(
     sky turns about the spin axis while the picture is exposed, half of it on either side.
     """
     light = np.zeros((view.height * view.width, 3), np.float32)
-    count = parts_of(cells)
+    beside = (cells.x < 0) | (cells.y < 0) | (cells.x >= view.width) | (cells.y >= view.height)
+    count = np.where(beside, 1, parts_of(cells))
     with ThreadPoolExecutor(cores()) as pool:
         pieces = [piece for n in (2, PARTS) for piece in places(cells, np.flatnonzero(count == n), n)]
         divided = [*left, *(_parts(camera, view, cells, piece, shifts) for piece in pieces)]
@@ -104,7 +102,7 @@ def sky_light(
 
             def store(part: Pixels, now: SkyCells = now, moment: float = moment, share: float = share) -> None:
                 x, y = part.place
-                inside = (x < view.width) & (y < view.height)
+                inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
                 footprint = _footprint(camera, view, now, part, shifts)
                 if now.moving or drift:
                     footprint = _swept(footprint, share * _motion(now, part, drift)).turned(-drift * moment)
@@ -112,13 +110,13 @@ def sky_light(
 
             list(pool.map(store, places(now, which, 1)))
         points: PointLights | None = getattr(sky, "points", None)
-        for pixel, given in pool.map(lambda part: _given(sky, points, view, part, shifts, drift), _pieces(divided)):
+        for pixel, given in pool.map(lambda part: _given(sky, view, part, shifts, drift), _pieces(divided)):
             for channel in range(3):
                 np.add.at(light[:, channel], pixel, given[:, channel])
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
             sweep = turn + getattr(sky, "sweep", 0.0)
-            _StarsSeen(camera, view, search(), divided, shifts, pool).draw(light, points, sweep)
+            _StarsSeen(camera, view, search(), shifts, pool).draw(light, points, sweep)
     return light
 
 
@@ -133,7 +131,7 @@ def _sweeps(
         yield cells, which, 0.0, 1.0
         return
     with np.errstate(divide="ignore", invalid="ignore"):
-        asked = np.nan_to_num(cells.pixels_moved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
+        asked = np.nan_to_num(cells.pixelsmoved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
     sweeps = 2 ** np.ceil(np.log2(np.clip(asked[which], 1, _MOST_SWEEPS))).astype(int)
     for count in np.unique(sweeps):
         for moment in (np.arange(count) + 0.5) / count - 0.5:
@@ -196,7 +194,7 @@ def _pieces(parts: list[Parts]) -> Iterator[Parts]:
 
 
 def _given(
-    sky: Sky, points: PointLights | None, view: View, part: Parts, shifts: Shifts, turn: float
+    sky: Sky, view: View, part: Parts, shifts: Shifts, turn: float
 ) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
     """Pixels, and what parts of them add to their light."""
     x, y = np.round(part.place).astype(int).T
@@ -204,9 +202,6 @@ def _given(
     if turn:
         footprint = _swept(footprint, turn * turning(footprint.direction))
     light = sky.light(footprint, *shifts)
-    if points is not None:
-        unresolved = singular_values(part.footprint.matrix)[0] > LONGEST
-        light[unresolved] += points.glow.light(footprint.part(unresolved), *shifts)
     return y * view.width + x, light * (part.share * part.side**2)
 
 
@@ -215,8 +210,7 @@ class _StarsSeen(NamedTuple):
 
     camera: Camera
     view: View
-    search: ImageSearch
-    parts: list[Parts]
+    search: StarSearch
     shifts: Shifts
     pool: ThreadPoolExecutor
 
@@ -226,32 +220,43 @@ class _StarsSeen(NamedTuple):
 
         Traces that are not straight are drawn from two halves of the exposure, and these from their halves.
         """
+        self._draw_blended(light, points)
         which, middle, share = np.arange(len(points.direction)), np.zeros(len(points.direction)), 1.0
         for halving in range(_HALVINGS + 1):
             some = points.some(which, sweep * middle) if halving or sweep else points
-            found = self._images(some, middle)
+            found = self.search.images(some, middle, self.pool)
             trace, strays = _trace(found, some, sweep, share)
             far = np.unique(found.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
             here = ~np.isin(found.star, far)
-            self._draw(light, Imaged(*(part[here] for part in found)), trace[here], some, share)
+            self._draw(light, found.part(here), trace[here], some, share)
             if not len(far):
                 return
             middle = np.concatenate([middle[far] - share / 4, middle[far] + share / 4])
             which, share = np.tile(which[far], 2), share / 2
 
-    def _images(self, points: PointLights, moment: Float[Array, " stars"]) -> Imaged:
-        found = [self.search.images(points, moment, self.pool)]
-        for place, side, footprint, share, rate in self.parts:
-            if share == 1 or rate is not None:
-                found.append(_in_part(images_in_parts(place, side, footprint, rate, points, self.pool), moment))
-        return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+    def _draw_blended(self, light: Float[Array, "h w 3"], points: PointLights) -> None:
+        """Add the light that stars have where they are not told apart: as if they were spread over the sky."""
+        place, part = self.search.blended(points)
+        flux = points.flux.sum(axis=0)
+        give = part[:, None] * flux
+        if any(self.shifts):
+            bright = points.flux.sum(axis=1)
+            temperature = np.full(len(place), np.average(points.temperature, weights=np.maximum(bright, 1e-300)))
+            ratio = ratios(self.camera, self.view, place, self.shifts)
+            give *= shifted_light(ratio, *self.shifts, temperature, points.response)
+        drawn(light, self.view, place, give)
 
     def _draw(
-        self, light: Float[Array, "h w 3"], found: Imaged, trace: Float[Array, "m 2"], points: PointLights, share: float
+        self,
+        light: Float[Array, "h w 3"],
+        found: PictureImages,
+        trace: Float[Array, "m 2"],
+        points: PointLights,
+        share: float,
     ) -> None:
         if not len(found.star):
             return
-        give = points.flux[found.star] * (share / found.area)[:, None]
+        give = points.flux[found.star] * (share * found.magnification)[:, None]
         if any(self.shifts):
             ratio = ratios(self.camera, self.view, found.place, self.shifts)
             give *= shifted_light(ratio, *self.shifts, points.temperature[found.star], points.response)
@@ -260,34 +265,20 @@ class _StarsSeen(NamedTuple):
         for doubling in np.unique(doublings):
             same, count = doublings == doubling, 2 ** int(doubling)
             for moment in (np.arange(count) + 0.5) / count - 0.5:
-                drawn(light, found.place[same] + moment * trace[same], give[same] / count)
-
-
-def _in_part(found: Imaged, moment: Float[Array, " stars"]) -> Imaged:
-    """Images in parts of pixels where they are at moments of their own; none moves farther than can be told there."""
-    trace = _moved(found, -found.rate[:, 0])
-    slower = np.minimum(1, _LONGEST_IN_PART / np.maximum(np.abs(trace).max(axis=1), 1e-300))[:, None]
-    place = found.place + moment[found.star, None] * slower * trace
-    return found._replace(place=place, rate=found.rate * slower[..., None])
+                drawn(light, self.view, found.place[same] + moment * trace[same], give[same] / count)
 
 
 def _trace(
-    found: Imaged, points: PointLights, angle: float, share: float
+    found: PictureImages, points: PointLights, angle: float, share: float
 ) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
     """How far (m, 2), in pixels, images move in a share of the exposure; which of them not straight.
 
     angle: by which stars turn about the spin axis in all of it.
     """
-    trace = _moved(found, share * (angle * turning(points.direction[found.star]) - found.rate[:, 0]))
+    trace = moved(found, share * (angle * turning(points.direction[found.star]) - found.rate[:, 0]))
     squares = np.stack([trace[:, 0] ** 2, 2 * trace[:, 0] * trace[:, 1], trace[:, 1] ** 2], axis=-1)
     # The second derivative of a place whose n' stays: that of the map along the trace, and twice that of its motion.
     bending = (squares[..., None] * found.curving).sum(axis=1)
     bending += 2 * share * (trace[..., None] * found.rate[:, 1:]).sum(axis=1)
-    strayed = _moved(found, bending / 8)
+    strayed = moved(found, bending / 8)
     return trace, (np.abs(strayed).max(axis=1) > _STRAIGHT) | (np.abs(trace).max(axis=1) > _LONGEST_TRACE)
-
-
-def _moved(found: Imaged, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
-    """How far images move, in pixels, as their stars do by (m, 3)."""
-    # No steeper than where brightness is cut, too.
-    return steps_to(found.steps, motion, found.area**2)

@@ -121,6 +121,22 @@ class View:
         steps = np.stack([to_right @ axes, -(to_up @ axes)], axis=-1) * self.pixel
         return local @ axes, steps
 
+    @property
+    def closed(self) -> bool:
+        """Whether some places beyond a side of the picture lie in it too: it goes round the sky, or to a pole."""
+        reach = self.field_of_view * max(1.0, 2 * self.height / self.width)
+        return self.projection == "equirectangular" and reach > 2 * math.pi * (1 - 1e-9)
+
+    def pixel_sizes(self, x: ArrayLike, y: ArrayLike) -> Float[Array, "*batch"]:
+        """Solid angles (...,), steradian, of the pixels at places of the picture: as of their steps, in closed form."""
+        across, above = (np.asarray(x, float) - (self.width - 1) / 2), (self.height - 1) / 2 - np.asarray(y, float)
+        across, above = across * self.pixel, above * self.pixel
+        if self.projection == "pinhole":
+            return np.asarray(self.pixel**2 * (1 + across**2 + above**2) ** -1.5)
+        if self.projection == "fisheye":
+            return np.asarray(self.pixel**2 * np.abs(np.sinc(np.hypot(across, above) / np.pi)))
+        return np.asarray(self.pixel**2 * np.abs(np.cos(above)) * np.ones_like(across))
+
     def solid_angle(self, steps: Float[Array, "*batch 3 2"]) -> Float[Array, "*batch"]:
         """Solid angle (...,), steradian, of pixels with these steps (..., 3, 2)."""
         return np.asarray(np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1))

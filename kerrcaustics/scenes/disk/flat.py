@@ -78,8 +78,7 @@ def _draw_points(camera: Camera, view: View, sky: Sky, light: Float[Array, "h w 
     there = points.direction @ _turn(camera).T
     place = view.pixels(there)
     some = ((place > -2) & (place < (view.width + 1, view.height + 1))).all(axis=1)
-    area = view.solid_angle(view.directions(*place[some].T)[1])
-    drawn(light, place[some], points.flux[some] / area[:, None])
+    drawn(light, view, place[some], points.flux[some])
 
 
 def _footprint(camera: Camera, view: View, x: Array, y: Array) -> Footprint:

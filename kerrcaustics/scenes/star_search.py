@@ -1,0 +1,300 @@
+"""All images of stars on a picture: by its cells where these resolve the map, by charts of the sky elsewhere.
+
+A pixel next to the shadow edge sees all of the celestial sphere many times over, and one of a coarse picture much of
+it: there images are looked for in charts (sky_charts.py), and drawn in the pixels in which they lie.
+"""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.ndimage import binary_dilation
+
+from kerrcaustics.beams.trace import trace_rays
+from kerrcaustics.scenes.footprint import turned
+from kerrcaustics.scenes.motion import ExposedMoment, Exposure
+from kerrcaustics.scenes.patches import CORNERS
+from kerrcaustics.scenes.points import Imaged, ImageSearch, PointLights, moved, once
+from kerrcaustics.scenes.sky_cells import TOLERANCE, Cut, SkyCells, chart_cells, resolved
+from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.shadow import shadow_edge
+
+Array = np.ndarray
+
+# Pixels that see more of the sky (radians) leave the search to the charts, and those of cells whose own pixels differ
+# so much in size: at the poles of a projection.
+_RESOLVED, _UNEVEN = 0.05, 0.25
+# Charts are good to so much of one of their pixels, of a pixel of the picture, and at best; their cells see so much of
+# the sky (radians) at most.
+_CLOSE, _OF_PIXEL, _CLOSEST, _WIDE = 0.05, 0.1, 1e-4, 1.0
+# Beside the shadow edge a strip, so wide for few stars and for many (parts of the shadow's size, and pixels), has their
+# mean light. Many have it also where a pixel of the picture sees more of the sky (radians): no single one counts there.
+_FEW, _STRIPS, _BLENDED = 2000, {True: (3e-4, 0.05), False: (0.02, 1.5)}, 0.3
+# Cells of charts that are searched together: each may see much of the sky.
+_AT_ONCE = 512
+# What of a chart is wanted is told for blocks of so many pixels, from samples so many of them apart.
+_BLOCK, _SAMPLE = 8, 4
+# Charts are searched so far into the pixels of cells (pixels), and to so many rows across the border of both charts:
+# what is seen twice differs by less than this (pixels of the picture, radians), and is dropped.
+_BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.02
+_EDGE_POINTS = 1440
+# In what charts see the map is known too little for longer traces (pixels), where it moves itself.
+_LONGEST_IN_CHART = 8.0
+
+
+class PictureImages(NamedTuple):
+    """Images on a picture, or next to it: as `Imaged`, and directions N (m, 3), magnification (m,)."""
+
+    place: Array
+    star: Array
+    area: Array
+    steps: Array
+    curving: Array
+    rate: Array
+    sky: Array
+    magnification: Array
+
+    def part(self, which: Array) -> "PictureImages":
+        """Some of them."""
+        return PictureImages(*(part[which] for part in self))
+
+    def and_those(self, more: "PictureImages", angle: float) -> "PictureImages":
+        """These, and more that are none of these: of the same star and parity, and within an angle (radians)."""
+        order = np.argsort(self.star, kind="stable")
+        first, last = (np.searchsorted(self.star[order], more.star, side) for side in ("left", "right"))
+        count = last - first
+        new = np.repeat(np.arange(len(more.star)), count)
+        old = order[np.arange(len(new)) - np.repeat(np.cumsum(count) - count, count) + first[new]]
+        same = np.linalg.norm(self.sky[old] - more.sky[new], axis=1) < angle
+        same &= np.vecdot(self._normals(old), more._normals(new)) >= 0
+        fresh = np.ones(len(more.star), bool)
+        fresh[new[same]] = False
+        return PictureImages(*(np.concatenate(pair) for pair in zip(self, more.part(fresh), strict=True)))
+
+    def _normals(self, which: Array) -> Float[Array, "m 3"]:
+        return np.cross(self.steps[which, 0], self.steps[which, 1])
+
+
+class StarSearch:
+    """The search for images of stars on a picture, with what of it is the same for all stars."""
+
+    def __init__(
+        self, camera: Camera, view: View, cells: SkyCells, seen: Float[Array, "h w"], exposure: Exposure | None = None
+    ) -> None:
+        """seen: which part of each pixel sees the sky; exposure: while which the camera moves, if it does."""
+        self._camera, self._view, self._exposure = camera, view, exposure
+        own = resolved(cells, _RESOLVED) & _even(view, cells)
+        cells = SkyCells(*(part[own] for part in cells))
+        self._wanted = _wanted(camera, view, cells, seen)
+        self._own = ImageSearch(cells)
+        self._charted: dict[bool, list[_Chart]] = {}
+
+    def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> PictureImages:
+        """All images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2."""
+        own = self._placed(self._own.images(lights, moment, pool))
+        azimuth = 0.0 if self._exposure is None else self._exposure.middle.azimuth
+        if azimuth:
+            lights = lights.some(np.arange(len(lights.direction)), -azimuth)
+        for chart in self._charts(lights):
+            found = chart.images(lights, self._view, self._lies_in_wanted, pool)
+            if azimuth:
+                found = found._replace(steps=turned(found.steps, azimuth))
+            if self._exposure is not None:
+                found = self._moving(found, moment)
+            own = own.and_those(found, chart.same)
+        return own
+
+    def _placed(self, found: Imaged) -> PictureImages:
+        """Images in cells: those beyond a side of the picture that lie in it, too, belong there."""
+        sky, steps = self._view.directions(*found.place.T)
+        images = PictureImages(*found, sky, self._view.solid_angle(steps) / found.area)
+        if not self._view.closed:
+            return images
+        place = self._view.pixels(sky)
+        beyond = np.abs(place - found.place).max(axis=1) > _BESIDE
+        images = images._replace(place=place)
+        return images.part(~beyond).and_those(images.part(beyond), _SAME * self._view.pixel)
+
+    def blended(self, lights: PointLights) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
+        """Places (n, 2) on the picture of pieces of the camera sky beside the shadow edge that are not searched.
+
+        Of each also which part (n,) it is of a whole sky, and thus of the light of stars that may be anywhere.
+        """
+        pieces = [chart.blended() for chart in self._charts(lights)]
+        sky, size = (np.concatenate(part) for part in zip((np.zeros((0, 3)), np.zeros(0)), *pieces, strict=True))
+        place = self._view.pixels(sky)
+        shown = self._lies_in_wanted(place)
+        return place[shown], size[shown] / (4 * math.pi)
+
+    def _charts(self, lights: PointLights) -> "list[_Chart]":
+        few = len(lights.direction) <= _FEW
+        if few not in self._charted:
+            self._charted[few] = self._made(few) if self._wanted.any() else []
+        return self._charted[few]
+
+    def _made(self, few: bool) -> "list[_Chart]":
+        strip, pixels = _STRIPS[few]
+        edge = EdgeChart(self._camera, strip, pixels * self._view.pixel)
+        most = math.inf if few else _BLENDED
+        charts = [self._chart(edge, edge, _SAME * self._view.pixel, most)]
+        charts.append(self._chart(CapChart(self._camera, edge), edge, _SAME_ANGLE * edge.widest, most))
+        return [chart for chart in charts if chart is not None]
+
+    def _chart(self, plane: EdgeChart | CapChart, edge: EdgeChart, same: float, most: float) -> "_Chart | None":
+        wanted = self._wanted_of(plane)
+        if not wanted.any():
+            return None
+        close = float(np.clip(_OF_PIXEL * self._view.pixel / plane.pixel, _CLOSEST, _CLOSE))
+        cells = chart_cells(self._camera, plane, close, ~wanted, Cut(ROOT, _WIDE))
+        apart = _seen_by_pixels(plane, cells, self._view.pixel) <= most
+        kept, rest = (SkyCells(*(part[which] for part in cells)) for which in (apart, ~apart))
+        return _Chart(plane, edge, ImageSearch(kept, _AT_ONCE), rest, same)
+
+    def _wanted_of(self, chart: EdgeChart | CapChart) -> Bool[Array, "h w"]:
+        """Pixels of a chart in which wanted ones of the picture lie: by samples of both."""
+        x, y = (np.arange(_SAMPLE / 2 - 0.5, side, _SAMPLE) for side in (chart.width, chart.height))
+        x, y = (part.ravel() for part in np.meshgrid(x, y))
+        near = self._lies_in_wanted(self._view.pixels(chart.directions(x, y)[0]))
+        places = chart.places(self._view.directions(*self._samples)[0])
+        places = np.concatenate([np.stack([x, y], axis=-1)[near], places[np.isfinite(places).all(axis=1)]])
+        block = np.floor((places + 0.5) / _BLOCK).astype(int)
+        blocks = np.zeros((chart.height // _BLOCK, chart.width // _BLOCK), bool)
+        inside = (block >= 0).all(axis=1) & (block[:, 0] < blocks.shape[1]) & (block[:, 1] < blocks.shape[0])
+        blocks[block[inside, 1], block[inside, 0]] = True
+        # A chart round the hole goes on across its side.
+        blocks = binary_dilation(np.pad(blocks, 1, mode="wrap"), np.ones((3, 3)))[1:-1, 1:-1]
+        return np.kron(blocks, np.ones((_BLOCK, _BLOCK), bool))
+
+    @cached_property
+    def _samples(self) -> tuple[Array, Array]:
+        """Places in the wanted pixels: their middles, and their corners."""
+        y, x = np.nonzero(self._wanted)
+        steps = np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]]) / 2
+        return tuple((side - 1 + steps[:, k, None]).ravel() for k, side in enumerate((x, y)))
+
+    def _lies_in_wanted(self, place: Float[Array, "n 2"]) -> Bool[Array, " n"]:
+        """True for places (n, 2) of the picture in pixels that charts are wanted for, or so close to one as errors."""
+        height, width = self._wanted.shape
+        found = np.zeros(len(place), bool)
+        for step in _BESIDE * np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]]):
+            pixel = np.nan_to_num(np.round(place + 1 + step), nan=-1.0).astype(int)
+            inside = (pixel >= 0).all(axis=1) & (pixel[:, 0] < width) & (pixel[:, 1] < height)
+            found[inside] |= self._wanted[pixel[inside, 1], pixel[inside, 0]]
+        return found
+
+    def _moving(self, found: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
+        """Images where they are at moments of their own; none moves farther than can be told there."""
+        assert self._exposure is not None
+        first, last = (
+            turned(
+                trace_rays(one.camera, one.view.directions(*found.place.T)[0], "auto", TOLERANCE).direction, one.azimuth
+            )
+            for one in (self._exposure.first, self._exposure.last)
+        )
+        rate = np.zeros_like(found.rate)
+        rate[:, 0] = np.nan_to_num(last - first)
+        trace = moved(found, -rate[:, 0])
+        slower = np.minimum(1, _LONGEST_IN_CHART / np.maximum(np.abs(trace).max(axis=1), 1e-300))[:, None]
+        place = found.place + moment[found.star, None] * slower * trace
+        sky, _ = self._view.directions(*place.T)
+        return found._replace(place=place, rate=rate * slower[..., None], sky=sky)
+
+
+class _Chart(NamedTuple):
+    """A chart, and that of the shadow edge; the search in its cells; the cells that are not searched.
+
+    same: angle within which images are the same.
+    """
+
+    plane: EdgeChart | CapChart
+    edge: EdgeChart
+    search: ImageSearch
+    rest: SkyCells
+    same: float
+
+    def blended(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Directions N (n, 3) of pieces of the sky that are not searched, and their solid angles (n,)."""
+        half = (self.rest.size - 1) / 2
+        sky, steps = self.plane.directions(self.rest.x + half, self.rest.y + half)
+        size = np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1) * self.rest.size**2
+        if self.plane is not self.edge:
+            return sky, size
+        strip, width = self.edge.strip()
+        return np.concatenate([sky, strip]), np.concatenate([size, width])
+
+    def images(
+        self, lights: PointLights, view: View, wanted: Callable[[Array], Array], pool: Executor
+    ) -> PictureImages:
+        """Images as a picture shows them, at places that are wanted."""
+        found = self.search.images(lights, np.zeros(len(lights.direction)), pool)
+        if self.plane is self.edge:
+            found = _round_once(found, self.plane.width)
+        shown = wanted(view.pixels(self.plane.directions(*found.place.T)[0]))
+        found = Imaged(*(part[shown] for part in found))
+        sky, chart_steps = self.plane.directions(*found.place.T)
+        place = view.pixels(sky)
+        _, steps = view.directions(*place.T)
+        magnification = view.solid_angle(chart_steps) / found.area
+        # Steps of the picture in those of the chart.
+        matrix = np.linalg.pinv(chart_steps) @ steps
+        moving = np.swapaxes(matrix, 1, 2) @ found.steps
+        images = PictureImages(
+            place, found.star, view.solid_angle(steps) / magnification, moving, *_unknown(found), sky, magnification
+        )
+        return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
+
+
+def _seen_by_pixels(plane: EdgeChart | CapChart, cells: SkyCells, pixel: float) -> Float[Array, " n"]:
+    """Radians of the celestial sphere (n,) that pixels of some angle see in cells of a chart, from row to row."""
+    half = (cells.size - 1) / 2
+    steps = plane.directions(cells.x + half, cells.y + half)[1][..., 1]
+    seen = np.linalg.norm(cells.data[:, 8:], axis=-1).mean(axis=1) / cells.size
+    return np.asarray(pixel * seen / np.linalg.norm(steps, axis=-1))
+
+
+def _seen_at(moment: ExposedMoment, place: Float[Array, "m 2"]) -> Float[Array, "m 3"]:
+    """n' (m, 3) at places of the picture, NaN in the shadow."""
+    return trace_rays(moment.camera, moment.view.directions(*place.T)[0], "auto", TOLERANCE).direction
+
+
+def _unknown(found: Imaged) -> tuple[Array, Array]:
+    """No curving and no rate: pixels are so large before what a chart sees that neither would hold over one."""
+    return np.zeros_like(found.curving), np.zeros_like(found.rate)
+
+
+def _round_once(found: Imaged, width: int) -> Imaged:
+    """Images on a chart that closes on itself, those at its sides once."""
+    x = (found.place[:, 0] + 0.5) % width
+    x = np.where(x > width - 0.5, x - width, x) - 0.5
+    return once(found._replace(place=np.stack([x, found.place[:, 1]], axis=-1)))
+
+
+def _even(view: View, cells: SkyCells) -> Bool[Array, " n"]:
+    """True for cells (n,) whose corners have pixels of about one size."""
+    if view.projection == "pinhole":
+        return np.ones(len(cells.x), bool)
+    sizes = []
+    for i, j in CORNERS:
+        steps = view.directions(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5)[1]
+        sizes.append(view.solid_angle(steps))
+    return np.asarray(np.min(sizes, axis=0) > _UNEVEN * np.max(sizes, axis=0))
+
+
+def _wanted(camera: Camera, view: View, cells: SkyCells, seen: Float[Array, "h w"]) -> Bool[Array, "h+2 w+2"]:
+    """Pixels, and those beside the picture, that cells do not cover and that may see the sky."""
+    near = binary_dilation(np.pad(seen > 0, 1, mode="edge"), np.ones((3, 3)))
+    edge = np.round(view.pixels(shadow_edge(camera, _EDGE_POINTS)) + 1)
+    edge = edge[np.isfinite(edge).all(axis=1)].astype(int)
+    inside = (edge >= 0).all(axis=1) & (edge[:, 0] < near.shape[1]) & (edge[:, 1] < near.shape[0])
+    near[edge[inside, 1], edge[inside, 0]] = True
+    left, top = np.maximum(cells.x + 1, 0), np.maximum(cells.y + 1, 0)
+    right, below = cells.x + cells.size + 1, cells.y + cells.size + 1
+    for x, y, x_end, y_end in zip(left, top, right, below, strict=True):
+        near[y:y_end, x:x_end] = False
+    return near
