@@ -15,6 +15,7 @@ from kerrcaustics.scripts import STUDIES
 claims, hunt, tally, trials, truth = (
     STUDIES.module(f"adversary.{name}") for name in ("claims", "hunt", "tally", "trials", "truth")
 )
+places, true_images = (STUDIES.module(f"adversary.{name}") for name in ("places", "true_images"))
 TRUTH = json.loads((Path(__file__).parents[1] / "studies" / "truth" / "truth.json").read_text(encoding="utf-8"))
 HARD = json.loads((Path(__file__).parent / "data" / "hard_cases.json").read_text(encoding="utf-8"))["cases"]
 PLACE = truth.Place(0.9, 6.0, 1.2, (0.1, -0.2, 0.3))
@@ -114,3 +115,28 @@ def test_nothing_lies_in_a_few_hard_cases():
 @pytest.mark.slow
 def test_nothing_lies_in_many_hard_cases():
     assert not broken(list(hard.cases(60, 1970, 63)), trials.TRIALS)
+
+
+def test_a_true_image_is_where_its_ray_leads_to_the_star():
+    """From a direction whose end is the star, and from one beside it."""
+    sky, star = np.array(SKY) / np.linalg.norm(SKY), truth.known(PLACE, SKY, 40.0).direction
+    angles = (math.atan2(math.hypot(star[0], star[1]), star[2]), math.atan2(star[1], star[0]))
+    beside = sky + np.array([3e-9, -2e-9, 4e-9])
+    beside /= np.linalg.norm(beside)
+    found = true_images.true_image(PLACE, beside.tolist(), angles, 40.0)
+    assert np.allclose(found.away, sky - beside, atol=3e-15, rtol=0)
+    assert found.blur < 1e-15
+
+
+@pytest.mark.slow
+def test_refined_images_next_to_extremal_holes_report_their_errors():
+    rng, cameras = np.random.default_rng(7), places.fast_holes(7)
+    claims = [claim for _ in range(6) for claim in places.refined_claims(*next(cameras), rng, most=4)]
+    assert len(claims) > 12 and not places.broken(claims)
+
+
+@pytest.mark.slow
+def test_images_of_moving_cameras_lie_within_their_errors():
+    cameras = places.moving_cameras(11)
+    claims = [claim for _ in range(6) for claim in places.moving_claims(*next(cameras))]
+    assert len(claims) > 30 and not places.broken(claims)

@@ -1,7 +1,7 @@
-"""What a result says of a place on the camera sky belongs to that place, and its error to the sky on which it is given.
+"""What a result says of a place on the camera sky belongs to that place, and its error to the sky that it is given on.
 
-Every analysis is traced anew at the places that it returns. Aberration stretches the sky of the camera at rest, and with
-it the errors: here by differences of directions that are displaced there.
+Every analysis is traced anew at the places that it returns. Aberration stretches the sky of the camera at rest, and
+with it the errors: here by differences of directions that are displaced there.
 """
 
 import math
@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.beams.ends import Sphere
 from kerrcaustics.curves.screens import as_seen, errors
-from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, moved, tangent_basis
 
-true_images, places, trials = (STUDIES.module(f"adversary.{name}") for name in ("true_images", "places", "trials"))
 PLACE = (0.9, 10.0, 1.2)
 REST = kc.Camera(*PLACE, "fiducial")
 STAR, PLANE = (1.4, 1.6), kc.EquatorialPlane(2)
@@ -122,16 +119,11 @@ def test_errors_of_every_analysis_are_those_of_the_moving_sky(speed):
         assert same.mean() > 0.2, name
         nearest = away.argmin(axis=1)[same]
         true = (displaced(camera, still) * error)[nearest]
-        # Points of isoradials are traced on either sky: what they miss the circle by is not the same.
-        least, most = (0.5, 20.0) if name == "isoradials" else (0.99, 20.0)
+        # Points that are sought on either sky do not miss their goal by the same.
+        least = 0.5 if "track" in name or name == "isoradials" else 0.99
         assert (found[same] >= least * true).all(), name
-        assert (found[same] <= most * true + 14 * ROUNDING).all(), name
-
-
-def leaf(camera: kc.Camera, sky: np.ndarray, images: kc.StarImages) -> kc.Beams:
-    """Beams of images at a finite radius, first or second arrivals."""
-    (returning,) = set(images.returning.tolist()) if images.returning is not None else (False,)
-    return kc.trace_beams(camera, sky, end=Sphere(images.source_radius, returning), time=True)
+        # At events beams on the moving sky are told less well where that is shrunk.
+        assert (found[same] <= 20 * true + 14 * ROUNDING).all(), name
 
 
 def spots(camera: kc.Camera):
@@ -210,17 +202,3 @@ def test_curves_and_events_lie_where_their_places_lead():
         beams = kc.trace_beams(still, event.sky[None], end=kc.EquatorialPlane(event.crossing))
         allowed = 10 * (event.sky_error * beams.delta_plus + beams.error)
         assert abs(beams.radius[0] - 6.0) <= allowed[0]
-
-
-@pytest.mark.slow
-def test_refined_images_next_to_extremal_holes_report_their_errors():
-    rng, cameras = np.random.default_rng(7), places.fast_holes(7)
-    claims = [claim for _ in range(6) for claim in places.refined_claims(*next(cameras), rng, most=4)]
-    assert len(claims) > 12 and not places.broken(claims)
-
-
-@pytest.mark.slow
-def test_images_of_moving_cameras_lie_within_their_errors():
-    cameras = places.moving_cameras(11)
-    claims = [claim for _ in range(6) for claim in places.moving_claims(*next(cameras))]
-    assert len(claims) > 30 and not places.broken(claims)
