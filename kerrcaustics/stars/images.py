@@ -140,7 +140,9 @@ def star_images(
     Errors
     ------
     `StarImages.error`, round-off of n' divided by the beam's minor diameter; where that is more than 1e-10, as for
-    high indices, the image is put right by the distance from the shadow edge (deep_images.py), to about 1e-14.
+    high indices, the image is put right by the distance from the shadow edge (deep_images.py), to about 1e-14, next to
+    an extremal hole 1e-15 over the distance of the horizons. Errors hold on the sky of the camera, with aberration.
+    Magnification and redshift are those of the beam in the direction that is returned.
 
     Notes
     -----
