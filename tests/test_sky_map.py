@@ -73,7 +73,7 @@ def test_every_pixel_is_seen_once():
     for n in (1, 2, 4):
         for part in places(cells, np.flatnonzero(parts_of(cells) == n), n):
             x, y = np.round(part.place).astype(int)
-            inside = (x < view.width) & (y < view.height)
+            inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
             np.add.at(total, (y * view.width + x)[inside], part.side**2)
     for place, side, *_ in traced._parts:
         x, y = np.round(place).astype(int).T

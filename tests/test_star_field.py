@@ -1,7 +1,6 @@
 """Point stars: catalogue, galactic axes, and the light that images of stars give."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.scenes.catalogue import galactic_axes
 from kerrcaustics.scenes.colour import luminance
-from kerrcaustics.scenes.points import PointLights, images_in_parts
 from kerrcaustics.scenes.star_field import milky_way
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -145,42 +143,6 @@ def test_all_images_of_a_star_in_a_picture():
     for sky, magnification in zip(images.sky, images.magnification, strict=True):
         scene = kc.render(CAMERA, narrow_view(sky, (0.3, 0.6)), one_star(*STAR))
         assert received(scene) == pytest.approx(magnification, rel=0.03)
-
-
-def test_long_footprints_hold_the_mean_of_the_stars():
-    rng = np.random.default_rng(8)
-    stars = rng.normal(size=(20000, 3))
-    stars /= np.linalg.norm(stars, axis=1, keepdims=True)
-    points = PointLights(stars, np.ones((20000, 3)), np.full(20000, 5000.0))
-    n = rng.normal(size=(400, 3))
-    n /= np.linalg.norm(n, axis=1, keepdims=True)
-    c, s = np.cos(rng.uniform(0, 7, 400)), np.sin(rng.uniform(0, 7, 400))
-    turn = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
-    matrix = turn * np.array([0.05, 0.04])
-    # No orthogonal matrix, but one with a long and a short axis.
-    with ThreadPoolExecutor(1) as pool:
-        footprint = kc.Footprint(n, matrix, np.zeros(400), np.ones(400))
-        found = images_in_parts(
-            np.stack([np.arange(400.0), np.zeros(400)], axis=-1), 1.0, footprint, None, points, pool
-        )
-    pixel = np.round(found.place[:, 0]).astype(int)
-    seen = np.bincount(pixel, 1 / found.area, minlength=400)
-    assert seen.mean() == pytest.approx(20000 / (4 * math.pi), rel=0.03)
-    # One by one, from all stars, without tree and discs.
-    gap = np.stack([stars @ e for e in _frame(n[0])], axis=-1)
-    near = stars @ n[0] > 0.5
-    angle = np.arccos(stars[near] @ n[0])
-    gap = gap[near] * (angle / np.sin(angle))[:, None]
-    offset = gap @ np.linalg.inv(matrix[0]).T
-    inside = np.flatnonzero(np.abs(offset).max(axis=1) < 0.5)
-    assert sorted(found.star[pixel == 0]) == sorted(np.flatnonzero(near)[inside])
-    assert found.area[pixel == 0] == pytest.approx(abs(np.linalg.det(matrix[0])))
-
-
-def _frame(n):
-    theta, phi = np.arccos(n[2]), np.arctan2(n[1], n[0])
-    e_theta = np.array([math.cos(theta) * math.cos(phi), math.cos(theta) * math.sin(phi), -math.sin(theta)])
-    return e_theta, np.array([-math.sin(phi), math.cos(phi), 0.0])
 
 
 def test_band_lies_along_the_galactic_plane():

@@ -38,6 +38,7 @@ class EdgeChart:
         sizes = self._size(np.linspace(0, 2 * math.pi, _ROUND))
         self.widest = math.pi - float(sizes.min())
         scale = min(float(sizes.mean()), math.pi - float(sizes.mean()))
+        self._scale = scale
         self._strip = max(min(strip * scale, widest), _NEAREST)
         deepest = max(math.log(self.widest / self._strip), _CAP)
         self.width, self.height = _ROUND, max(math.ceil((deepest - _CAP) * _FINE / ROOT), 1) * ROOT
@@ -57,6 +58,10 @@ class EdgeChart:
         turn = (outward * (slope * (1 - part))[..., None] + around) * (2 * math.pi / _ROUND)
         fall = outward * (-(math.pi - size) * part / _FINE)[..., None]
         return _aberrated(self._frame, looking, np.stack([turn, fall], axis=-1))
+
+    def row(self, strip: float) -> float:
+        """Row at which a strip of another width begins."""
+        return (math.log(self.widest / (strip * self._scale)) - _CAP) * _FINE
 
     def strip(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
         """Directions N (n, 3) on the border of the strip, and the solid angles (n,) of its pieces."""

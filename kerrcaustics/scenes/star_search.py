@@ -34,15 +34,15 @@ _RESOLVED, _UNEVEN = 0.05, 0.25
 # the sky (radians) at most.
 _CLOSE, _OF_PIXEL, _CLOSEST, _WIDE = 0.05, 0.1, 1e-4, 1.0
 # Beside the shadow edge a strip, so wide for few stars and for many (parts of the shadow's size, and pixels), has their
-# mean light. Many have it also where a pixel of the picture sees more of the sky (radians): no single one counts there.
-_FEW, _STRIPS, _BLENDED = 2000, {True: (3e-4, 0.05), False: (0.02, 1.5)}, 0.3
+# mean light. Many have it also within a wider strip where a pixel of the picture sees more of the sky (radians).
+_FEW, _STRIPS, _BLENDED, _WIDER = 2000, {True: (3e-4, 0.05), False: (0.02, 1.5)}, 0.3, 0.05
 # Cells of charts that are searched together: each may see much of the sky.
 _AT_ONCE = 512
 # What of a chart is wanted is told for blocks of so many pixels, from samples so many of them apart.
 _BLOCK, _SAMPLE = 8, 4
 # Charts are searched so far into the pixels of cells (pixels), and to so many rows across the border of both charts:
 # what is seen twice differs by less than this (pixels of the picture, radians), and is dropped.
-_BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.02
+_BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.05
 _EDGE_POINTS = 1440
 # In what charts see the map is known too little for longer traces (pixels), where it moves itself.
 _LONGEST_IN_CHART = 8.0
@@ -153,6 +153,10 @@ class StarSearch:
         close = float(np.clip(_OF_PIXEL * self._view.pixel / plane.pixel, _CLOSEST, _CLOSE))
         cells = chart_cells(self._camera, plane, close, ~wanted, Cut(ROOT, _WIDE))
         apart = _seen_by_pixels(plane, cells, self._view.pixel) <= most
+        if plane is edge:
+            apart |= cells.y + cells.size <= edge.row(_WIDER)
+        else:
+            apart[:] = True
         kept, rest = (SkyCells(*(part[which] for part in cells)) for which in (apart, ~apart))
         return _Chart(plane, edge, ImageSearch(kept, _AT_ONCE), rest, same)
 

@@ -1,0 +1,115 @@
+"""The light of stars in pictures: that of all their images, wherever these lie, at any resolution."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scripts import STUDIES
+
+study = STUDIES.module("adversary.star_light")
+NEAR = kc.Camera(0.6, 8.0, 1.3, "fiducial")
+WHOLE = 2 * math.pi, "equirectangular"
+
+
+def light_of(camera, star, view):
+    return study.received(kc.render(camera, view, study.one_star(star)))
+
+
+def test_an_image_that_its_footprint_misses_is_drawn():
+    """Magnification 0.0501, where a pixel sees 0.2 rad of the sky; the images of index 0 and 2 lie outside."""
+    star = 1.171385974087865, -0.7258046670745755
+    view = kc.View.toward_hole(NEAR, 640, 480, 1.4)
+    images = kc.star_images(NEAR, star, max_index=1)
+    scene = kc.render(NEAR, view, study.one_star(star))
+    assert study.received(scene) == pytest.approx(images.magnification[1], rel=0.003)
+    x, y = np.round(view.pixels(images.sky[1])).astype(int)
+    assert luminance(scene.light[y - 1 : y + 2, x - 1 : x + 2]).sum() > 0.99 * luminance(scene.light).sum()
+
+
+def test_an_image_is_drawn_once():
+    camera, star = kc.Camera(0.0123145, 4.71771484, 2.33388671, (0, 0, 0)), (2.18973167, -1.18933297)
+    total = kc.star_images(camera, star, max_index=3).magnification.sum()
+    assert light_of(camera, star, kc.View(480, 240, *WHOLE)) == pytest.approx(total, rel=0.001)
+
+
+@pytest.mark.parametrize(
+    ("camera", "star"),
+    [
+        (NEAR, (2.0, 2.5)),
+        (kc.Camera(0.9, 10, 1.2, (0.0, 0.3, -0.8)), (1.4, 1.6)),
+        (kc.Camera(0.5, 300.0, 0.4, "fiducial"), (2.73, 0.05)),
+    ],
+)
+def test_a_star_has_its_light_at_any_resolution(camera, star):
+    total = kc.star_images(camera, star, max_index=3).magnification.sum()
+    for width in (24, 48, 160):
+        view = kc.View(width, width // 2, *WHOLE, forward=(0.3, -0.8, 0.5), up=(0.2, 0.1, 0.9))
+        assert light_of(camera, star, view) == pytest.approx(total, rel=0.003), width
+
+
+@pytest.mark.parametrize("place", [(-0.5, 11.2), (47.5, 11.2), (20.3, -0.45), (7.0, 23.4), (47.2, 0.1)])
+def test_light_goes_on_across_the_seam_and_the_poles(place):
+    camera = kc.Camera(0.3, 40.0, 1.1, "fiducial")
+    view = kc.View(48, 24, *WHOLE)
+    beam = kc.trace_beams(camera, view.directions(*place)[0])
+    star = math.acos(beam.direction[2]), math.atan2(beam.direction[1], beam.direction[0])
+    total = kc.star_images(camera, star, max_index=2).magnification.sum()
+    assert light_of(camera, star, view) == pytest.approx(total, rel=0.002)
+
+
+@pytest.mark.parametrize("place", [(-1.2, 10.0), (-0.6, -0.8), (11.0, -1.3), (24.2, 10.0), (10.0, 23.8), (-0.9, 23.6)])
+def test_stars_beside_the_border_shine_into_the_picture(place):
+    """As much as the filter of a pixel tells: each of its parts is that of a quadratic B-spline."""
+    camera = kc.Camera(0.0, 1e7, velocity="fiducial")
+    view = kc.View(24, 24, 0.004, forward=(0.9, -0.3, 0.3))
+    n = kc.trace_beams(camera, view.directions(*place)[0]).direction
+    scene = kc.render(camera, view, study.one_star((math.acos(n[2]), math.atan2(n[1], n[0]))))
+    sides = [np.abs(np.arange(24) - along) for along in place]
+    x, y = (np.where(s < 0.5, 0.75 - s**2, np.where(s < 1.5, (1.5 - s) ** 2 / 2, 0)) for s in sides)
+    assert luminance(scene.light) * view.pixel**2 == pytest.approx(y[:, None] * x, abs=2e-3)
+
+
+def test_many_stars_bring_as_much_light_as_in_parts():
+    """Of many, those that pixels beside the shadow edge see are not told apart."""
+    rng = np.random.default_rng(4)
+    direction = rng.normal(size=(4000, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    traced = kc.trace_view(NEAR, kc.View(64, 32, *WHOLE))
+
+    def light(some):
+        catalogue = kc.StarCatalogue(direction[some], np.zeros(4000)[some], np.full(4000, 0.65)[some])
+        return study.received(traced.show(kc.StarField(catalogue, orientation=np.eye(3), band=0)))
+
+    apart = sum(light(slice(start, start + 2000)) for start in (0, 2000))
+    assert light(slice(None)) == pytest.approx(apart, rel=0.005)
+    # Light of stars all over the sky is as bright as the sky.
+    assert apart / 4000 == pytest.approx(traced.open.mean(), abs=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [11, 12])
+def test_random_pictures_of_the_whole_sky_keep_the_light(seed):
+    told, broken = study.try_all(80, seed)
+    assert not broken and told["certified"] > 70 and told["median"] < 0.001
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("projection", ["pinhole", "fisheye"])
+@pytest.mark.parametrize("number", range(6))
+def test_pictures_hold_the_images_that_lie_in_them(projection, number):
+    camera, _, rng = next(sky for i, sky in enumerate(study.whole_skies(5)) if i == number)
+    view = kc.View.toward_hole(camera, 200, 150, 1.5, projection)
+    traced = kc.trace_view(camera, view)
+    for star in study.random_stars(rng, 10):
+        images = kc.star_images(camera, star, max_index=3)
+        place = view.pixels(images.sky)
+        with np.errstate(invalid="ignore"):
+            beside = np.abs(place - [99.5, 74.5]) - [100, 75]
+            inside, cut = (beside < -1.5).all(axis=1), (np.abs(beside) < 2).any(axis=1) & (beside < 2).all(axis=1)
+        if cut.any() or not images.certified:
+            continue
+        light = study.received(traced.show(study.one_star(star)))
+        assert light == pytest.approx(images.magnification[inside].sum(), rel=0.01, abs=2e-4)
