@@ -83,6 +83,12 @@ def test_command_line_refuses_bad_planes(capsys):
     assert code == 2 and "--star must have an r larger than the horizon" in err
 
 
+@pytest.mark.parametrize(("engine", "tolerance", "complaint"), [("best", 1e-12, "engine"), ("auto", 1.0, "tolerance")])
+def test_caustics_in_the_plane_have_engine_and_tolerance(engine, tolerance, complaint):
+    with pytest.raises(ValueError, match=f"Argument `{complaint}` must"):
+        kc.caustics(CAMERA, 1, engine, tolerance, end=kc.EquatorialPlane(2))
+
+
 def _random_camera(rng):
     spin = rng.choice([0.0, 0.3, 0.7, 0.9, 0.99])
     return kc.Camera(spin, rng.uniform(4.5, 30), rng.uniform(0.15, 1.45), "fiducial")
@@ -239,3 +245,82 @@ def test_sections_of_tubes_are_the_curves_found_directly():
         ahead = away[(i + 1) % len(away)] - away[i - 1]
         across = abs(ahead[0] * away[i, 1] - ahead[1] * away[i, 0]) / np.linalg.norm(ahead)
         assert across < 2e-5
+
+
+@pytest.mark.slow
+def test_caustics_in_the_plane_by_the_engine_asked_for():
+    """The integrator finds the same curves; its errors are of the size that was asked for."""
+    end = kc.EquatorialPlane(2)
+    usual, other = kc.caustics(CAMERA, 2, end=end), kc.caustics(CAMERA, 2, "integrated", 1e-8, end=end)
+    assert (usual.engine, usual.tolerance, other.engine, other.tolerance) == ("auto", 1e-12, "integrated", 1e-8)
+    assert len(usual) == len(other) == 2
+    for one, two in zip(usual, other, strict=True):
+        assert (one.order, one.ends) == (two.order, two.ends) and one.lost == two.lost == 0
+        assert two.error > 10 * one.error
+        # The points are those of one grid.
+        np.testing.assert_allclose(two.place, one.place, rtol=1e-5, atol=1e-5)
+        assert two.r_min == pytest.approx(one.r_min, rel=1e-7) and two.r_max == pytest.approx(one.r_max, rel=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius", [10.0, 1e6])
+def test_caustics_in_the_plane_take_few_rays(monkeypatch, radius):
+    """Next to where the index changes, and not everywhere; most of them with no more accuracy than that takes."""
+    traced = []
+
+    def counting(function):
+        def call(camera, sky, engine, tolerance, **options):
+            traced.append((np.size(sky) // 3, tolerance))
+            return function(camera, sky, engine, tolerance, **options)
+
+        return call
+
+    monkeypatch.setattr("kerrcaustics.curves.circles_in_plane.trace_beams", counting(kc.trace_beams))
+    monkeypatch.setattr("kerrcaustics.curves.isoradials.trace_rays", counting(kc.trace_rays))
+    camera = kc.Camera(0.9, radius, 1.21, "fiducial")
+    found = kc.caustics(camera, 2, end=kc.EquatorialPlane(2))
+    assert [curve.order for curve in found] == [2, 2] and not any(curve.lost for curve in found)
+    # Measured: 84,000 and 17,000.
+    assert sum(rays for rays, _ in traced) < 120_000
+    assert sum(rays for rays, tolerance in traced if tolerance < 1e-6) < 25_000
+
+
+@pytest.mark.slow
+def test_open_caustics_in_the_plane_are_whole():
+    """To the circles that are looked at first and last, also where the curve leaves along them."""
+    for curve in kc.caustics(kc.Camera(0.99, 6.0, 1.45, "fiducial"), 3, end=kc.EquatorialPlane(3)):
+        assert sorted(curve.ends) == ["horizon", "infinity"] and curve.lost == 0
+        horizon = 1 + math.sqrt(1 - 0.99**2)
+        assert (curve.r_min, curve.r_max) == pytest.approx((horizon + 1e-3, horizon + 1e3), rel=curve.error)
+
+
+@pytest.mark.slow
+def test_pairs_next_to_the_extreme_of_a_caustic():
+    """A circle that just reaches it meets it twice: both events, or a remark that they cannot be told from none."""
+    camera, end = kc.Camera(0.99, 4.0, 1.45, "fiducial"), kc.EquatorialPlane(1)
+    (curve,) = kc.caustics(camera, 1, end=end)
+    for below in (1e-7, 1e-8, 1e-10, 0.0):
+        events = kc.pair_events(camera, curve.r_max * (1 - below), 2, end=end)
+        assert len(events) == 2 or (not events.certified and "touches a caustic" in events.remarks[0])
+        assert events.certified or below < 1e-7
+        for event in events:
+            beams = kc.trace_beams(camera, event.sky, "integrated", 1e-12, end=end)
+            assert abs(beams.delta_minus / beams.delta_plus) < 1e-9
+    beyond = kc.pair_events(camera, curve.r_max * (1 + 1e-7), 2, end=end)
+    assert beyond.certified and len(beyond) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("off", "crossing", "radius"), [(1e-3, 1, 15.0), (1e-3, 2, 4.0), (-1e-3, 2, 15.0), (1e-4, 1, 15.0)]
+)
+def test_circles_seen_from_close_to_their_plane(off, crossing, radius):
+    """Events are flat by the integrator, and where they say; the whole circle is found."""
+    camera, end = kc.Camera(0.9, 10.0, math.pi / 2 + off, "fiducial"), kc.EquatorialPlane(crossing)
+    events = kc.pair_events(camera, radius, 2, end=end)
+    assert len(events) == 2 and events.certified
+    for event in events:
+        beams = kc.trace_beams(camera, event.sky, "integrated", 1e-13, end=end)
+        assert abs(beams.delta_minus / beams.delta_plus) < 1e-7
+        assert float(beams.radius) == pytest.approx(radius, rel=1e-8)
+        assert abs(math.remainder(float(beams.azimuth) - event.azimuth, 2 * math.pi)) < 1e-10 and event.error < 1e-10
