@@ -310,3 +310,12 @@ def test_critical_curves_are_found_once_and_cannot_be_changed():
         curves.curves[0].points.depth[0] = 1.0
     with pytest.raises(dataclasses.FrozenInstanceError):
         curves.orders = 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("radius", "inclination"), [(100.0, 1.0), (6.0, math.pi / 2)])
+def test_next_to_extremal_spin_curves_keep_their_order(radius, inclination):
+    """Where orders crowd at the prograde edge, points between neighbours are not those of the next curve."""
+    found = kc.caustics(kc.Camera(1 - 1e-9, radius, inclination, "fiducial"), 5)
+    assert found.missing == () and all(curve.closed for curve in found.curves)
+    assert [curve.order for curve in found.curves] == [1, 2, 3, 4, 5]

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import check_request
-from kerrcaustics.curves.critical_points import Points, Search
+from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search
 from kerrcaustics.curves.source_map import check_domain
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import angle_between
@@ -200,12 +200,15 @@ def between(search: Search, curves: dict[int, Points], turns: dict[int, Float[Ar
     turn = np.concatenate(list(turns.values()))
     guess = np.concatenate([_spline(curves[k])(turn) for k, turn in turns.items()])
     new = search.polished(turn, order, guess)
+    # Where orders crowd, steps from a poor guess lead to the next curve.
+    own, moved = np.ones(len(turn), bool), np.abs(new.depth - guess) > LABEL_STEP
+    own[moved] = search.labelled(turn[moved], new.depth[moved], order[moved])
     new_points = {}
     for k in turns:
         here = order == k
         # A search that wandered off, to another curve or nowhere, shows in the residual or in the distance.
         low, high = _bracket(curves[k], turn[here])
-        good = new.on_curve()[here] & (new.depth[here] > low) & (new.depth[here] < high)
+        good = own[here] & new.on_curve()[here] & (new.depth[here] > low) & (new.depth[here] < high)
         points = new[here][good]
         lost = turn[here][~good]
         if len(lost):

@@ -44,8 +44,8 @@ _SAME = 1e-5
 _RESIDUAL = 1e-10
 # Stands for the index of a captured direction: more than any order.
 _CAPTURED = 1 << 20
-# Distance in depth at which the index on both sides of a curve is looked at.
-_LABEL_STEP = 1e-3
+LABEL_STEP = 1e-3
+"""Distance in depth at which the index on both sides of a curve is looked at."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,10 @@ class Search:
         """
         depth, reach = self._narrowed(turn, order, low, high)
         points = self.polished(turn, order, depth)
-        found = points.on_curve() & (np.abs(points.depth - depth) < reach)
+        away = np.abs(points.depth - depth)
+        found = points.on_curve() & (away < reach)
+        moved = np.flatnonzero(found & (away > LABEL_STEP))
+        found[moved] = self.labelled(turn[moved], points.depth[moved], order[moved])
         points, lost = points[found], np.flatnonzero(~found)
         if lost.size == 0:
             return points, found
@@ -284,10 +287,16 @@ class Search:
             return {}
         order = np.concatenate([np.full(len(points), k) for k, points in curves.items()])
         turn, depth = (np.concatenate([getattr(p, name) for p in curves.values()]) for name in ("turn", "depth"))
-        sides = np.concatenate([depth - _LABEL_STEP, depth + _LABEL_STEP])
-        outer, inner = np.split(self.index_and_ratio(np.tile(turn, 2), sides)[0], 2)
-        good = (outer == order - 1) & (inner == order)
+        good = self.labelled(turn, depth, order)
         return {k: bool(good[order == k].all()) for k in curves}
+
+    def labelled(
+        self, turn: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
+    ) -> Bool[Array, " points"]:
+        """True where the index is order - 1 on the outer side of a point, and order on the inner side."""
+        sides = np.concatenate([depth - LABEL_STEP, depth + LABEL_STEP])
+        outer, inner = np.split(self.index_and_ratio(np.tile(turn, 2), sides)[0], 2)
+        return (outer == order - 1) & (inner == order)
 
     def _photon(self, looking: Float[Array, "points 3"]) -> Photon:
         sky = sky_from_fido(self._frame, -looking)
