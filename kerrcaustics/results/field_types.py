@@ -55,7 +55,8 @@ def fits(value: Any, hint: Any, dims: tuple[str, ...]) -> bool:
             fits(k, inner[0], ()) and fits(v, inner[1], ()) for k, v in value.items()
         )
     if hint is np.ndarray:
-        return isinstance(value, np.ndarray | float | int) and _has_dims(np.ndim(value), dims)
+        # Where nothing is declared, a number stands for an array without dimensions.
+        return isinstance(value, np.ndarray if dims else np.ndarray | float | int) and _has_dims(np.ndim(value), dims)
     if hint is float:
         return isinstance(value, float | int) and not isinstance(value, bool)
     return isinstance(value, hint) and (hint is not int or not isinstance(value, bool))
@@ -67,7 +68,7 @@ def _hints(kind: type) -> dict[str, Any]:
 
 
 def _has_dims(number: int, dims: tuple[str, ...]) -> bool:
-    """True for an array of so many dimensions, or a number, which has none; one with "..." stands for any number."""
+    """True for so many dimensions; one with "..." stands for any number of them."""
     many = any(dim.endswith("...") for dim in dims)
     return number >= len(dims) - 1 if many else not dims or number == len(dims)
 
