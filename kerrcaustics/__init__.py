@@ -8,6 +8,22 @@ Units G = c = M = 1, angles in radians. The names stand in the stub file beside 
 first used.
 """
 
+import os
+import sys
+
+# As a program (`python -m kerrcaustics`, or the script of that name) this is the first that is run: from here on Ctrl-C
+# ends it with one line, whatever is being loaded. Processes that Python starts beside it are none.
+if (sys.argv[:1] == ["-m"] and ("-m", "kerrcaustics") in zip(sys.orig_argv, sys.orig_argv[1:], strict=False)) or (
+    [os.path.basename(name) for name in sys.orig_argv[1:2]] == ["kerrcaustics"]
+):
+    try:
+        from kerrcaustics.interrupts import on_interrupt as _on_interrupt
+
+        _on_interrupt()
+    except KeyboardInterrupt:
+        sys.stderr.write("kerrcaustics: Interrupted: nothing was left half-written.\n")
+        os._exit(130)
+
 import warnings
 from importlib import import_module
 from importlib.metadata import version

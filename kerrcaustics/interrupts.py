@@ -16,9 +16,10 @@ def on_interrupt(told: Callable[[], str] = lambda: NOTHING_LEFT, status: int = I
     def end(*_: object) -> None:
         # Once more would end it in between.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        from kerrcaustics.files import remove_unfinished
-
-        remove_unfinished()
+        # Where its module is not loaded, or is being loaded, no file was begun.
+        remove = getattr(sys.modules.get("kerrcaustics.files"), "remove_unfinished", None)
+        if remove is not None:
+            remove()
         # In the place of a progress bar, which hides the cursor while it runs.
         bar = "\r\x1b[2K\x1b[?25h" if sys.stderr.isatty() else ""
         sys.stderr.write(f"{bar}kerrcaustics: Interrupted: {told()}\n")

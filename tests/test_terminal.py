@@ -1,13 +1,16 @@
 """What a user sees in a terminal of any width, and how a command ends on Ctrl-C."""
 
 import json
+import os
 import re
 import shlex
 import subprocess
 import sys
 import time
 from io import StringIO
+from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import run
 from rich.console import Console
@@ -175,23 +178,76 @@ def test_doctor_tells_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypat
     assert "not tried without the extra space" in out and re.search(r"films .*without av>=", out)
 
 
-@pytest.mark.parametrize("module", ["kerrcaustics.cli", "cyclopts", "numpy", "jax"])
-def test_an_interrupt_at_any_moment_is_one_line(module):
-    """While a module is being loaded."""
-    code = f"""
+# The first module of the package, the first of Python's own that is loaded then, and later ones.
+FIRST = ["kerrcaustics.interrupts", "lazy_loader", "ast", "kerrcaustics.__main__"]
+LATER = ["kerrcaustics.cli", "kerrcaustics.files", "tempfile", "random", "cyclopts", "numpy", "jax"]
+INTERRUPTED = f"kerrcaustics: Interrupted: {NOTHING_LEFT}\n"
+
+
+def program(folder, how):
+    """The command line as users start it: as a module, or as the script that pip writes."""
+    arguments = ["images", "--spin", "0.5", "--radius", "6", "--star", "80", "10"]
+    if how == "module":
+        return [sys.executable, "-m", "kerrcaustics", *arguments]
+    script = folder / "kerrcaustics"
+    script.write_text("import sys\nfrom kerrcaustics.__main__ import main\nsys.exit(main())\n")
+    return [sys.executable, str(script), *arguments]
+
+
+@pytest.mark.parametrize(
+    ("module", "how"),
+    [*((name, how) for how in ("module", "script") for name in FIRST), *((n, "module") for n in LATER)],
+)
+def test_an_interrupt_at_any_moment_is_one_line(module, how, tmp_path):
+    """While a module is being loaded: Python runs `sitecustomize` before all else."""
+    (tmp_path / "sitecustomize.py").write_text(f"""
 import os, signal, sys
 class Interrupt:
     def find_spec(name, *_):
         if name == {module!r}:
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Interrupt)
-sys.argv[1:] = ["images", "--spin", "0.5", "--radius", "6", "--star", "80", "10"]
-from kerrcaustics.__main__ import main
-main()
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (130, "")
-    assert done.stderr == f"kerrcaustics: Interrupted: {NOTHING_LEFT}\n"
+""")
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[1])])}
+    done = subprocess.run(program(tmp_path, how), capture_output=True, text=True, env=env)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", INTERRUPTED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["module", "script"])
+def test_interrupts_from_the_first_moment_on_are_one_line(how, tmp_path):
+    """At 60 delays in the first half second after the package is begun; before that there is Python alone."""
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[1])])}
+    for delay in np.linspace(0, 0.5, 60):
+        (tmp_path / "sitecustomize.py").write_text(f"""
+import os, signal, sys
+class Interrupt:
+    def find_spec(name, *_):
+        if name == "kerrcaustics.interrupts":
+            sys.meta_path.remove(Interrupt)
+            signal.signal(signal.SIGALRM, lambda *_: os.kill(os.getpid(), signal.SIGINT))
+            signal.setitimer(signal.ITIMER_REAL, {delay + 1e-6})
+sys.meta_path.insert(0, Interrupt)
+""")
+        done = subprocess.run(program(tmp_path, how), capture_output=True, text=True, env=env)
+        assert (done.returncode, done.stdout, done.stderr) == (130, "", INTERRUPTED), delay
+
+
+@pytest.mark.parametrize("start", ["-c", "kerrcaustics.py", "other"])
+def test_programs_that_import_the_package_keep_their_own_ctrl_c(start, tmp_path):
+    code = "import signal, sys; sys.path.pop(0); import kerrcaustics; "
+    code += "print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
+    (tmp_path / start).write_text(code)
+    command = [start, code] if start == "-c" else [str(tmp_path / start), "-m", "kerrcaustics"]
+    done = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=True)
+    assert done.stdout == "True\n"
+
+
+def test_a_warning_is_one_line():
+    code = "import sys, warnings; from kerrcaustics.__main__ import main; sys.argv[1:] = ['--version']\n"
+    code += "try:\n    main()\nfinally:\n    warnings.warn('It is\\n so.', RuntimeWarning, stacklevel=1)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr == "kerrcaustics: Warning: It is so.\n"
 
 
 def test_an_interrupted_film_tells_what_it_leaves(tmp_path):
