@@ -5,6 +5,7 @@ import fcntl
 import glob
 import os
 import stat
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -130,14 +131,8 @@ def locked(folder: Path, refusal: str) -> Iterator[None]:
 
 def content(path: Path) -> bytes | None:
     """The bytes of a file; None where there is none that can be read. A pipe, a device or a folder is none."""
-    with suppress(OSError):
-        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-        try:
-            if stat.S_ISREG(os.fstat(handle).st_mode):
-                with open(handle, "rb", closefd=False) as file:
-                    return file.read()
-        finally:
-            os.close(handle)
+    with suppress(OSError), reading(path, sys.maxsize) as file:
+        return file.read()
     return None
 
 

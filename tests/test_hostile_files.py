@@ -70,6 +70,12 @@ def test_pictures_and_catalogues_are_regular_files(pipe, tmp_path, monkeypatch):
         kc.tycho2("pipe.fits")
 
 
+def test_results_are_regular_files(pipe, tmp_path):
+    for path in (tmp_path / pipe, "/dev/zero"):
+        with pytest.raises(ValueError, match=IRREGULAR):
+            kc.load(path)
+
+
 def test_files_that_are_too_large_are_not_read(tmp_path, refused, assert_refused):
     """They have holes, and take no place."""
     for name, size in (("scene.toml", 20e6), ("stars.csv", 200e6), ("sky.png", 5e9)):

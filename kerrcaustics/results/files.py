@@ -2,7 +2,6 @@
 
 import json
 import os
-import stat
 from collections.abc import Callable
 from dataclasses import MISSING, fields
 from importlib import import_module
@@ -12,12 +11,14 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from kerrcaustics.files import check_name, check_path, writing
+from kerrcaustics.files import check_name, check_path, reading, writing
 from kerrcaustics.results.archive import LARGEST_HEAD, check_room, read_array, read_head, stand_in
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.results.field_types import check_anew, check_fields
 from kerrcaustics.results.records import check_result
 
+# Bytes of a file.
+_LARGEST = 64_000_000_000
 SCHEMA, _OLD_SCHEMA = "kerrcaustics/result/1", "kerrcaustics/caustics-file/1"
 
 HOMES = {
@@ -118,7 +119,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     """
     check_name(path)
     try:
-        with _opened(path) as archive:
+        with reading(path, _LARGEST) as file, ZipFile(file) as archive:
             head = json.loads(read_head(archive))
             if head["schema"] == SCHEMA:
                 return _result(head["result"], archive)
@@ -187,13 +188,6 @@ def _check_loadable(tree: Any) -> None:
         _value(tree, lambda entry: stand_in(entry["shape"], entry["dtype"]), check_fields)
     except ValueError as error:
         raise ValueError(f"Argument `result` must hold what it declares, but {error}.") from None
-
-
-def _opened(path: str | os.PathLike[str]) -> ZipFile:
-    """The file, which is no pipe that nobody writes to."""
-    if stat.S_ISFIFO(os.stat(path).st_mode):
-        raise ValueError("a pipe")
-    return ZipFile(path)
 
 
 def _result(tree: Any, archive: ZipFile) -> Any:
