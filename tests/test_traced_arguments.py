@@ -124,6 +124,7 @@ def test_derivatives_do_not_vanish_in_silence():
             derivative(10.0)
 
 
+@pytest.mark.slow
 def test_moments_of_tracks_are_not_traced():
     found = kc.star_tracks(kc.Camera(0.9, 10.0), math.radians(70), 0)
     for method in (found.azimuth_at, found.images_at):

@@ -133,8 +133,8 @@ def circle_images(camera: Camera, normal: ArrayLike | str, max_index: int = 2) -
     >>> circle.per_index, circle.certified
     ({0: 1}, True)
     """
-    sheets = checked_sheets(camera, max_index)
     angles = _checked_normal(normal)
+    sheets = checked_sheets(camera, max_index)
     branches = Branches(sheets, camera, Circle.great(*angles))
     found = branches.meetings
     events = pair_events_of(camera, found)
