@@ -100,3 +100,14 @@ def test_a_great_circle_through_the_line_is_cut_at_rings():
     assert not circle.certified and all("one ring" in line for line in circle.remarks)
     assert all(curve.error < 1e-7 and not curve.closed for curve in circle.curves)
     assert circle.per_index == {0: 1, 1: 2}
+
+
+def test_seen_from_infinity_the_first_ring_is_infinite():
+    images = kc.star_images(kc.Observer(SPIN, THETA), BEHIND, 1)
+    assert len(images) == 0 and images.remarks[1].endswith("index 0 and 1 are one ring at infinite (alpha, beta)")
+
+
+@pytest.mark.slow
+def test_a_track_within_rounding_of_the_line_ends_at_rings_too():
+    tracks = kc.star_tracks(CAMERA, BEHIND[0] + 3e-14, 1)
+    assert len(tracks.tracks) == 2 and all("one ring" in line for line in tracks.remarks) and not tracks.certified

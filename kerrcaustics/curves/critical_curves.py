@@ -35,6 +35,8 @@ _WORST_CURVE = 1e-3
 # A caustic is called a point only if its error is below this, and its cusps are looked for only above that many errors.
 _WORST_POINT = 1e-3
 _RESOLVED = 300.0
+BLUR_ERRORS = 10.0
+"""Stars within so many errors of a caustic cannot be told from it."""
 # Depth by which a bracket reaches beyond the neighbours it is made from, at first and after a miss.
 _REACH, _FAR_REACH = 1e-3, 0.6
 
@@ -57,6 +59,13 @@ class CriticalCurve:
         direction = self.points.direction
         spread = np.linalg.norm(direction - direction.mean(axis=0), axis=1).max()
         return float(spread / self.points.error.max())
+
+    @property
+    def blur(self) -> float:
+        """Distance from a caustic that is a point within which a star cannot be told from it, radians."""
+        direction = self.points.direction
+        spread = np.linalg.norm(direction - direction.mean(axis=0), axis=1).max()
+        return float(BLUR_ERRORS * (spread + self.points.error.max()))
 
     @property
     def is_point(self) -> bool:

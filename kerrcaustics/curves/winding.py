@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial import cKDTree
 
-from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.spacetime.rows import Rows
 
@@ -24,8 +24,6 @@ Array = np.ndarray
 # A side is close to a star if the distance is below so many times the height of the arc over it.
 _CAUTION = 4.0
 _MOST_HALVINGS = 45
-# Stars within so many errors of a caustic cannot be told from it.
-_ERRORS = 10.0
 # For so many stars a table of all distances is quicker than a tree.
 _FEW_STARS = 16
 _TURN = 2 * np.pi
@@ -72,7 +70,7 @@ class _Sides(Rows):
     @property
     def error(self) -> Float[Array, " sides"]:
         """The error of the points, with some caution."""
-        return _ERRORS * np.maximum(self.one.error, self.other.error)
+        return BLUR_ERRORS * np.maximum(self.one.error, self.other.error)
 
     @property
     def margin(self) -> Float[Array, " sides"]:
@@ -142,10 +140,7 @@ class CausticPolygon:
         return np.minimum(self.sides[corner - 1].distance(star), self.sides[corner].distance(star))
 
     def _at_point(self, star: Float[Array, "stars 3"]) -> Bool[Array, " stars"]:
-        points = self.curve.points
-        centre = points.direction.mean(axis=0)
-        size = np.linalg.norm(points.direction - centre, axis=1).max() + points.error.max()
-        return np.linalg.norm(star - centre, axis=1) <= _ERRORS * size
+        return np.linalg.norm(star - self.curve.points.direction.mean(axis=0), axis=1) <= self.curve.blur
 
     def _divided(self, star: Float[Array, "stars 3"]) -> Winding:
         """The winding, with the sides close to a star halved for it."""

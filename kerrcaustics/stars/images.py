@@ -320,7 +320,7 @@ def _ring_remarks(camera: Camera, end: Spherical, ring: Bool[Array, " orders"]) 
     if not ring.any():
         return ()
     curves = sheets_of(camera, len(ring) - 1, end).curves
-    return tuple(ring_remark(camera, curve) for curve in curves if ring[curve.order - 1])
+    return tuple(ring_remark(camera, end, curve) for curve in curves if ring[curve.order - 1])
 
 
 def _remarks(found: Found, star: int) -> tuple[str, ...]:

@@ -9,8 +9,10 @@ import math
 import numpy as np
 from jaxtyping import Bool
 
+from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.curves.critical_curves import CriticalCurve
 from kerrcaustics.curves.screens import shown_looking
+from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.spacetime.camera import Camera
 
 Array = np.ndarray
@@ -27,10 +29,10 @@ def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
     return ring | np.pad(ring, ((0, 0), (1, 0)))[:, :-1]
 
 
-def ring_remark(camera: Camera, curve: CriticalCurve, where: str = "lies on") -> str:
+def ring_remark(camera: Camera, end: Spherical, curve: CriticalCurve, where: str = "lies on") -> str:
     """One line about the ring that is the image of a star on the caustic of a curve, as a camera sees it."""
     order, (radius, error) = curve.order, _angular_radius(camera, curve)
-    if math.isinf(radius):
+    if order == 1 and SourceMap(camera, end).unbounded:
         size = "at infinite (alpha, beta)"
     elif camera.is_distant:
         size = f"of radius {radius:.12g} GM/c^2 (within {error:.0e})"
@@ -48,8 +50,7 @@ def _angular_radius(camera: Camera, curve: CriticalCurve) -> tuple[float, float]
     ring, hole = places[:-1], places[-1]
     if camera.is_distant:
         sizes = np.linalg.norm(ring, axis=1)
-        spread = np.ptp(sizes) if np.isfinite(sizes).all() else math.inf
-        return float(sizes.mean()), float(spread + _ROUNDING * sizes.max())
+        return float(sizes.mean()), float(np.ptp(sizes) + _ROUNDING * sizes.max())
     one, two, three = ring[:: max(1, len(ring) // 3)][:3]
     # Aberration takes circles to circles, about another centre.
     centre = np.cross(two - one, three - one)

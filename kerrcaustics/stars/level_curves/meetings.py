@@ -78,7 +78,7 @@ def meetings(sheets: Sheets, circle: Circle) -> Meetings:
     """All points of the caustics that bound the sheets on a star's circle, and the counts between them."""
     curves = sheets.curves
     passed = [curve for curve in curves if curve.is_point and _near_point(curve, circle)]
-    remarks = [f"{ring_remark(sheets.camera, curve, 'passes')} to a camera at rest" for curve in passed]
+    remarks = [f"{ring_remark(sheets.camera, sheets.end, curve, 'passes')} to a camera at rest" for curve in passed]
     wide = {curve.order: curve.around() for curve in curves if not curve.is_point}
     added, doubts = _extremes(curves, wide, circle)
     wide = {k: _merged(points, added[k]) for k, points in wide.items()}
@@ -96,8 +96,8 @@ def _grazed(order: int) -> str:
 
 
 def _near_point(curve: CriticalCurve, circle: Circle) -> bool:
-    heights, error = circle.height(curve.points.direction), 3 * curve.points.error.max()
-    return bool(heights.min() <= error and heights.max() >= -error)
+    heights = circle.height(curve.points.direction)
+    return bool(heights.min() <= curve.blur and heights.max() >= -curve.blur)
 
 
 def _ringed(passed: list[CriticalCurve], circle: Circle) -> tuple[Float[Array, " rings"], Int[Array, " rings"]]:
