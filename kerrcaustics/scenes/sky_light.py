@@ -131,7 +131,7 @@ def _sweeps(
         yield cells, which, 0.0, 1.0
         return
     with np.errstate(divide="ignore", invalid="ignore"):
-        asked = np.nan_to_num(cells.pixelsmoved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
+        asked = np.nan_to_num(cells.pixels_moved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
     sweeps = 2 ** np.ceil(np.log2(np.clip(asked[which], 1, _MOST_SWEEPS))).astype(int)
     for count in np.unique(sweeps):
         for moment in (np.arange(count) + 0.5) / count - 0.5:
