@@ -59,6 +59,8 @@ _LINEAR = 0.25
 _ALIKE = 1.5
 TOLERANCE = 1e-12
 """Wanted error of the beams in all that is said of stars, radians."""
+# The same of the grids' rays, which show where to look: what the closed form loses next to an extremal hole is less.
+_OF_GRID = 1e-8
 # Directions where images are counted on the grids, in no special place.
 _REFERENCES = from_angles([0.4, 0.9, 1.3, 2.1, 2.6], [1.0, 4.0, 2.5, 5.5, 0.3])
 
@@ -233,10 +235,10 @@ def _sheets_at_rest(camera: Camera, max_index: int, end: Spherical) -> Sheets:
             f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
         )
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
-    mapped = partial(_mapped, source)
+    mapped, coarsely = partial(_mapped, source), partial(_mapped, source, tolerance=_OF_GRID)
     depths = [source.first, *(_depth_of(curve.points) for curve in curves)]
     sheets = tuple(
-        _sheet(mapped, curve.order - 1, (depths[curve.order - 1], depths[curve.order]), curve.points)
+        _sheet(coarsely, curve.order - 1, (depths[curve.order - 1], depths[curve.order]), curve.points)
         for curve in curves
     )
     # Nothing lies beyond the ring at infinity.
@@ -258,9 +260,11 @@ def sheets_of(camera: Camera, max_index: int, end: Spherical = SKY) -> Sheets:
     return _sheets_at_rest(searcher(camera), max_index, end)
 
 
-def _mapped(source: SourceMap, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"]) -> HostVectors:
+def _mapped(
+    source: SourceMap, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"], tolerance: float = TOLERANCE
+) -> HostVectors:
     """Directions n' of light from places on the lines of sky_lines.py."""
-    return source.directions(*source.looking(turn, depth), TOLERANCE)
+    return source.directions(*source.looking(turn, depth), tolerance)
 
 
 def _changes(windings: Sequence[Winding]) -> Int[Array, "stars sheets"]:
