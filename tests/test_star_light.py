@@ -39,8 +39,8 @@ def test_an_image_is_drawn_once():
     ("camera", "star"),
     [
         (NEAR, (2.0, 2.5)),
-        (kc.Camera(0.9, 10, 1.2, (0.0, 0.3, -0.8)), (1.4, 1.6)),
-        (kc.Camera(0.5, 300.0, 0.4, "fiducial"), (2.73, 0.05)),
+        pytest.param(kc.Camera(0.9, 10, 1.2, (0.0, 0.3, -0.8)), (1.4, 1.6), marks=pytest.mark.slow),
+        pytest.param(kc.Camera(0.5, 300.0, 0.4, "fiducial"), (2.73, 0.05), marks=pytest.mark.slow),
     ],
 )
 def test_a_star_has_its_light_at_any_resolution(camera, star):
