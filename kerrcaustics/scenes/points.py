@@ -307,7 +307,7 @@ def _numbers(view: View, pixel: Int[Array, "m 2"]) -> tuple[Int[Array, " n"], Bo
     if view.closed:
         beyond = np.flatnonzero(((pixel < 0) | (pixel >= size)).any(axis=1))
         pixel[beyond] = np.round(view.pixels(view.directions(*pixel[beyond].T)[0])).astype(int)
-    inside = ((pixel >= 0) & (pixel < size)).all(axis=1)
+    inside = np.asarray(((pixel >= 0) & (pixel < size)).all(axis=1))
     return pixel[inside, 1] * view.width + pixel[inside, 0], inside
 
 

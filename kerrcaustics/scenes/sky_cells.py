@@ -126,8 +126,15 @@ class SkyMap(NamedTuple):
 class Plane(Protocol):
     """What is cut into cells: a rectangle of pixels, each of which looks somewhere, as those of a `View` do."""
 
-    width: int
-    height: int
+    @property
+    def width(self) -> int:
+        """Pixels from left to right."""
+        ...
+
+    @property
+    def height(self) -> int:
+        """Pixels from top to bottom."""
+        ...
 
     def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
         """Directions N (..., 3) on the camera sky of places, and their steps (..., 3, 2) per pixel along x and y."""
@@ -164,10 +171,11 @@ class _SkyLattice(NamedTuple):
     @property
     def origin(self) -> tuple[int, int]:
         """Pixels from the first cell to the left side of the picture, and to its upper one."""
-        return tuple(
-            (-(-(side + 2 * self.margin) // self.size) * self.size - side) // 2
-            for side in (self.view.width, self.view.height)
+        over = 2 * self.margin
+        across, down = (
+            -(-(side + over) // self.size) * self.size - side for side in (self.view.width, self.view.height)
         )
+        return across // 2, down // 2
 
     def roots(self) -> Squares:
         return Squares.over(self.view.width + 2 * self.margin, self.view.height + 2 * self.margin, self.size)

@@ -180,7 +180,7 @@ class StarSearch:
         """Places in the wanted pixels: their middles, and their corners."""
         y, x = np.nonzero(self._wanted)
         steps = np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]]) / 2
-        return tuple((side - 1 + steps[:, k, None]).ravel() for k, side in enumerate((x, y)))
+        return (x - 1 + steps[:, 0, None]).ravel(), (y - 1 + steps[:, 1, None]).ravel()
 
     def _lies_in_wanted(self, place: Float[Array, "n 2"]) -> Bool[Array, " n"]:
         """True for places (n, 2) of the picture in pixels that charts are wanted for, or so close to one as errors."""
