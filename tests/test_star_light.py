@@ -90,6 +90,22 @@ def test_many_stars_bring_as_much_light_as_in_parts():
 
 
 @pytest.mark.slow
+def test_light_of_stars_that_are_not_told_apart_is_even():
+    """Where a pixel sees more than 0.4 rad of the sky, as bright as stars are in the mean."""
+    camera, rng = kc.Camera(0.999, 2.6, velocity="circular"), np.random.default_rng(8)
+    direction = rng.normal(size=(3000, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    catalogue = kc.StarCatalogue(direction, np.zeros(3000), np.full(3000, 0.65))
+    view = kc.View(100, 75, 0.2, forward=kc.shadow_edge(camera, 4)[0])
+    scene = kc.render(camera, view, kc.StarField(catalogue, orientation=np.eye(3), band=0))
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(100), np.arange(75)))
+    sky = kc.trace_beams(camera, view.directions(x, y)[0])
+    wide = (sky.delta_plus * view.pixel > 0.4) & (sky.delta_plus * view.pixel < 4)
+    light = luminance(scene.light)[y[wide], x[wide]] / (3000 / (4 * math.pi))
+    assert wide.sum() > 300 and light == pytest.approx(1, rel=0.1)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [11, 12])
 def test_random_pictures_of_the_whole_sky_keep_the_light(seed):
     told, broken = study.try_all(80, seed)

@@ -11,10 +11,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.ndimage import binary_dilation
 
-from kerrcaustics.beams.trace import trace_rays
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.patches import CORNERS
@@ -24,6 +25,7 @@ from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.stars.newton import find_roots
 
 Array = np.ndarray
 
@@ -44,6 +46,8 @@ _BLOCK, _SAMPLE = 8, 4
 # what is seen twice differs by less than this (pixels of the picture, radians), and is dropped.
 _BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.05
 _EDGE_POINTS = 1440
+# Images in charts are refined in so many steps at most.
+_REFINEMENTS = 12
 # In what charts see the map is known too little for longer traces (pixels), where it moves itself.
 _LONGEST_IN_CHART = 8.0
 
@@ -103,6 +107,8 @@ class StarSearch:
             lights = lights.some(np.arange(len(lights.direction)), -azimuth)
         for chart in self._charts(lights):
             found = chart.images(lights, self._view, self._lies_in_wanted, pool)
+            if len(lights.direction) <= _FEW:
+                found = self._refined(found, lights)
             if azimuth:
                 found = found._replace(steps=turned(found.steps, azimuth))
             if self._exposure is not None:
@@ -126,7 +132,7 @@ class StarSearch:
 
         Of each also which part (n,) it is of a whole sky, and thus of the light of stars that may be anywhere.
         """
-        pieces = [chart.blended() for chart in self._charts(lights)]
+        pieces = [chart.blended(self._view.pixel) for chart in self._charts(lights)]
         sky, size = (np.concatenate(part) for part in zip((np.zeros((0, 3)), np.zeros(0)), *pieces, strict=True))
         place = self._view.pixels(sky)
         shown = self._lies_in_wanted(place)
@@ -192,6 +198,28 @@ class StarSearch:
             found[inside] |= self._wanted[pixel[inside, 1], pixel[inside, 0]]
         return found
 
+    def _refined(self, found: PictureImages, lights: PointLights) -> PictureImages:
+        """The same by the map itself: next to a critical curve a chart does not know the magnification well.
+
+        Images stay as they are where the map has none close by, on the same side of the critical curve.
+        """
+        index = np.asarray(self._beams(found.sky).index)
+        star, pixel = lights.direction[found.star], self._view.directions(*found.place.T)[1]
+        parity = np.sign(_handed(*np.moveaxis(found.steps, 1, 0), star) * _handed(*np.moveaxis(pixel, 2, 0), found.sky))
+        same = np.flatnonzero(parity == 1 - 2 * (index % 2))
+        which, sky, _ = find_roots(self._camera, star[same], index[same], found.sky[same], _REFINEMENTS)
+        near = np.linalg.norm(sky - found.sky[same[which]], axis=1) < _SAME * self._view.pixel
+        which, sky = same[which[near]], sky[near]
+        magnification = self._beams(sky).magnification
+        better = PictureImages(*(part.copy() for part in found))
+        better.place[which], better.sky[which] = self._view.pixels(sky), sky
+        better.area[which] *= found.magnification[which] / magnification
+        better.magnification[which] = magnification
+        return better
+
+    def _beams(self, sky: Float[Array, "n 3"]) -> Beams:
+        return trace_beams(self._camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
+
     def _moving(self, found: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
         """Images where they are at moments of their own; none moves farther than can be told there."""
         assert self._exposure is not None
@@ -222,15 +250,23 @@ class _Chart(NamedTuple):
     rest: SkyCells
     same: float
 
-    def blended(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Directions N (n, 3) of pieces of the sky that are not searched, and their solid angles (n,)."""
+    def blended(self, pixel: float) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Directions N (n, 3) of pieces of the sky that are not searched, and their solid angles (n,).
+
+        pixel: angle that pieces are no longer than, wherever that is.
+        """
         half = (self.rest.size - 1) / 2
-        sky, steps = self.plane.directions(self.rest.x + half, self.rest.y + half)
-        size = np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1) * self.rest.size**2
+        _, steps = self.plane.directions(self.rest.x + half, self.rest.y + half)
+        parts = _parts(np.linalg.norm(steps, axis=1) * self.rest.size[:, None], pixel)
+        cell, at = _divided(parts)
+        size = self.rest.size[cell, None] / parts[cell]
+        place = np.stack([self.rest.x, self.rest.y], axis=-1)[cell] - 0.5 + (at + 0.5) * size
+        sky, steps = self.plane.directions(*place.T)
+        area = np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1) * size.prod(axis=1)
         if self.plane is not self.edge:
-            return sky, size
-        strip, width = self.edge.strip()
-        return np.concatenate([sky, strip]), np.concatenate([size, width])
+            return sky, area
+        strip, width = self.edge.strip(pixel)
+        return np.concatenate([sky, strip]), np.concatenate([area, width])
 
     def images(
         self, lights: PointLights, view: View, wanted: Callable[[Array], Array], pool: Executor
@@ -252,6 +288,24 @@ class _Chart(NamedTuple):
             place, found.star, view.solid_angle(steps) / magnification, moving, *_unknown(found), sky, magnification
         )
         return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
+
+
+def _parts(length: Float[Array, "*batch"], longest: float) -> Int[Array, "*batch"]:
+    """Into how many parts something of a length is divided, so that none is longer than asked for."""
+    return np.maximum(np.ceil(length / longest), 1).astype(int)
+
+
+def _divided(parts: Int[Array, "cells 2"]) -> tuple[Int[Array, " n"], Int[Array, "n 2"]]:
+    """The cell (n,) of each part of cells that are divided both ways, and which part it is (n, 2)."""
+    count = parts.prod(axis=1)
+    cell = np.repeat(np.arange(len(parts)), count)
+    number = np.arange(len(cell)) - np.repeat(np.cumsum(count) - count, count)
+    return cell, np.stack(np.divmod(number, parts[cell, 1]), axis=-1)
+
+
+def _handed(one: Float[Array, "n 3"], other: Float[Array, "n 3"], way: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    """Positive where two steps beside a direction turn counter-clockwise, as seen from ahead."""
+    return np.asarray(np.vecdot(np.cross(one, other), way))
 
 
 def _seen_by_pixels(plane: EdgeChart | CapChart, cells: SkyCells, pixel: float) -> Float[Array, " n"]:
