@@ -34,6 +34,7 @@ QUALITIES = {"draft": 0.05, "normal": 0.01, "high": 0.0025}
 _OPEN = "part of each pixel that is not in the shadow; None where no sky was asked for"
 _ERROR = "how far the map of the sky is off, in pixels, at most; NaN where no sky was asked for"
 _STAGES = "seconds of each stage, by its name: disk_map, sky_map, shadow_edge, sky_light, stars, disk_light"
+_BEAMS = "beams traced for the map, without those that find stars next to the shadow edge"
 _CROSSINGS = "beams traced to each crossing of the disk's plane, from the first one on"
 
 
@@ -48,7 +49,7 @@ class Rendering:
     )
     open: Array | None = quantity("row column", "1", _OPEN)
     divided: int = quantity("", "1", "pixels that were divided")
-    beams: int = quantity("", "1", "beams traced")
+    beams: int = quantity("", "1", _BEAMS)
     seconds: float = quantity("", "s", "time it took")
     crossings: tuple[int, ...] = quantity("crossing", "1", _CROSSINGS, default=())
     transmission: Array | None = quantity(
@@ -71,7 +72,7 @@ class TracedView:
     view: View = quantity("", "", "the part of its sky that is seen")
     open: Array | None = quantity("row column", "1", _OPEN)
     divided: int = quantity("", "1", "pixels that were divided")
-    beams: int = quantity("", "1", "beams traced")
+    beams: int = quantity("", "1", _BEAMS)
     error: float = quantity("", "1", _ERROR)
     seconds: float = quantity("", "s", "time it took")
     crossings: tuple[int, ...] = quantity("crossing", "1", _CROSSINGS)
