@@ -158,12 +158,14 @@ class StarSearch:
             return None
         close = float(np.clip(_OF_PIXEL * self._view.pixel / plane.pixel, _CLOSEST, _CLOSE))
         cells = chart_cells(self._camera, plane, close, ~wanted, Cut(ROOT, _WIDE))
-        apart = _seen_by_pixels(plane, cells, self._view.pixel) <= most
         if plane is edge:
+            apart = _seen_by_pixels(plane, cells, self._view.pixel) <= most
             apart |= cells.y + cells.size <= edge.row(_WIDER)
+            rest = ~apart
         else:
-            apart[:] = True
-        kept, rest = (SkyCells(*(part[which] for part in cells)) for which in (apart, ~apart))
+            # Next to the edge cells of the cap would cover the sky many times over.
+            apart, rest = _before(plane, edge, cells), np.zeros(len(cells.x), bool)
+        kept, rest = (SkyCells(*(part[which] for part in cells)) for which in (apart, rest))
         return _Chart(plane, edge, ImageSearch(kept, _AT_ONCE), rest, same)
 
     def _wanted_of(self, chart: EdgeChart | CapChart) -> Bool[Array, "h w"]:
@@ -288,6 +290,13 @@ class _Chart(NamedTuple):
             place, found.star, view.solid_angle(steps) / magnification, moving, *_unknown(found), sky, magnification
         )
         return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
+
+
+def _before(cap: CapChart, edge: EdgeChart, cells: SkyCells) -> Bool[Array, " n"]:
+    """True for cells (n,) of the cap that reach over the border to the other chart from without."""
+    corners = [(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5) for i, j in CORNERS]
+    rows = [edge.places(cap.directions(*corner)[0])[:, 1] for corner in corners]
+    return np.asarray(np.min(rows, axis=0) < _ROWS)
 
 
 def _parts(length: Float[Array, "*batch"], longest: float) -> Int[Array, "*batch"]:
