@@ -31,7 +31,9 @@ def radii(remarks):
     return [float(line.split(" rad,")[0].split()[-1]) for line in remarks]
 
 
-@pytest.mark.parametrize(("star", "orders", "left"), [(BEHIND, (1, 3), 0), (OPPOSITE, (2,), 1)])
+@pytest.mark.parametrize(
+    ("star", "orders", "left"), [(BEHIND, (1, 3), 0), pytest.param(OPPOSITE, (2,), 1, marks=pytest.mark.slow)]
+)
 def test_a_star_in_line_is_seen_as_rings_of_the_right_size(star, orders, left):
     images = kc.star_images(REST, star)
     assert len(images) == left and images.on_caustic == orders and not images.certified
@@ -52,7 +54,7 @@ def test_a_moving_camera_sees_the_ring_smaller_or_larger():
     assert moving == pytest.approx(min(size, math.pi - size), abs=1e-9) and abs(moving - resting) > 1e-3
 
 
-@pytest.mark.parametrize("off", [1e-11, 1e-8])
+@pytest.mark.parametrize("off", [pytest.param(1e-11, marks=pytest.mark.slow), 1e-8])
 def test_beside_the_line_images_are_on_the_ring_within_their_errors(off):
     """The line, the star and its images lie in one plane with the camera."""
     images = kc.star_images(REST, (BEHIND[0] + off, math.pi), 1)
@@ -61,6 +63,7 @@ def test_beside_the_line_images_are_on_the_ring_within_their_errors(off):
     assert (np.abs(images.sky[:, 1]) < 2 * images.error).all() and (images.error < 1e-13 / off).all()
 
 
+@pytest.mark.slow
 def test_stars_within_rounding_of_the_line_are_rings():
     offsets = np.array([0, 1e-16, -3e-16, 1e-15])
     stars = [(BEHIND[0] + off, math.pi) for off in offsets]
@@ -69,6 +72,7 @@ def test_stars_within_rounding_of_the_line_are_rings():
     assert counts.certified.tolist() == [False] * 4 + [True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theta", [0.0, math.pi])
 def test_a_star_on_the_spin_axis_is_a_ring_to_a_camera_there(theta):
     images = kc.star_images(kc.Camera(0.9, RADIUS, 0.0, "fiducial"), (theta, 0.7), 1)
@@ -102,6 +106,7 @@ def test_a_great_circle_through_the_line_is_cut_at_rings():
     assert circle.per_index == {0: 1, 1: 2}
 
 
+@pytest.mark.slow
 def test_seen_from_infinity_the_first_ring_is_infinite():
     images = kc.star_images(kc.Observer(SPIN, THETA), BEHIND, 1)
     assert len(images) == 0 and images.remarks[1].endswith("index 0 and 1 are one ring at infinite (alpha, beta)")

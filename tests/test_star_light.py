@@ -38,7 +38,7 @@ def test_an_image_is_drawn_once():
 @pytest.mark.parametrize(
     ("camera", "star"),
     [
-        (NEAR, (2.0, 2.5)),
+        pytest.param(NEAR, (2.0, 2.5), marks=pytest.mark.slow),
         pytest.param(kc.Camera(0.9, 10, 1.2, (0.0, 0.3, -0.8)), (1.4, 1.6), marks=pytest.mark.slow),
         pytest.param(kc.Camera(0.5, 300.0, 0.4, "fiducial"), (2.73, 0.05), marks=pytest.mark.slow),
     ],
@@ -50,7 +50,14 @@ def test_a_star_has_its_light_at_any_resolution(camera, star):
         assert light_of(camera, star, view) == pytest.approx(total, rel=0.003), width
 
 
-@pytest.mark.parametrize("place", [(-0.5, 11.2), (47.5, 11.2), (20.3, -0.45), (7.0, 23.4), (47.2, 0.1)])
+@pytest.mark.parametrize(
+    "place",
+    [
+        (-0.5, 11.2),
+        (20.3, -0.45),
+        *(pytest.param(place, marks=pytest.mark.slow) for place in ((47.5, 11.2), (7.0, 23.4), (47.2, 0.1))),
+    ],
+)
 def test_light_goes_on_across_the_seam_and_the_poles(place):
     camera = kc.Camera(0.3, 40.0, 1.1, "fiducial")
     view = kc.View(48, 24, *WHOLE)
@@ -72,6 +79,7 @@ def test_stars_beside_the_border_shine_into_the_picture(place):
     assert luminance(scene.light) * view.pixel**2 == pytest.approx(y[:, None] * x, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_many_stars_bring_as_much_light_as_in_parts():
     """Of many, those that pixels beside the shadow edge see are not told apart."""
     rng = np.random.default_rng(4)

@@ -102,7 +102,9 @@ def errors(camera: Camera, sky: Float[Array, "n 3"], error: Float[Array, " n"]) 
     With aberration comes the rounding of both directions, which may be more where it shrinks the error.
     """
     grown = error * lengths(camera, sky)
-    return grown if camera.is_distant or camera.frame().speed == 0 else grown + _ROUNDING * (1 + lengths(camera, sky))
+    if camera.is_distant or camera.frame().speed == 0:
+        return grown
+    return grown + _ROUNDING * (1 + stretch(camera, shown(camera, sky)))
 
 
 def radians_of(radius: float, sky: Float[Array, "n 3"], size: Float[Array, " n"]) -> Float[Array, " n"]:
