@@ -207,7 +207,8 @@ class StarSearch:
         """
         index = np.asarray(self._beams(found.sky).index)
         star, pixel = lights.direction[found.star], self._view.directions(*found.place.T)[1]
-        parity = np.sign(_handed(*np.moveaxis(found.steps, 1, 0), star) * _handed(*np.moveaxis(pixel, 2, 0), found.sky))
+        turns = _handed(found.steps[:, 0], found.steps[:, 1], star) * _handed(pixel[..., 0], pixel[..., 1], found.sky)
+        parity = np.sign(turns)
         same = np.flatnonzero(parity == 1 - 2 * (index % 2))
         which, sky, _ = find_roots(self._camera, star[same], index[same], found.sky[same], _REFINEMENTS)
         near = np.linalg.norm(sky - found.sky[same[which]], axis=1) < _SAME * self._view.pixel
@@ -292,7 +293,7 @@ class _Chart(NamedTuple):
         return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
 
 
-def _before(cap: CapChart, edge: EdgeChart, cells: SkyCells) -> Bool[Array, " n"]:
+def _before(cap: EdgeChart | CapChart, edge: EdgeChart, cells: SkyCells) -> Bool[Array, " n"]:
     """True for cells (n,) of the cap that reach over the border to the other chart from without."""
     corners = [(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5) for i, j in CORNERS]
     rows = [edge.places(cap.directions(*corner)[0])[:, 1] for corner in corners]
