@@ -37,8 +37,8 @@ Starts = tuple[Int[Array, " s"], Float[Array, "s 2"]]
 _SAME, _NEAREST = 0.02, 0.05
 # Cells reach so far into their neighbours, in units of their size: no image is lost where they meet.
 _OVER = 1e-3
-# Discs that are searched together, and by how much their radii differ at most.
-_DISCS, _ALIKE = 1 << 13, 1.5
+# By how much the radii of discs that are searched together differ at most.
+_ALIKE = 1.5
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from scipy.ndimage import binary_dilation
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.scenes.footprint import turned
-from kerrcaustics.scenes.motion import ExposedMoment, Exposure
+from kerrcaustics.scenes.motion import Exposure
 from kerrcaustics.scenes.patches import CORNERS
 from kerrcaustics.scenes.points import Imaged, ImageSearch, PointLights, moved, once
 from kerrcaustics.scenes.sky_cells import TOLERANCE, Cut, SkyCells, chart_cells, resolved
@@ -324,11 +324,6 @@ def _seen_by_pixels(plane: EdgeChart | CapChart, cells: SkyCells, pixel: float) 
     steps = plane.directions(cells.x + half, cells.y + half)[1][..., 1]
     seen = np.linalg.norm(cells.data[:, 8:], axis=-1).mean(axis=1) / cells.size
     return np.asarray(pixel * seen / np.linalg.norm(steps, axis=-1))
-
-
-def _seen_at(moment: ExposedMoment, place: Float[Array, "m 2"]) -> Float[Array, "m 3"]:
-    """n' (m, 3) at places of the picture, NaN in the shadow."""
-    return trace_rays(moment.camera, moment.view.directions(*place.T)[0], "auto", TOLERANCE).direction
 
 
 def _unknown(found: Imaged) -> tuple[Array, Array]:
