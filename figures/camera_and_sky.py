@@ -27,7 +27,7 @@ from scipy.integrate import solve_ivp
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_line_art
-from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.spacetime.frame import photon_of
 
 CAMERA = kc.Camera(spin=0.0, radius=6.03, velocity=(0.0, 0.0, 1e-3))
 # The direction that is followed, degrees; radii of the two spheres; half the width of the beam at the camera.
@@ -43,24 +43,24 @@ HALO = withStroke(linewidth=3, foreground="white")
 
 def main(output: Path) -> list[Path]:
     theta, phi = math.radians(THETA_CS), math.radians(PHI_CS)
-    looking = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
-    beam = kc.trace_beams(CAMERA, looking, end=CELESTIAL)
+    line_of_sight = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
+    beam = kc.trace_beams(CAMERA, line_of_sight, end=CELESTIAL)
     with rc_context(style.RC):
         figure = Figure(figsize=(5.0, 5.2), layout="constrained")
         ax = figure.add_subplot(aspect="equal")
         ax.set_axis_off()
         draw_celestial_sphere(ax, beam)
         draw_hole(ax)
-        draw_camera_sky(ax, looking, theta, phi)
-        draw(ax, ray(looking), color=COLOURS["ray"], linewidth=1.6, zorder=4)
+        draw_camera_sky(ax, line_of_sight, theta, phi)
+        draw(ax, ray(line_of_sight), color=COLOURS["ray"], linewidth=1.6, zorder=4)
         ax.margins(0.02)
     return write_line_art(figure, output, "camera_and_sky")
 
 
-def ray(looking: np.ndarray) -> np.ndarray:
+def ray(line_of_sight: np.ndarray) -> np.ndarray:
     """The ray as points (n, 3): in its plane u'' = 3 u^2 - u, with u = 1/r against the angle swept."""
-    seen = photon(CAMERA.frame(), tuple(looking))
-    across = looking - looking[0] * X
+    seen = photon_of(CAMERA.frame(), tuple(line_of_sight))
+    across = line_of_sight - line_of_sight[0] * X
     across /= np.linalg.norm(across)
 
     def arrives(_angle: float, state: np.ndarray) -> float:
@@ -72,7 +72,7 @@ def ray(looking: np.ndarray) -> np.ndarray:
     return (np.outer(np.cos(path.t), X) + np.outer(np.sin(path.t), across)) / path.y[0][:, None]
 
 
-def draw_camera_sky(ax: Axes, looking: np.ndarray, theta: float, phi: float) -> None:
+def draw_camera_sky(ax: Axes, line_of_sight: np.ndarray, theta: float, phi: float) -> None:
     """The camera's local sky with its axes, the angles of the direction, and the beam's circle."""
     centre, colour = CAMERA.radius * X, COLOURS["camera"]
     draw_globe(ax, centre, LOCAL, colour)
@@ -85,7 +85,7 @@ def draw_camera_sky(ax: Axes, looking: np.ndarray, theta: float, phi: float) -> 
     draw(ax, np.stack([centre, centre + LOCAL * level]), color=colour, linewidth=0.8, linestyle="--")
     down = np.linspace(0, theta, 60)[:, None]
     draw(ax, centre + LOCAL * (np.cos(down) * Z + np.sin(down) * level), color=colour, linewidth=1.4)
-    draw(ax, np.stack([centre, centre + LOCAL * looking]), color=COLOURS["ray"], linewidth=1.0, linestyle="--")
+    draw(ax, np.stack([centre, centre + LOCAL * line_of_sight]), color=COLOURS["ray"], linewidth=1.0, linestyle="--")
     write(ax, centre + 1.12 * LOCAL * (math.cos(phi / 2) * X + math.sin(phi / 2) * Y), r"$\varphi_\mathrm{cs}$", colour)
     write(
         ax,
@@ -93,10 +93,10 @@ def draw_camera_sky(ax: Axes, looking: np.ndarray, theta: float, phi: float) -> 
         r"$\theta_\mathrm{cs}$",
         colour,
     )
-    first = np.cross(Z, looking) / np.linalg.norm(np.cross(Z, looking))
+    first = np.cross(Z, line_of_sight) / np.linalg.norm(np.cross(Z, line_of_sight))
     turn = np.linspace(0, 2 * math.pi, 60)[:, None]
-    circle = np.cos(turn) * first + np.sin(turn) * np.cross(looking, first)
-    draw(ax, centre + LOCAL * (looking + BEAM * circle), color=COLOURS["ray"], linewidth=1.2, zorder=5)
+    circle = np.cos(turn) * first + np.sin(turn) * np.cross(line_of_sight, first)
+    draw(ax, centre + LOCAL * (line_of_sight + BEAM * circle), color=COLOURS["ray"], linewidth=1.2, zorder=5)
     write(ax, centre + 2.0 * LOCAL * Z, "camera's local sky", colour)
 
 

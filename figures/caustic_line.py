@@ -31,7 +31,7 @@ from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.solids import CAMERA_COLOUR, HORIZON_COLOUR, Model, SpaceCurve, Surface
 from kerrcaustics.draw.space import write_model
-from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.sphere import from_angles
 
 CAMERA = kc.Camera(spin=0.0, radius=6.03, velocity="fiducial")
@@ -67,8 +67,8 @@ def draw_rays(ax: Axes, caustics: kc.CausticSet) -> Axes:
             ax.plot(*ray(caustic.sky[0], side), color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
     images = kc.star_images(CAMERA, (math.pi / 2, math.radians(STAR)), max_index=1)
     names = "primary ray", "secondary ray"
-    for looking, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
-        path, colour = ray(looking, math.copysign(1, azimuth)), style.order_colour(index + 1)
+    for line_of_sight, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
+        path, colour = ray(line_of_sight, math.copysign(1, azimuth)), style.order_colour(index + 1)
         ax.plot(*path, color=colour, linewidth=1.8, label=names[index])
     ax.plot(CAMERA.radius, 0, "ks", markersize=4)
     for text, place in LABELS.items():
@@ -85,9 +85,9 @@ def in_space() -> Model:
     lines = [SpaceCurve("caustic line", np.array([[-2.0, 0, 0], [-1.25 * SOURCES, 0, 0]]), VIOLET, 7.0)]
     lines += [SpaceCurve("ray of the cone", turned(cone, 2 * math.pi * k / CONE), PALE, 1.5) for k in range(CONE)]
     images = kc.star_images(CAMERA, (math.pi / 2, math.radians(STAR)), max_index=1, end=SOURCES)
-    for looking, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
+    for line_of_sight, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
         # Turned out of the plane, so that it is seen from above.
-        path = turned(in_plane(*ray(looking, math.copysign(1, azimuth), SOURCES)), TURN)
+        path = turned(in_plane(*ray(line_of_sight, math.copysign(1, azimuth), SOURCES)), TURN)
         lines.append(SpaceCurve("ray of the star", path, style.order_colour(index + 1), 5.0))
     marks = {CAMERA_COLOUR: np.array([CAMERA.radius, 0, 0]), STAR_COLOUR: path[-1], VIOLET: cone[-1]}
     lines += [SpaceCurve("mark", place + bar, colour, 6.0) for colour, place in marks.items() for bar in crosses(0.3)]
@@ -115,9 +115,9 @@ def turned(points: np.ndarray, angle: float) -> np.ndarray:
     return points @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
 
 
-def ray(looking: np.ndarray, side: float, until: float = 1.5 * FAR) -> tuple[np.ndarray, np.ndarray]:
+def ray(line_of_sight: np.ndarray, side: float, until: float = 1.5 * FAR) -> tuple[np.ndarray, np.ndarray]:
     """A ray in its plane, from the camera to a radius: u'' = 3 u^2 - u with u = 1/r against the angle swept."""
-    seen = photon(CAMERA.frame(), tuple(looking))
+    seen = photon_of(CAMERA.frame(), tuple(line_of_sight))
     start = [1 / CAMERA.radius, seen.rate[0] / math.sqrt(seen.k)]
 
     def leaves(_angle: float, state: np.ndarray) -> float:

@@ -29,7 +29,7 @@ from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant
 from kerrcaustics.draw.star_maps import star_map_legend, tracks_on_stars
-from kerrcaustics.spacetime.camera import looking_from_sky, sky_from_fido
+from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_fido
 
 CAMERA = kc.Camera(spin=0.0, radius=30)
 # Name, marker, colour, theta' and phi' relative to the camera, degrees.
@@ -63,7 +63,7 @@ def joined(sky: np.ndarray) -> np.ndarray:
     """Directions (n, 3) from one image to the other one through the hole: a great circle of an observer at rest."""
     frame = CAMERA.frame()
     # Photons move along -N.
-    first, second = (-np.asarray(looking_from_sky(frame, one)) for one in sky)
+    first, second = (-np.asarray(line_of_sight_from_sky(frame, one)) for one in sky)
     hole = np.array([1.0, 0.0, 0.0])
     part = np.linspace(0, 1, 40)[:, None]
     way = np.concatenate([(1 - part) * first + part * hole, (1 - part) * hole + part * second])

@@ -28,7 +28,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.spacetime.frame import photon_of
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
 # The direction: a point of the shadow edge, of EDGE_POINTS from the prograde end on the left over the top.
@@ -39,7 +39,7 @@ DURATION, LATITUDE = 3.05, 20.0
 
 def main(output: Path) -> list[Path]:
     edge = kc.shadow_edge(CAMERA, EDGE_POINTS)
-    seen = photon(CAMERA.frame(), tuple(edge[DIRECTION]))
+    seen = photon_of(CAMERA.frame(), tuple(edge[DIRECTION]))
     radius, _ = kerr.spherical_orbit_of_impact(CAMERA.spin, seen.b)
     theta, phi = orbit(float(radius), seen.b, seen.q)
     with rc_context(style.RC):

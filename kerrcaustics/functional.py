@@ -20,7 +20,8 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import Moving, differentiable, end, float64, motion_of
-from kerrcaustics.spacetime.camera import LARGEST_RADIUS, Velocity
+from kerrcaustics.spacetime.camera import Velocity
+from kerrcaustics.spacetime.viewer import LARGEST_RADIUS
 
 
 def direction(

@@ -7,7 +7,7 @@ from scipy.special import ellipkinc
 
 import kerrcaustics as kc
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.camera import photon, sky_from_fido
+from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.shadow import edge_photons
 
@@ -35,7 +35,7 @@ def through_the_poles(camera: kc.Camera, count: int, rng: np.random.Generator) -
         angle, b = rng.uniform(0, 2 * math.pi, n), np.zeros(n)
         for _ in range(4):
             sky = of_momentum(camera, b, angle)
-            b = goal * np.sqrt(np.maximum(photon(camera.frame(), tuple(sky.T)).k, 0) + camera.spin**2)
+            b = goal * np.sqrt(np.maximum(photon_of(camera.frame(), tuple(sky.T)).k, 0) + camera.spin**2)
         sky = of_momentum(camera, b, angle)
         return sky[_passes_axis(camera, sky)]
 
@@ -94,7 +94,7 @@ def near_outward_null(camera: kc.Camera, angle: np.ndarray, turn: np.ndarray) ->
 @own_settings()
 def _passes_axis(camera: kc.Camera, sky: np.ndarray) -> np.ndarray:
     """True (n,) where rays of about b = 0 come closest to the spin axis on their way to infinity."""
-    frame, light = camera.frame(), photon(camera.frame(), tuple(sky.T))
+    frame, light = camera.frame(), photon_of(camera.frame(), tuple(sky.T))
     quartic = radial.factor(frame, light)
     time = np.asarray(radial.mino_time(frame, light, quartic))
     momentum = np.maximum(light.k, 0) + camera.spin**2

@@ -14,22 +14,22 @@ from kerrcaustics import scripts
 SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
 ASTRONOMY = ("plate_carree",)
 BEAMS = (
-    "calls",
-    "choice",
+    "batches",
+    "dispatch",
     "closed_form",
     "emitters",
     "errors",
     "geometry",
     "integrator",
-    "programs",
+    "compile_cache",
     "ray_end",
-    "rehearsal",
+    "warm_up",
 )
 CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
 FILMS = ("frame_store", "video")
 STARS = ("fold", "level_curves", "newton", "search", "sheets")
 EXPLORER = ("answers", "backdrop", "orbit", "view")
-SCENE_FILES = ("expressions", "geodesics", "looking", "motion")
+SCENE_FILES = ("expressions", "geodesics", "motion", "orientation")
 ROOMS = {
     "films": FILMS,
     "spacetime": SPACETIME,
@@ -69,7 +69,7 @@ def memory_bounded():
 
 def give_back():
     """Let go of what is not needed: the C library keeps what threads have freed, gigabytes in an hour."""
-    from kerrcaustics.beams.programs import give_back_memory
+    from kerrcaustics.beams.compile_cache import give_back_memory
 
     gc.collect()
     give_back_memory()

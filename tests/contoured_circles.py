@@ -9,7 +9,7 @@ from skimage.measure import find_contours
 
 from kerrcaustics.beams.trace import trace_rays
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.screens import as_seen
+from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.sheets import sheets_of
 
@@ -26,7 +26,7 @@ def contours(camera, normal, index, lines, places):
     part = MARGIN + (1 - 2 * MARGIN) * (1 - np.cos(np.linspace(0, np.pi, places))) / 2
 
     def sky(at_turn, at_part):
-        return sheets.sky(sky_lines.looking(sheets.camera, at_turn, sheet.depth(at_turn, at_part)))
+        return sheets.sky(sky_lines.line_of_sight(sheets.camera, at_turn, sheet.depth(at_turn, at_part)))
 
     grid = np.meshgrid(turn, part, indexing="ij")
     height = trace_rays(sheets.camera, sky(*grid)).direction @ from_angles(*normal)

@@ -15,16 +15,16 @@ EDGE = shadow_edge(CAMERA, 2000)
 
 def ring(radius, n=96):
     """Directions at an angle (degrees) from the hole: e_x points away from it, and looking at it e_y is right."""
-    turn, radius = 2 * math.pi * np.arange(n) / n, math.radians(radius)
-    across = [math.sin(radius) * np.cos(turn), math.sin(radius) * np.sin(turn)]
+    edge_phase, radius = 2 * math.pi * np.arange(n) / n, math.radians(radius)
+    across = [math.sin(radius) * np.cos(edge_phase), math.sin(radius) * np.sin(edge_phase)]
     return np.stack([np.full(n, -math.cos(radius)), *across], axis=-1)
 
 
 def astroid(order, half_width, radius, n=96):
     """A made-up caustic of an order: an astroid, and a circle of this radius (degrees) for its critical curve."""
-    turn = 2 * math.pi * np.arange(n) / n
+    edge_phase = 2 * math.pi * np.arange(n) / n
     height = min(0.9 * half_width, 1.3)
-    shape = np.stack([math.pi / 2 - height * np.sin(turn) ** 3, half_width * np.cos(turn) ** 3], axis=-1)
+    shape = np.stack([math.pi / 2 - height * np.sin(edge_phase) ** 3, half_width * np.cos(edge_phase) ** 3], axis=-1)
     shape += (0.0, order * math.pi)
     sky = ring(radius, n)
     cusps = tuple(Cusp(sky[i], shape[i], 1e-12) for i in range(0, n, n // 4))

@@ -10,6 +10,7 @@ import kerrcaustics as kc
 from kerrcaustics.films.film import FilmResult
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.stars.circles import CircleCurve
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.counts import CountMap
 
 # Naming them loads the modules of all public names.
@@ -18,7 +19,8 @@ KINDS = sorted({FilmResult, *LAYOUTS}, key=lambda kind: kind.__name__)
 CAMERA = kc.Camera(0.5, 4.0, 1.0, (0.1, -0.2, 0.3))
 GIVEN = {
     kc.Camera: CAMERA,
-    kc.Observer: kc.Observer(0.5, 1.0),
+    Viewer: CAMERA,
+    kc.Observer: kc.Observer(spin=0.5, inclination=1.0),
     kc.View: kc.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)),
     Path: Path("folder/sweep.zarr"),
 }

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons
 
 hard = STUDIES.module("adversary.cases")

@@ -9,7 +9,8 @@ import pytest
 from scipy.optimize import brentq
 
 from kerrcaustics.beams.trace import trace_rays
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons, shadow_edge
 
 EDGE = json.loads((Path(__file__).parent / "data" / "shadow_edge.json").read_text(encoding="utf-8"))
@@ -129,6 +130,6 @@ def test_edge_parts_captured_from_escaping(event):
     toward = np.array([-1.0, 0.0, 0.0]) + edge * edge[:, :1]
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)
     for distance, expected in ((1e-9, False), (-1e-9, True)):
-        looking = edge + distance * toward
-        rays = trace_rays(camera, sky_from_fido(camera.frame(), -looking), tolerance=1e-2)
+        line_of_sight = edge + distance * toward
+        rays = trace_rays(camera, sky_from_fido(camera.frame(), -line_of_sight), tolerance=1e-2)
         assert np.array_equal(rays.escaped, np.full(64, expected))

@@ -15,7 +15,8 @@ from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.ends import CelestialSphere
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, photon, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 
 pytestmark = pytest.mark.usefixtures("compiled_code")
 
@@ -37,7 +38,7 @@ def assert_agree(camera: Camera, sky: np.ndarray, end: float = math.inf) -> int:
     assert np.array_equal(formula.crossings[known], steps.crossings[known])
     # Through the axis itself the azimuth is known modulo a turn only.
     turn = formula.azimuth - steps.azimuth
-    through = photon(camera.frame(), tuple(sky.T)).b == 0
+    through = photon_of(camera.frame(), tuple(sky.T)).b == 0
     turn[through] -= 2 * math.pi * np.round(turn[through] / (2 * math.pi))
     lever = np.hypot(steps.direction[:, 0], steps.direction[:, 1])
     assert np.all(np.abs(turn * lever)[used] <= 10 * (formula.error + steps.error)[used])
@@ -127,7 +128,7 @@ SMALL_K = {
 def test_rays_of_small_k(place):
     camera = SMALL_K[place]
     sky = directions_of_small_k(camera, 256, np.random.default_rng(12))
-    light = photon(camera.frame(), tuple(sky.T))
+    light = photon_of(camera.frame(), tuple(sky.T))
     assert np.any(light.q < 0) or camera.spin < 1e-6 or abs(camera.cos_theta) < 1e-6
     assert np.all(light.k < LEAST_K + 1e-12)
     assert assert_agree(camera, sky) == len(sky) > 180
@@ -182,7 +183,7 @@ def test_every_escaping_ray_has_a_closed_form():
         assert np.array_equal(rays.closed_form, rays.escaped)
         assert rays.engine == "closed-form"
         assert np.isfinite(rays.error[rays.escaped]).all()
-        small += int((photon(camera.frame(), tuple(sky.T)).k < LEAST_K)[rays.escaped].sum())
+        small += int((photon_of(camera.frame(), tuple(sky.T)).k < LEAST_K)[rays.escaped].sum())
     assert small > 1000
     assert trace_rays(camera, sky, "integrated").engine == "integrated"
 
@@ -205,7 +206,7 @@ def test_short_way_next_to_the_horizon_against_long_arithmetic():
     """Closer than the integrator can tell: Mino time and psi by quadrature of the height, as exp(s)."""
     camera = Camera(0.999, kerr.horizon(0.999) * (1 + 1e-6), 1.0, "fiducial")
     sky = directions_of_small_k(camera, 4, np.random.default_rng(5))
-    light = photon(camera.frame(), tuple(sky.T))
+    light = photon_of(camera.frame(), tuple(sky.T))
     travel = jax.jit(small_k.radial_motion)(camera.frame(), light, CelestialSphere())
     with mpmath.workdps(30):
         a, r_c = mpmath.mpf(camera.spin), mpmath.mpf(camera.radius)
@@ -253,7 +254,7 @@ def test_few_beams_agree_with_many():
     """Few are one small call; many are several parts of a large one, the last of which is filled up."""
     camera = Camera(0.9, 6.0, 1.2)
     sky = random_sky(camera, 700, np.random.default_rng(16))
-    sky = sky[photon(camera.frame(), tuple(sky.T)).k >= LEAST_K]
+    sky = sky[photon_of(camera.frame(), tuple(sky.T)).k >= LEAST_K]
     many = trace_beams(camera, sky, "closed-form")
     assert len(sky) > 512
     for start in (0, 450, len(sky) - 50):
@@ -269,15 +270,15 @@ def test_few_beams_agree_with_many():
 @pytest.mark.slow
 def test_large_batches_agree_with_small_ones(monkeypatch):
     """What a GPU does, one large call, on whatever device there is."""
-    from kerrcaustics.beams import calls
+    from kerrcaustics.beams import batches
 
     camera = Camera(0.999, 6.03)
     sky = random_sky(camera, 3000, np.random.default_rng(6))
-    sky = sky[photon(camera.frame(), tuple(sky.T)).k >= LEAST_K]
+    sky = sky[photon_of(camera.frame(), tuple(sky.T)).k >= LEAST_K]
     small = trace_beams(camera, sky)
-    monkeypatch.setattr(calls, "_CLOSED_FORM_CALL", {})
-    monkeypatch.setattr(calls, "_LANES", {})
-    monkeypatch.setattr(calls, "_LARGE_CALL", (4096, 4096))
+    monkeypatch.setattr(batches, "_CLOSED_FORM_CALL", {})
+    monkeypatch.setattr(batches, "_LANES", {})
+    monkeypatch.setattr(batches, "_LARGE_CALL", (4096, 4096))
     large = trace_beams(camera, sky)
     assert large.engine == "closed-form"
     assert np.array_equal(large.index, small.index)
@@ -297,7 +298,7 @@ def test_rays_close_to_the_principal_directions_meet_no_conjugate_point():
         camera = random_camera(rng)
         sky = random_sky(camera, 512, rng)
         beams = trace_beams(camera, sky, "integrated", 1e-8)
-        short = beams.escaped & (photon(camera.frame(), tuple(sky.T)).k < LEAST_K)
+        short = beams.escaped & (photon_of(camera.frame(), tuple(sky.T)).k < LEAST_K)
         assert np.all(beams.index[short] == 0)
         assert np.all(beams.determinant[short] > 0)
         met += int(short.sum())

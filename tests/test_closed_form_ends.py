@@ -16,7 +16,7 @@ from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.spacetime import kerr, radial
-from kerrcaustics.spacetime.camera import Photon, photon
+from kerrcaustics.spacetime.frame import Photon, photon_of
 
 pytestmark = pytest.mark.usefixtures("compiled_code")
 
@@ -84,7 +84,7 @@ def assert_rays_agree(camera: kc.Camera, sky: np.ndarray, end) -> int:
     assert np.array_equal(rays.status[~rays.escaped], exact.status[~rays.escaped])
     used = rays.closed_form
     outer = isinstance(end, float) and end > camera.radius
-    assert np.array_equal(used, rays.escaped & (outer | (photon(camera.frame(), tuple(sky.T)).k >= LEAST_K)))
+    assert np.array_equal(used, rays.escaped & (outer | (photon_of(camera.frame(), tuple(sky.T)).k >= LEAST_K)))
     # Seen from far away, rounding N is most of the error, and the integrator leaves it out for rays in the plane.
     rounding = 1e-16 * camera.radius
     assert np.all(displaced(rays, exact)[used] <= 10 * (rays.error + exact.error)[used] + rounding)
@@ -190,7 +190,7 @@ def test_radial_integrals_against_quadrature(way):
     width = math.sqrt(h * h + excess)
     roots = RadialRoots(h, d, -h - width, excess / (h + width), quartic.lift, 2 * kerr.horizon(spin) - spin * b)
     ends = place(roots, spin, first, sense), place(roots, spin, last, final)
-    found = radial_leg.integrals(spin, roots, *ends, clock=True)
+    found = radial_leg.integrals(spin, roots, *ends, with_time=True)
     outer = kerr.horizon(spin)
 
     def integrand(power: int, u):
@@ -217,7 +217,7 @@ def test_radial_integrals_against_quadrature(way):
 def test_radius_after_a_time():
     """Against the same motion in two halves."""
     camera = kc.Camera(0.9, 5.0, 1.1, "fiducial")
-    light = photon(camera.frame(), tuple(random_sky(camera, 256, np.random.default_rng(2)).T))
+    light = photon_of(camera.frame(), tuple(random_sky(camera, 256, np.random.default_rng(2)).T))
     coefficients = radial.potential_coefficients(camera.spin, light)
     start = light.position[0] * np.ones(256), light.rate[0]
     time = 0.4 / np.sqrt(light.k + 3)

@@ -12,7 +12,7 @@ from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.places import Places
 from kerrcaustics.scenes.patches import doubt, weights
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import photon, redshift as sky_redshift
+from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
 
 PAPER = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
 NEAR = kc.Camera(0.9, 12.0, 1.2, "fiducial")
@@ -44,8 +44,8 @@ def light_of_rays(camera, view, disk, pixels, side, shifts=(False, False), delay
         spin = -camera.spin if disk.motion == "retrograde" else camera.spin
         across = (radius - disk.inner) / width
         places = Places(radius, azimuth, across, points, ratio, width, spin, emitted, orbital)
-        constants = photon(camera.frame(), tuple(sky[here].T))
-        cosine = np.sqrt(constants.q) / radius * ratio / sky_redshift(camera, sky[here])
+        constants = photon_of(camera.frame(), tuple(sky[here].T))
+        cosine = np.sqrt(constants.q) / radius * ratio / sky_redshift(camera.frame(), sky[here])
         light[here] += through[here, None] * disk.emission.light(places, *shifts)
         through[here] *= disk.transmitted(places, cosine)
         live = live[np.isfinite(rays.radius)]

@@ -9,12 +9,12 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
-from kerrcaustics.curves.screens import as_seen, lengths, magnified, searcher, shown
-from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.curves.search_sky import as_seen, magnified, search_camera, search_sky
+from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.observer import from_screen, on_screen
 
 INCLINATION = math.radians(60)
-OBSERVER = kc.Observer(0.9, INCLINATION)
+OBSERVER = kc.Observer(spin=0.9, inclination=INCLINATION)
 STARS = np.array([[1.1, 2.0], [0.4, 5.5], [2.0, 3.3], [1.047, 0.3]])
 OPPOSITE = (math.pi - INCLINATION, math.pi)
 
@@ -31,12 +31,12 @@ def on_its_screen(sky, radius):
 def test_impact_parameters_keep_their_digits_far_out():
     # At infinity b = -alpha sin i, however large alpha is.
     places = np.array([[1e3, 2e3], [-1e5, 4e4], [3e7, 1e7]])
-    light = photon(OBSERVER.frame(), tuple(from_screen(places).T))
+    light = photon_of(OBSERVER.frame(), tuple(from_screen(places).T))
     np.testing.assert_allclose(light.b, -places[:, 0] * math.sin(INCLINATION), rtol=4e-15)
 
 
 def test_skies_of_two_magnifications_show_the_same():
-    plain, lens = camera_at(1e6), kc.Observer(0.9, INCLINATION, 1e6)
+    plain, lens = camera_at(1e6), kc.Observer(spin=0.9, inclination=INCLINATION, radius=1e6)
     places = np.array([[3.0, -4.0], [2e3, 1e3], [-1e6, 5e6]])
     sky = as_seen(from_screen(places), lens.frame(), plain.frame())
     np.testing.assert_allclose(on_its_screen(sky, 1e6)[1:], places[1:], rtol=1e-10)
@@ -45,15 +45,17 @@ def test_skies_of_two_magnifications_show_the_same():
 
 
 def test_lengths_are_those_of_the_screen():
-    lens, far = kc.Observer(0.9, INCLINATION, 1e7), camera_at(1e7, (0.0, 0.0, 0.0))
+    lens, far = kc.Observer(spin=0.9, inclination=INCLINATION, radius=1e7), camera_at(1e7, (0.0, 0.0, 0.0))
     places, step = np.array([[5.0, 1.0], [3e4, -2e4], [2e7, 1e7]]), 1e-3
     sky, beside = from_screen(places), from_screen(places * (1 + step))
     apart = 2 * np.arcsin(np.linalg.norm(beside - sky, axis=1) / 2)
     # A difference of first order, on a step of a thousandth.
-    np.testing.assert_allclose(lengths(lens, sky) * apart, step * np.linalg.norm(places, axis=1), rtol=2e-3)
-    seen = [shown(far, one) for one in (sky, beside)]
-    np.testing.assert_allclose(lengths(far, sky) * apart, np.linalg.norm(seen[1] - seen[0], axis=1), rtol=2e-3)
-    assert searcher(far) == lens and searcher(camera_at(1e4)) == camera_at(1e4)
+    np.testing.assert_allclose(search_sky(lens).lengths(sky) * apart, step * np.linalg.norm(places, axis=1), rtol=2e-3)
+    seen = [search_sky(far).shown(one) for one in (sky, beside)]
+    np.testing.assert_allclose(
+        search_sky(far).lengths(sky) * apart, np.linalg.norm(seen[1] - seen[0], axis=1), rtol=2e-3
+    )
+    assert search_camera(far) == lens and search_camera(camera_at(1e4)) == camera_at(1e4)
 
 
 @pytest.mark.slow
@@ -65,7 +67,7 @@ def test_images_at_finite_radius_are_the_limit_of_cameras(end):
         misses = []
         for radius in (1e4, 1e6):
             images = kc.star_images(camera_at(radius), star, 3, end=end)
-            assert images.per_index == limit.per_index and (images.returning == limit.returning).all()
+            assert images.per_index == limit.per_index and (images.second_arrival == limit.second_arrival).all()
             late = images.time - radius - 2 * math.log(radius) - limit.time
             place = on_its_screen(images.sky, radius) - limit.sky
             share = images.magnification * radius**2 / limit.magnification - 1
@@ -82,7 +84,7 @@ def test_images_lead_to_their_star(end):
     for star in STARS:
         images = kc.star_images(OBSERVER, star, 2, end=end)
         for leaf in (False, True):
-            here = images.returning == leaf
+            here = images.second_arrival == leaf
             if not here.any():
                 continue
             beams = kc.trace_beams(OBSERVER, images.sky[here], "integrated", end=Sphere(end, leaf), time=True)
@@ -301,7 +303,7 @@ def test_commands_take_an_observer(tmp_path, capsys):
 @pytest.mark.parametrize("inclination", [0.0, math.pi])
 def test_on_the_spin_axis(inclination):
     """Where any azimuth will do: nothing jumps, and both counts agree."""
-    observer, beside = (kc.Observer(0.9, abs(inclination - tilt)) for tilt in (0.0, 1e-7))
+    observer, beside = (kc.Observer(spin=0.9, inclination=abs(inclination - tilt)) for tilt in (0.0, 1e-7))
     found, told = (kc.image_counts(observer, STARS, 2, find=find, end=6.0) for find in (True, False))
     assert found.certified.all() and (found.counts == told.counts).all()
     images, others = (kc.star_images(one, STARS[0], 2, end=6.0) for one in (observer, beside))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.curves.screens import as_seen, errors
+from kerrcaustics.curves.search_sky import as_seen, search_sky
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, moved, tangent_basis
 
 PLACE = (0.9, 10.0, 1.2)
@@ -42,7 +42,7 @@ def test_errors_are_displacements_on_the_moving_sky():
         sky = rng.normal(size=(50, 3))
         sky /= np.linalg.norm(sky, axis=1, keepdims=True)
         for size in (1e-6, 1e-15):
-            found = errors(camera, sky, np.full(50, size))
+            found = search_sky(camera).errors(sky, np.full(50, size))
             true = displaced(camera, sky) * size
             assert (found >= 0.999 * true).all() and (found <= 1.001 * true + ROUNDING * (1 + true / size)).all()
 

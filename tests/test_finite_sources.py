@@ -11,7 +11,7 @@ from command_line import run
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
 from kerrcaustics.curves.source_map import SourceMap
-from kerrcaustics.spacetime.camera import photon, sky_from_fido
+from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.sphere import flattened, from_angles, moved
 from kerrcaustics.stars.sheets import sheets_of
 
@@ -32,10 +32,10 @@ def test_lines_meet_the_rim_where_rays_turn_on_the_sphere():
     source = SourceMap(CAMERA.at_rest(), Sphere(radius))
     depth = np.linspace(0.5, 6, 4001)
     for t in turn:
-        looking, returning = source.looking(np.full_like(depth, t), depth)
-        fold = int(np.argmax(returning))
+        line_of_sight, second_arrival = source.line_of_sight(np.full_like(depth, t), depth)
+        fold = int(np.argmax(second_arrival))
         assert 0 < fold < len(depth)
-        light = photon(source.camera.frame(), tuple(sky_from_fido(source.camera.frame(), -looking).T))
+        light = photon_of(source.camera.frame(), tuple(sky_from_fido(source.camera.frame(), -line_of_sight).T))
         square = radius**2 + CAMERA.spin**2
         potential = (square - CAMERA.spin * light.b) ** 2 - (square - 2 * radius) * light.kappa
         assert (potential[[0, -1]] > 0).all() and (potential > -1e-8).all()
@@ -87,7 +87,7 @@ def test_images_of_a_near_source_that_kerrp2p_published():
     star = math.radians(KERRP2P["observer_theta_deg"]), -math.radians(KERRP2P["observer_phi_deg"])
     images = kc.star_images(camera, star, 6, end=KERRP2P["observer_radius"])
     assert images.certified and list(images.per_index.values()) == [1] * 7
-    light = photon(camera.frame(), tuple(images.sky.T))
+    light = photon_of(camera.frame(), tuple(images.sky.T))
     for half_orbits, sign_r, sign_theta, b, q, time in KERRP2P["rows"]:
         i = int(np.argmin(np.abs(light.b - b) + np.abs(light.q - q)))
         assert images.index[i] == math.floor(half_orbits)
@@ -133,7 +133,7 @@ def test_all_images_of_that_source_by_newton_s_method_with_the_integrator():
     assert (np.linalg.norm(sky - images.sky, axis=1) <= blur / np.abs(beams.delta_minus) + images.error).all()
     assert (np.abs(beams.time - images.time) <= beams.time_error + images.time_error).all()
     np.testing.assert_array_equal(beams.index, images.index)
-    light, other = (photon(camera.frame(), tuple(n.T)) for n in (sky, images.sky))
+    light, other = (photon_of(camera.frame(), tuple(n.T)) for n in (sky, images.sky))
     np.testing.assert_allclose(light.b, other.b, rtol=0, atol=1e-10)
     np.testing.assert_allclose(light.q, other.q, rtol=0, atol=1e-9)
 
@@ -221,7 +221,7 @@ def test_images_lead_to_their_star(end):
     for star in STARS:
         images = kc.star_images(moving, star, 2, end=end)
         for leaf in (False, True):
-            here = np.zeros(len(images), bool) if images.returning is None else images.returning
+            here = np.zeros(len(images), bool) if images.second_arrival is None else images.second_arrival
             here = here == leaf
             if not here.any():
                 continue
@@ -290,5 +290,9 @@ def test_lines_are_followed_as_far_down_as_doubles_reach(radius, recwarn):
     """Far below all depths that a direction can tell, where a search may look, they end on the shadow edge."""
     camera = CAMERA.at_rest()
     depth = np.array([1.0, 30.0, 700.0, 1500.0])
-    looking = SourceMap(camera, Sphere(radius)).looking(np.full(4, 0.7), depth)[0]
-    assert np.isfinite(looking).all() and looking[2] == pytest.approx(looking[3], abs=1e-15) and not recwarn.list
+    line_of_sight = SourceMap(camera, Sphere(radius)).line_of_sight(np.full(4, 0.7), depth)[0]
+    assert (
+        np.isfinite(line_of_sight).all()
+        and line_of_sight[2] == pytest.approx(line_of_sight[3], abs=1e-15)
+        and not recwarn.list
+    )

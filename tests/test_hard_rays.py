@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.spacetime.camera import sky_from_fido
+from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.sphere import angle_between, polar_basis
 
 # Long way to a finite sphere; and to the camera's own radius, starting nearly at right angles, or nearly toward it.

@@ -61,16 +61,16 @@ def chosen_images(camera: kc.Camera, count: int, seed: int, closest: float) -> n
     """
     rng = np.random.default_rng(seed)
     sheets = sheets_of(camera, 2)
-    turn, index = rng.uniform(0, 2 * math.pi, count), rng.integers(0, 3, count)
+    edge_phase, index = rng.uniform(0, 2 * math.pi, count), rng.integers(0, 3, count)
     gap = 10 ** rng.uniform(math.log10(closest), -2, count)
     part = np.where(rng.uniform(size=count) < 0.9, rng.uniform(0.01, 0.99, count), 1 - gap)
-    depth = np.choose(index, [sheet.depth(turn, part) for sheet in sheets.sheets])
+    depth = np.choose(index, [sheet.depth(edge_phase, part) for sheet in sheets.sheets])
     near = part > 0.99
     for edge in sheets.curves:
         here = near & (index == edge.order - 1)
-        exact = sheets.curves.search().polished(turn[here], np.full(here.sum(), edge.order), depth[here]).depth
+        exact = sheets.curves.search().polished(edge_phase[here], np.full(here.sum(), edge.order), depth[here]).depth
         depth[here] = exact - gap[here]
-    return sheets.sky(sky_lines.looking(sheets.camera, turn, depth))
+    return sheets.sky(sky_lines.line_of_sight(sheets.camera, edge_phase, depth))
 
 
 def recovered(camera: kc.Camera, sky: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -160,13 +160,13 @@ def area_under_winding(sheets, index: int) -> float:
             points = sheets.curves.curves[edge].points
             azimuth = np.arctan2(points.direction[:, 1], points.direction[:, 0])
             azimuth = np.unwrap(np.append(azimuth, azimuth[0]))
-            total += sign * (-1) ** index * _line_integral(points.direction[:, 2], azimuth, points.turn)
+            total += sign * (-1) ** index * _line_integral(points.direction[:, 2], azimuth, points.edge_phase)
     return total
 
 
-def _line_integral(z: np.ndarray, azimuth: np.ndarray, turn: np.ndarray) -> float:
+def _line_integral(z: np.ndarray, azimuth: np.ndarray, edge_phase: np.ndarray) -> float:
     """Integral of (1 + cos theta') d phi' along a closed curve: a crossing counts for all that lies south of it."""
-    parameter = np.append(turn, turn[0] + 2 * math.pi)
+    parameter = np.append(edge_phase, edge_phase[0] + 2 * math.pi)
     height = CubicSpline(parameter, np.append(z, z[0]), bc_type="periodic")
     circuit = azimuth[-1] - azimuth[0]
     rest = azimuth - circuit * (parameter - parameter[0]) / (2 * math.pi)
@@ -184,18 +184,18 @@ def area_on_sky(sheets, index: int, lines: int, points: int) -> float:
     even = 2 * math.pi * np.arange(lines) / lines
     # More lines on the prograde side of a fast hole.
     crowd = 0.9 * sheets.camera.spin**4
-    turn, spread = even - crowd * np.sin(even), 1 - crowd * np.cos(even)
+    edge_phase, spread = even - crowd * np.sin(even), 1 - crowd * np.cos(even)
     node, weight = np.polynomial.legendre.leggauss(points)
-    turn, part = np.meshgrid(turn, (node + 1) / 2, indexing="ij")
+    edge_phase, part = np.meshgrid(edge_phase, (node + 1) / 2, indexing="ij")
 
     def sky(t, p):
-        return sheets.sky(sky_lines.looking(sheets.camera, t, sheet.depth(t, p)))
+        return sheets.sky(sky_lines.line_of_sight(sheets.camera, t, sheet.depth(t, p)))
 
     step = 1e-5
-    along = (sky(turn + step, part) - sky(turn - step, part)) / (2 * step)
-    across = (sky(turn, part + step) - sky(turn, part - step)) / (2 * step)
+    along = (sky(edge_phase + step, part) - sky(edge_phase - step, part)) / (2 * step)
+    across = (sky(edge_phase, part + step) - sky(edge_phase, part - step)) / (2 * step)
     element = np.linalg.norm(np.cross(along, across), axis=-1)
-    beams = trace_beams(sheets.camera, sky(turn, part), tolerance=1e-12)
+    beams = trace_beams(sheets.camera, sky(edge_phase, part), tolerance=1e-12)
     per_line = (np.abs(beams.determinant) * element) @ (weight / 2)
     return float((per_line * spread).sum() * 2 * math.pi / lines)
 

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 import kerrcaustics as kc
 from kerrcaustics.draw.light_curve_films import SpotFrames
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.spacetime.frame import photon_of
 
 PAPER = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
 CAMERAS = [PAPER, kc.Camera(0.999, 6.03, 1.3, "fiducial"), kc.Camera(0.9, 20.0, 0.0, "fiducial")]
@@ -59,11 +59,11 @@ def test_circles_that_are_not_seen_are_left_out():
 
 def direct_sum(curve, orbital, times, power=4.0):
     """Flux (t,) of a point, image by image: solid angle times g^4, from the beam at each image."""
-    turn = np.append(curve.turn, 2 * math.pi)
+    edge_phase = np.append(curve.edge_phase, 2 * math.pi)
     phase = curve.azimuth + orbital * curve.time
     winds = round((phase[-1] - phase[0]) / (2 * math.pi))
-    along = CubicSpline(turn, np.append(phase, phase[0] + 2 * math.pi * winds))
-    sky = CubicSpline(turn, [*curve.sky, curve.sky[0]], bc_type="periodic")
+    along = CubicSpline(edge_phase, np.append(phase, phase[0] + 2 * math.pi * winds))
+    sky = CubicSpline(edge_phase, [*curve.sky, curve.sky[0]], bc_type="periodic")
     least, most = np.floor(phase.min() / (2 * math.pi)) - 1, np.ceil(phase.max() / (2 * math.pi)) + 1
     total = np.zeros((len(times), 5))
     for i, time in enumerate(times):
@@ -74,7 +74,7 @@ def direct_sum(curve, orbital, times, power=4.0):
         n = sky(places)
         n /= np.linalg.norm(n, axis=1, keepdims=True)
         beams = kc.trace_beams(SPOT, n, end=kc.EquatorialPlane(curve.crossing), time=True)
-        b = photon(SPOT.frame(), tuple(n.T)).b
+        b = photon_of(SPOT.frame(), tuple(n.T)).b
         light = beams.redshift**power / np.abs(beams.determinant) / np.abs(1 - orbital * b)
         total[i] = light @ np.column_stack([np.ones(len(n)), n, beams.time])
     return total

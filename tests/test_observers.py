@@ -64,7 +64,7 @@ def test_shadow_edge_is_the_closed_curve():
         b = -(r**3 - 3 * r * r + spin**2 * r + spin**2) / (spin * (r - 1))
         return b, r**3 * (4 * spin**2 - r * (r - 3) ** 2) / (spin * (r - 1)) ** 2
 
-    edge = kc.shadow_edge(kc.Observer(spin, INCLINATION), 24)
+    edge = kc.shadow_edge(kc.Observer(spin=spin, inclination=INCLINATION), 24)
     for alpha, beta in edge[1:12]:
         low, high = kerr.photon_orbits(spin)
         orbit = brentq(lambda r, alpha=alpha: constants(r)[0] + alpha * math.sin(INCLINATION), low, high, xtol=1e-15)
@@ -76,7 +76,7 @@ def test_shadow_edge_is_the_closed_curve():
 @pytest.mark.slow
 def test_ray_from_infinity_to_infinity():
     # BlackHoleImages (Mathematica), KerrNullGeoDistant.
-    ray = kc.trace_rays(kc.Observer(0.6, INCLINATION), [6.0, 7.0])
+    ray = kc.trace_rays(kc.Observer(spin=0.6, inclination=INCLINATION), [6.0, 7.0])
     assert math.acos(ray.direction[2]) == pytest.approx(2.524027856936902, abs=1e-14)
     assert abs(ray.azimuth) == pytest.approx(3.9658225656116493, abs=1e-13)
 
@@ -86,7 +86,7 @@ def test_ray_from_infinity_to_infinity():
 def test_landings_of_another_code(row):
     spin, degrees, alpha, beta, x, y = row
     inclination = math.radians(degrees)
-    observer = kc.Observer(spin, inclination, 1000.0)
+    observer = kc.Observer(spin=spin, inclination=inclination, radius=1000.0)
     end = kc.trace_rays(observer, place_of(spin, inclination, alpha, beta, 1000.0), end=kc.EquatorialPlane(1))
     assert end.radius * math.cos(end.azimuth) == pytest.approx(x, abs=5e-5)
     assert end.radius * math.sin(end.azimuth) == pytest.approx(y, abs=5e-5)
@@ -96,7 +96,10 @@ def test_landings_of_another_code(row):
 @pytest.mark.parametrize("radius", [1e3, 1e5, 1e7])
 @pytest.mark.parametrize("end", [math.inf, 20.0, kc.EquatorialPlane(1)], ids=str)
 def test_observer_sees_what_the_camera_there_sees(end, radius):
-    observer, camera = kc.Observer(0.9, INCLINATION, radius), kc.Camera(0.9, radius, INCLINATION, "fiducial")
+    observer, camera = (
+        kc.Observer(spin=0.9, inclination=INCLINATION, radius=radius),
+        kc.Camera(0.9, radius, INCLINATION, "fiducial"),
+    )
     mine = kc.trace_beams(observer, PLACES, end=end, time=True)
     theirs = kc.trace_beams(camera, seen_by_camera(PLACES, radius), end=end, time=True)
     assert (mine.escaped == theirs.escaped).all() and mine.escaped.any()
@@ -114,7 +117,9 @@ def test_observer_sees_what_the_camera_there_sees(end, radius):
 @pytest.mark.parametrize("end", [math.inf, 20.0, kc.EquatorialPlane(1)], ids=str)
 def test_infinity_is_the_limit(end):
     def values(radius):
-        beams = kc.trace_beams(kc.Observer(0.9, INCLINATION, radius), PLACES[:3], end=end, time=True)
+        beams = kc.trace_beams(
+            kc.Observer(spin=0.9, inclination=INCLINATION, radius=radius), PLACES[:3], end=end, time=True
+        )
         return np.concatenate([beams.direction.ravel(), beams.time, beams.jacobian.ravel()])
 
     limit, *near = (values(radius) for radius in (math.inf, 1e3, 1e5, 1e7))
@@ -130,7 +135,7 @@ def test_infinity_is_the_limit(end):
 @pytest.mark.parametrize("end", [math.inf, 50.0, kc.EquatorialPlane(1)], ids=str)
 @pytest.mark.parametrize(("spin", "degrees"), [(0.9, 60), (0.998, 0), (0.0, 45)])
 def test_engines_agree_at_infinity(spin, degrees, end):
-    observer, rng = kc.Observer(spin, math.radians(degrees)), np.random.default_rng(3)
+    observer, rng = kc.Observer(spin=spin, inclination=math.radians(degrees)), np.random.default_rng(3)
     places = rng.normal(size=(300, 2)) * rng.choice([1.0, 4.0, 8.0, 40.0, 1e3], size=(300, 1))
     formula, steps = (
         kc.trace_beams(observer, places, engine, end=end, time=True) for engine in ("closed-form", "integrated")
@@ -148,7 +153,10 @@ def test_engines_agree_at_infinity(spin, degrees, end):
 
 @pytest.mark.slow
 def test_caustics_tend_to_those_seen_from_infinity():
-    found = {radius: kc.caustics(kc.Observer(0.9, INCLINATION, radius), 3) for radius in (1e5, 1e7, 1e9, math.inf)}
+    found = {
+        radius: kc.caustics(kc.Observer(spin=0.9, inclination=INCLINATION, radius=radius), 3)
+        for radius in (1e5, 1e7, 1e9, math.inf)
+    }
     assert found[math.inf].missing == (1,) and found[1e5].missing == ()
     limit, far, near = found[math.inf][0], found[1e7][1], found[1e5][1]
     assert limit.order == far.order == 2 and limit.kind == "astroid" and limit.closed
@@ -162,7 +170,7 @@ def test_caustics_tend_to_those_seen_from_infinity():
     assert np.hypot(*found[1e5][0].sky.T).mean() == pytest.approx(2 * math.sqrt(1e5), rel=1e-2)
     # The same as for a camera.
     camera = kc.caustics(kc.Camera(0.9, 1e3, INCLINATION, "fiducial"), 2)[1]
-    observed = kc.caustics(kc.Observer(0.9, INCLINATION, 1e3), 2)[1]
+    observed = kc.caustics(kc.Observer(spin=0.9, inclination=INCLINATION, radius=1e3), 2)[1]
     assert abs(camera.phi_extent - observed.phi_extent) <= 2 * (camera.error + observed.error)
 
 
@@ -180,11 +188,11 @@ def test_caustics_tend_to_those_seen_from_infinity():
 )
 def test_observers_that_cannot_be_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
-        kc.Observer(*arguments)
+        kc.Observer(**dict(zip(("spin", "inclination", "radius"), arguments, strict=False)))
 
 
 def test_what_takes_no_observer_says_so():
-    observer = kc.Observer(0.5, 1.0)
+    observer = kc.Observer(spin=0.5, inclination=1.0)
     with pytest.raises(ValueError, match="Argument `camera` must be a Camera, but is Observer"):
         kc.circle_images(observer, (1.0, 2.0))
     with pytest.raises(ValueError, match=r"Argument `sky` must hold finite numbers \(alpha, beta\)"):
@@ -208,13 +216,17 @@ def test_command_finds_caustics_seen_from_infinity(tmp_path, capsys):
 
 
 def test_observers_are_kept_in_files(tmp_path):
-    observer = kc.Observer(0.5, 1.0)
+    observer = kc.Observer(spin=0.5, inclination=1.0)
     kc.save(tmp_path / "observer.npz", observer)
     loaded = kc.load(tmp_path / "observer.npz")
-    assert loaded == observer and loaded.frame() == observer.frame() and loaded != kc.Observer(0.5, 1.0, 1e9)
+    assert (
+        loaded == observer
+        and loaded.frame() == observer.frame()
+        and loaded != kc.Observer(spin=0.5, inclination=1.0, radius=1e9)
+    )
     assert kc.record(observer)["schema"] == "kerrcaustics/observer/1"
 
 
 def test_an_observer_at_infinity_misses_the_primary_curve_alone():
-    found = kc.caustics(kc.Observer(0.9, 0.5), orders=1)
+    found = kc.caustics(kc.Observer(spin=0.9, inclination=0.5), orders=1)
     assert len(found) == 0 and found.missing == (1,)

@@ -14,7 +14,8 @@ from kerrcaustics.draw.projection import unrolled
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.tracks import draw_motion
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 DRAWN = (plots.camera_sky, plots.camera_sky_unrolled)

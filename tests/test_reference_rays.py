@@ -9,7 +9,8 @@ import pytest
 
 from kerrcaustics.beams.beam import Beams, Status
 from kerrcaustics.beams.trace import trace_beams, trace_rays
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import sky_from_fido
 
 DATA = Path(__file__).parent / "data"
 REFERENCE = json.loads((DATA / "rays.json").read_text(encoding="utf-8"))

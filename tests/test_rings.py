@@ -108,7 +108,7 @@ def test_a_great_circle_through_the_line_is_cut_at_rings():
 
 @pytest.mark.slow
 def test_seen_from_infinity_the_first_ring_is_infinite():
-    images = kc.star_images(kc.Observer(SPIN, THETA), BEHIND, 1)
+    images = kc.star_images(kc.Observer(spin=SPIN, inclination=THETA), BEHIND, 1)
     assert len(images) == 0 and images.remarks[1].endswith("index 0 and 1 are one ring at infinite (alpha, beta)")
 
 

@@ -99,7 +99,7 @@ def test_a_plot_returns_its_axes(kind, ax):
 def test_axes_are_made_where_none_are_given():
     drawn = CAMERA.plot()
     assert isinstance(drawn, Axes) and drawn.get_xlabel() == "to the right (deg)"
-    assert kc.Observer(0.5, 1.0).plot().get_xlabel() == "α (GM/c²)"
+    assert kc.Observer(spin=0.5, inclination=1.0).plot().get_xlabel() == "α (GM/c²)"
     plt.close("all")
 
 

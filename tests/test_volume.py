@@ -11,7 +11,7 @@ from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.march import Marching, _advanced, _begun, _on_the_way, _position, _step, _width, marched
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.spacetime.frame import photon_of
 
 CAMERA = kc.Camera(0.6, 74.1, math.radians(80), "static")
 VIEW = kc.View(48, 36, math.radians(38))
@@ -139,7 +139,7 @@ def test_paths_are_those_of_trace_beams(camera):
 
 def test_energies_are_those_of_the_emitters():
     spin, radius = 0.7, np.array([4.0, 9.0, 30.0])
-    light = photon(CAMERA.frame(), (np.array([-0.95] * 3), np.array([0.2, -0.2, 0.1]), np.array([0.1, 0.1, -0.1])))
+    light = photon_of(CAMERA.frame(), (np.array([-0.95] * 3), np.array([0.2, -0.2, 0.1]), np.array([0.1, 0.1, -0.1])))
     for name in ("circular", "fiducial", "static"):
         motion = EMITTERS[name](spin, radius, 0.0)
         expected = (1 - motion.orbital * light.b) / np.sqrt(motion.slowness)

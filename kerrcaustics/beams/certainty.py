@@ -11,7 +11,7 @@ from kerrcaustics.beams.ends import End, Jacobian
 from kerrcaustics.beams.geometry import first_azimuth, length
 from kerrcaustics.beams.integrator.equations import Constants
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame, Photon
 
 # Round-off of N, relative, in the axial angular momentum b.
 _OF_B = 4e-16

@@ -18,7 +18,8 @@ from kerrcaustics.beams.integrator.equations import Constants, horizon_rapidity,
 from kerrcaustics.beams.integrator.nystroem import Path, Positions, Rates, nystroem_step
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
-from kerrcaustics.spacetime.camera import Camera, Frame, Photon, Velocity
+from kerrcaustics.spacetime.camera import Camera, Velocity
+from kerrcaustics.spacetime.frame import Frame, Photon
 
 # Steps per time to the pole of psi, at least; steps in all, for rays that round-off keeps on their way for ever; steps
 # onto u = 0, each of which leaves the cube of what was left.
@@ -90,8 +91,8 @@ def end(given: Given, motion: Moving, density: Reals = integrated.DENSEST, *, ti
     spin, radius, inclination, *sky = given
     frame = frame_of(spin, radius, inclination, motion)
     size = jnp.sqrt(sum(x * x for x in sky))
-    constants, ray, light = integrated.start(frame, tuple(x / size for x in sky))
-    captured, arrival = _aim(*jax.lax.stop_gradient((frame, light)))
+    constants, ray, photon = integrated.start(frame, tuple(x / size for x in sky))
+    captured, arrival = _aim(*jax.lax.stop_gradient((frame, photon)))
     last = _followed(spin, constants, ray, arrival, density, timed=timed)
     there = last[0]
     _, x, y, z = there.position
@@ -102,11 +103,11 @@ def end(given: Given, motion: Moving, density: Reals = integrated.DENSEST, *, ti
     return jnp.where(captured, jnp.nan, jnp.stack(found))
 
 
-def _aim(frame: Frame, light: Photon) -> tuple[Flags, Reals]:
+def _aim(frame: Frame, photon: Photon) -> tuple[Flags, Reals]:
     """Whether a ray is captured; the Mino time to infinity of those that are not."""
-    quartic = radial.factor(frame, light)
-    captured = radial.is_captured(frame, light, quartic)
-    return captured, jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic))
+    quartic = radial.factor(frame, photon)
+    captured = radial.is_captured(frame, photon, quartic)
+    return captured, jnp.where(captured, 0.0, radial.mino_time(frame, photon, quartic))
 
 
 def _followed(

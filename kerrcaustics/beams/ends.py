@@ -1,7 +1,8 @@
 """Where rays may end: the celestial sphere, a sphere of finite radius, a crossing of the equatorial plane.
 
 An end is a surface around the hole with something that shines on it (emitters.py). What is special about one is told by
-the methods of its class, here and nowhere else; `End` has what holds for most. A new end is one more class.
+the methods of its class, here and nowhere else; `End` has what holds for most. A new end is one more class. Engines use
+the methods that take photons and paths, all else those that take places on the surface.
 """
 
 import math
@@ -10,21 +11,37 @@ from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.emitters import EMITTERS, Emitter, static
 from kerrcaustics.beams.integrator.equations import Constants, radial_pull
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.camera import Camera, Frame, Photon
-from kerrcaustics.spacetime.checks import apart, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import apart, numbers, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.frame import Frame, Photon
 from kerrcaustics.spacetime.polar import mino_time_to_plane
+from kerrcaustics.spacetime.sphere import flattened, from_angles
+from kerrcaustics.spacetime.viewer import Viewer
 
 # Round-off of the radius of an end, relative, as it enters the distance from a turning point.
 _OF_RADIUS = 4e-16
 
 Row = tuple[Reals, ...]
 Jacobian = tuple[Row, ...]
+
+_TURN = 2 * math.pi
+
+
+class Coordinate(NamedTuple):
+    """One of the two coordinates of places on a surface; period: infinite where it has none."""
+
+    name: str
+    symbol: str
+    unit: str
+    period: float = math.inf
 
 
 class Aim(NamedTuple):
@@ -62,21 +79,61 @@ class Arriving(NamedTuple):
 class End:
     """A surface on which rays end, for compiled code too; the methods here are those of a sphere of finite radius.
 
-    finite, whether it lies at a finite radius; coordinate, which of (u, x, y, z) is constant on it.
+    finite, whether it lies at a finite radius; coordinate, which of (u, x, y, z) is constant on it; coordinates, those
+    of places on it.
     """
 
     finite: ClassVar[bool] = True
     coordinate: ClassVar[int] = 0
+    coordinates: ClassVar[tuple[Coordinate, Coordinate]] = (
+        Coordinate("theta", "theta'", "rad"),
+        Coordinate("phi", "phi'", "rad", _TURN),
+    )
 
-    def source(self) -> Emitter | None:
-        """What shines there; None for a source at rest at infinity."""
+    def emitter_motion(self) -> Emitter | None:
+        """How what shines there moves; None for sources at rest at infinity."""
         return None
 
-    def is_beyond(self, camera: Camera) -> bool:
+    def bare(self) -> "End":
+        """The surface, whatever shines on it: rays do not depend on that."""
+        return self
+
+    def at_second_arrival(self) -> "End":
+        """The surface where rays meet it for the second time."""
+        raise ValueError(f"Argument `end` must be a sphere for a second arrival, but is {self!r}.")
+
+    def checked(self, name: str, places: ArrayLike) -> np.ndarray:
+        """Places (n, 2) on the surface, which the user gave as the argument `name`."""
+        given = numbers(name, places)
+        if given.ndim != 2 or given.shape[-1] != 2 or not np.isfinite(given).all():
+            raise ValueError(
+                f"Argument `{name}` must be an array of finite numbers of shape (n, 2): theta', phi' in radians."
+            )
+        if ((given[:, 0] < 0) | (given[:, 0] > math.pi)).any():
+            raise ValueError(f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees).")
+        return given
+
+    def vectors(self, places: np.ndarray) -> np.ndarray:
+        """Places (n, 2) as vectors (n, axes) that are close where the places are."""
+        return from_angles(places[:, 0], places[:, 1])
+
+    def ends(self, rays: Rays) -> np.ndarray:
+        """The ends of rays as such vectors."""
+        return rays.direction
+
+    def displacement(self, rays: Rays, vectors: np.ndarray) -> np.ndarray:
+        """From the ends of rays to places (n, axes), as (n, 2) in the rows of the Jacobian."""
+        return flattened(rays.direction, vectors - rays.direction)
+
+    def scale(self, rays: Rays) -> np.ndarray | float:
+        """What a unit of `Rays.error` is in the rows of the Jacobian."""
+        return 1.0
+
+    def is_beyond(self, camera: Viewer) -> bool:
         """Whether rays that escape outward without a turning point meet it once, on their way out."""
         raise NotImplementedError
 
-    def aim(self, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
+    def aim(self, frame: Frame, photon: Photon, quartic: radial.Quartic) -> Aim:
         """Whether a ray reaches it, and when. Rays with no positive energy at infinity are not followed."""
         raise NotImplementedError
 
@@ -104,7 +161,7 @@ class End:
         """Whether a ray may end on the other side of the equatorial plane, where errors allow either."""
         return either
 
-    def orientation(self, light: Photon, u_rate: Reals) -> Reals:
+    def orientation(self, photon: Photon, u_rate: Reals) -> Reals:
         """The sign that det J has for rays that passed no conjugate point."""
         return jnp.where(u_rate < 0, 1.0, -1.0)
 
@@ -161,15 +218,15 @@ class CelestialSphere(End):
     finite: ClassVar[bool] = False
     radius: ClassVar[float] = math.inf
 
-    def is_beyond(self, camera: Camera) -> bool:
+    def is_beyond(self, camera: Viewer) -> bool:
         """Always."""
         return True
 
-    def aim(self, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
+    def aim(self, frame: Frame, photon: Photon, quartic: radial.Quartic) -> Aim:
         """Rays reach it that are not captured."""
-        captured = radial.is_captured(frame, light, quartic)
-        time = jnp.where(captured, 0.0, radial.mino_time(frame, light, quartic))
-        return Aim(captured, captured, time, *_known(frame, light, quartic))
+        captured = radial.is_captured(frame, photon, quartic)
+        time = jnp.where(captured, 0.0, radial.mino_time(frame, photon, quartic))
+        return Aim(captured, captured, time, *_known(frame, photon, quartic))
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
         """The path is straight there."""
@@ -179,7 +236,7 @@ class CelestialSphere(End):
         """Infinite."""
         return math.inf
 
-    def orientation(self, light: Photon, u_rate: Reals) -> float:
+    def orientation(self, photon: Photon, u_rate: Reals) -> float:
         """Rays leave outward."""
         return 1.0
 
@@ -195,35 +252,47 @@ class CelestialSphere(End):
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Sphere(End):
-    """The first arrival at a radius; returning: the second one, within the camera's radius. What shines is static."""
+    """A sphere around the hole: places where rays, followed backward, first arrive at a radius. What shines is static.
+
+    Parameters
+    ----------
+    radius : float
+        Boyer-Lindquist radius, outside the horizon.
+    second_arrival : bool
+        Whether the second arrival is meant, of rays that meet a sphere within the viewer's radius twice.
+    """
 
     radius: Any
-    returning: Any = False
+    second_arrival: Any = False
 
-    def source(self) -> Emitter:
+    def emitter_motion(self) -> Emitter:
         """At rest."""
         return static
 
-    def is_beyond(self, camera: Camera) -> bool:
+    def at_second_arrival(self) -> "Sphere":
+        """The second arrival."""
+        return Sphere(self.radius, second_arrival=True)
+
+    def is_beyond(self, camera: Viewer) -> bool:
         """Where its radius is larger than the camera's."""
         return self.radius > camera.radius
 
-    def aim(self, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
+    def aim(self, frame: Frame, photon: Photon, quartic: radial.Quartic) -> Aim:
         """A turning point stops a ray only where it comes before the sphere."""
-        captured = radial.is_captured(frame, light, quartic)
-        inward = light.rate[0] > 0
-        rising = (self.radius > frame.radius) | ((self.radius == frame.radius) & inward) | self.returning
+        captured = radial.is_captured(frame, photon, quartic)
+        inward = photon.rate[0] > 0
+        rising = (self.radius > frame.radius) | ((self.radius == frame.radius) & inward) | self.second_arrival
         # Where this is negative the sphere lies between the outer roots.
-        square = radial.outer_square(quartic, radial.outer_start(frame, light, quartic), self.radius)
+        square = radial.outer_square(quartic, radial.outer_start(frame, photon, quartic), self.radius)
         side = self.radius - 1 - quartic.lift
         above = ~captured | (~inward & (side <= 0) & (square >= 0))
         turned = inward & (side >= 0) & (square >= 0)
-        reached = jnp.where(rising, above & (~jnp.asarray(self.returning) | turned), captured | turned)
-        lost = ~reached | (light.energy_ratio <= 0)
-        time = radial.mino_time_to(frame, light, quartic, self.radius, rising)
-        conditioning, certain = _known(frame, light, quartic)
+        reached = jnp.where(rising, above & (~jnp.asarray(self.second_arrival) | turned), captured | turned)
+        lost = ~reached | (photon.energy_ratio <= 0)
+        time = radial.mino_time_to(frame, photon, quartic, self.radius, rising)
+        conditioning, certain = _known(frame, photon, quartic)
         # Of the radius too, which may be that of the turning point.
-        doubt = radial.arrival_doubt(frame, light, quartic, self.radius) + _OF_RADIUS * self.radius * jnp.abs(side)
+        doubt = radial.arrival_doubt(frame, photon, quartic, self.radius) + _OF_RADIUS * self.radius * jnp.abs(side)
         certain = certain & (jnp.abs(square) > doubt)
         return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, certain, rising=rising)
 
@@ -280,6 +349,10 @@ class EquatorialPlane(End):
     crossing: int = 1
     emitter: str = "circular"
     coordinate: ClassVar[int] = 3
+    coordinates: ClassVar[tuple[Coordinate, Coordinate]] = (
+        Coordinate("radius", "r", "GM/c^2"),
+        Coordinate("phi", "phi", "rad", _TURN),
+    )
 
     def __post_init__(self) -> None:
         """Refuse what is no crossing or no emitter."""
@@ -297,25 +370,55 @@ class EquatorialPlane(End):
         object.__setattr__(plane, "crossing", children[0])
         return plane
 
-    def source(self) -> Emitter:
-        """Its emitter."""
+    def emitter_motion(self) -> Emitter:
+        """Its emitter's."""
         return EMITTERS[self.emitter]
 
-    def is_beyond(self, camera: Camera) -> bool:
+    def bare(self) -> "EquatorialPlane":
+        """The crossing, with the emitter of all."""
+        return EquatorialPlane(self.crossing)
+
+    def checked(self, name: str, places: ArrayLike) -> np.ndarray:
+        """Places (n, 2) = (r, phi) in the plane."""
+        given = numbers(name, places)
+        if given.ndim != 2 or given.shape[-1] != 2 or not np.isfinite(given).all():
+            raise ValueError(f"Argument `{name}` must be an array of finite numbers of shape (n, 2): r, phi.")
+        return given
+
+    def vectors(self, places: np.ndarray) -> np.ndarray:
+        """(r cos phi, r sin phi)."""
+        radius, phi = places.T
+        return np.stack([radius * np.cos(phi), radius * np.sin(phi)], axis=-1)
+
+    def ends(self, rays: Rays) -> np.ndarray:
+        """The same of rays."""
+        return rays.direction[..., :2] * np.asarray(rays.radius)[..., None]
+
+    def displacement(self, rays: Rays, vectors: np.ndarray) -> np.ndarray:
+        """(dr, r dphi)."""
+        radius = np.asarray(rays.radius)
+        turn = (np.arctan2(vectors[:, 1], vectors[:, 0]) - rays.azimuth + math.pi) % _TURN - math.pi
+        return np.stack([np.linalg.norm(vectors, axis=-1) - radius, radius * turn], axis=-1)
+
+    def scale(self, rays: Rays) -> np.ndarray:
+        """Errors are relative to the radius."""
+        return np.asarray(rays.radius)
+
+    def is_beyond(self, camera: Viewer) -> bool:
         """Never."""
         return False
 
-    def aim(self, frame: Frame, light: Photon, quartic: radial.Quartic) -> Aim:
+    def aim(self, frame: Frame, photon: Photon, quartic: radial.Quartic) -> Aim:
         """Rays reach it before they reach the horizon, or infinity."""
-        captured = radial.is_captured(frame, light, quartic)
+        captured = radial.is_captured(frame, photon, quartic)
         horizon = radial.horizon(frame.spin)
-        to_horizon = radial.mino_time_to(frame, light, quartic, horizon, jnp.zeros_like(captured))
-        time = mino_time_to_plane(frame, light, self.crossing)
-        most = jnp.where(captured, to_horizon, radial.mino_time(frame, light, quartic))
-        lost = ~(time < most) | (light.energy_ratio <= 0)
-        plane_rate = jnp.sqrt(jnp.maximum(light.q, 0))
-        conditioning, certain = _known(frame, light, quartic)
-        certain = certain & (jnp.abs(time - most) > radial.time_doubt(frame, light, quartic) * most)
+        to_horizon = radial.mino_time_to(frame, photon, quartic, horizon, jnp.zeros_like(captured))
+        time = mino_time_to_plane(frame, photon, self.crossing)
+        most = jnp.where(captured, to_horizon, radial.mino_time(frame, photon, quartic))
+        lost = ~(time < most) | (photon.energy_ratio <= 0)
+        plane_rate = jnp.sqrt(jnp.maximum(photon.q, 0))
+        conditioning, certain = _known(frame, photon, quartic)
+        certain = certain & (jnp.abs(time - most) > radial.time_doubt(frame, photon, quartic) * most)
         return Aim(captured, lost, jnp.where(lost, 0.0, time), conditioning, certain, plane_rate=plane_rate)
 
     def time_left(self, constants: Constants, aim: Aim, path: Path) -> Reals:
@@ -342,9 +445,9 @@ class EquatorialPlane(End):
         """The end is a crossing itself."""
         return jnp.zeros_like(either)
 
-    def orientation(self, light: Photon, u_rate: Reals) -> Reals:
+    def orientation(self, photon: Photon, u_rate: Reals) -> Reals:
         """Above the plane first, a ray meets it from above for the odd crossings."""
-        above = jnp.where(light.position[3] == 0, light.rate[3], light.position[3]) > 0
+        above = jnp.where(photon.position[3] == 0, photon.rate[3], photon.position[3]) > 0
         return jnp.where(above == (jnp.mod(self.crossing, 2) == 1), -1.0, 1.0)
 
     def jacobian(self, angles: Jacobian, radius: Reals, in_radius: Row) -> Jacobian:
@@ -396,20 +499,22 @@ SKY = CelestialSphere()
 Wherever = float | EquatorialPlane
 
 
-def end_of(camera: Camera, end: object) -> End:
+def end_of(camera: Viewer, end: object) -> End:
     """The end that `end=` means: math.inf, a radius, or an end itself; what is none is refused with one ValueError."""
-    if isinstance(end, End):
+    if isinstance(end, End) and not isinstance(end, Sphere):
         return end
-    radius = real_number("end", end)
+    radius = real_number("end", end.radius if isinstance(end, Sphere) else end)
     if math.isnan(radius):
         raise ValueError(f"Argument `end` must be a radius, math.inf or an EquatorialPlane, but is {quoted(end)}.")
     horizon = kerr.horizon(camera.spin)
     if not radius > horizon:
         given, least = apart(radius, horizon)
         raise ValueError(f"Argument `end` must be larger than the horizon radius {least}, but is {given}.")
+    if isinstance(end, Sphere):
+        return end
     return SKY if math.isinf(radius) else Sphere(radius)
 
 
-def _known(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[Reals, Flags]:
+def _known(frame: Frame, photon: Photon, quartic: radial.Quartic) -> tuple[Reals, Flags]:
     """The conditioning of a ray, and whether its fate is certain."""
-    return radial.conditioning(frame, light), radial.capture_is_certain(frame, light, quartic)
+    return radial.conditioning(frame, photon), radial.capture_is_certain(frame, photon, quartic)

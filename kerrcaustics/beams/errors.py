@@ -14,7 +14,7 @@ from kerrcaustics.beams.ends import Arriving, End
 from kerrcaustics.beams.ray_end import RayEnd
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Reals
-from kerrcaustics.spacetime.camera import Frame
+from kerrcaustics.spacetime.frame import Frame
 
 # Of a place at a finite distance, as it enters the Jacobian: that of a beam which has opened far changes with it.
 _OF_PLACE = 4.0

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.spacetime.arrays import Flags, Reals
-from kerrcaustics.spacetime.camera import Frame
+from kerrcaustics.spacetime.frame import Frame
 
 
 def length(parts: Any) -> Reals:

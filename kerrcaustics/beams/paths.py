@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Status
+from kerrcaustics.beams.compile_cache import Program
 from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.ends import Spherical, end_of
 from kerrcaustics.beams.geometry import area, azimuth_step, first_azimuth, length, turned
@@ -20,15 +21,16 @@ from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, r
 from kerrcaustics.beams.integrator.integrated import DENSEST, start, with_variations
 from kerrcaustics.beams.integrator.journey import local_error
 from kerrcaustics.beams.integrator.nystroem import Path, nystroem_step
-from kerrcaustics.beams.programs import Program
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.camera import Camera, Frame, Photon, check_camera
+from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
+from kerrcaustics.spacetime.frame import Frame, Photon
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.viewer import Viewer
 
 # Rays advanced together; one compiled size serves all.
 _CHUNK = 512
@@ -126,7 +128,7 @@ class _Beam(NamedTuple):
 
 @own_settings()
 @usual_warnings
-def ray_paths(camera: Camera, sky: ArrayLike, n: int = 200, *, end: float = math.inf) -> RayPaths:
+def ray_paths(camera: Viewer, sky: ArrayLike, n: int = 200, *, end: float = math.inf) -> RayPaths:
     """The rays that the camera sees, in space: places along each, and its conjugate points.
 
     Parameters
@@ -236,8 +238,8 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     still = jax.tree.map(lambda part: 0 * part, (constants, ray))
     beam = _Beam(constants, [still[0]] * 2, one, one, one, one, one)
     state = _State((ray, still[1], still[1]), 0 * one, 0 * one)
-    light = Photon(impact, q + impact**2, q + (impact - spin) ** 2, q, (0, 0, 0, 0.0), (0, 0, 0, 1.0), 1.0)
-    period = 2 * float(mino_time_to_plane(Camera(spin, radius).frame(), light, 1))
+    photon = Photon(impact, q + impact**2, q + (impact - spin) ** 2, q, (0, 0, 0, 0.0), (0, 0, 0, 1.0), 1.0)
+    period = 2 * float(mino_time_to_plane(Camera(spin, radius).frame(), photon, 1))
     times = np.linspace(0, periods * period, n)
     found = []
     for first in range(0, n, _CHUNK):
@@ -269,7 +271,7 @@ def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[
     return a, b, periods
 
 
-def _followed(camera: Camera, sky: np.ndarray, n: int, end: Spherical) -> dict[str, np.ndarray]:
+def _followed(camera: Viewer, sky: np.ndarray, n: int, end: Spherical) -> dict[str, np.ndarray]:
     """The fields of a result for up to so many rays as are advanced together."""
     count = len(sky)
     # Filled up with the first ray, or any, so that one compiled size serves all.
@@ -306,7 +308,7 @@ def _followed(camera: Camera, sky: np.ndarray, n: int, end: Spherical) -> dict[s
 
 
 def _set_ends(
-    fields: dict[str, np.ndarray], end: Spherical, camera: Camera, captured: np.ndarray, lost: np.ndarray
+    fields: dict[str, np.ndarray], end: Spherical, camera: Viewer, captured: np.ndarray, lost: np.ndarray
 ) -> None:
     """What is known of the first and the last place of each ray beforehand, in place."""
     fields["radius"][0], fields["theta"][0] = camera.radius, camera.inclination
@@ -317,21 +319,21 @@ def _set_ends(
 @Program
 def _begun(frame: Frame, sky: Components, end: Spherical) -> tuple[_Beam, _State]:
     """Rays at the camera."""
-    constants, ray, light = start(frame, sky)
+    constants, ray, photon = start(frame, sky)
     paths, variations = with_variations(frame, sky, ray)
-    quartic = radial.factor(frame, light)
-    aim = end.aim(frame, light, quartic)
+    quartic = radial.factor(frame, photon)
+    aim = end.aim(frame, photon, quartic)
     horizon = radial.horizon(frame.spin)
     stop = horizon + _ABOVE_HORIZON * jnp.minimum(1.0, frame.radius - horizon)
-    falling = radial.mino_time_to(frame, light, quartic, stop, jnp.zeros_like(aim.captured))
-    elsewhere = jnp.where(aim.captured, falling, radial.mino_time(frame, light, quartic))
+    falling = radial.mino_time_to(frame, photon, quartic, stop, jnp.zeros_like(aim.captured))
+    elsewhere = jnp.where(aim.captured, falling, radial.mino_time(frame, photon, quartic))
     end_time = jnp.where(aim.lost, elsewhere, aim.mino_time)
-    known = (light.energy_ratio > 0) & (end_time * polar_rapidity(constants) < _MOST_ARC)
+    known = (photon.energy_ratio > 0) & (end_time * polar_rapidity(constants) < _MOST_ARC)
     end_time = jnp.where(known, end_time, jnp.nan)
     end_u = jnp.where(aim.lost, jnp.where(aim.captured, 1 / stop, 0.0), 1 / end.radius)
     opening = length((*paths[1].rate[1:], *paths[2].rate[1:]))
     beam = _Beam(constants, variations, end_time, end_u, aim.lost, aim.captured, opening)
-    return beam, _State(paths, first_azimuth(frame, ray.rate), 0 * light.b)
+    return beam, _State(paths, first_azimuth(frame, ray.rate), 0 * photon.b)
 
 
 @Program

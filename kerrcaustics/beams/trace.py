@@ -10,17 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams, Rays
-from kerrcaustics.beams.choice import followed
 from kerrcaustics.beams.directions import as_vectors, normalised
+from kerrcaustics.beams.dispatch import followed
 from kerrcaustics.beams.emitters import redshift as frequency_ratio
 from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.beams.engine import Engine, engine_named, in_words
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.spacetime.camera import Camera, check_camera, photon, redshift as sky_redshift
 from kerrcaustics.spacetime.checks import quoted, real_number
-from kerrcaustics.spacetime.observer import from_screen, is_screen, screen_basis
-from kerrcaustics.spacetime.sphere import tangent_basis
+from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 # Rays that are checked, traced and stored together: memory beside input and result is what these need.
 _BLOCK = 1 << 15
@@ -30,7 +29,7 @@ Result = TypeVar("Result", bound=Rays)
 
 @usual_warnings
 def trace_rays(
-    camera: Camera,
+    camera: Viewer,
     sky: ArrayLike,
     engine: str = "auto",
     tolerance: float = 1e-10,
@@ -90,7 +89,7 @@ def trace_rays(
 
 @usual_warnings
 def trace_beams(
-    camera: Camera,
+    camera: Viewer,
     sky: ArrayLike,
     engine: str = "auto",
     tolerance: float = 1e-10,
@@ -140,7 +139,7 @@ def trace_beams(
     return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=redshift)
 
 
-def trace_in_steps(camera: Camera, sky: ArrayLike, engine: str, tolerance: float, end: End) -> Beams:
+def trace_in_steps(camera: Viewer, sky: ArrayLike, engine: str, tolerance: float, end: End) -> Beams:
     """Beams with their index, of a job that asks for some again and again: one program serves all of it.
 
     Parameters as for `trace_beams`, which compiles another one for few.
@@ -149,9 +148,9 @@ def trace_in_steps(camera: Camera, sky: ArrayLike, engine: str, tolerance: float
     return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=False, many=True)
 
 
-def check_request(camera: Camera, engine: str, tolerance: float) -> tuple[Engine, float]:
+def check_request(camera: Viewer, engine: str, tolerance: float) -> tuple[Engine, float]:
     """The engine and the tolerance asked for; what cannot be traced is refused with one clear ValueError."""
-    check_camera(camera, distant=True)
+    check_viewer(camera)
     found, wanted = engine_named(engine), real_number("tolerance", tolerance)
     if not 1e-14 <= wanted <= 1e-2:
         raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {quoted(tolerance)}.")
@@ -160,7 +159,7 @@ def check_request(camera: Camera, engine: str, tolerance: float) -> tuple[Engine
 
 def _traced(
     kind: type[Result],
-    camera: Camera,
+    camera: Viewer,
     sky: ArrayLike,
     engine: str,
     tolerance: float,
@@ -173,8 +172,7 @@ def _traced(
     """The result, traced block by block on all cores."""
     chosen, tolerance = check_request(camera, engine, tolerance)
     surface = end_of(camera, end)
-    screen = is_screen(camera, sky)
-    directions, shape = as_vectors(from_screen(sky) if screen else sky)
+    directions, shape = as_vectors(camera.directions(sky))
     count = len(directions)
 
     def block(start: int) -> RayEnd[np.ndarray]:
@@ -196,27 +194,21 @@ def _traced(
         with ThreadPoolExecutor(cores()) as pool:
             list(pool.map(lambda start: store(start, block(start)), starts))
     fields = ends.shaped(shape).fields()
-    if screen and "jacobian" in fields:
-        fields["jacobian"] = _by_screen(fields["jacobian"], directions.reshape(*shape, 3))
+    if wanted.beams:
+        fields["jacobian"] = camera.by_places(sky, fields["jacobian"])
     result = kind(engine=chosen.value, **fields)
     return replace(result, engine=in_words(result.engines)) if result.engines else result
 
 
-def _by_screen(jacobian: np.ndarray, sky: np.ndarray) -> np.ndarray:
-    """The Jacobian by beta and alpha: in this order its determinant has the sign of the parity."""
-    (along_alpha, along_beta), tangents = screen_basis(sky), np.stack(tangent_basis(sky), axis=-2)
-    return jacobian @ tangents @ np.stack([along_beta, along_alpha], axis=-1)
-
-
-def _redshift(camera: Camera, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray]) -> np.ndarray:
+def _redshift(camera: Viewer, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray]) -> np.ndarray:
     """Frequency ratio nu_camera / nu_source for the source at the end of each ray; NaN where there can be none."""
-    emitter = end.source()
-    light = None if emitter is None else photon(camera.frame(), tuple(sky.T))
-    ratio = np.where(np.isfinite(ends.direction[:, 0]), sky_redshift(camera, sky, light), np.nan)
-    if emitter is None or light is None or ends.radius is None or ends.outward is None:
+    emitter = end.emitter_motion()
+    photon = None if emitter is None else photon_of(camera.frame(), tuple(sky.T))
+    ratio = np.where(np.isfinite(ends.direction[:, 0]), sky_redshift(camera.frame(), sky, photon), np.nan)
+    if emitter is None or photon is None or ends.radius is None or ends.outward is None:
         return ratio
     place = ends.radius, ends.direction[:, 2]
-    return np.asarray(frequency_ratio(emitter, camera.spin, (light.b, light.q), place, ratio, ends.outward))
+    return np.asarray(frequency_ratio(emitter, camera.spin, (photon.b, photon.q), place, ratio, ends.outward))
 
 
 def cores() -> int:

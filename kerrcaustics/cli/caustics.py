@@ -73,8 +73,8 @@ def caustics(
     end = source.end()
     if source.plane is not None and figure is not None:
         raise BadInput("Argument --figure must not come with --plane.")
-    seen_from = camera.made(distant=True)
-    if seen_from.is_distant and figure is not None:
+    seen_from = camera.viewer()
+    if math.isinf(seen_from.radius) and figure is not None:
         raise BadInput("Argument --figure must be left out for an observer at infinity.")
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic import caustics as find

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from kerrcaustics.beams.ends import EquatorialPlane
-    from kerrcaustics.spacetime.camera import Camera
+    from kerrcaustics.spacetime.viewer import Viewer
     from kerrcaustics.stars.circles import CircleImages
     from kerrcaustics.stars.counts import CountMap, ImageCounts
     from kerrcaustics.stars.lines import LineCrossings
@@ -113,7 +113,7 @@ def counts(
         if source != SKY_SOURCES:
             raise BadInput("Arguments --source-radius and --plane must not come with --circle.")
         count = partial(_circle, radians("--circle", circle), line, points)
-    seen_from = camera.made(distant=not circle)
+    seen_from = camera.camera() if circle else camera.viewer()
     began = time.perf_counter()
     entry, certified = count(seen_from, max_index, common.console())
     common.write_found(entry, time.perf_counter() - began, None if points or map_ else 2)
@@ -125,7 +125,7 @@ def _stars(
     places: list[tuple[float, float]],
     argument: str,
     end: "float | EquatorialPlane",
-    camera: "Camera",
+    camera: "Viewer",
     max_index: int,
     out: Console,
 ) -> Counted:
@@ -145,7 +145,7 @@ def _map(
     rows: int,
     end: "float | EquatorialPlane",
     figure: Path | None,
-    camera: "Camera",
+    camera: "Viewer",
     max_index: int,
     out: Console,
 ) -> Counted:
@@ -168,7 +168,7 @@ def _map(
 
 
 def _plane_map(
-    rows: int, end: "EquatorialPlane", figure: Path | None, camera: "Camera", max_index: int, out: Console
+    rows: int, end: "EquatorialPlane", figure: Path | None, camera: "Viewer", max_index: int, out: Console
 ) -> Counted:
     from kerrcaustics.results.records import record
     from kerrcaustics.stars.counts import count_map
@@ -186,7 +186,7 @@ def _plane_map(
 
 
 def _circle(
-    normal: tuple[float, float], line: float | None, points: bool, camera: "Camera", max_index: int, out: Console
+    normal: tuple[float, float], line: float | None, points: bool, camera: "Viewer", max_index: int, out: Console
 ) -> Counted:
     turn = math.radians(line or 0.0)
     with plain_errors(), progress():
@@ -254,7 +254,7 @@ def _angles(text: str) -> tuple[float, float] | None:
     return theta, phi
 
 
-def _print_counts(camera: "Camera", found: "ImageCounts", out: Console) -> None:
+def _print_counts(camera: "Viewer", found: "ImageCounts", out: Console) -> None:
     say(out, f"{place_of(camera)}: image counts")
     indices = range(found.counts.shape[1])
     table = PlainTable(("theta' (deg)", "phi' (deg)", *(f"index {k}" for k in indices), "total", ""))
@@ -273,7 +273,7 @@ def _print_counts(camera: "Camera", found: "ImageCounts", out: Console) -> None:
         say(out, f"star {i + 1}: found {found.counts[i].tolist()}, the caustics tell {found.expected[i].tolist()}")
 
 
-def _print_note(camera: "Camera", source_radius: float, out: Console) -> None:
+def _print_note(camera: "Viewer", source_radius: float, out: Console) -> None:
     if math.isinf(camera.radius) and math.isinf(source_radius):
         say(out, "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not counted")
 
@@ -291,7 +291,7 @@ def _print_plane(found: "PlaneCounts", out: Console) -> None:
     say(out, f"{int(found.certified.sum())} of {len(found.sources)} certified")
 
 
-def _print_map(camera: "Camera", found: "CountMap", out: Console) -> None:
+def _print_map(camera: "Viewer", found: "CountMap", out: Console) -> None:
     say(out, f"{place_of(camera)}: image counts over the celestial sphere")
     _print_layers(found.counts, found.solid_angle[:, None] / (4 * math.pi), out)
     _print_note(camera, found.source_radius, out)

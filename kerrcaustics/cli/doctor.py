@@ -93,7 +93,7 @@ def _opengl(tried: bool) -> dict[str, Any]:
 
 def _cache() -> dict[str, Any]:
     """The folder of compiled programs: where, how many, how large, whether more can be kept, and why not."""
-    from kerrcaustics.beams.programs import KEPT, cache_folder, unsafe_cache
+    from kerrcaustics.beams.compile_cache import KEPT, cache_folder, unsafe_cache
 
     folder, unsafe = cache_folder(), unsafe_cache()
     if folder is None:

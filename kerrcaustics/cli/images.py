@@ -28,7 +28,7 @@ from kerrcaustics.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from kerrcaustics.spacetime.camera import Camera
+    from kerrcaustics.spacetime.viewer import Viewer
     from kerrcaustics.stars.images import StarImages
     from kerrcaustics.stars.plane_images import PlaneImages
 
@@ -57,7 +57,7 @@ def images(
     common.check()
     end = source.end()
     place = source.place("--star", star)
-    seen_from = camera.made(distant=True)
+    seen_from = camera.viewer()
     began = time.perf_counter()
     with plain_errors(), progress():
         from kerrcaustics.results.records import record
@@ -74,11 +74,11 @@ def images(
         stop(1, "The images are not certified: see the remarks.")
 
 
-def _unit(camera: "Camera") -> str:
-    return "errors in units of the mass" if camera.is_distant else "errors on the camera sky in radians"
+def _unit(camera: "Viewer") -> str:
+    return f"errors on the sky in {camera.sky_unit}"
 
 
-def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
+def _print_images(camera: "Viewer", found: "StarImages", out: Console) -> None:
     theta, phi = (math.degrees(angle) for angle in found.star)
     where = "" if math.isinf(found.source_radius) else f", r = {found.source_radius:.12g}"
     say(out, f"{place_of(camera)}: images of the star at theta' = {theta:z.12g}, phi' = {phi:z.12g} deg{where}")
@@ -111,7 +111,7 @@ def _print_images(camera: "Camera", found: "StarImages", out: Console) -> None:
     say(out, f"{counted(found.per_index)}: {sure(found.certified)}; {_unit(camera)}")
 
 
-def _print_plane(camera: "Camera", found: "PlaneImages", out: Console) -> None:
+def _print_plane(camera: "Viewer", found: "PlaneImages", out: Console) -> None:
     where = f"r = {found.radius:.12g}, phi = {math.degrees(found.phi):z.12g} deg"
     say(out, f"{place_of(camera)}: images of the source at {where}, crossing {found.crossing} of the plane")
     table = PlainTable(("index", direction_head(camera), "phi (deg)", "redshift", "time", "error"))

@@ -68,7 +68,7 @@ def light_curve(
     check_ending(figure)
     check_film(film)
     common.check_points(points)
-    seen_from = replace(camera, velocity=camera.velocity or "static").made()
+    seen_from = replace(camera, velocity=camera.velocity or "static").camera()
     began = time.perf_counter()
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.light_curves import light_curve as follow

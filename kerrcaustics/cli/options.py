@@ -16,6 +16,7 @@ from kerrcaustics.cli.terminal import console, plain_errors
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import EquatorialPlane
     from kerrcaustics.spacetime.camera import Camera
+    from kerrcaustics.spacetime.viewer import Viewer
 
 
 def _whole_number(_type: type, tokens: Sequence[cyclopts.Token]) -> int:
@@ -83,19 +84,29 @@ class CameraOptions:
     inclination: float = 90.0
     velocity: Literal["circular", "fiducial", "static"] | None = None
 
-    def made(self, *, distant: bool = False) -> "Camera":
-        """The camera that the options describe; distant, whether it may be an observer at infinity."""
-        if not 0 <= self.inclination <= 180:
-            raise BadInput(f"Argument --inclination must lie in [0, 180] degrees, but is {self.inclination:g}.")
+    def camera(self) -> "Camera":
+        """The camera that the options describe."""
         with plain_errors():
             from kerrcaustics.spacetime.camera import Camera
+
+            return Camera(self.spin, self.radius, self._inclination(), self.velocity)
+
+    def viewer(self) -> "Viewer":
+        """The same, or an observer at infinity."""
+        if self.radius != math.inf:
+            return self.camera()
+        if self.velocity not in (None, "fiducial"):
+            raise BadInput(f"Argument --velocity must be fiducial at infinity, but is {self.velocity}.")
+        with plain_errors():
             from kerrcaustics.spacetime.observer import Observer
 
-            if distant and self.radius == math.inf:
-                if self.velocity not in (None, "fiducial"):
-                    raise BadInput(f"Argument --velocity must be fiducial at infinity, but is {self.velocity}.")
-                return Observer(self.spin, math.radians(self.inclination))
-            return Camera(self.spin, self.radius, math.radians(self.inclination), self.velocity)
+            return Observer(spin=self.spin, inclination=self._inclination())
+
+    def _inclination(self) -> float:
+        """The inclination in radians."""
+        if not 0 <= self.inclination <= 180:
+            raise BadInput(f"Argument --inclination must lie in [0, 180] degrees, but is {self.inclination:g}.")
+        return math.radians(self.inclination)
 
 
 @cyclopts.Parameter(name="*")

@@ -13,7 +13,7 @@ from rich.console import Console
 from kerrcaustics.cli.app import BadInput
 
 if TYPE_CHECKING:
-    from kerrcaustics.spacetime.camera import Camera
+    from kerrcaustics.spacetime.viewer import Viewer
 
 FIRST_LINE = 5.0
 """Seconds after which a command that is at work without a terminal says so."""
@@ -46,15 +46,15 @@ def say(out: Console, text: str) -> None:
     out.print(text, soft_wrap=True, highlight=False)
 
 
-def place_of(camera: "Camera") -> str:
+def place_of(camera: "Viewer") -> str:
     """The camera, in words for a headline."""
     inclination = f"{math.degrees(camera.inclination):z.12g} deg"
     return f"a = {camera.spin:z.12g}, r = {camera.radius:.12g}, inclination {inclination}, {camera.velocity} camera"
 
 
-def direction_head(camera: "Camera") -> str:
+def direction_head(camera: "Viewer") -> str:
     """What the places on a camera's sky are called in tables."""
-    return "alpha, beta" if camera.is_distant else "direction N"
+    return camera.sky_coordinates
 
 
 def counted(per_index: dict[int, int]) -> str:

@@ -25,7 +25,7 @@ from kerrcaustics.cli.terminal import direction_head, place_of, plain_errors, pr
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
-    from kerrcaustics.spacetime.camera import Camera
+    from kerrcaustics.spacetime.viewer import Viewer
     from kerrcaustics.stars.plane_tracks import PlaneTracks
     from kerrcaustics.stars.tracks import StarTracks
 
@@ -72,13 +72,13 @@ def tracks(
     check_film(film)
     if source.plane is not None:
         _only_a_circle(star_theta, film)
-        _in_plane(camera.made(), orbit, max_index, figure, source, common)
+        _in_plane(camera.camera(), orbit, max_index, figure, source, common)
         return
     theta, sphere = _checked(star_theta, orbit), source.sphere()
-    seen_from = camera.made(distant=True)
+    seen_from = camera.viewer()
     _check_orbit(seen_from)
     for argument, picture in (("--figure", figure), ("--film", film)):
-        if seen_from.is_distant and picture is not None:
+        if math.isinf(seen_from.radius) and picture is not None:
             raise BadInput(f"Argument {argument} must be left out for an observer at infinity.")
     began = time.perf_counter()
     with plain_errors({"theta": "star-theta"}), progress() as report:
@@ -116,7 +116,7 @@ def _only_a_circle(star_theta: float | None, film: Path | None) -> None:
 
 
 def _in_plane(
-    camera: "Camera",
+    camera: "Viewer",
     orbit: float | None,
     max_index: int,
     figure: Path | None,
@@ -169,14 +169,10 @@ def _write_film(found: "StarTracks", path: Path, restart: bool) -> None:
         stop(1, made.complaint)
 
 
-def _check_orbit(camera: "Camera") -> None:
+def _check_orbit(camera: "Viewer") -> None:
     """Refuse a camera that stands still, before any work is done."""
-    from kerrcaustics.spacetime.camera import orbital_velocity
-
-    if camera.is_distant:
-        return
     try:
-        orbital_velocity(camera)
+        camera.orbital_velocity()
     except ValueError:
         raise BadInput(
             f"Argument --velocity must make the camera orbit the spin axis, but this one does not: {place_of(camera)}."
@@ -191,7 +187,7 @@ def _print_tracks(found: "StarTracks", out: Console) -> None:
     for remark in found.remarks:
         say(out, remark)
     total = f"{len(found.tracks)} tracks, {len(found.events)} events"
-    if found.camera.is_distant:
+    if not found.angular_velocity:
         say(out, f"{total} in one turn of phi': {sure(found.certified)}; errors are those of phi' in radians")
         return
     say(out, f"{total} in a period of {found.period:.9g}: {sure(found.certified)};")
@@ -211,7 +207,7 @@ def _print_curves(found: "StarTracks | PlaneTracks", out: Console) -> None:
 
 def _print_events(found: "StarTracks", out: Console) -> None:
     # Without an orbit there is no time.
-    timed = [] if found.camera.is_distant else ["time"]
+    timed = ["time"] if found.angular_velocity else []
     table = PlainTable((*timed, "event", "of index", "phi' (deg)", direction_head(found.camera), "error"))
     for event in found.events:
         table.add_row(

@@ -13,11 +13,11 @@ from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.plane_caustics import PlaneCausticSet, plane_caustics
-from kerrcaustics.curves.screens import searcher, shown_looking
+from kerrcaustics.curves.search_sky import search_camera, shown_line_of_sight
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import Items, derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.viewer import Viewer
 
 HIGHEST_ORDER = 10
 Progress = Callable[[str, float], None]
@@ -98,7 +98,7 @@ class CausticSet(Items[Caustic]):
     """The caustics of one camera, primary first: a sequence, with what produced it."""
 
     curves: tuple[Caustic, ...] = quantity("order", "", "the caustics", column="")
-    camera: Camera = quantity("", "", "the camera", json="", column="")
+    camera: Viewer = quantity("", "", "the camera", json="", column="")
     engine: str = quantity("", "", "what traced the beams")
     tolerance: float = quantity("", "rad", "wanted error of a beam", json="tolerance_rad")
     seconds: float = quantity("", "s", "time it took")
@@ -122,7 +122,7 @@ class CausticSet(Items[Caustic]):
 
 @overload
 def caustics(
-    camera: Camera,
+    camera: Viewer,
     orders: int = ...,
     engine: str = ...,
     tolerance: float = ...,
@@ -132,7 +132,7 @@ def caustics(
 ) -> PlaneCausticSet: ...
 @overload
 def caustics(
-    camera: Camera,
+    camera: Viewer,
     orders: int = ...,
     engine: str = ...,
     tolerance: float = ...,
@@ -142,7 +142,7 @@ def caustics(
 ) -> CausticSet: ...
 @usual_warnings
 def caustics(
-    camera: Camera,
+    camera: Viewer,
     orders: int = 3,
     engine: str = "auto",
     tolerance: float = 1e-12,
@@ -202,8 +202,8 @@ def caustics(
         return plane_caustics(camera, int(orders), end, asked, tolerance, report)
     began = time.perf_counter()
     report("critical curves found", 0.1)
-    surface = spherical(camera, end, distant=True)
-    curves = critical_curves(searcher(camera), int(orders), engine, tolerance, surface)
+    surface = spherical(camera, end)
+    curves = critical_curves(search_camera(camera), int(orders), engine, tolerance, surface)
     report("cusps and extremes refined", 0.8)
     search = curves.search()
     features = find_features(search, curves)
@@ -226,7 +226,7 @@ def check_orders(orders: object) -> None:
     whole_number("orders", orders, 1, HIGHEST_ORDER)
 
 
-def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Caustic:
+def _caustic(camera: Viewer, curve: CriticalCurve, features: Features) -> Caustic:
     points = curve.points
     theta, phi = points.theta, points.azimuth
     ends = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}
@@ -241,7 +241,7 @@ def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Causti
             remarks.append(f"{name} could not be refined between the points")
             error += steps(points)[0].max()
     cusps = tuple(
-        Cusp(shown_looking(camera, p.looking)[0], np.array([p.theta[0], p.azimuth[0]]), doubt)
+        Cusp(shown_line_of_sight(camera, p.line_of_sight)[0], np.array([p.theta[0], p.azimuth[0]]), doubt)
         for p, doubt in features.cusps
     )
     kind, remark = _kind(curve, len(cusps), lost=features.lost_cusps)
@@ -253,7 +253,7 @@ def _caustic(camera: Camera, curve: CriticalCurve, features: Features) -> Causti
         phi = np.zeros_like(phi)
     return Caustic(
         order=curve.order,
-        sky=shown_looking(camera, points.looking),
+        sky=shown_line_of_sight(camera, points.line_of_sight),
         celestial=np.stack([theta, phi], axis=-1),
         cusps=cusps,
         **{name: float(value) for name, value in ends.items()},

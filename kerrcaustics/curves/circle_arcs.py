@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
 from kerrcaustics.curves.circles_in_plane import Circles, PlanePoints, circles_of
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -34,9 +34,9 @@ _NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
 class Arcs:
     """The image of one circle at one crossing.
 
-    low, high: the points at both ends of each arc, in the order of turn, each row followed by the next one and the last
-    by the first; index of each arc; folds: the points between arcs of different index, where the azimuth turns back.
-    doubts: what is not sure, in words; empty where the arcs are the whole circle.
+    low, high: the points at both ends of each arc, in the order of edge phase, each row followed by the next one and
+    the last by the first; index of each arc; folds: the points between arcs of different index, where the azimuth turns
+    back. doubts: what is not sure, in words; empty where the arcs are the whole circle.
     """
 
     circles: Circles
@@ -55,17 +55,17 @@ class Arcs:
 
     @property
     def sense(self) -> Int[Array, " arcs"]:
-        """1 where the azimuth grows with turn, -1 where it falls: as the index says."""
+        """1 where the azimuth grows with the edge phase, -1 where it falls: as the index says."""
         return _sense(self.circles, self.index)
 
-    def at(self, turn: Float[Array, " points"]) -> PlanePoints:
+    def at(self, edge_phase: Float[Array, " points"]) -> PlanePoints:
         """Points of the circle, of index -1 where they could not be found."""
         assert self.distance is not None
-        points = self.circles.on_circle(turn, np.full(len(turn), self.radius), self.distance(turn))
+        points = self.circles.on_circle(edge_phase, np.full(len(edge_phase), self.radius), self.distance(edge_phase))
         astray = self._astray(points)
         if astray.any():
             # Between lines where the image bends sharply the guess of the distance leads nowhere.
-            again = self.circles.searched(turn[astray], self.radius, self.distance(turn[astray]))
+            again = self.circles.searched(edge_phase[astray], self.radius, self.distance(edge_phase[astray]))
             order = np.argsort(np.concatenate([np.flatnonzero(~astray), np.flatnonzero(astray)]))
             points = points[~astray].joined(again)[order]
             points = replace(points, index=np.where(self._astray(points), -1, points.index))
@@ -77,14 +77,14 @@ class Arcs:
         return ~(miss <= _ERRORS * points.error + _ROUND_OFF) | (points.index < 0)
 
 
-def arcs_of(camera: Camera, crossing: int, radius: float) -> Arcs:
+def arcs_of(camera: Viewer, crossing: int, radius: float) -> Arcs:
     """The arcs of a circle, on more lines where few do not tell; kept for the next source on it."""
     circles_of(camera, crossing)
     return _arcs_at_rest(camera.at_rest(), crossing, float(radius))
 
 
 @lru_cache(maxsize=8)
-def _arcs_at_rest(camera: Camera, crossing: int, radius: float) -> Arcs:
+def _arcs_at_rest(camera: Viewer, crossing: int, radius: float) -> Arcs:
     arcs = _arcs(circles_of(camera, crossing), radius)
     return _arcs(circles_of(camera, crossing, many=True), radius) if arcs.doubts else arcs
 
@@ -95,9 +95,9 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
     if distance is None:
         doubt = f"the circle r = {radius:.12g} is not seen once on every line across the shadow edge"
         return Arcs(circles, radius, None, none, none, np.empty(0, int), none, (doubt,))
-    turn = _TURN * (np.arange(_PLACES) + 0.5) / _PLACES
+    edge_phase = _TURN * (np.arange(_PLACES) + 0.5) / _PLACES
     blank = Arcs(circles, radius, distance, none, none, np.empty(0, int), none, ())
-    points, touching = _thinnest(blank, _sampled(blank, blank.at(turn)))
+    points, touching = _thinnest(blank, _sampled(blank, blank.at(edge_phase)))
     known = points.index >= 0
     points, lost = points[known], int((~known).sum())
     if len(points) < 2:
@@ -111,7 +111,7 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
     one, other = points[change], following[change]
     low, high = low.joined(one, folds), high.joined(folds, other)
     index = np.concatenate([index, one.index, other.index])
-    order = np.argsort(low.turn, kind="stable")
+    order = np.argsort(low.edge_phase, kind="stable")
     return Arcs(circles, radius, distance, low[order], high[order], index[order], folds, doubts)
 
 
@@ -135,7 +135,7 @@ def _thinnest(arcs: Arcs, points: PlanePoints) -> tuple[PlanePoints, tuple[str, 
     """
     place = np.arange(len(points))
     before, after = points[np.roll(place, 1)], points[np.roll(place, -1)]
-    back, ahead = -((points.turn - before.turn) % _TURN), (after.turn - points.turn) % _TURN
+    back, ahead = -((points.edge_phase - before.edge_phase) % _TURN), (after.edge_phase - points.edge_phase) % _TURN
     size = np.abs(points.ratio)
     falling, rising = (np.abs(before.ratio) - size) / back, (np.abs(after.ratio) - size) / ahead
     least = (before.index == points.index) & (after.index == points.index) & (falling <= 0) & (rising >= 0)
@@ -150,16 +150,16 @@ def _thinnest(arcs: Arcs, points: PlanePoints) -> tuple[PlanePoints, tuple[str, 
         return sign * arcs.at((start + step) % _TURN).ratio
 
     bracket = back[chosen], np.zeros(int(chosen.sum())), ahead[chosen]
-    args = points.turn[chosen], np.sign(points.ratio[chosen])
+    args = points.edge_phase[chosen], np.sign(points.ratio[chosen])
     step = elementwise.find_minimum(depth, bracket, args=args, tolerances=_NEAREST).x
-    added = arcs.at((points.turn[chosen] + np.where(np.isfinite(step), step, 0)) % _TURN)
+    added = arcs.at((points.edge_phase[chosen] + np.where(np.isfinite(step), step, 0)) % _TURN)
     joined = points.joined(added)
-    return joined[np.argsort(joined.turn, kind="stable")], _touching(arcs, added)
+    return joined[np.argsort(joined.edge_phase, kind="stable")], _touching(arcs, added)
 
 
 def _touching(arcs: Arcs, points: PlanePoints) -> tuple[str, ...]:
     """In words, at which points a flat beam cannot be told from one that is not."""
-    beside = arcs.circles.on_circle(points.turn, points.radius * math.exp(_BESIDE), points.distance)
+    beside = arcs.circles.on_circle(points.edge_phase, points.radius * math.exp(_BESIDE), points.distance)
     slope = np.abs(beside.ratio - points.ratio) / _BESIDE
     unsure = ~(np.abs(points.ratio) > _CERTAIN * (points.ratio_error + slope * points.error))
     return tuple(
@@ -179,10 +179,10 @@ def _sampled(arcs: Arcs, points: PlanePoints) -> PlanePoints:
             coarse |= thin | np.roll(thin, -1)
         if not coarse.any() or len(points) > _MOST_PLACES:
             break
-        start, end = points.turn[coarse], following.turn[coarse]
+        start, end = points.edge_phase[coarse], following.edge_phase[coarse]
         middle = start + (end - start) % _TURN / 2
         points = points.joined(arcs.at(middle % _TURN))
-        points = points[np.argsort(points.turn, kind="stable")]
+        points = points[np.argsort(points.edge_phase, kind="stable")]
     return points
 
 
@@ -197,7 +197,7 @@ def _plain(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> Array:
 
 
 def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
-    """How the azimuth runs as turn grows: at the first crossing down for even index; at the next one the other way."""
+    """How the azimuth runs as the edge phase grows: at the first crossing down for even index; then the other way."""
     return circles.side * (2 * ((index + circles.end.crossing - 1) % 2) - 1)
 
 
@@ -222,9 +222,9 @@ def _folds(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> PlanePoints:
     def ratio(step: Array, start: Array) -> Array:
         return arcs.at((start + step) % _TURN).ratio
 
-    width = (other.turn - one.turn) % _TURN
+    width = (other.edge_phase - one.edge_phase) % _TURN
     found = elementwise.find_root(
-        ratio, (np.zeros(len(one)), width), args=(one.turn,), tolerances={"xatol": 1e-15, "xrtol": 1e-14}
+        ratio, (np.zeros(len(one)), width), args=(one.edge_phase,), tolerances={"xatol": 1e-15, "xrtol": 1e-14}
     )
     step = np.where(np.isfinite(found.x), found.x, width / 2)
-    return arcs.at((one.turn + step) % _TURN)
+    return arcs.at((one.edge_phase + step) % _TURN)

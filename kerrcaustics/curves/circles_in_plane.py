@@ -1,4 +1,4 @@
-"""The n-th crossing of the equatorial plane, circle by circle: the map from (turn, radius) to the azimuth.
+"""The n-th crossing of the equatorial plane, circle by circle: the map from (edge phase, radius) to the azimuth.
 
 On a line of sky_lines.py the radius of the n-th crossing grows from the horizon's, at the rim of the rays that fall
 in before they cross, to infinity, at the rim of those that escape before. So each circle round the hole is seen once on
@@ -18,11 +18,11 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.isoradials import Lines
-from kerrcaustics.curves.screens import searcher
+from kerrcaustics.curves.search_sky import search_camera
 from kerrcaustics.curves.sky_lines import line_reach
-from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import tangent_basis
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
@@ -41,12 +41,12 @@ _STEP = 1e-6
 class PlanePoints(Rows):
     """Rays that cross the plane, one entry each.
 
-    turn, distance: place on the sky, radians; sky: direction N; radius, azimuth (unwrapped along the ray) of the
+    edge_phase, distance: place on the sky, radians; sky: direction N; radius, azimuth (unwrapped along the ray) of the
     crossing; index: Morse index; ratio: delta_minus / delta_plus, and its error; minor: |delta_minus|; error: relative
     to the radius, or radians.
     """
 
-    turn: Float[Array, " points"]
+    edge_phase: Float[Array, " points"]
     distance: Float[Array, " points"]
     sky: Float[Array, "points 3"]
     radius: Float[Array, " points"]
@@ -61,14 +61,14 @@ class PlanePoints(Rows):
 class Circles:
     """Circles in the plane as one camera, at rest, sees them at the n-th crossing."""
 
-    def __init__(self, camera: Camera, crossing: int, lines: int, engine: str, tolerance: float) -> None:
+    def __init__(self, camera: Viewer, crossing: int, lines: int, engine: str, tolerance: float) -> None:
         """Look at all lines."""
         self.camera, self.end = camera, EquatorialPlane(crossing)
         self._engine, self._tolerance = engine, tolerance
         # From below the plane circles are seen to run the other way round.
         self.side = 1 if camera.cos_theta > 0 else -1
-        turn = 2 * math.pi * (np.arange(lines) + 0.5) / lines
-        self._lines = Lines(camera, turn, self.end, engine)
+        edge_phase = 2 * math.pi * (np.arange(lines) + 0.5) / lines
+        self._lines = Lines(camera, edge_phase, self.end, engine)
 
     def whole(self, radii: Float[Array, " radii"]) -> Bool[Array, " radii"]:
         """True for circles that every line meets once."""
@@ -76,15 +76,17 @@ class Circles:
         return ((above[..., 1:] != above[..., :-1]).sum(axis=2) == 1).all(axis=1)
 
     def around(self, radii: Float[Array, " radii"]) -> list[CubicSpline | None]:
-        """How far from the shadow edge lines meet circles, by turn; None where some do not meet one once."""
-        turn, whole = self._lines.turn, self.whole(radii)
+        """How far from the shadow edge lines meet circles, by edge phase; None where some do not meet one once."""
+        edge_phase, whole = self._lines.edge_phase, self.whole(radii)
         place = (self._lines.level > 1 / radii[whole, None, None]).argmin(axis=2)
-        line = np.broadcast_to(np.arange(len(turn)), place.shape)
+        line = np.broadcast_to(np.arange(len(edge_phase)), place.shape)
         low, high = self._lines.distance[line, place - 1], self._lines.distance[line, place]
-        every = np.repeat(radii[whole], len(turn))
-        distance = self._lines.places(every, turn[line].ravel(), low.ravel(), high.ravel())[1].reshape(place.shape)
+        every = np.repeat(radii[whole], len(edge_phase))
+        distance = self._lines.places(every, edge_phase[line].ravel(), low.ravel(), high.ravel())[1].reshape(
+            place.shape
+        )
         known = iter(distance)
-        closed = np.append(turn, turn[0] + 2 * math.pi)
+        closed = np.append(edge_phase, edge_phase[0] + 2 * math.pi)
 
         def spline(row: Array) -> CubicSpline:
             return CubicSpline(closed, np.append(row, row[0]), bc_type="periodic")
@@ -92,24 +94,24 @@ class Circles:
         return [spline(next(known)) if one else None for one in whole.tolist()]
 
     def beams(
-        self, turn: Float[Array, " points"], distance: Float[Array, " points"], least: float = 0.0
+        self, edge_phase: Float[Array, " points"], distance: Float[Array, " points"], least: float = 0.0
     ) -> tuple[Array, Beams]:
         """Directions N and their beams; least, the tolerance where a larger one than usual will do."""
-        sky, tolerance = self._lines.sky(turn, distance), max(least, self._tolerance)
+        sky, tolerance = self._lines.sky(edge_phase, distance), max(least, self._tolerance)
         return sky, trace_beams(
             self.camera, sky, self._engine, tolerance, end=self.end, crossings=False, redshift=False
         )
 
     def on_circle(
-        self, turn: Float[Array, " points"], radius: Float[Array, " points"], distance: Float[Array, " points"]
+        self, edge_phase: Float[Array, " points"], radius: Float[Array, " points"], distance: Float[Array, " points"]
     ) -> PlanePoints:
         """Where lines meet circles, from guesses of the distance; NaN where that is not found."""
-        reach, distance = line_reach(self.camera, turn), distance.copy()
-        active = np.arange(len(turn))
+        reach, distance = line_reach(self.camera, edge_phase), distance.copy()
+        active = np.arange(len(edge_phase))
         for _ in range(_MOST_STEPS):
-            sky, beams = self.beams(turn[active], distance[active])
+            sky, beams = self.beams(edge_phase[active], distance[active])
             miss = np.log(beams.radius / radius[active])
-            step = miss / self._slope(turn[active], distance[active], reach[active], sky, beams)
+            step = miss / self._slope(edge_phase[active], distance[active], reach[active], sky, beams)
             far = np.abs(miss) > _ERRORS * beams.error
             # Toward the rims the radius runs away: steps are held back.
             most = 0.3 * np.abs(distance[active]) + 1e-3
@@ -117,33 +119,37 @@ class Circles:
             active = active[far]
             if active.size == 0:
                 break
-        return self.points(turn, distance)
+        return self.points(edge_phase, distance)
 
-    def searched(self, turn: Float[Array, " points"], radius: float, distance: Float[Array, " points"]) -> PlanePoints:
+    def searched(
+        self, edge_phase: Float[Array, " points"], radius: float, distance: Float[Array, " points"]
+    ) -> PlanePoints:
         """Where lines meet a circle, each searched from end to end; lines that do not meet it once, from guesses."""
-        lines = Lines(self.camera, turn, self.end, self._engine)
+        lines = Lines(self.camera, edge_phase, self.end, self._engine)
         above = lines.level > 1 / radius
         once = (above[:, 1:] != above[:, :-1]).sum(axis=1) == 1
         row, place = np.flatnonzero(once), above[once].argmin(axis=1)
         distance = distance.copy()
         low, high = lines.distance[row, place - 1], lines.distance[row, place]
-        distance[once] = lines.places(radius, turn[once], low, high)[1]
-        return self.on_circle(turn, np.full(len(turn), radius), distance)
+        distance[once] = lines.places(radius, edge_phase[once], low, high)[1]
+        return self.on_circle(edge_phase, np.full(len(edge_phase), radius), distance)
 
-    def _slope(self, turn: Array, distance: Array, reach: Array, sky: Array, beams: Beams) -> Float[Array, " points"]:
+    def _slope(
+        self, edge_phase: Array, distance: Array, reach: Array, sky: Array, beams: Beams
+    ) -> Float[Array, " points"]:
         """d ln r / d distance."""
-        ahead = self._lines.sky(turn, distance + _STEP * reach)
+        ahead = self._lines.sky(edge_phase, distance + _STEP * reach)
         along = (ahead - sky) / (_STEP * reach)[:, None]
         e_1, e_2 = tangent_basis(sky)
         j = beams.jacobian[:, 0]
         rate = j[:, 0] * np.einsum("ij,ij->i", e_1, along) + j[:, 1] * np.einsum("ij,ij->i", e_2, along)
         return rate / np.asarray(beams.radius)
 
-    def points(self, turn: Float[Array, " points"], distance: Float[Array, " points"]) -> PlanePoints:
+    def points(self, edge_phase: Float[Array, " points"], distance: Float[Array, " points"]) -> PlanePoints:
         """The rays at places on lines."""
-        sky, beams = self.beams(turn, distance)
+        sky, beams = self.beams(edge_phase, distance)
         return PlanePoints(
-            turn=turn,
+            edge_phase=edge_phase,
             distance=distance,
             sky=sky,
             radius=np.asarray(beams.radius),
@@ -157,18 +163,18 @@ class Circles:
 
 
 @lru_cache(maxsize=8)
-def _circles(camera: Camera, crossing: int, lines: int, engine: str, tolerance: float) -> Circles:
+def _circles(camera: Viewer, crossing: int, lines: int, engine: str, tolerance: float) -> Circles:
     return Circles(camera, crossing, lines, engine, tolerance)
 
 
 def circles_of(
-    camera: Camera, crossing: int, *, many: bool = False, engine: str = "auto", tolerance: float = TOLERANCE
+    camera: Viewer, crossing: int, *, many: bool = False, engine: str = "auto", tolerance: float = TOLERANCE
 ) -> Circles:
     """The circles of a camera, kept for the next source: they depend on its place alone. many: on many lines."""
-    check_camera(camera, distant=True)
+    check_viewer(camera)
     if camera.on_equator:
         raise ValueError(
             "Argument `camera` must not lie in the equatorial plane where sources do (from within, every crossing is a "
             f"conjugate point of the rays along the plane), but its inclination is {camera.inclination:g}."
         )
-    return _circles(searcher(camera), crossing, _MANY_LINES if many else _LINES, engine, tolerance)
+    return _circles(search_camera(camera), crossing, _MANY_LINES if many else _LINES, engine, tolerance)

@@ -16,8 +16,8 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search
 from kerrcaustics.curves.source_map import check_domain
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import angle_between
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -43,7 +43,7 @@ _REACH, _FAR_REACH = 1e-3, 0.6
 
 @dataclass(frozen=True)
 class CriticalCurve:
-    """One critical curve: points in the order of `turn` over one turn, the first not repeated.
+    """One critical curve: points in the order of `edge_phase` over one turn, the first not repeated.
 
     remarks: what was missed, in words; empty when the curve is whole.
     """
@@ -95,7 +95,7 @@ class CriticalCurves:
     for; curves; beams: how many were traced, and engines: by what.
     """
 
-    camera: Camera
+    camera: Viewer
     end: Spherical
     engine: str
     tolerance: float
@@ -126,7 +126,7 @@ class CriticalCurves:
 
 
 def critical_curves(
-    camera: Camera, orders: int, engine: str = "auto", tolerance: float = 1e-12, end: Spherical = SKY
+    camera: Viewer, orders: int, engine: str = "auto", tolerance: float = 1e-12, end: Spherical = SKY
 ) -> CriticalCurves:
     """Critical curves of order 1 .. orders of a camera at some event, as far as they can be found; kept for the next.
 
@@ -139,7 +139,7 @@ def critical_curves(
 
 
 @lru_cache(maxsize=8)
-def _found(camera: Camera, orders: int, engine: str, tolerance: float, end: Spherical) -> CriticalCurves:
+def _found(camera: Viewer, orders: int, engine: str, tolerance: float, end: Spherical) -> CriticalCurves:
     search = Search(camera, engine, tolerance, end)
     curves = tuple(_followed(search, orders))
     used = frozenset(search.engines_used)
@@ -159,16 +159,16 @@ def _followed(search: Search, orders: int) -> list[CriticalCurve]:
     half = search.camera.on_equator
     line = np.linspace(0, np.pi, _LINES // 2 + 1) if half else np.linspace(0, 2 * np.pi, _LINES, endpoint=False)
     # The prograde side of a fast hole, where the caustics wind, asks for more lines.
-    turn = line - _CROWDING * search.camera.spin**4 * np.sin(line)
-    low, high, remarks = search.brackets(turn, orders)
-    order = np.repeat(np.arange(1, orders + 1), len(turn))
+    edge_phase = line - _CROWDING * search.camera.spin**4 * np.sin(line)
+    low, high, remarks = search.brackets(edge_phase, orders)
+    order = np.repeat(np.arange(1, orders + 1), len(edge_phase))
     start = np.isfinite(low.ravel())
-    all_turn = np.tile(turn, orders)
+    all_turn = np.tile(edge_phase, orders)
     points, found = search.refined(all_turn[start], order[start], low.ravel()[start], high.ravel()[start])
     order = order[start][found]
     curves = {k: points[order == k] for k in np.unique(order).tolist()}
     curves = {k: curve for k, curve in curves.items() if np.median(curve.error) < _WORST_CURVE}
-    empty = {k: len(turn) - len(curve) for k, curve in curves.items()}
+    empty = {k: len(edge_phase) - len(curve) for k, curve in curves.items()}
     sampled = _sample(search, curves, half)
     found_curves = []
     holding = search.labels_hold(curves)
@@ -178,9 +178,9 @@ def _followed(search: Search, orders: int) -> list[CriticalCurve]:
             continue
         gaps = list(sampled[k])
         if empty[k]:
-            gaps.append(f"{empty[k]} of {len(turn)} lines of the search hold no point")
+            gaps.append(f"{empty[k]} of {len(edge_phase)} lines of the search hold no point")
         if half:
-            curve = curve.joined(curve[(curve.turn > 0) & (curve.turn < np.pi)].mirrored())
+            curve = curve.joined(curve[(curve.edge_phase > 0) & (curve.edge_phase < np.pi)].mirrored())
         if len(curve) > 1 and not _closes(curve):
             gaps.append("the ends of the curve do not meet")
         found_curves.append(CriticalCurve(k, curve.frozen(), closed=not gaps, remarks=(*gaps, *remarks[k])))
@@ -188,10 +188,10 @@ def _followed(search: Search, orders: int) -> list[CriticalCurve]:
 
 
 def _bracket(
-    points: Points, turn: Float[Array, " turns"], reach: float = _REACH
-) -> tuple[Float[Array, " turns"], Float[Array, " turns"]]:
+    points: Points, edge_phase: Float[Array, " edge_phases"], reach: float = _REACH
+) -> tuple[Float[Array, " edge_phases"], Float[Array, " edge_phases"]]:
     """Depths (low, high) that should enclose the curve at the given parameters, from the points around them."""
-    right = np.clip(np.searchsorted(points.turn, turn), 1, len(points) - 1)
+    right = np.clip(np.searchsorted(points.edge_phase, edge_phase), 1, len(points) - 1)
     near = points.depth[np.clip(np.arange(-2, 2)[:, None] + right, 0, len(points) - 1)]
     # Between neighbours the curve sags by no more than it changes in the steps around.
     margin = np.abs(np.diff(near, axis=0)).max(axis=0) + reach
@@ -199,31 +199,31 @@ def _bracket(
     return np.maximum(near[1:3].min(axis=0) - margin, 0), near[1:3].max(axis=0) + margin
 
 
-def between(search: Search, curves: dict[int, Points], turns: dict[int, Float[Array, " _"]]) -> dict[int, Points]:
+def between(search: Search, curves: dict[int, Points], edge_phases: dict[int, Float[Array, " _"]]) -> dict[int, Points]:
     """Points at new parameters between those of the curves, all orders at once; missed ones are left out.
 
     `curves` must reach beyond the new parameters. Steps from a spline through the known points, and a
     bracketing search where they fail.
     """
-    order = np.concatenate([np.full(len(turn), k) for k, turn in turns.items()])
-    turn = np.concatenate(list(turns.values()))
-    guess = np.concatenate([_spline(curves[k])(turn) for k, turn in turns.items()])
-    new = search.polished(turn, order, guess)
+    order = np.concatenate([np.full(len(edge_phase), k) for k, edge_phase in edge_phases.items()])
+    edge_phase = np.concatenate(list(edge_phases.values()))
+    guess = np.concatenate([_spline(curves[k])(edge_phase) for k, edge_phase in edge_phases.items()])
+    new = search.polished(edge_phase, order, guess)
     # Where orders crowd, steps from a poor guess lead to the next curve.
-    own, moved = np.ones(len(turn), bool), np.abs(new.depth - guess) > LABEL_STEP
-    own[moved] = search.labelled(turn[moved], new.depth[moved], order[moved])
+    own, moved = np.ones(len(edge_phase), bool), np.abs(new.depth - guess) > LABEL_STEP
+    own[moved] = search.labelled(edge_phase[moved], new.depth[moved], order[moved])
     new_points = {}
-    for k in turns:
+    for k in edge_phases:
         here = order == k
         # A search that wandered off, to another curve or nowhere, shows in the residual or in the distance.
-        low, high = _bracket(curves[k], turn[here])
+        low, high = _bracket(curves[k], edge_phase[here])
         good = own[here] & new.on_curve()[here] & (new.depth[here] > low) & (new.depth[here] < high)
         points = new[here][good]
-        lost = turn[here][~good]
+        lost = edge_phase[here][~good]
         if len(lost):
             low, high = _bracket(curves[k], lost, _FAR_REACH)
             points = points.joined(search.refined(lost, np.full(len(lost), k), low, high)[0])
-        new_points[k] = points[np.argsort(points.turn, kind="stable")]
+        new_points[k] = points[np.argsort(points.edge_phase, kind="stable")]
     return new_points
 
 
@@ -233,15 +233,15 @@ def _sample(search: Search, curves: dict[int, Points], half: bool) -> dict[int, 
     wanted: dict[int, Array] = {}
     for halving in range(_MOST_HALVINGS + 1):
         wanted = {k: np.setdiff1d(_cuts(curve, half), missed[k]) for k, curve in curves.items() if len(curve) > 3}
-        wanted = {k: turn for k, turn in wanted.items() if len(turn)}
+        wanted = {k: edge_phase for k, edge_phase in wanted.items() if len(edge_phase)}
         if halving == _MOST_HALVINGS or not any(len(curves[k]) < _MOST_POINTS for k in wanted):
             break
-        wanted = {k: turn for k, turn in wanted.items() if len(curves[k]) < _MOST_POINTS}
+        wanted = {k: edge_phase for k, edge_phase in wanted.items() if len(curves[k]) < _MOST_POINTS}
         closed = {k: curves[k] if half else curves[k].joined(curves[k][:1].shifted(1)) for k in wanted}
         for k, new in between(search, closed, wanted).items():
-            missed[k] = np.concatenate([missed[k], np.setdiff1d(wanted[k], new.turn)])
+            missed[k] = np.concatenate([missed[k], np.setdiff1d(wanted[k], new.edge_phase)])
             merged = curves[k].joined(new)
-            curves[k] = merged[np.argsort(merged.turn, kind="stable")]
+            curves[k] = merged[np.argsort(merged.edge_phase, kind="stable")]
     notes: dict[int, list[str]] = {k: [] for k in curves}
     for k in curves:
         if len(missed[k]):
@@ -252,14 +252,16 @@ def _sample(search: Search, curves: dict[int, Points], half: bool) -> dict[int, 
 
 
 def _spline(points: Points) -> CubicSpline:
-    return CubicSpline(points.turn, points.depth)
+    return CubicSpline(points.edge_phase, points.depth)
 
 
 def steps(points: Points) -> tuple[Float[Array, " steps"], Float[Array, " steps"]]:
     """Lengths (radians) of the steps from point to point, on the celestial sphere unrolled, and on the sky."""
     d_theta, d_azimuth = np.diff(points.theta), np.diff(points.azimuth)
     middle = (points.theta[1:] + points.theta[:-1]) / 2
-    return np.hypot(d_theta, np.sin(middle) * d_azimuth), angle_between(points.looking[1:], points.looking[:-1])
+    return np.hypot(d_theta, np.sin(middle) * d_azimuth), angle_between(
+        points.line_of_sight[1:], points.line_of_sight[:-1]
+    )
 
 
 def _cuts(points: Points, half: bool) -> Float[Array, " cuts"]:
@@ -271,7 +273,7 @@ def _cuts(points: Points, half: bool) -> Float[Array, " cuts"]:
     # A caustic smaller than its error is a point, and needs no finer sampling.
     longest = max(min(_LONGEST_STEP, size * _LONGEST_PART), 3 * points.angle_error.max())
     excess = np.maximum(on_caustic / longest, on_sky / _LONGEST_STEP)
-    start, end = points.turn[:-1], points.turn[1:]
+    start, end = points.edge_phase[:-1], points.edge_phase[1:]
     middle, long, longer = (start + end) / 2, excess > 1, excess > _MUCH_LONGER
     quarters = (start + middle) / 2, (middle + end) / 2
     return np.concatenate([middle[long], *(quarter[longer] for quarter in quarters)])

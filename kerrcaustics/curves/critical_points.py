@@ -17,10 +17,10 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.source_map import SourceMap
-from kerrcaustics.spacetime.camera import Camera, Photon, photon, sky_from_fido
-from kerrcaustics.spacetime.observer import straight_ahead
+from kerrcaustics.spacetime.frame import Photon, photon_of, sky_from_fido
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -52,14 +52,14 @@ LABEL_STEP = 1e-3
 class Points(Rows):
     """Points near critical curves.
 
-    turn, depth: place on the sky; looking: FIDO components; direction, theta, azimuth: the celestial sphere, azimuth
-    joined over b = 0 (see `joined_azimuth`); major: unit vector along the image's major axis, sign arbitrary; ratio:
-    delta_minus / delta_plus; error: of direction, radians.
+    edge_phase, depth: place on the sky; line_of_sight: FIDO components; direction, theta, azimuth: the celestial
+    sphere, azimuth joined over b = 0 (see `joined_azimuth`); major: unit vector along the image's major axis, sign
+    arbitrary; ratio: delta_minus / delta_plus; error: of direction, radians.
     """
 
-    turn: Float[Array, " points"]
+    edge_phase: Float[Array, " points"]
     depth: Float[Array, " points"]
-    looking: Float[Array, "points 3"]
+    line_of_sight: Float[Array, "points 3"]
     direction: Float[Array, "points 3"]
     theta: Float[Array, " points"]
     azimuth: Float[Array, " points"]
@@ -82,15 +82,15 @@ class Points(Rows):
 
     def shifted(self, turns: int) -> "Points":
         """The same points, named by parameters that are whole turns larger."""
-        return replace(self, turn=self.turn + 2 * np.pi * turns)
+        return replace(self, edge_phase=self.edge_phase + 2 * np.pi * turns)
 
     def mirrored(self) -> "Points":
-        """The points reflected in the equatorial plane, turn -> 2 pi - turn, in the order of `turn`."""
+        """The points reflected in the equatorial plane, phase -> 2 pi - phase, in the order of `edge_phase`."""
         flip = np.array([1.0, 1.0, -1.0])
         image = replace(
             self,
-            turn=2 * np.pi - self.turn,
-            looking=self.looking * np.array([1.0, -1.0, 1.0]),
+            edge_phase=2 * np.pi - self.edge_phase,
+            line_of_sight=self.line_of_sight * np.array([1.0, -1.0, 1.0]),
             direction=self.direction * flip,
             theta=np.pi - self.theta,
             major=self.major * flip,
@@ -101,7 +101,7 @@ class Points(Rows):
 class Search:
     """Traces beams for the search at one event, and counts them."""
 
-    def __init__(self, camera: Camera, engine: str, tolerance: float, end: Spherical = SKY) -> None:
+    def __init__(self, camera: Viewer, engine: str, tolerance: float, end: Spherical = SKY) -> None:
         """Search with the camera at rest at the same event."""
         check_request(camera, engine, tolerance)
         self.camera = camera.at_rest()
@@ -111,61 +111,61 @@ class Search:
         self.engines_used: set[str] = set()
         self.beams_traced = 0
         self._frame = self.camera.frame()
-        self._straight = straight_ahead(self.camera)
+        self._straight = self.camera.straight_ahead
 
     def index_and_ratio(
-        self, turn: Float[Array, " points"], depth: Float[Array, " points"]
+        self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"]
     ) -> tuple[Int[Array, " points"], Float[Array, " points"]]:
-        """Morse index (a large number where captured) and delta_minus / delta_plus at (turn, depth).
+        """Morse index (a large number where captured) and delta_minus / delta_plus at (edge phase, depth).
 
         Beams that leave close to the principal null directions turn through less than half a circle and meet no
         conjugate point: they are not traced, and their ratio is given as 1. So are those that never come down again to
         the camera's own radius, and those far out on a screen.
         """
-        looking, returning = self.map.looking(turn, depth)
-        index, ratio = np.zeros(looking.shape[:-1], int), np.ones(looking.shape[:-1])
-        light = self._photon(looking)
-        bent = (light.k >= LEAST_K) & (1 - looking[..., 0] > self._straight)
+        line_of_sight, second_arrival = self.map.line_of_sight(edge_phase, depth)
+        index, ratio = np.zeros(line_of_sight.shape[:-1], int), np.ones(line_of_sight.shape[:-1])
+        photon = self._photon(line_of_sight)
+        bent = (photon.k >= LEAST_K) & (1 - line_of_sight[..., 0] > self._straight)
         if self.map.level:
-            bent &= light.rate[0] > 0
-        beams = self._trace(looking[bent], returning[bent], _COARSE_TOLERANCE)
+            bent &= photon.rate[0] > 0
+        beams = self._trace(line_of_sight[bent], second_arrival[bent], _COARSE_TOLERANCE)
         captured = ~beams.escaped
         index[bent] = np.where(captured, _CAPTURED, np.asarray(beams.index))
         ratio[bent] = np.where(captured, -1.0, beams.delta_minus / beams.delta_plus)
         return index, ratio
 
     def points(
-        self, turn: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
+        self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
     ) -> Points:
-        """Everything about beams at (turn, depth) that are taken to lie on the curve of the given order."""
-        looking, returning = self.map.looking(turn, depth)
-        beams = self._trace(looking, returning, self.tolerance)
+        """Everything about beams at (edge phase, depth) that are taken to lie on the curve of the given order."""
+        line_of_sight, second_arrival = self.map.line_of_sight(edge_phase, depth)
+        beams = self._trace(line_of_sight, second_arrival, self.tolerance)
         e_theta, e_phi = polar_basis(beams.direction)
         angle = beams.position_angle[..., None]
         return Points(
-            turn=turn,
+            edge_phase=edge_phase,
             depth=depth,
-            looking=looking,
+            line_of_sight=line_of_sight,
             direction=beams.direction,
             theta=polar_angle(beams.direction),
-            azimuth=joined_azimuth(beams.azimuth, self._photon(looking).b, order),
+            azimuth=joined_azimuth(beams.azimuth, self._photon(line_of_sight).b, order),
             major=np.cos(angle) * e_theta + np.sin(angle) * e_phi,
             ratio=beams.delta_minus / beams.delta_plus,
             error=beams.error,
         )
 
     def brackets(
-        self, turn: Float[Array, " lines"], orders: int
+        self, edge_phase: Float[Array, " lines"], orders: int
     ) -> tuple[Float[Array, "orders lines"], Float[Array, "orders lines"], dict[int, list[str]]]:
         """Depths above and below the curves of order 1 .. orders on each line, and remarks by order.
 
         The search goes down the lines by itself until every curve has been passed. NaN where it was not.
         """
         depth = np.arange(0, _SEARCH_DEPTH * orders, _SEARCH_STEP)
-        index = np.empty((0, len(turn)), int)
+        index = np.empty((0, len(edge_phase)), int)
         depths = np.empty(0)
         while True:
-            grid_turn, grid_depth = np.meshgrid(turn, depth)
+            grid_turn, grid_depth = np.meshgrid(edge_phase, depth)
             found = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
             index, depths = np.concatenate([index, found]), np.concatenate([depths, depth])
             passed = (index >= orders).all(axis=1)
@@ -174,7 +174,7 @@ class Search:
             depth = depths[-1] + np.arange(1, 5) * _SEARCH_STEP
         if passed.any():
             index = index[: passed.argmax() + 1]
-        low, high = np.full((2, orders, len(turn)), np.nan)
+        low, high = np.full((2, orders, len(edge_phase)), np.nan)
         for k in range(1, orders + 1):
             passed = (index >= k) & (index < _CAPTURED)
             first = passed.argmax(axis=0)
@@ -185,7 +185,7 @@ class Search:
 
     def refined(
         self,
-        turn: Float[Array, " lines"],
+        edge_phase: Float[Array, " lines"],
         order: Int[Array, " lines"],
         low: Float[Array, " lines"],
         high: Float[Array, " lines"],
@@ -196,25 +196,25 @@ class Search:
         bracketing root-finder where these lead nowhere.
         Returns the points whose bracket held a root, and which of the requested ones they are.
         """
-        depth, reach = self._narrowed(turn, order, low, high)
-        points = self.polished(turn, order, depth)
+        depth, reach = self._narrowed(edge_phase, order, low, high)
+        points = self.polished(edge_phase, order, depth)
         away = np.abs(points.depth - depth)
         found = points.on_curve() & (away < reach)
         moved = np.flatnonzero(found & (away > LABEL_STEP))
-        found[moved] = self.labelled(turn[moved], points.depth[moved], order[moved])
+        found[moved] = self.labelled(edge_phase[moved], points.depth[moved], order[moved])
         points, lost = points[found], np.flatnonzero(~found)
         if lost.size == 0:
             return points, found
 
         def side(
-            depth: Float[Array, " points"], turn: Float[Array, " points"], order: Int[Array, " points"]
+            depth: Float[Array, " points"], edge_phase: Float[Array, " points"], order: Int[Array, " points"]
         ) -> Float[Array, " points"]:
-            return self._side(turn, depth, order)
+            return self._side(edge_phase, depth, order)
 
-        bracket, requested = (low[lost], high[lost]), (turn[lost], order[lost])
+        bracket, requested = (low[lost], high[lost]), (edge_phase[lost], order[lost])
         root = elementwise.find_root(side, bracket, args=requested, tolerances={"xatol": _COARSE_DEPTH})
         again = lost[np.asarray(root.success)]
-        more = self.polished(turn[again], order[again], np.asarray(root.x)[root.success])
+        more = self.polished(edge_phase[again], order[again], np.asarray(root.x)[root.success])
         sharp = more.on_curve()
         which = np.concatenate([np.flatnonzero(found), again[sharp]])
         found[again[sharp]] = True
@@ -222,7 +222,7 @@ class Search:
 
     def _narrowed(
         self,
-        turn: Float[Array, " lines"],
+        edge_phase: Float[Array, " lines"],
         order: Int[Array, " lines"],
         low: Float[Array, " lines"],
         high: Float[Array, " lines"],
@@ -230,10 +230,10 @@ class Search:
         """Depths close to the curves of the given orders, and how far off they may be; 0 where there is no such."""
         place = np.linspace(0, 1, _SECTIONS)[:, None]
         depth = low + (high - low) * place
-        every = np.broadcast_arrays(turn, depth, order)
+        every = np.broadcast_arrays(edge_phase, depth, order)
         side = self._side(*(values.ravel() for values in every)).reshape(depth.shape)
         after = (side < 0).argmax(axis=0)
-        before, lines = np.maximum(after - 1, 0), np.arange(len(turn))
+        before, lines = np.maximum(after - 1, 0), np.arange(len(edge_phase))
         outer, inner = side[before, lines], side[after, lines]
         width = np.where(after > 0, (high - low) / (_SECTIONS - 1), 0)
         # With no root in between both are on one side.
@@ -241,31 +241,31 @@ class Search:
         return depth[before, lines] + width * part, width
 
     def _side(
-        self, turn: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
+        self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
     ) -> Float[Array, " points"]:
         """|delta_minus| / delta_plus next to the curves of the given orders, else 1; negative inside of them."""
-        index, ratio = self.index_and_ratio(turn, depth)
+        index, ratio = self.index_and_ratio(edge_phase, depth)
         near = (index == order) | (index == order - 1)
         size = np.where(near, np.abs(ratio), 1.0)
         return np.where(index >= order, -size, size)
 
     def polished(
-        self, turn: Float[Array, " points"], order: Int[Array, " points"], depth: Float[Array, " points"]
+        self, edge_phase: Float[Array, " points"], order: Int[Array, " points"], depth: Float[Array, " points"]
     ) -> Points:
         """Points on the curves from depths that are close already: steps down to round-off."""
-        depth, active = depth.copy(), np.arange(len(turn))
+        depth, active = depth.copy(), np.arange(len(edge_phase))
         for _ in range(_MOST_STEPS):
-            step, difference = self._step(turn[active], depth[active])
+            step, difference = self._step(edge_phase[active], depth[active])
             depth[active] += step
             # What a step leaves is about its cube, and itself times the square of the differences.
             left = np.abs(step) * (step**2 + difference**2)
             active = active[(left > _LEFT) & (np.abs(step) > _SAME * difference)]
             if active.size == 0:
                 break
-        return self.points(turn, depth, order)
+        return self.points(edge_phase, depth, order)
 
     def _step(
-        self, turn: Float[Array, " points"], depth: Float[Array, " points"]
+        self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"]
     ) -> tuple[Float[Array, " points"], Float[Array, " points"]]:
         """Steps in depth to where the ratio vanishes, by Halley's method from differences, and these: all in one call.
 
@@ -273,7 +273,7 @@ class Search:
         """
         difference = _DIFFERENCE + _DEEP_DIFFERENCE * np.exp(depth - self.map.sunk)
         places = np.concatenate([depth, depth - difference, depth + difference])
-        ratio, outer, inner = np.split(self._ratio(np.tile(turn, 3), places), 3)
+        ratio, outer, inner = np.split(self._ratio(np.tile(edge_phase, 3), places), 3)
         slope, bend = (inner - outer) / (2 * difference), (inner + outer - 2 * ratio) / difference**2
         with np.errstate(divide="ignore", invalid="ignore"):
             step = -ratio / slope
@@ -286,29 +286,32 @@ class Search:
         if not curves:
             return {}
         order = np.concatenate([np.full(len(points), k) for k, points in curves.items()])
-        turn, depth = (np.concatenate([getattr(p, name) for p in curves.values()]) for name in ("turn", "depth"))
-        good = self.labelled(turn, depth, order)
+        edge_phase = np.concatenate([points.edge_phase for points in curves.values()])
+        depth = np.concatenate([points.depth for points in curves.values()])
+        good = self.labelled(edge_phase, depth, order)
         return {k: bool(good[order == k].all()) for k in curves}
 
     def labelled(
-        self, turn: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
+        self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
     ) -> Bool[Array, " points"]:
         """True where the index is order - 1 on the outer side of a point, and order on the inner side."""
         sides = np.concatenate([depth - LABEL_STEP, depth + LABEL_STEP])
-        outer, inner = np.split(self.index_and_ratio(np.tile(turn, 2), sides)[0], 2)
+        outer, inner = np.split(self.index_and_ratio(np.tile(edge_phase, 2), sides)[0], 2)
         return (outer == order - 1) & (inner == order)
 
-    def _photon(self, looking: Float[Array, "points 3"]) -> Photon:
-        sky = sky_from_fido(self._frame, -looking)
-        return photon(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2]))
+    def _photon(self, line_of_sight: Float[Array, "points 3"]) -> Photon:
+        sky = sky_from_fido(self._frame, -line_of_sight)
+        return photon_of(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2]))
 
-    def _ratio(self, turn: Float[Array, " points"], depth: Float[Array, " points"]) -> Float[Array, " points"]:
-        beams = self._trace(*self.map.looking(turn, depth), self.tolerance)
+    def _ratio(self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"]) -> Float[Array, " points"]:
+        beams = self._trace(*self.map.line_of_sight(edge_phase, depth), self.tolerance)
         return beams.delta_minus / beams.delta_plus
 
-    def _trace(self, looking: Float[Array, "points 3"], returning: Bool[Array, " points"], tolerance: float) -> Beams:
-        self.beams_traced += looking.size // 3
-        beams = self.map.beams(looking, returning, self.engine, tolerance)
+    def _trace(
+        self, line_of_sight: Float[Array, "points 3"], second_arrival: Bool[Array, " points"], tolerance: float
+    ) -> Beams:
+        self.beams_traced += line_of_sight.size // 3
+        beams = self.map.beams(line_of_sight, second_arrival, self.engine, tolerance)
         self.engines_used.update(beams.engines)
         return beams
 

@@ -39,7 +39,7 @@ class Features:
     lost_cusps: int
 
 
-# A short piece of one curve: its order, what is looked for in it, its middle and half-width in `turn`.
+# A short piece of one curve: its order, what is looked for in it, its middle and half-width in `edge_phase`.
 _Piece = tuple[int, str, float, float]
 # Order, parameter and depth of a cusp, and the error of its place that comes from the parameter.
 _Root = tuple[int, float, float, float]
@@ -65,8 +65,8 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
         else:
             found[order].extremes[what] = _extreme(points, *_EXTREMES[what])
     if roots:
-        order, turn, depth, error = (np.array(column) for column in zip(*roots, strict=True))
-        for k, point, missed in zip(order, search.polished(turn, order, depth).each(), error, strict=True):
+        order, edge_phase, depth, error = (np.array(column) for column in zip(*roots, strict=True))
+        for k, point, missed in zip(order, search.polished(edge_phase, order, depth).each(), error, strict=True):
             found[k].cusps.append((point, float(point.angle_error[0] + missed / np.sin(point.theta[0]))))
     return found
 
@@ -102,7 +102,7 @@ def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:
 
 def _piece(order: int, what: str, around: Points, i: int) -> _Piece:
     """The piece from the point before point i to the one after it."""
-    low, high = around.turn[i - 1], around.turn[i + 1]
+    low, high = around.edge_phase[i - 1], around.edge_phase[i + 1]
     return order, what, (low + high) / 2, (high - low) / 2
 
 
@@ -131,17 +131,17 @@ def _models(search: Search, around: dict[int, Points], pieces: list[_Piece]) -> 
     """The points of every piece at its Chebyshev nodes, in one go."""
     if not pieces:
         return []
-    turns = {
+    edge_phases = {
         order: np.unique(np.concatenate([middle + half * NODES for k, _, middle, half in pieces if k == order]))
         for order in around
     }
-    traced = between(search, around, turns)
+    traced = between(search, around, edge_phases)
     models: list[Points | None] = []
     for order, _, middle, half in pieces:
         points = traced[order]
         wanted = middle + half * NODES
-        at = np.searchsorted(points.turn, wanted)
-        whole = (at < len(points)).all() and np.array_equal(points.turn[np.minimum(at, len(points) - 1)], wanted)
+        at = np.searchsorted(points.edge_phase, wanted)
+        whole = (at < len(points)).all() and np.array_equal(points.edge_phase[np.minimum(at, len(points) - 1)], wanted)
         models.append(points[at] if whole else None)
     return models
 

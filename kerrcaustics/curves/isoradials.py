@@ -15,12 +15,14 @@ from scipy.optimize import elementwise
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.ends import EMITTERS, EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
-from kerrcaustics.curves.screens import as_seen
+from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.curves.sky_lines import beside_edge, line_reach
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_looking
+from kerrcaustics.spacetime.camera import check_camera
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -41,7 +43,7 @@ class Isoradial:
     error: Array = quantity("point", "rad", "estimated error of the points, across the curve", json="error_rad")
     redshift: Array = quantity("point", "1", "nu_camera / nu_emitter on circular geodesics; NaN where there is none")
     width: Array = quantity("point", "1", "angle on the sky, across the curve, for a unit of radius", json="width_rad")
-    turn: Array = quantity("point", "rad", "parameter of the shadow edge from which the point's line starts")
+    edge_phase: Array = quantity("point", "rad", "parameter of the shadow edge from which the point's line starts")
     closed: bool = quantity("", "1", "True where every line across the shadow edge meets the image once")
     time: Array | None = quantity("point", "GM/c^3", "travel time to the camera; None if not asked for", default=None)
 
@@ -60,7 +62,7 @@ class DiskImages(Items[Isoradial]):
 
 @usual_warnings
 def disk_images(
-    camera: Camera,
+    camera: Viewer,
     radii: ArrayLike,
     crossings: int = 4,
     points: int = 360,
@@ -112,15 +114,15 @@ def disk_images(
     circles = check_circles(camera, "radii", radii)
     crossings = whole_number("crossings", crossings, 1, 12)
     one_of("motion", motion, EMITTERS)
-    turn = 2 * math.pi * np.arange(whole_number("points", points, 8, 100_000)) / points
+    edge_phase = 2 * math.pi * np.arange(whole_number("points", points, 8, 100_000)) / points
     found = []
     for crossing in range(1, crossings + 1):
-        lines = Lines(camera, turn, EquatorialPlane(crossing, motion))
+        lines = Lines(camera, edge_phase, EquatorialPlane(crossing, motion))
         found += [curve for radius in circles for curve in lines.curves(float(radius), time=time)]
     return DiskImages(tuple(found))
 
 
-def check_circles(camera: Camera, name: str, radii: ArrayLike) -> Float[Array, " circles"]:
+def check_circles(camera: Viewer, name: str, radii: ArrayLike) -> Float[Array, " circles"]:
     """The radii of an argument, outside the horizon of the camera's hole."""
     check_camera(camera)
     circles, horizon = numbers(name, radii).ravel(), kerr.horizon(camera.spin)
@@ -136,25 +138,25 @@ class Lines:
     """Lines across the shadow edge, on which the radius of one crossing is known at some places."""
 
     def __init__(
-        self, camera: Camera, turn: Float[Array, " lines"], end: EquatorialPlane, engine: str = "auto"
+        self, camera: Viewer, edge_phase: Float[Array, " lines"], end: EquatorialPlane, engine: str = "auto"
     ) -> None:
         """Look at all lines."""
-        self.camera, self.turn, self.end, self.engine = camera, turn, end, engine
-        reach = line_reach(camera, turn)[:, None]
+        self.camera, self.edge_phase, self.end, self.engine = camera, edge_phase, end, engine
+        reach = line_reach(camera, edge_phase)[:, None]
         sides = math.pi - reach[:, 0], reach[:, 0]
         inward, outward = (np.geomspace(_CLOSEST, 0.999999 * far, _PLACES, axis=1) for far in sides)
         self.distance = np.concatenate([-inward[:, ::-1], outward], axis=1)
-        self.level = self.inverse(np.broadcast_to(turn[:, None], self.distance.shape), self.distance, _COARSE)
+        self.level = self.inverse(np.broadcast_to(edge_phase[:, None], self.distance.shape), self.distance, _COARSE)
 
-    def sky(self, turn: Array, distance: Array) -> Float[Array, "*batch 3"]:
+    def sky(self, edge_phase: Array, distance: Array) -> Float[Array, "*batch 3"]:
         """Directions N of the camera at places on lines."""
-        looking = beside_edge(self.camera, turn, distance / line_reach(self.camera, turn))
+        line_of_sight = beside_edge(self.camera, edge_phase, distance / line_reach(self.camera, edge_phase))
         rest = self.camera.at_rest().frame()
-        return as_seen(sky_from_looking(rest, looking), rest, self.camera.frame())
+        return as_seen(sky_from_line_of_sight(rest, line_of_sight), rest, self.camera.frame())
 
-    def inverse(self, turn: Array, distance: Array, tolerance: float) -> Float[Array, "*batch"]:
+    def inverse(self, edge_phase: Array, distance: Array, tolerance: float) -> Float[Array, "*batch"]:
         """1 / r of the crossing: 0 where the ray escapes before, twice the horizon's where it falls in."""
-        rays = trace_rays(self.camera, self.sky(turn, distance), self.engine, tolerance, end=self.end)
+        rays = trace_rays(self.camera, self.sky(edge_phase, distance), self.engine, tolerance, end=self.end)
         assert rays.radius is not None
         lost = np.where(rays.status == Status.CAPTURED, 2 / kerr.horizon(self.camera.spin), 0.0)
         return np.where(np.isfinite(rays.radius), 1 / rays.radius, lost)
@@ -165,23 +167,23 @@ class Lines:
         line, place = np.nonzero(above[:, 1:] != above[:, :-1])
         if not len(line):
             return []
-        once = len(line) == len(self.turn) and np.array_equal(line, np.arange(len(line)))
-        points = self.places(radius, self.turn[line], self.distance[line, place], self.distance[line, place + 1])
+        once = len(line) == len(self.edge_phase) and np.array_equal(line, np.arange(len(line)))
+        points = self.places(radius, self.edge_phase[line], self.distance[line, place], self.distance[line, place + 1])
         if once:
             return [self._curve(radius, points, closed=True, time=time)]
         rows = _rows(line, points[1])
         return [self._curve(radius, [part[row] for part in points], closed=False, time=time) for row in rows]
 
-    def places(self, radius: float | Array, turn: Array, low: Array, high: Array) -> list[Array]:
+    def places(self, radius: float | Array, edge_phase: Array, low: Array, high: Array) -> list[Array]:
         """Turn and distance of the points of circles' images between places on lines."""
 
-        def over(distance: Array, turn: Array, inverse: Array) -> Array:
-            return self.inverse(turn, distance, _FINE) - inverse
+        def over(distance: Array, edge_phase: Array, inverse: Array) -> Array:
+            return self.inverse(edge_phase, distance, _FINE) - inverse
 
-        inverse = np.broadcast_to(1 / np.asarray(radius), turn.shape)
+        inverse = np.broadcast_to(1 / np.asarray(radius), edge_phase.shape)
         tight = {"xrtol": 4e-16, "xatol": 1e-17}
-        found = elementwise.find_root(over, (low, high), args=(turn, inverse), tolerances=tight)
-        return [turn, found.x]
+        found = elementwise.find_root(over, (low, high), args=(edge_phase, inverse), tolerances=tight)
+        return [edge_phase, found.x]
 
     def _curve(self, radius: float, points: list[Array], *, closed: bool, time: bool) -> Isoradial:
         sky = self.sky(*points)

@@ -23,8 +23,8 @@ from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.isoradials import Isoradial, Lines, check_circles
 from kerrcaustics.results.declared import quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -57,7 +57,7 @@ class SpotEvent:
 class LightCurve:
     """The light of a spot that circles the hole, as a camera receives it."""
 
-    camera: Camera = quantity("", "", "the camera", json="", column="")
+    camera: Viewer = quantity("", "", "the camera", json="", column="")
     radius: float = quantity("", "GM/c^2", "of the orbit", json="orbit")
     size: float = quantity("", "GM/c^2", "deviation of the spot along its orbit")
     period: float = quantity("", "GM/c^3", "of the orbit")
@@ -88,7 +88,7 @@ class _Ring(NamedTuple):
 
 @usual_warnings
 def light_curve(
-    camera: Camera,
+    camera: Viewer,
     orbit: float,
     times: ArrayLike | int = 200,
     *,
@@ -195,29 +195,29 @@ def _clock(times: ArrayLike, period: float) -> Float[Array, " t"]:
 
 # For an orbit through the camera itself, which is refused in the end.
 @np.errstate(over="ignore", invalid="ignore")
-def _image(camera: Camera, radius: float, end: EquatorialPlane, orbital: float, points: int) -> Isoradial:
+def _image(camera: Viewer, radius: float, end: EquatorialPlane, orbital: float, points: int) -> Isoradial:
     """The image of an orbit, on as many lines as it takes that its phase changes little from one to the next."""
     found = _on_lines(camera, radius, end, 2 * math.pi * np.arange(points) / points)
     for _ in range(_ROUNDS):
         parts = _parts(found, orbital)
         if parts.max() == 1 or parts.sum() > _MOST_LINES:
             break
-        width = np.diff(found.turn, append=found.turn[0] + 2 * math.pi)
-        between = [t + w * np.arange(1, n) / n for t, w, n in zip(found.turn, width, parts, strict=True)]
+        width = np.diff(found.edge_phase, append=found.edge_phase[0] + 2 * math.pi)
+        between = [t + w * np.arange(1, n) / n for t, w, n in zip(found.edge_phase, width, parts, strict=True)]
         found = _joined(found, _on_lines(camera, radius, end, np.concatenate(between)))
     return found
 
 
 def _joined(one: Isoradial, other: Isoradial) -> Isoradial:
     """The points of both, in order."""
-    order = np.argsort(np.concatenate([one.turn, other.turn]))
-    names = "sky", "azimuth", "error", "redshift", "width", "turn", "time"
+    order = np.argsort(np.concatenate([one.edge_phase, other.edge_phase]))
+    names = "sky", "azimuth", "error", "redshift", "width", "edge_phase", "time"
     both = {name: np.concatenate([getattr(one, name), getattr(other, name)])[order] for name in names}
     return replace(one, **both | {"azimuth": np.unwrap(both["azimuth"])})
 
 
-def _on_lines(camera: Camera, radius: float, end: EquatorialPlane, turn: Array) -> Isoradial:
-    found = Lines(camera, turn, end).curves(radius, time=True)
+def _on_lines(camera: Viewer, radius: float, end: EquatorialPlane, edge_phase: Array) -> Isoradial:
+    found = Lines(camera, edge_phase, end).curves(radius, time=True)
     if len(found) != 1 or not found[0].closed:
         raise ValueError(
             "Argument `orbit` must be the radius of one whose images are closed curves, but at crossing "
@@ -239,16 +239,16 @@ def _ring(curve: Isoradial, orbital: float, power: float, step: int) -> _Ring:
     """An isoradial by every so many of its points."""
     assert curve.time is not None
     part = slice(None, None, step)
-    turn = curve.turn[part]
+    edge_phase = curve.edge_phase[part]
 
     def spline(values: Array) -> CubicSpline:
-        return CubicSpline(np.append(turn, turn[0] + 2 * math.pi), [*values, values[0]], bc_type="periodic")
+        return CubicSpline(np.append(edge_phase, edge_phase[0] + 2 * math.pi), [*values, values[0]], bc_type="periodic")
 
     gained = curve.azimuth[-1] - curve.azimuth[0]
     winds = round((gained + np.angle(np.exp(1j * (curve.azimuth[0] - curve.azimuth[-1])))) / (2 * math.pi))
-    azimuth = curve.azimuth[part] - winds * turn
+    azimuth = curve.azimuth[part] - winds * edge_phase
     sky = spline(curve.sky[part])
-    along = np.linalg.norm(sky(turn, 1), axis=-1)
+    along = np.linalg.norm(sky(edge_phase, 1), axis=-1)
     light = spline(curve.redshift[part] ** power * curve.width[part] * along)
     return _Ring(curve.crossing, sky, spline(azimuth), spline(azimuth + orbital * curve.time[part]), light, winds)
 
@@ -260,11 +260,13 @@ def _received(ring: _Ring, orbital: float, time: Array, deviation: float) -> Flo
     exactly, however long it is beside the spot.
     """
     knots = ring.phase.x
-    turn = np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(_PIECES) / _PIECES).ravel(), knots[-1])
-    phase = ring.phase(turn) + ring.winds * turn
-    inside = (turn[1:] + turn[:-1]) / 2
+    edge_phase = np.append(
+        (knots[:-1, None] + np.diff(knots)[:, None] * np.arange(_PIECES) / _PIECES).ravel(), knots[-1]
+    )
+    phase = ring.phase(edge_phase) + ring.winds * edge_phase
+    inside = (edge_phase[1:] + edge_phase[:-1]) / 2
     late = (ring.phase(inside) - ring.azimuth(inside)) / orbital
-    light = (ring.light(inside) * np.diff(turn))[:, None] * np.column_stack(
+    light = (ring.light(inside) * np.diff(edge_phase))[:, None] * np.column_stack(
         [np.ones_like(late), ring.sky(inside), late]
     )
     middle, half = (phase[1:] + phase[:-1]) / 2, np.maximum(np.abs(np.diff(phase)) / 2, 1e-6 * deviation)
@@ -289,7 +291,7 @@ def _mean_direction(light: Float[Array, "crossings times 5"]) -> Float[Array, "t
 class _Extreme(NamedTuple):
     """An extreme of phi + Omega T along a curve: there two images of the spot are one."""
 
-    turn: float
+    edge_phase: float
     creation: bool
     time: float
     azimuth: float
@@ -299,12 +301,12 @@ class _Extreme(NamedTuple):
 def _extremes(ring: _Ring, orbital: float) -> list[_Extreme]:
     slope = ring.phase.derivative()
     found = []
-    for turn in np.unique(np.mod(slope.solve(-ring.winds, extrapolate=False), 2 * math.pi)):
-        phase, azimuth = (float(angle(turn)) + ring.winds * turn for angle in (ring.phase, ring.azimuth))
-        sky = ring.sky(turn)
+    for edge_phase in np.unique(np.mod(slope.solve(-ring.winds, extrapolate=False), 2 * math.pi)):
+        phase, azimuth = (float(angle(edge_phase)) + ring.winds * edge_phase for angle in (ring.phase, ring.azimuth))
+        sky = ring.sky(edge_phase)
         # A least value comes first: after it there are two points.
-        creation = bool(slope(turn, 1) * orbital > 0)
-        found.append(_Extreme(turn, creation, phase / orbital, azimuth, sky / np.linalg.norm(sky)))
+        creation = bool(slope(edge_phase, 1) * orbital > 0)
+        found.append(_Extreme(edge_phase, creation, phase / orbital, azimuth, sky / np.linalg.norm(sky)))
     return found
 
 
@@ -314,7 +316,7 @@ def _events(ring: _Ring, sparse: _Ring, orbital: float, period: float) -> list[S
     events = []
     for one in _extremes(ring, orbital):
         same = [other for other in others if other.creation == one.creation]
-        other = min(same, key=lambda other: abs(math.sin((other.turn - one.turn) / 2)), default=None)
+        other = min(same, key=lambda other: abs(math.sin((other.edge_phase - one.edge_phase) / 2)), default=None)
         late = math.inf if other is None else abs((other.time - one.time + period / 2) % period - period / 2)
         off = math.inf if other is None else float(np.linalg.norm(other.sky - one.sky))
         kind = "creation" if one.creation else "annihilation"

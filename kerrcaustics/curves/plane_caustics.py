@@ -14,11 +14,11 @@ from skimage.measure import find_contours
 
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.circles_in_plane import Circles, PlanePoints, circles_of
-from kerrcaustics.curves.screens import shown
+from kerrcaustics.curves.search_sky import search_sky
 from kerrcaustics.results.declared import Items, derived, quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -79,7 +79,7 @@ class PlaneCausticSet(Items[PlaneCaustic]):
     """Where the caustics of one camera meet the equatorial plane: a sequence of curves, by order."""
 
     curves: tuple[PlaneCaustic, ...] = quantity("curve", "", "the curves", column="")
-    camera: Camera = quantity("", "", "the camera", json="", column="")
+    camera: Viewer = quantity("", "", "the camera", json="", column="")
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
     engine: str = quantity("", "", "which engine was asked for")
     tolerance: float = quantity("", "rad", "wanted error of a beam", json="tolerance_rad")
@@ -96,38 +96,38 @@ class PlaneCausticSet(Items[PlaneCaustic]):
 class _Grid:
     """Lines across the shadow edge, each cut into parts from the lowest circle to the highest one, 0 to 1.
 
-    radii: of both circles; rims: how far from the shadow edge each line meets them, by turn; turn of the lines; part of
-    the way; index there.
+    radii: of both circles; rims: how far from the shadow edge each line meets them, by edge phase; edge_phase of the
+    lines; part of the way; index there.
     """
 
     circles: Circles
     radii: tuple[float, float]
     rims: CubicSpline
-    turn: Float[Array, " lines"]
+    edge_phase: Float[Array, " lines"]
     part: Float[Array, " places"]
     index: Int[Array, "places lines"]
 
-    def distance(self, turn: Float[Array, " points"], part: Float[Array, " points"]) -> Float[Array, " points"]:
+    def distance(self, edge_phase: Float[Array, " points"], part: Float[Array, " points"]) -> Float[Array, " points"]:
         """How far from the shadow edge places lie."""
-        low, high = self.rims(turn).T
+        low, high = self.rims(edge_phase).T
         return low + part * (high - low)
 
     def places(self, points: PlanePoints) -> "_Places":
         """Places of points."""
-        low, high = self.rims(points.turn).T
-        return _Places(points.turn, (points.distance - low) / (high - low))
+        low, high = self.rims(points.edge_phase).T
+        return _Places(points.edge_phase, (points.distance - low) / (high - low))
 
 
 @dataclass(frozen=True)
 class _Places(Rows):
     """Places on the grid: on which line, and which part of the way."""
 
-    turn: Float[Array, " points"]
+    edge_phase: Float[Array, " points"]
     part: Float[Array, " points"]
 
 
 def plane_caustics(
-    camera: Camera, orders: int, end: EquatorialPlane, engine: str, tolerance: float, report: Progress
+    camera: Viewer, orders: int, end: EquatorialPlane, engine: str, tolerance: float, report: Progress
 ) -> PlaneCausticSet:
     """The curves of order 1 to `orders` in which caustic tubes meet the n-th crossing of the plane."""
     began = time.perf_counter()
@@ -156,9 +156,9 @@ def _grid(circles: Circles) -> _Grid | None:
     whole = radii[circles.whole(radii)]
     if len(whole) < 2:
         return None
-    turn = _TURN * (np.arange(_LINES) + 0.5) / _LINES
+    edge_phase = _TURN * (np.arange(_LINES) + 0.5) / _LINES
     ends = [
-        circles.on_circle(turn, np.full(_LINES, radius), spline(turn)).distance
+        circles.on_circle(edge_phase, np.full(_LINES, radius), spline(edge_phase)).distance
         for radius, spline in zip(whole[[0, -1]].tolist(), circles.around(whole[[0, -1]]), strict=True)
         if spline is not None
     ]
@@ -166,21 +166,21 @@ def _grid(circles: Circles) -> _Grid | None:
     part = 1 / (1 + np.geomspace(_RANGE, 1 / _RANGE, _PLACES))
     part = (part - part[0]) / (part[-1] - part[0])
     distance = ends[0] + part[:, None] * (ends[1] - ends[0])
-    index = _indices(circles, turn, distance)
+    index = _indices(circles, edge_phase, distance)
     if index is None:
         return None
     closed = np.stack([np.append(end, end[0]) for end in ends], axis=-1)
-    rims = CubicSpline(np.append(turn, turn[0] + _TURN), closed, bc_type="periodic")
-    return _Grid(circles, (float(whole[0]), float(whole[-1])), rims, turn, part, index)
+    rims = CubicSpline(np.append(edge_phase, edge_phase[0] + _TURN), closed, bc_type="periodic")
+    return _Grid(circles, (float(whole[0]), float(whole[-1])), rims, edge_phase, part, index)
 
 
 def _indices(
-    circles: Circles, turn: Float[Array, " lines"], distance: Float[Array, "places lines"]
+    circles: Circles, edge_phase: Float[Array, " lines"], distance: Float[Array, "places lines"]
 ) -> Int[Array, "places lines"] | None:
     """The Morse index on a grid, of which only every other line is traced where nothing changes."""
 
     def traced(places: Array, lines: Array) -> tuple[Array, Array]:
-        _, beams = circles.beams(turn[lines], distance[places, lines], _COARSE)
+        _, beams = circles.beams(edge_phase[lines], distance[places, lines], _COARSE)
         return np.asarray(beams.index), np.abs(beams.delta_minus / beams.delta_plus)
 
     shape = distance[::2, ::2].shape
@@ -211,7 +211,7 @@ def _uneven(index: Int[Array, "places lines"], ratio: Float[Array, "places lines
     return np.asarray(around(uneven).any(axis=0))
 
 
-def _curves(camera: Camera, grid: _Grid, order: int) -> list[PlaneCaustic]:
+def _curves(camera: Viewer, grid: _Grid, order: int) -> list[PlaneCaustic]:
     """All curves of one order."""
     inside = grid.index >= order
     around = np.concatenate([inside, inside[:, :1]], axis=1).astype(float)
@@ -221,7 +221,7 @@ def _curves(camera: Camera, grid: _Grid, order: int) -> list[PlaneCaustic]:
 
 
 def _joined(pieces: list[Int[Array, "_ 2"]], width: int) -> list[Int[Array, "_ 2"]]:
-    """Contours, in half steps of the grid, joined over the line from which turn is counted."""
+    """Contours, in half steps of the grid, joined over the line from which the edge phase is counted."""
     left = [piece for piece in pieces if len(piece) > 1]
     for _ in range(len(left) * 2):
         ends = [(n, end) for n, piece in enumerate(left) for end in (0, -1) if piece[end][1] in (0, width)]
@@ -247,9 +247,9 @@ def _meet(one: Array, other: Array, width: int) -> bool:
     return bool(one[0] == other[0] and {int(one[1]), int(other[1])} == {0, width})
 
 
-def _curve(camera: Camera, grid: _Grid, chain: Int[Array, "_ 2"], order: int) -> PlaneCaustic | None:
+def _curve(camera: Viewer, grid: _Grid, chain: Int[Array, "_ 2"], order: int) -> PlaneCaustic | None:
     """The curve along one contour; None where the contour is noise of the index, and hardly a point is flat."""
-    closed = bool((chain[0] == chain[-1]).all()) or _meet(chain[0], chain[-1], 2 * len(grid.turn))
+    closed = bool((chain[0] == chain[-1]).all()) or _meet(chain[0], chain[-1], 2 * len(grid.edge_phase))
     chain = chain[:-1] if closed else chain
     ends = () if closed else tuple("horizon" if chain[i][0] == 0 else "infinity" for i in (0, -1))
     points = _points(grid, chain, ends)
@@ -265,7 +265,7 @@ def _curve(camera: Camera, grid: _Grid, chain: Int[Array, "_ 2"], order: int) ->
     return PlaneCaustic(
         order=order,
         crossing=grid.circles.end.crossing,
-        sky=shown(camera, points.sky),
+        sky=search_sky(camera).shown(points.sky),
         place=place,
         ends=ends,
         r_min=extremes[0],
@@ -282,7 +282,7 @@ def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> Pla
     """Points of the caustic between neighbours on the grid, the first and the last one of an open curve on a circle."""
     shape = grid.index.shape
     start, stop = (
-        _Places(grid.turn[line], grid.part[place])
+        _Places(grid.edge_phase[line], grid.part[place])
         for place, line in ((n % shape).T for n in (chain // 2, (chain + 1) // 2))
     )
     if not ends:
@@ -296,29 +296,33 @@ def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> Pla
 def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " points"] | None = None) -> PlanePoints:
     """The points between neighbours where the beams are flat; radius, of the circles on which they are to lie."""
 
-    def at(step: Array, turn: Array, width: Array, part: Array, change: Array, *radius: Array) -> PlanePoints:
-        turn = (turn + step * width) % _TURN
-        distance = grid.distance(turn, part + step * change)
-        return grid.circles.on_circle(turn, radius[0], distance) if radius else grid.circles.points(turn, distance)
+    def at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> PlanePoints:
+        edge_phase = (edge_phase + step * width) % _TURN
+        distance = grid.distance(edge_phase, part + step * change)
+        return (
+            grid.circles.on_circle(edge_phase, radius[0], distance)
+            if radius
+            else grid.circles.points(edge_phase, distance)
+        )
 
-    width = (stop.turn - start.turn + math.pi) % _TURN - math.pi
-    ends = start.turn, width, start.part, stop.part - start.part, *(() if radius is None else (radius,))
+    width = (stop.edge_phase - start.edge_phase + math.pi) % _TURN - math.pi
+    ends = start.edge_phase, width, start.part, stop.part - start.part, *(() if radius is None else (radius,))
     bracket = np.zeros(len(start)), np.ones(len(start))
     root = elementwise.find_root(lambda step, *e: at(step, *e).ratio, bracket, args=ends, tolerances=_TIGHT)
     return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 
 def _extreme(grid: _Grid, points: PlanePoints, sign: int) -> float:
-    """The least or largest radius, from a polynomial in turn through points around the best one."""
+    """The least or largest radius, from a polynomial in the edge phase through points around the best one."""
     best = int(np.argmax(sign * points.radius))
     if best in (0, len(points) - 1):
         return float(points.radius[best])
     near = points[np.clip(np.arange(best - 2, best + 3), 0, len(points) - 1)]
-    turn = near.turn[2] + (near.turn - near.turn[2] + math.pi) % _TURN - math.pi
-    half = np.abs(turn - turn[2]).max() / 2
+    edge_phase = near.edge_phase[2] + (near.edge_phase - near.edge_phase[2] + math.pi) % _TURN - math.pi
+    half = np.abs(edge_phase - edge_phase[2]).max() / 2
     if half == 0:
         return float(points.radius[best])
-    nodes = turn[2] + half * chebyshev.chebpts1(_NODES)
+    nodes = edge_phase[2] + half * chebyshev.chebpts1(_NODES)
     beside = np.repeat(near.radius[2] * np.exp([-0.05, 0.05]), _NODES)
     around = grid.circles.on_circle(np.tile(nodes % _TURN, 2), beside, np.full(2 * _NODES, near.distance[2]))
     found = _flat(grid, grid.places(around[:_NODES]), grid.places(around[_NODES:]))

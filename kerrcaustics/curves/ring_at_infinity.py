@@ -33,14 +33,14 @@ def with_ring_at_infinity(source: SourceMap, curves: CriticalCurves) -> Critical
     if not source.unbounded:
         return curves
     camera = curves.camera
-    turn = 2 * math.pi * np.arange(_POINTS) / _POINTS
-    depth, ones = source.first(turn), np.ones(_POINTS)
+    edge_phase = 2 * math.pi * np.arange(_POINTS) / _POINTS
+    depth, ones = source.first(edge_phase), np.ones(_POINTS)
     theta = math.pi - camera.inclination
     opposite = np.tile(from_angles(theta, math.pi), (_POINTS, 1))
     ring = Points(
-        turn=turn,
+        edge_phase=edge_phase,
         depth=depth,
-        looking=source.looking(turn, depth)[0],
+        line_of_sight=source.line_of_sight(edge_phase, depth)[0],
         direction=opposite,
         theta=theta * ones,
         azimuth=math.pi * ones,

@@ -12,9 +12,10 @@ from jaxtyping import Float, Int
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.curves.sky_lines import DEEPEST
-from kerrcaustics.spacetime.camera import Camera, looking_from_sky, sky_from_looking
+from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_line_of_sight
 from kerrcaustics.spacetime.shadow import edge_photons
 from kerrcaustics.spacetime.sphere import moved
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -39,7 +40,7 @@ class Chart:
     great circles through that direction.
     """
 
-    def __init__(self, camera: Camera) -> None:
+    def __init__(self, camera: Viewer) -> None:
         """Tabulate the distance of the shadow edge from the direction to the hole; camera: at rest."""
         self._frame = camera.frame()
         self._size = edge_size(camera)
@@ -47,10 +48,10 @@ class Chart:
 
     def place(self, index: Int[Array, " images"], sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Coordinates of directions N on sheets of the given index."""
-        looking = self._looking(sky)
-        angle = np.arctan2(looking[:, 2], looking[:, 1])
+        line_of_sight = self._line_of_sight(sky)
+        angle = np.arctan2(line_of_sight[:, 2], line_of_sight[:, 1])
         size = self._size(angle)
-        depth = np.log((np.pi - size) / np.maximum(_from_hole(looking) - size, _NEAREST))
+        depth = np.log((np.pi - size) / np.maximum(_from_hole(line_of_sight) - size, _NEAREST))
         return np.where((index == 0)[:, None], sky, np.stack([angle, depth, 0 * angle], axis=-1))
 
     def sky(self, index: Int[Array, " images"], place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
@@ -58,17 +59,17 @@ class Chart:
         angle, size = place[:, 0], self._size(place[:, 0])
         distance = size + (np.pi - size) * np.exp(-np.clip(place[:, 1], 0, DEEPEST))
         across = np.sin(distance)
-        looking = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
+        line_of_sight = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
         unit = place / np.maximum(np.linalg.norm(place, axis=1, keepdims=True), 1e-300)
-        return np.where((index == 0)[:, None], unit, sky_from_looking(self._frame, looking))
+        return np.where((index == 0)[:, None], unit, sky_from_line_of_sight(self._frame, line_of_sight))
 
     def rate(
         self, index: Int[Array, " images"], sky: Float[Array, "images 3"], drift: Float[Array, "images 3"]
     ) -> Float[Array, "images 3"]:
         """Rates of the coordinates of images that drift along tangents of the sky."""
-        # On the sky at rest, looking directions are N in other axes.
-        looking, drifting = self._looking(sky), self._looking(drift)
-        r, theta, phi = looking.T
+        # On the sky at rest, lines of sight are N in other axes.
+        line_of_sight, drifting = self._line_of_sight(sky), self._line_of_sight(drift)
+        r, theta, phi = line_of_sight.T
         across = np.maximum(theta**2 + phi**2, 1e-300)
         turning = (theta * drifting[:, 2] - phi * drifting[:, 1]) / across
         outward = drifting[:, 0] * np.sqrt(across) - r * (theta * drifting[:, 1] + phi * drifting[:, 2]) / np.sqrt(
@@ -76,7 +77,7 @@ class Chart:
         )
         angle = np.arctan2(phi, theta)
         size, slope = self._size(angle), self._slope(angle)
-        distance = np.maximum(_from_hole(looking) - size, _NEAREST)
+        distance = np.maximum(_from_hole(line_of_sight) - size, _NEAREST)
         deepening = -slope * turning / (np.pi - size) - (outward - slope * turning) / distance
         return np.where((index == 0)[:, None], drift, np.stack([turning, deepening, 0 * turning], axis=-1))
 
@@ -84,8 +85,8 @@ class Chart:
         self, index: Int[Array, " images"], sky: Float[Array, "images 3"], error: Float[Array, " images"]
     ) -> Float[Array, " images"]:
         """Errors of coordinates of images whose places on the sky have errors (radians), mostly along the edge."""
-        looking = self._looking(sky)
-        across = np.hypot(looking[:, 1], looking[:, 2])
+        line_of_sight = self._line_of_sight(sky)
+        across = np.hypot(line_of_sight[:, 1], line_of_sight[:, 2])
         return error / np.where(index == 0, 1, np.maximum(across, _NEAREST))
 
     def stepped(
@@ -105,12 +106,12 @@ class Chart:
         other, part = straight(sky, step, part)
         return np.where(bent[:, None], along, other), np.where(bent, short, part)
 
-    def _looking(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
+    def _line_of_sight(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Vectors of the sky at rest in components along r, theta, phi."""
-        return looking_from_sky(self._frame, sky)
+        return line_of_sight_from_sky(self._frame, sky)
 
 
-def edge_size(camera: Camera) -> CubicSpline:
+def edge_size(camera: Viewer) -> CubicSpline:
     """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle."""
     edge = -edge_photons(camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
     angle = np.arctan2(edge[:, 2], edge[:, 1])
@@ -124,7 +125,7 @@ def edge_size(camera: Camera) -> CubicSpline:
 
 
 @lru_cache(maxsize=8)
-def chart_of(camera: Camera) -> Chart:
+def chart_of(camera: Viewer) -> Chart:
     """The chart of a camera at rest, kept for the next call."""
     return Chart(camera)
 
@@ -135,9 +136,9 @@ def straight(sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part
     return moved(sky, step * part[:, None]), part
 
 
-def _from_hole(looking: Float[Array, "images 3"]) -> Float[Array, " images"]:
+def _from_hole(line_of_sight: Float[Array, "images 3"]) -> Float[Array, " images"]:
     """Angles from the direction to the hole, radians."""
-    return np.arctan2(np.hypot(looking[:, 1], looking[:, 2]), -looking[:, 0])
+    return np.arctan2(np.hypot(line_of_sight[:, 1], line_of_sight[:, 2]), -line_of_sight[:, 0])
 
 
 def apart(

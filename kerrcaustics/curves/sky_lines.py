@@ -1,9 +1,9 @@
 """Coordinates on the camera sky that follow the shadow edge.
 
-A line leaves the shadow edge at curve parameter `turn` and runs straight away from the hole, to the direction
+A line leaves the shadow edge at a parameter, the edge phase, and runs straight away from the hole, to the direction
 opposite to it. Along it `depth` counts e-foldings of the distance to the edge: distance = reach exp(-depth),
 where reach is the distance from the edge to the antipode. Critical curves of every order are smooth curves
-depth(turn), about evenly spaced in depth.
+depth(edge phase), about evenly spaced in depth.
 
 All of it lives on the sky of the fiducial observer: caustics do not depend on the camera's velocity.
 """
@@ -11,60 +11,60 @@ All of it lives on the sky of the fiducial observer: caustics do not depend on t
 import numpy as np
 
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.viewer import Viewer
 
 # Below this distance from the edge, reach exp(-DEEPEST), a direction in double precision has no digits left.
 DEEPEST = 32.0
 
 
-def looking(camera: Camera, turn: HostReals, depth: HostReals) -> HostVectors:
-    """Looking directions at (turn, depth), in FIDO components (r, theta, phi).
+def line_of_sight(camera: Viewer, edge_phase: HostReals, depth: HostReals) -> HostVectors:
+    """Lines of sight at (edge phase, depth), in FIDO components (r, theta, phi).
 
-    A looking direction is minus the direction of motion of the photon seen there.
+    A line of sight is minus the direction of motion of the photon seen there.
 
     Errors: about 1e-16 rad; the distance from the edge keeps its relative accuracy down to 1e-15 rad.
     """
-    return beside_edge(camera, turn, np.exp(-np.asarray(depth, float)))
+    return beside_edge(camera, edge_phase, np.exp(-np.asarray(depth, float)))
 
 
-def line_reach(camera: Camera, turn: HostReals) -> HostReals:
+def line_reach(camera: Viewer, edge_phase: HostReals) -> HostReals:
     """Length of the lines (radians), from the edge to the direction opposite to the hole."""
-    photons = edge_photons(camera, turn)
+    photons = edge_photons(camera, edge_phase)
     return np.pi - np.arctan2(np.hypot(photons[..., 1], photons[..., 2]), photons[..., 0])
 
 
-def wide_reach(camera: Camera, turn: HostReals, zoom: float) -> HostReals:
+def wide_reach(camera: Viewer, edge_phase: HostReals, zoom: float) -> HostReals:
     """Length of the lines (radians) on a sky that is made smaller: see `on_wide_sky`."""
-    reach = line_reach(camera, turn)
+    reach = line_reach(camera, edge_phase)
     return reach if zoom == 1 else 2 * np.arctan(np.tan(reach / 2) / zoom)
 
 
-def on_wide_sky(camera: Camera, turn: HostReals, distance: HostReals, zoom: float) -> HostVectors:
-    """Looking directions on the lines at a distance (radians) from the edge, as it is on a sky that is made smaller.
+def on_wide_sky(camera: Viewer, edge_phase: HostReals, distance: HostReals, zoom: float) -> HostVectors:
+    """Lines of sight on the lines at a distance (radians) from the edge, as it is on a sky that is made smaller.
 
     On that sky the tangents of half the angles from the hole are `zoom` times those of the sky itself: where the hole
-    is large and all else lies far out, lines show both. Errors as for `looking`.
+    is large and all else lies far out, lines show both. Errors as for `line_of_sight`.
     """
     if zoom == 1:
-        return beside_edge(camera, turn, distance / line_reach(camera, turn))
-    edge, step = 1 / np.tan(line_reach(camera, turn) / 2), np.tan(np.asarray(distance, float) / 2)
+        return beside_edge(camera, edge_phase, distance / line_reach(camera, edge_phase))
+    edge, step = 1 / np.tan(line_reach(camera, edge_phase) / 2), np.tan(np.asarray(distance, float) / 2)
     # The difference of both tangents, as a fraction, so that the distance keeps its digits.
     above, below = step * (1 + (zoom * edge) ** 2), np.maximum(zoom * (1 - zoom * edge * step), 0)
     away = 2 * np.arctan2(above, below * (1 + edge**2) + above * edge)
-    return beside_edge(camera, turn, away / line_reach(camera, turn))
+    return beside_edge(camera, edge_phase, away / line_reach(camera, edge_phase))
 
 
-def beside_edge(camera: Camera, turn: HostReals, part: HostReals) -> HostVectors:
-    """Looking directions on the lines at a part of the reach from the edge, negative inside the shadow.
+def beside_edge(camera: Viewer, edge_phase: HostReals, part: HostReals) -> HostVectors:
+    """Lines of sight on the lines at a part of the reach from the edge, negative inside the shadow.
 
-    Parameters and errors as for `looking`, whose part is exp(-depth).
+    Parameters and errors as for `line_of_sight`, whose part is exp(-depth).
     """
-    edge = -edge_photons(camera, turn)
+    edge = -edge_photons(camera, edge_phase)
     radial = -edge[..., :1]
     across = np.hypot(edge[..., 1:2], edge[..., 2:])
     # Tangent to the sky at the edge, away from the hole, whose centre lies at (-1, 0, 0).
     away = np.concatenate([across, radial * edge[..., 1:] / across], axis=-1)
-    distance = line_reach(camera, turn)[..., None] * np.asarray(part, float)[..., None]
+    distance = line_reach(camera, edge_phase)[..., None] * np.asarray(part, float)[..., None]
     direction = edge * np.cos(distance) + away * np.sin(distance)
     return direction / np.linalg.norm(direction, axis=-1, keepdims=True)

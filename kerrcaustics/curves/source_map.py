@@ -19,15 +19,15 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams, Rays
-from kerrcaustics.beams.ends import CelestialSphere, Sphere, Spherical, end_of
+from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Spherical, end_of
 from kerrcaustics.beams.trace import trace_in_steps, trace_rays
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import HostVectors
-from kerrcaustics.spacetime.camera import Camera, check_camera, photon, sky_from_fido
 from kerrcaustics.spacetime.checks import quoted
-from kerrcaustics.spacetime.observer import straight_ahead
+from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 Kind = TypeVar("Kind", bound=Rays)
@@ -44,7 +44,7 @@ _FAR = 40.0
 class SourceMap:
     """camera: at rest at the event; end: the sphere, as a first arrival."""
 
-    camera: Camera
+    camera: Viewer
     end: Spherical
 
     @property
@@ -64,7 +64,7 @@ class SourceMap:
         On an observer's screen lines run as on the sky of a camera where the sources are.
         """
         frame, nearest = self.camera.frame(), min(float(self.end.radius), self.camera.radius)
-        if not self.camera.is_distant or math.isinf(nearest):
+        if math.isinf(nearest):
             return 1.0
         return min(1.0, frame.zoom * frame.radius / nearest)
 
@@ -81,32 +81,32 @@ class SourceMap:
         """
         return math.isinf(self.camera.radius) and isinstance(self.end, CelestialSphere)
 
-    def first(self, turn: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+    def first(self, edge_phase: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
         """Depth at which lines begin."""
         if self.unbounded:
-            away = math.acos(1 - straight_ahead(self.camera))
-            return -np.log1p(-away / sky_lines.line_reach(self.camera, turn))
+            away = math.acos(1 - self.camera.straight_ahead)
+            return -np.log1p(-away / sky_lines.line_reach(self.camera, edge_phase))
         if not self.level:
-            return np.zeros_like(turn)
-        reach = sky_lines.wide_reach(self.camera, turn, self.zoom)
+            return np.zeros_like(edge_phase)
+        reach = sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
         return -np.log((reach - np.pi / 2 - _BELOW) / reach)
 
-    def looking(
-        self, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"]
+    def line_of_sight(
+        self, edge_phase: Float[Array, "*batch"], depth: Float[Array, "*batch"]
     ) -> tuple[HostVectors, Bool[Array, "*batch"]]:
-        """Looking directions (..., 3), and whether they stand for the second leaf."""
+        """Lines of sight (..., 3), and whether they stand for the second leaf."""
         if not self.inside:
             first = np.zeros(np.shape(depth), bool)
             if self.zoom == 1:
-                return sky_lines.looking(self.camera, turn, depth), first
-            reach = sky_lines.wide_reach(self.camera, turn, self.zoom)
-            return self._beside(turn, reach * np.exp(-np.asarray(depth, float))), first
+                return sky_lines.line_of_sight(self.camera, edge_phase, depth), first
+            reach = sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
+            return self._beside(edge_phase, reach * np.exp(-np.asarray(depth, float))), first
         assert isinstance(self.end, Sphere)
-        size = np.pi - sky_lines.wide_reach(self.camera, turn, self.zoom)
+        size = np.pi - sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
         rim = _rim(self.camera, float(self.end.radius), self.zoom)
         if rim is None:
-            return self._beside(turn, -size * np.exp(-depth)), np.zeros_like(depth, bool)
-        width = rim(turn)
+            return self._beside(edge_phase, -size * np.exp(-depth)), np.zeros_like(depth, bool)
+        width = rim(edge_phase)
         # The two forms have one value and two derivatives in common at the rim.
         fold = np.sqrt(2 * (width + size) / width)
         away = depth - fold
@@ -114,65 +114,71 @@ class SourceMap:
         # 1 / cosh, which has no overflow far down.
         part = np.exp(-np.maximum(away, 0))
         distance = np.where(away <= 0, falling, width * 2 * part / (1 + part * part))
-        return self._beside(turn, distance), away > 0
+        return self._beside(edge_phase, distance), away > 0
 
-    def _beside(self, turn: Float[Array, "*batch"], distance: Float[Array, "*batch"]) -> HostVectors:
-        return sky_lines.on_wide_sky(self.camera, turn, distance, self.zoom)
+    def _beside(self, edge_phase: Float[Array, "*batch"], distance: Float[Array, "*batch"]) -> HostVectors:
+        return sky_lines.on_wide_sky(self.camera, edge_phase, distance, self.zoom)
 
-    def beams(self, looking: Float[Array, "n 3"], returning: Bool[Array, " n"], engine: str, tolerance: float) -> Beams:
+    def beams(
+        self, line_of_sight: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], engine: str, tolerance: float
+    ) -> Beams:
         """Beams with their index, as steps of one job."""
-        sky = sky_from_fido(self.camera.frame(), -looking)
+        sky = sky_from_fido(self.camera.frame(), -line_of_sight)
 
-        def traced(sky: Array, end: Spherical) -> Beams:
+        def traced(sky: Array, end: End) -> Beams:
             return trace_in_steps(self.camera, sky, engine, tolerance, end)
 
-        return on_leaves(self.end, sky, returning, traced)
+        return on_leaves(self.end, sky, second_arrival, traced)
 
-    def directions(self, looking: HostVectors, returning: Bool[Array, "*batch"], tolerance: float) -> HostVectors:
+    def directions(
+        self, line_of_sight: HostVectors, second_arrival: Bool[Array, "*batch"], tolerance: float
+    ) -> HostVectors:
         """Unit vectors n' (..., 3)."""
-        sky = sky_from_fido(self.camera.frame(), -looking).reshape(-1, 3)
+        sky = sky_from_fido(self.camera.frame(), -line_of_sight).reshape(-1, 3)
 
-        def traced(sky: Array, end: Spherical) -> Rays:
+        def traced(sky: Array, end: End) -> Rays:
             return trace_rays(self.camera, sky, "auto", tolerance, end=end)
 
-        rays = on_leaves(self.end, sky, returning.ravel(), traced)
-        return rays.direction.reshape(looking.shape)
+        rays = on_leaves(self.end, sky, second_arrival.ravel(), traced)
+        return rays.direction.reshape(line_of_sight.shape)
 
 
 def on_leaves(
-    end: Spherical, sky: Float[Array, "n 3"], returning: Bool[Array, " n"], traced: Callable[[Array, Spherical], Kind]
+    end: End,
+    sky: Float[Array, "n 3"],
+    second_arrival: Bool[Array, " n"] | None,
+    traced: Callable[[Array, End], Kind],
 ) -> Kind:
     """Rays, or beams, on both leaves, as `traced` gives them for directions N and an end."""
-    if not returning.any():
+    if second_arrival is None or not second_arrival.any():
         return traced(sky, end)
-    assert isinstance(end, Sphere)
-    second = traced(sky[returning], replace(end, returning=True))
-    return second if returning.all() else _merged(traced(sky[~returning], end), second, returning)
+    second = traced(sky[second_arrival], end.at_second_arrival())
+    return second if second_arrival.all() else _merged(traced(sky[~second_arrival], end), second, second_arrival)
 
 
-def _merged(first: Kind, second: Kind, returning: Bool[Array, " n"]) -> Kind:
+def _merged(first: Kind, second: Kind, second_arrival: Bool[Array, " n"]) -> Kind:
     """Rays of both leaves in one order."""
 
     def joined(one: object, other: object) -> object:
         if not isinstance(one, np.ndarray) or not isinstance(other, np.ndarray):
             return one
-        both = np.empty((len(returning), *one.shape[1:]), one.dtype)
-        both[~returning], both[returning] = one, other
+        both = np.empty((len(second_arrival), *one.shape[1:]), one.dtype)
+        both[~second_arrival], both[second_arrival] = one, other
         return both
 
     return replace(first, **{f.name: joined(getattr(first, f.name), getattr(second, f.name)) for f in fields(first)})
 
 
-def spherical(camera: Camera, end: object, *, distant: bool = False) -> Spherical:
-    """The sphere that `end=` means; what is none is refused with one ValueError. distant: as for `check_camera`."""
-    check_camera(camera, distant=distant)
+def spherical(camera: Viewer, end: object) -> Spherical:
+    """The sphere that `end=` means; what is none is refused with one ValueError."""
+    check_viewer(camera)
     found = end_of(camera, end)
     if not isinstance(found, Spherical):
         raise ValueError(f"Argument `end` must be a radius or math.inf, but is {quoted(end)}.")
     return found
 
 
-def check_domain(camera: Camera, end: Spherical) -> None:
+def check_domain(camera: Viewer, end: Spherical) -> None:
     """Refuse spheres that some rays reach and others only wind toward, with one ValueError."""
     if isinstance(end, CelestialSphere):
         return
@@ -187,33 +193,33 @@ def check_domain(camera: Camera, end: Spherical) -> None:
     )
 
 
-def _edge_orbits(camera: Camera, turn: Float[Array, " turns"]) -> Float[Array, " turns"]:
+def _edge_orbits(camera: Viewer, edge_phase: Float[Array, " edge_phases"]) -> Float[Array, " edge_phases"]:
     """Radii of the photon orbits toward which the rays of the shadow edge wind."""
     frame = camera.frame()
-    light = photon(frame, tuple(sky_from_fido(frame, edge_photons(camera, turn)).T))
-    return np.asarray(kerr.spherical_orbit_of_impact(camera.spin, light.b)[0])
+    photon = photon_of(frame, tuple(sky_from_fido(frame, edge_photons(camera, edge_phase)).T))
+    return np.asarray(kerr.spherical_orbit_of_impact(camera.spin, photon.b)[0])
 
 
 @lru_cache(maxsize=8)
-def _rim(camera: Camera, radius: float, zoom: float) -> CubicSpline | None:
-    """How far from the shadow edge rays only graze a sphere, by turn; None where all that meet it fall in.
+def _rim(camera: Viewer, radius: float, zoom: float) -> CubicSpline | None:
+    """How far from the shadow edge rays only graze a sphere, by edge phase; None where all that meet it fall in.
 
     zoom: of the sky on which that is measured.
     """
-    turn = 2 * np.pi * np.arange(_TABLE) / _TABLE
-    if radius < _edge_orbits(camera, turn).min():
+    edge_phase = 2 * np.pi * np.arange(_TABLE) / _TABLE
+    if radius < _edge_orbits(camera, edge_phase).min():
         return None
-    frame, reach = camera.frame(), sky_lines.wide_reach(camera, turn, zoom)
+    frame, reach = camera.frame(), sky_lines.wide_reach(camera, edge_phase, zoom)
 
-    def potential(distance: Array, turn: Array) -> Array:
-        sky = sky_from_fido(frame, -sky_lines.on_wide_sky(camera, turn, distance, zoom))
-        light = photon(frame, tuple(np.moveaxis(sky, -1, 0)))
+    def potential(distance: Array, edge_phase: Array) -> Array:
+        sky = sky_from_fido(frame, -sky_lines.on_wide_sky(camera, edge_phase, distance, zoom))
+        photon = photon_of(frame, tuple(np.moveaxis(sky, -1, 0)))
         square = radius**2 + camera.spin**2
-        return (square - camera.spin * light.b) ** 2 - (square - 2 * radius) * light.kappa
+        return (square - camera.spin * photon.b) ** 2 - (square - 2 * radius) * photon.kappa
 
     # Rays that leave horizontally, or pass far from the sphere.
-    size = min(2 * camera.radius, _FAR * radius) if camera.is_distant else 2 * camera.radius
+    size = min(2 * camera.radius, _FAR * radius)
     beyond = 2 * math.atan(2 * frame.zoom * frame.radius / (zoom * size))
-    found = elementwise.find_root(potential, (np.zeros(_TABLE), reach - beyond), args=(turn,))
+    found = elementwise.find_root(potential, (np.zeros(_TABLE), reach - beyond), args=(edge_phase,))
     width = np.append(found.x, found.x[0])
-    return CubicSpline(np.append(turn, 2 * np.pi), width, bc_type="periodic")
+    return CubicSpline(np.append(edge_phase, 2 * np.pi), width, bc_type="periodic")

@@ -19,8 +19,10 @@ from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, 
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.camera import check_camera
 from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.spacetime.frame import sky_from_fido
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -70,7 +72,7 @@ def usual_radii(spin: float) -> Float[Array, " rows"]:
 
 @usual_warnings
 def caustic_tubes(
-    camera: Camera, orders: int = 2, radii: Float[Array, " rows"] | None = None
+    camera: Viewer, orders: int = 2, radii: Float[Array, " rows"] | None = None
 ) -> tuple[CausticTube, ...]:
     """The caustics of a camera's past light cone as surfaces in space, primary first.
 
@@ -119,28 +121,28 @@ def caustic_tubes(
     return tuple(_tube(camera, curve, radii) for curve in critical_curves(camera, int(orders)))
 
 
-def _tube(camera: Camera, whole: CriticalCurve, radii: Float[Array, " rows"]) -> CausticTube:
+def _tube(camera: Viewer, whole: CriticalCurve, radii: Float[Array, " rows"]) -> CausticTube:
     curve = whole.points[_lines(whole.points)]
     reach = np.exp(-curve.depth)
     parts = _parts_at(camera, curve, whole.order, 1 / radii[1:])
-    turn = np.broadcast_to(curve.turn, parts.shape)
-    looking = sky_lines.beside_edge(camera.at_rest(), turn, parts * reach)
-    found = _conjugate(camera, looking, whole.order)
+    edge_phase = np.broadcast_to(curve.edge_phase, parts.shape)
+    line_of_sight = sky_lines.beside_edge(camera.at_rest(), edge_phase, parts * reach)
+    found = _conjugate(camera, line_of_sight, whole.order)
     # Filled from the row above where the ray has fallen in.
     place = np.stack([found.mino_time, found.radius, found.theta, found.azimuth])
     rim = np.stack([0 * reach, np.full(len(curve), math.inf), curve.theta, curve.azimuth])
     place = np.concatenate([rim[:, None], place], axis=1)
-    looking = np.concatenate([curve.looking[None], looking])
+    line_of_sight = np.concatenate([curve.line_of_sight[None], line_of_sight])
     for row in range(1, len(radii)):
         lost = ~np.isfinite(place[1, row])
-        place[:, row, lost], looking[row, lost] = place[:, row - 1, lost], looking[row - 1, lost]
+        place[:, row, lost], line_of_sight[row, lost] = place[:, row - 1, lost], line_of_sight[row - 1, lost]
     # The azimuth of the caustic is joined over b = 0, the others follow it.
     turns = np.round((place[3, :1] - place[3, 1:2]) / (2 * math.pi))
     place[3, 1:] += 2 * math.pi * turns
     place[0, 0] = math.nan
     names = ("mino_time", "radius", "theta", "azimuth")
     points = SpacePoints(spin=camera.spin, **dict(zip(names, place, strict=True)))
-    return CausticTube(whole.order, points, sky_from_fido(camera.frame(), -looking), whole.closed)
+    return CausticTube(whole.order, points, sky_from_fido(camera.frame(), -line_of_sight), whole.closed)
 
 
 def _lines(curve: Points) -> Int[Array, " lines"]:
@@ -152,13 +154,13 @@ def _lines(curve: Points) -> Int[Array, " lines"]:
     return np.unique(np.searchsorted(along, np.arange(count) / count * whole.sum()).clip(0, len(curve) - 1))
 
 
-def _parts_at(camera: Camera, curve: Points, order: int, inverse: Float[Array, " rows"]) -> Float[Array, "rows lines"]:
+def _parts_at(camera: Viewer, curve: Points, order: int, inverse: Float[Array, " rows"]) -> Float[Array, "rows lines"]:
     """Parts of the distance from critical curve to edge of rays with conjugate points at given 1/r."""
     sparse = np.unique(np.append(np.arange(0, len(curve), _SPARSE), len(curve) - 1))
     part = _searched(camera, curve)
-    turn = np.broadcast_to(curve.turn[sparse], (len(part), len(sparse)))
-    looking = sky_lines.beside_edge(camera.at_rest(), turn, part[:, None] * np.exp(-curve.depth[sparse]))
-    found = 1 / _conjugate(camera, looking, order).radius
+    edge_phase = np.broadcast_to(curve.edge_phase[sparse], (len(part), len(sparse)))
+    line_of_sight = sky_lines.beside_edge(camera.at_rest(), edge_phase, part[:, None] * np.exp(-curve.depth[sparse]))
+    found = 1 / _conjugate(camera, line_of_sight, order).radius
     parts = np.empty((len(inverse), len(sparse)))
     for column, known in enumerate(found.T):
         # To the first one that falls in, or has come round to the other side of the hole.
@@ -172,9 +174,9 @@ def _parts_at(camera: Camera, curve: Points, order: int, inverse: Float[Array, "
     return PchipInterpolator(sparse, parts, axis=1)(np.arange(len(curve)))
 
 
-def _searched(camera: Camera, curve: Points) -> Float[Array, " parts"]:
+def _searched(camera: Viewer, curve: Points) -> Float[Array, " parts"]:
     """Parts of the distance from shadow edge to critical curve at which conjugate points are looked for, falling."""
-    edge = sky_lines.beside_edge(camera.at_rest(), curve.turn, np.zeros(len(curve)))
+    edge = sky_lines.beside_edge(camera.at_rest(), curve.edge_phase, np.zeros(len(curve)))
     size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])
     # The reach of a line is pi less this size.
     scale = min(1.0, float((size / ((math.pi - size) * np.exp(-curve.depth))).min()))
@@ -183,11 +185,13 @@ def _searched(camera: Camera, curve: Points) -> Float[Array, " parts"]:
     return np.concatenate([_OUTSIDE, between, scale * _INSIDE])
 
 
-def _conjugate(camera: Camera, looking: Float[Array, "rows lines 3"], order: int) -> SpacePoints:
+def _conjugate(camera: Viewer, line_of_sight: Float[Array, "rows lines 3"], order: int) -> SpacePoints:
     """The conjugate points of one order on rays, NaN where there is none."""
     still = camera.at_rest()
-    points = ray_paths(still, sky_from_fido(still.frame(), -looking), _PLACES).conjugate
+    points = ray_paths(still, sky_from_fido(still.frame(), -line_of_sight), _PLACES).conjugate
     names = ("mino_time", "radius", "theta", "azimuth")
     missing = points.radius.shape[-1] < order
-    parts = [np.full(looking.shape[:-1], math.nan) if missing else getattr(points, n)[..., order - 1] for n in names]
+    parts = [
+        np.full(line_of_sight.shape[:-1], math.nan) if missing else getattr(points, n)[..., order - 1] for n in names
+    ]
     return SpacePoints(spin=camera.spin, **dict(zip(names, parts, strict=True)))

@@ -176,10 +176,10 @@ class CausticPolygon:
         if not len(sides):
             return np.zeros(0, bool), points[:0]
         closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
-        turn = (sides.one.turn + sides.other.turn) / 2
-        found = between(self.curves.search(), {order: closed}, {order: np.unique(turn)})[order]
-        known = np.isin(turn, found.turn)
-        return known, found[np.searchsorted(found.turn, turn[known])]
+        edge_phase = (sides.one.edge_phase + sides.other.edge_phase) / 2
+        found = between(self.curves.search(), {order: closed}, {order: np.unique(edge_phase)})[order]
+        known = np.isin(edge_phase, found.edge_phase)
+        return known, found[np.searchsorted(found.edge_phase, edge_phase[known])]
 
     def _close(self, star: Float[Array, "stars 3"]) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a side and a star that is close to it."""

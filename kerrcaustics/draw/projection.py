@@ -8,9 +8,9 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.spatial import KDTree
 
 from kerrcaustics.curves.caustic import CausticSet
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_axes, straight_out, upright_axes
 from kerrcaustics.spacetime.sphere import angle_between
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -34,7 +34,7 @@ def view_axes(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Float[Array, "
     return axes_about(caustics.camera, edge, [caustic.sky for caustic in caustics])
 
 
-def axes_about(camera: Camera, edge: Float[Array, "n 3"], curves: list[Array]) -> Float[Array, "3 3"]:
+def axes_about(camera: Viewer, edge: Float[Array, "n 3"], curves: list[Array]) -> Float[Array, "3 3"]:
     """The same about any curves (n, 3) on the camera sky that enclose the hole."""
     axes = shadow_axes(camera, edge)
     if all(_encloses_centre(curve, axes) for curve in (edge, *curves)):

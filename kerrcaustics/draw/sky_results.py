@@ -23,9 +23,9 @@ from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_angle
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.circles import CircleCurve, CircleImages
 from kerrcaustics.stars.counts import CountMap, ImageCounts
 from kerrcaustics.stars.events import PairEvent
@@ -181,7 +181,7 @@ def spot_event(ax: Axes, event: SpotEvent) -> Axes:
     return _on_sky(ax, event.sky[None], linestyle="none", marker=style.EVENTS.get(event.kind, "o"), color="black")
 
 
-def shadow(ax: Axes, camera: Camera) -> Axes:
+def shadow(ax: Axes, camera: Viewer) -> Axes:
     """The shadow of the hole."""
     edge = shadow_edge(camera, 400)
     _name_axes(ax, edge)

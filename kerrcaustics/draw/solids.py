@@ -18,8 +18,8 @@ from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -103,7 +103,7 @@ def in_all_space(points: SpacePoints, scale: float) -> Float[Array, "*batch 3"]:
     return part[..., None] * points.direction
 
 
-def tubes_model(camera: Camera, tubes: tuple[CausticTube, ...]) -> Model:
+def tubes_model(camera: Viewer, tubes: tuple[CausticTube, ...]) -> Model:
     """The caustic tubes of a camera from next to the hole to the celestial sphere; radius drawn as r / (r + r_c).
 
     They are cut off where they come to the ergosphere: inside, they wind round the hole closer and closer.
@@ -124,7 +124,7 @@ def tubes_model(camera: Camera, tubes: tuple[CausticTube, ...]) -> Model:
     return Model(title, tuple(surfaces), tuple(lines), (*key, ("horizon", HORIZON_COLOUR)), (-20.0, 32.0), extent=1.25)
 
 
-def rays_model(camera: Camera, paths: RayPaths, reach: float = 12.0) -> Model:
+def rays_model(camera: Viewer, paths: RayPaths, reach: float = 12.0) -> Model:
     """Rays near the hole, one colour for each Morse index, in Cartesian Boyer-Lindquist coordinates.
 
     Parameters
@@ -156,7 +156,7 @@ def _ray(points: Float[Array, "n 3"], index: int, captured: bool) -> SpaceCurve:
     return SpaceCurve(f"ray of index {index}", points, style.order_colour(index + 1), 2.0)
 
 
-def disk_rays_model(camera: Camera, paths: RayPaths, crossing: Int[Array, " rays"], rims: tuple[float, float]) -> Model:
+def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays"], rims: tuple[float, float]) -> Model:
     """Rays that end on a disk in the equatorial plane, one colour for each crossing of it at which they end.
 
     Parameters
@@ -265,11 +265,11 @@ def _spin_axis(height: float) -> SpaceCurve:
     return SpaceCurve("spin axis", np.array([[0, 0, -height], [0, 0, height]]), "#6f6f6f", 1.5)
 
 
-def _place(camera: Camera, scale: float) -> Float[Array, "3"]:
+def _place(camera: Viewer, scale: float) -> Float[Array, "3"]:
     return camera.radius / (camera.radius + scale) * from_angles(camera.inclination, 0.0)
 
 
-def _near(camera: Camera) -> Float[Array, "3"]:
+def _near(camera: Viewer) -> Float[Array, "3"]:
     at = [np.array(value) for value in (0.0, camera.radius, camera.inclination, 0.0)]
     return SpacePoints(spin=camera.spin, mino_time=at[0], radius=at[1], theta=at[2], azimuth=at[3]).position
 

@@ -20,7 +20,7 @@ from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.render import render
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.stars.tracks import StarTracks
 
 Array = np.ndarray
@@ -58,8 +58,9 @@ def tracks_on_stars(
 
     Tracks have one of `INDEX_COLOURS` each, critical curves are violet and dashed.
     """
-    axes = view_axes(caustics, edge)
-    sky_behind(ax, caustics.camera, axes, reach, sky)
+    axes, camera = view_axes(caustics, edge), caustics.camera
+    check_camera(camera)
+    sky_behind(ax, camera, axes, reach, sky)
     ax.add_patch(Polygon(azimuthal_equidistant(edge, axes), facecolor="none", edgecolor="#9a9a9a", linewidth=0.7))
     for caustic in caustics:
         ax.plot(*critical_line(caustic, axes).T, scalex=False, scaley=False, **_CURVES)

@@ -16,7 +16,8 @@ from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
 from kerrcaustics.curves.critical_points import Points, Search
 from kerrcaustics.explorer.state import ExplorerState
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.images import StarImages, images_of
@@ -210,11 +211,11 @@ def _add_coarse(record: dict[str, Any], arrays: dict[str, Array], camera: Camera
         known = np.isfinite(low[order - 1])
         given = np.full(int(known.sum()), order)
         points, _ = search.refined(line[known], given, low[order - 1][known], high[order - 1][known])
-        if len(points.turn) < 3:
+        if len(points.edge_phase) < 3:
             continue
         points = _whole(points, half)
         record["caustics"].append({"order": order, "cusps": []})
-        arrays[f"critical{order}"] = sky_from_fido(frame, -points.looking)
+        arrays[f"critical{order}"] = sky_from_fido(frame, -points.line_of_sight)
         arrays[f"caustic{order}"] = np.degrees(np.stack([points.theta, points.azimuth], axis=-1))
 
 

@@ -73,7 +73,7 @@ def _columns(kind: type, things: Any, dims: tuple[str, ...], prefix: str) -> Ite
         if several:
             yield from _columns(inner, values, dims + about.dims, column)
         elif inner:
-            for part, what, numbers in _columns(inner, values, dims, column):
+            for part, what, numbers in _columns(inner if dims else type(values), values, dims, column):
                 yield part, replace(what, dims=about.dims or what.dims) if what.dims else what, numbers
         elif values is not None:
             yield column, replace(about, dims=dims + about.dims), values

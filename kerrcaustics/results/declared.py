@@ -181,12 +181,16 @@ def quantities(kind: type) -> dict[str, Quantity]:
 
 @cache
 def element(kind: type, name: str) -> tuple[Any, bool]:
-    """The result that a field holds, and whether it may hold several; None where it holds none."""
+    """The result, or the base class of results, that a field holds, and whether it may hold several; else None."""
     hint = get_type_hints(kind).get(name)
     if hint in LAYOUTS and issubclass(hint, Items):
         return element(hint, next(iter(stored(hint))))
-    inner = next((part for part in (hint, *get_args(hint)) if part in LAYOUTS), None)
+    inner = next((part for part in (hint, *get_args(hint)) if _is_result(part)), None)
     return inner, inner is not None and inner is not hint
+
+
+def _is_result(hint: Any) -> bool:
+    return isinstance(hint, type) and any(issubclass(kind, hint) for kind in LAYOUTS)
 
 
 def same(one: Any, other: Any) -> bool:

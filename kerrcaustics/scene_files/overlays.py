@@ -25,7 +25,7 @@ from kerrcaustics.scene_files.expressions import Moment
 from kerrcaustics.scene_files.motion import PLACE_NAMES
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, orbital_velocity
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.stars.sheets import HIGHEST_INDEX
 from kerrcaustics.stars.tracks import StarTracks, star_tracks
@@ -142,7 +142,7 @@ def check_overlays(overlays: OverlaysTable, way: CameraWay, span: tuple[float, f
     if overlays.tracks:
         with about("overlays", camera="overlays.tracks"):
             for time in span:
-                orbital_velocity(way.camera(time)[0])
+                way.camera(time)[0].orbital_velocity()
 
 
 def _check_caption(caption: str, known: set[str]) -> None:

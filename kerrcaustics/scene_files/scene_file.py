@@ -17,7 +17,7 @@ from kerrcaustics.scene_files.cameras import CameraWay, value_at, varied, way_of
 from kerrcaustics.scene_files.changes import changed
 from kerrcaustics.scene_files.complaints import SceneError, about, check_numbers, refuse, told_of
 from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, GeodesicTable, OverlaysTable
-from kerrcaustics.scene_files.looking import axes_of
+from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.renderer import rendered
 from kerrcaustics.scene_files.things import disk_of, flared_by, point_spread, sky_of
 from kerrcaustics.scenes.colour import tone_mapped

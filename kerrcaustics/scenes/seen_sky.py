@@ -17,7 +17,8 @@ from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.sky_cells import TOLERANCE, SkyCells, sky_map, slopes
 from kerrcaustics.scenes.sky_light import Parts
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, redshift
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 Array = np.ndarray
@@ -106,7 +107,7 @@ def _divided_pixels(
     direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)
     some = columns[inside].transpose(2, 1, 0)
     curving = (_neighbours_curving(columns) if count > 1 else np.zeros((*columns.shape[:3], 3, 3)))[inside]
-    footprint = Footprint.of(beams.direction[inside].T, some, curving, redshift(camera, sky[inside]))
+    footprint = Footprint.of(beams.direction[inside].T, some, curving, redshift(camera.frame(), sky[inside]))
     place = np.stack([x[inside], y[inside]], axis=-1)
     return Parts(place, 1 / count, footprint.turned(azimuth)), direction
 

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.curves.sky_chart import edge_size
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, Frame, doppler, looking_from_sky, sky_from_looking
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import Frame, doppler, line_of_sight_from_sky, sky_from_line_of_sight
 
 Array = np.ndarray
 
@@ -52,12 +53,12 @@ class EdgeChart:
         size, slope, part = self._size(angle), self._slope(angle), np.exp(-depth)
         distance = size + (math.pi - size) * part
         (c, s), (cos, sin) = ((np.cos(p), np.sin(p)) for p in (distance, angle))
-        looking = np.stack([-c, s * cos, s * sin], axis=-1)
+        line_of_sight = np.stack([-c, s * cos, s * sin], axis=-1)
         outward = np.stack([s, c * cos, c * sin], axis=-1)
         around = np.stack([np.zeros_like(s), -s * sin, s * cos], axis=-1)
         turn = (outward * (slope * (1 - part))[..., None] + around) * (2 * math.pi / _ROUND)
         fall = outward * (-(math.pi - size) * part / _FINE)[..., None]
-        return _aberrated(self._frame, looking, np.stack([turn, fall], axis=-1))
+        return _aberrated(self._frame, line_of_sight, np.stack([turn, fall], axis=-1))
 
     def row(self, strip: float) -> float:
         """Row at which a strip of another width begins."""
@@ -75,10 +76,10 @@ class EdgeChart:
 
     def places(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (n, 2) of directions N; below the chart for what lies in the shadow."""
-        looking = looking_from_sky(self._frame, sky)
-        angle = np.arctan2(looking[:, 2], looking[:, 1]) % (2 * math.pi)
+        line_of_sight = line_of_sight_from_sky(self._frame, sky)
+        angle = np.arctan2(line_of_sight[:, 2], line_of_sight[:, 1]) % (2 * math.pi)
         size = self._size(angle)
-        away = np.arctan2(np.hypot(looking[:, 1], looking[:, 2]), -looking[:, 0]) - size
+        away = np.arctan2(np.hypot(line_of_sight[:, 1], line_of_sight[:, 2]), -line_of_sight[:, 0]) - size
         depth = np.log((math.pi - size) / np.maximum(away, self._strip * 1e-3))
         return np.stack([angle * (_ROUND / (2 * math.pi)) - 0.5, (depth - _CAP) * _FINE - 0.5], axis=-1)
 
@@ -100,19 +101,19 @@ class CapChart:
 
     def places(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (n, 2) of directions N."""
-        return self._view.pixels(looking_from_sky(self._frame, sky))
+        return self._view.pixels(line_of_sight_from_sky(self._frame, sky))
 
 
 def _aberrated(
-    frame: Frame, looking: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
+    frame: Frame, line_of_sight: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
 ) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
     """Directions N on the camera sky of what lies in directions of the fiducial observer, and the steps there."""
     basis = np.asarray(frame.basis)
-    along, change = -(looking @ basis.T), -(basis @ steps)
+    along, change = -(line_of_sight @ basis.T), -(basis @ steps)
     boost, aberration = doppler(frame, (along[..., 0], along[..., 1], along[..., 2]))
     shrink, boost = -math.sqrt(frame.slowness), boost[..., None]
     # N is a fraction, whose denominator is the boost.
     value = np.stack([shrink * along[..., 0], aberration, shrink * along[..., 2]], axis=-1) / boost
     over = np.stack([shrink * change[..., 0, :], -change[..., 1, :], shrink * change[..., 2, :]], axis=-2)
     slower = -frame.speed * change[..., 1:2, :]
-    return sky_from_looking(frame, looking), (over - value[..., None] * slower) / boost[..., None]
+    return sky_from_line_of_sight(frame, line_of_sight), (over - value[..., None] * slower) / boost[..., None]

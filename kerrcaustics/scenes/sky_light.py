@@ -20,8 +20,9 @@ from kerrcaustics.scenes.points import PointLights, drawn, moved
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places, turning
 from kerrcaustics.scenes.star_search import PictureImages, StarSearch
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, redshift
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
@@ -183,7 +184,7 @@ def ratios(camera: Camera, view: View, place: Float[Array, "m 2"], shifts: Shift
     """nu_camera / nu_source (m,) at places of a picture; 1 where it is not asked for."""
     if not any(shifts):
         return np.ones(len(place))
-    return redshift(camera, view.directions(*place.T)[0])
+    return redshift(camera.frame(), view.directions(*place.T)[0])
 
 
 def _pieces(parts: list[Parts]) -> Iterator[Parts]:

@@ -1,16 +1,17 @@
 """Distant observers, and their screens: a sky in units of the mass."""
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.results.declared import LAYOUTS
-from kerrcaustics.spacetime.camera import LARGEST_RADIUS, Camera, Frame
-from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.spacetime.checks import numbers, real_number
+from kerrcaustics.spacetime.frame import Frame
+from kerrcaustics.spacetime.sphere import tangent_basis
+from kerrcaustics.spacetime.viewer import LARGEST_RADIUS, Viewer, check_place, finite_number, frame_at
 
 # In double precision the limit: 1 / radius is nothing beside 1, and its twelfth power is still a number.
 _INFINITE = 1e20
@@ -20,7 +21,8 @@ _SCREEN = 10.0
 _BEYOND_PRIMARY, _FARTHEST = 20.0, 1e7
 
 
-class Observer(Camera):
+@result("observer/1", eq=True, kw_only=True)
+class Observer(Viewer):
     """A fiducial observer far away, who measures directions by the impact parameters of a plane wave.
 
     Parameters
@@ -35,7 +37,7 @@ class Observer(Camera):
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -56,14 +58,31 @@ class Observer(Camera):
     (100, 2)
     """
 
-    is_distant: ClassVar[bool] = True
+    spin: float = quantity("", "1", "spin a of the hole")
+    radius: float = quantity("", "GM/c^2", "Boyer-Lindquist radius", default=math.inf)
+    inclination: float = quantity("", "rad", "polar angle", given=True)
+    sky_unit: ClassVar[str] = "GM/c^2"
+    sky_coordinates: ClassVar[str] = "alpha, beta"
 
-    def __init__(self, spin: float, inclination: float, radius: float = math.inf) -> None:
-        """Refuse an observer that cannot be there."""
-        infinite = isinstance(radius, float) and radius == math.inf
-        super().__init__(spin, LARGEST_RADIUS if infinite else radius, inclination, "fiducial")
-        if infinite:
-            object.__setattr__(self, "radius", math.inf)
+    def __post_init__(self) -> None:
+        """Raise ValueError unless the observer can be there."""
+        for name in ("spin", "inclination"):
+            object.__setattr__(self, name, finite_number(name, getattr(self, name)))
+        infinite = real_number("radius", self.radius) == math.inf
+        object.__setattr__(self, "radius", math.inf if infinite else finite_number("radius", self.radius))
+        check_place(self.spin, min(self.radius, LARGEST_RADIUS) if infinite else self.radius, self.inclination)
+
+    @property
+    @derived("", "")
+    def velocity(self) -> str:
+        """Motion, by the name that it has for a `Camera`."""
+        return "fiducial"
+
+    @property
+    def straight_ahead(self) -> float:
+        """1 - cos of the angle to the end of the screen, far outside the primary critical curve."""
+        farthest = min(_BEYOND_PRIMARY * math.sqrt(self.radius), _FARTHEST)
+        return 2 / (1 + (farthest / (2 * _SCREEN)) ** 2)
 
     def at_rest(self) -> "Observer":
         """The observer, who is at rest."""
@@ -73,32 +92,37 @@ class Observer(Camera):
         """The observer's numbers for compiled code."""
         return _frame(self)
 
+    def orbital_velocity(self) -> float:
+        """0: the observer stands still."""
+        return 0.0
 
-LAYOUTS[Observer] = replace(LAYOUTS[Camera], schema="kerrcaustics/observer/1")
+    def directions(self, sky: Any) -> Any:
+        """Directions (..., 3), as engines take them, of places (..., 2) on the screen, or of such directions."""
+        return from_screen(sky) if _is_on_screen(sky) else sky
+
+    def places(self, sky: np.ndarray) -> np.ndarray:
+        """Places (alpha, beta) (..., 2) on the screen, of directions (..., 3) as engines take them."""
+        return on_screen(sky)
+
+    def by_places(self, sky: Any, jacobian: np.ndarray) -> np.ndarray:
+        """Jacobians by beta and alpha: in this order the determinant has the sign of the parity."""
+        if not _is_on_screen(sky):
+            return jacobian
+        directions = from_screen(sky)
+        (along_alpha, along_beta), tangents = screen_basis(directions), np.stack(tangent_basis(directions), axis=-2)
+        return jacobian @ tangents @ np.stack([along_beta, along_alpha], axis=-1)
 
 
 @lru_cache(maxsize=64)
 def _frame(observer: Observer) -> Frame:
     radius = min(observer.radius, _INFINITE)
-    far = object.__new__(Camera)
-    for name, value in (vars(observer) | {"radius": radius}).items():
-        object.__setattr__(far, name, value)
-    frame, zoom = far.frame(), _SCREEN / radius
+    frame, zoom = frame_at(observer, radius), _SCREEN / radius
     return frame._replace(cylindrical_scale=zoom * frame.cylindrical_scale, zoom=zoom, start=0.0)
 
 
-def is_screen(camera: object, sky: Any) -> bool:
-    """Whether directions are given as places (..., 2) on an observer's screen."""
-    return isinstance(camera, Observer) and np.ndim(sky) > 0 and np.shape(sky)[-1] == 2
-
-
-def straight_ahead(camera: Camera) -> float:
-    """1 - cos of the angle, on the sphere of the engines, from the direction away from the hole to the screen's end.
-
-    Beyond it, far outside the primary critical curve, the sphere has no digits left for rays; 0 for other cameras.
-    """
-    farthest = min(_BEYOND_PRIMARY * math.sqrt(camera.radius), _FARTHEST) if camera.is_distant else math.inf
-    return 2 / (1 + (farthest / (2 * _SCREEN)) ** 2)
+def _is_on_screen(sky: Any) -> bool:
+    """Whether places are given by (alpha, beta)."""
+    return np.ndim(sky) > 0 and np.shape(sky)[-1] == 2
 
 
 def from_screen(place: ArrayLike) -> np.ndarray:

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic
 from kerrcaustics.spacetime.arrays import Reals
-from kerrcaustics.spacetime.camera import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame, Photon
 
 
 def mino_time_to_plane(frame: Frame, photon: Photon, crossing: Reals) -> Reals:

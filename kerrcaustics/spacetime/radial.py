@@ -11,8 +11,8 @@ import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic
 from kerrcaustics.spacetime.arrays import Flags, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon
 from kerrcaustics.spacetime.cubic import largest_root
+from kerrcaustics.spacetime.frame import Frame, Photon
 
 _SMALLEST = 1e-300
 # Rounding of b, of kappa and of the formulas here, in what tells the distance of the outer roots.

@@ -8,13 +8,13 @@ from scipy.optimize import brentq
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
 from kerrcaustics.spacetime.checks import whole_number
-from kerrcaustics.spacetime.observer import on_screen
+from kerrcaustics.spacetime.frame import sky_from_fido
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 
 @usual_warnings
-def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
+def shadow_edge(camera: Viewer, n: int = 360) -> np.ndarray:
     """Directions N (n, 3) on the camera sky of n points of the shadow edge, a closed curve; of an Observer (n, 2).
 
     The curve runs clockwise as seen looking at the hole with the spin axis up, from its prograde end on the left;
@@ -42,14 +42,14 @@ def shadow_edge(camera: Camera, n: int = 360) -> np.ndarray:
     >>> kc.shadow_edge(camera, 100).shape
     (100, 3)
     """
-    check_camera(camera, distant=True)
+    check_viewer(camera)
     n = whole_number("n", n, 1)
-    turn = 2 * math.pi * np.arange(n) / n
-    sky = sky_from_fido(camera.frame(), edge_photons(camera, turn))
-    return on_screen(sky) if camera.is_distant else sky
+    edge_phase = 2 * math.pi * np.arange(n) / n
+    sky = sky_from_fido(camera.frame(), edge_photons(camera, edge_phase))
+    return camera.places(sky)
 
 
-def shadow_axes(camera: Camera, edge: np.ndarray) -> np.ndarray:
+def shadow_axes(camera: Viewer, edge: np.ndarray) -> np.ndarray:
     """Forward to the middle of the shadow, right and up; rows (3, 3), components on the camera sky.
 
     Parameters: edge (n, 3), as `shadow_edge` gives it; the middle is the direction of its vector area.
@@ -58,12 +58,12 @@ def shadow_axes(camera: Camera, edge: np.ndarray) -> np.ndarray:
     return upright_axes(camera, area / np.linalg.norm(area) * math.copysign(1, area @ straight_out(camera)))
 
 
-def straight_out(camera: Camera) -> np.ndarray:
+def straight_out(camera: Viewer) -> np.ndarray:
     """Direction N (3,) of light that comes straight out of the hole: every critical curve encloses it."""
     return sky_from_fido(camera.frame(), np.array([1.0, 0.0, 0.0]))
 
 
-def upright_axes(camera: Camera, forward: np.ndarray) -> np.ndarray:
+def upright_axes(camera: Viewer, forward: np.ndarray) -> np.ndarray:
     """A direction (3,) on the camera sky, right and up of the spin axis (-e_theta) about it; rows (3, 3)."""
     e_theta = np.asarray(camera.frame().basis)[:, 1]
     up = -e_theta + (e_theta @ forward) * forward
@@ -71,24 +71,24 @@ def upright_axes(camera: Camera, forward: np.ndarray) -> np.ndarray:
     return np.stack([forward, np.cross(forward, up), up])
 
 
-def edge_photons(camera: Camera, turn: np.ndarray) -> np.ndarray:
+def edge_photons(camera: Viewer, edge_phase: np.ndarray) -> np.ndarray:
     """Directions of motion (n_r, n_theta, n_phi) (..., 3), in the FIDO frame, of photons on the shadow edge.
 
-    Parameters: turn (...,), the parameter of the curve, period 2 pi: 0 is the prograde end, pi the retrograde
-    end, and the photon moves toward larger theta for 0 < turn < pi.
+    Parameters: edge_phase (...,), the parameter of the curve, period 2 pi: 0 is the prograde end, pi the retrograde
+    end, and the photon moves toward larger theta for 0 < edge_phase < pi.
 
     The curve is followed by the local azimuthal momentum l = p_phi / (rho-free scale) = middle + half
-    cos(turn), from which the spherical photon orbit and p_theta follow; smooth for every spin, zero included,
+    cos(edge_phase), from which the spherical photon orbit and p_theta follow; smooth for every spin, zero included,
     and for every inclination, the axis included.
     """
     frame = camera.frame()
     a, s, c, r = frame.spin, frame.sin_theta, frame.cos_theta, frame.radius
     low, high = _momentum_range(camera)
-    turn = np.asarray(turn, float)
-    momentum = (high + low) / 2 + (high - low) / 2 * np.cos(turn)
+    edge_phase = np.asarray(edge_phase, float)
+    momentum = (high + low) / 2 + (high - low) / 2 * np.cos(edge_phase)
     b = momentum * s
     orbit, q = kerr.spherical_orbit_of_impact(a, b)
-    p_theta = np.sqrt(np.maximum(_theta_potential(q, momentum, a, c), 0)) * np.sign(np.sin(turn))
+    p_theta = np.sqrt(np.maximum(_theta_potential(q, momentum, a, c), 0)) * np.sign(np.sin(edge_phase))
     # R = (r - r_o)^2 (r^2 + 2 r_o r - a^2 q / r_o^2): its root changes sign with the side of the orbit.
     root_potential = (r - orbit) * np.sqrt(r**2 + 2 * orbit * r - a**2 * q / orbit**2)
     at = kerr.metric(a, r, c)
@@ -111,7 +111,7 @@ def _theta_potential(q: Any, momentum: Any, a: float, c: float) -> Any:
     return q - c**2 * (momentum - a) * (momentum + a)
 
 
-def _momentum_range(camera: Camera) -> tuple[float, float]:
+def _momentum_range(camera: Viewer) -> tuple[float, float]:
     """Least and largest p_phi / sin(theta) on the shadow edge, where p_theta vanishes."""
     a, s, c = camera.spin, camera.sin_theta, camera.cos_theta
 

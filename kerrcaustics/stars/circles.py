@@ -10,18 +10,17 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import errors, seen
+from kerrcaustics.beams.ends import SKY
+from kerrcaustics.curves.lens_map import LensMap
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.camera import check_camera
 from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.events import PairEvents, in_time, pair_events_of
 from kerrcaustics.stars.images import checked_place, checked_sheets
 from kerrcaustics.stars.level_curves.branches import Branches
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
-from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
 
@@ -76,7 +75,7 @@ class CircleImages:
     equator), right-handed about the normal.
     """
 
-    camera: Camera = quantity("", "", "the camera", json="", column="")
+    camera: Viewer = quantity("", "", "the camera", json="", column="")
     normal: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the circle's normal", given=True)
     curves: tuple[CircleCurve, ...] = quantity("curve", "", "its images, by index")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many curves of each index")
@@ -100,7 +99,7 @@ class CircleImages:
 
 
 @usual_warnings
-def circle_images(camera: Camera, normal: ArrayLike | str, max_index: int = 2) -> CircleImages:
+def circle_images(camera: Viewer, normal: ArrayLike | str, max_index: int = 2) -> CircleImages:
     """The images of a great circle with Morse index 0 to `max_index`, as curves on the camera sky.
 
     Parameters
@@ -134,16 +133,14 @@ def circle_images(camera: Camera, normal: ArrayLike | str, max_index: int = 2) -
     ({0: 1}, True)
     """
     angles = _checked_normal(normal)
+    check_camera(camera)
     sheets = checked_sheets(camera, max_index)
     branches = Branches(sheets, camera, Circle.great(*angles))
     found = branches.meetings
     events = pair_events_of(camera, found)
-
-    def traced(lens: Camera, sky: Array) -> Beams:
-        return trace_beams(lens, sky, "auto", TOLERANCE)
-
-    at = seen(camera, branches.nodes.sky, traced)
-    error = errors(camera, branches.nodes.sky, errors_on_sky(branches, at, found.error))
+    lens_map = LensMap(camera, SKY)
+    at = lens_map.seen(branches.nodes.sky)
+    error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, found.error))
     curves = [_curve(chain, branches, at.sky, error) for chain in chains(branches, over_events=False)]
     curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))
     unsure = (remark for i in np.flatnonzero(~found.known) for remark in events[i].remarks)

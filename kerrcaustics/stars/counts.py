@@ -13,9 +13,9 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.files import check_name
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.images import check_apart, checked_index, checked_sheets, checked_stars, search_for
 from kerrcaustics.stars.plane_images import PlaneCounts, plane_counts
 from kerrcaustics.stars.plane_maps import PlaneCountMap, plane_count_map
@@ -123,15 +123,15 @@ class CountMap:
 
 @overload
 def image_counts(
-    camera: Camera, stars: ArrayLike, max_index: int = ..., *, find: bool = ..., end: EquatorialPlane
+    camera: Viewer, stars: ArrayLike, max_index: int = ..., *, find: bool = ..., end: EquatorialPlane
 ) -> PlaneCounts: ...
 @overload
 def image_counts(
-    camera: Camera, stars: ArrayLike, max_index: int = ..., *, find: bool = ..., end: float = ...
+    camera: Viewer, stars: ArrayLike, max_index: int = ..., *, find: bool = ..., end: float = ...
 ) -> ImageCounts: ...
 @usual_warnings
 def image_counts(
-    camera: Camera, stars: ArrayLike, max_index: int = 2, *, find: bool = True, end: float | EquatorialPlane = math.inf
+    camera: Viewer, stars: ArrayLike, max_index: int = 2, *, find: bool = True, end: float | EquatorialPlane = math.inf
 ) -> ImageCounts | PlaneCounts:
     """How many images each star has, by Morse index.
 
@@ -177,32 +177,32 @@ def image_counts(
     [2, 2]
     """
     if isinstance(end, EquatorialPlane):
-        check_camera(camera, distant=True)
+        check_viewer(camera)
         return plane_counts(camera, stars, checked_index(max_index), end)
     places, angles = checked_stars(stars), numbers("stars", stars)
-    surface = spherical(camera, end, distant=True)
+    surface = spherical(camera, end)
     radius = float(surface.radius)
     check_apart("stars", camera, angles, surface)
     if find:
         found = search_for(camera, places, angles, checked_index(max_index), surface)
         on_caustic = np.asarray(found.touching.any(axis=1))
         return ImageCounts(angles, found.counts, found.expected, on_caustic, found.certified, radius)
-    told = checked_sheets(camera, max_index, surface, distant=True).counted(places)
+    told = checked_sheets(camera, max_index, surface).counted(places)
     unsure = np.zeros(len(places), bool)
     return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure, radius)
 
 
 @overload
 def count_map(
-    camera: Camera, max_index: int = ..., rows: int = ..., *, end: EquatorialPlane, radii: ArrayLike | None = ...
+    camera: Viewer, max_index: int = ..., rows: int = ..., *, end: EquatorialPlane, radii: ArrayLike | None = ...
 ) -> PlaneCountMap: ...
 @overload
 def count_map(
-    camera: Camera, max_index: int = ..., rows: int = ..., *, end: float = ..., radii: None = ...
+    camera: Viewer, max_index: int = ..., rows: int = ..., *, end: float = ..., radii: None = ...
 ) -> CountMap: ...
 @usual_warnings
 def count_map(
-    camera: Camera,
+    camera: Viewer,
     max_index: int = 2,
     rows: int = 180,
     *,
@@ -245,12 +245,12 @@ def count_map(
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
     if isinstance(end, EquatorialPlane):
-        check_camera(camera, distant=True)
+        check_viewer(camera)
         return plane_count_map(camera, checked_index(max_index), rows if radii is None else radii, 2 * rows, end)
     if radii is not None:
         raise ValueError(f"Argument `radii` must come with an EquatorialPlane as `end`, but that is {end!r}.")
-    surface = spherical(camera, end, distant=True)
-    sheets = checked_sheets(camera, max_index, surface, distant=True)
+    surface = spherical(camera, end)
+    sheets = checked_sheets(camera, max_index, surface)
     theta, phi = _centres(rows)
     grid = np.stack(np.meshgrid(theta, phi, indexing="ij"), axis=-1)
     told = sheets.counted(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))

@@ -21,13 +21,14 @@ from kerrcaustics.beams.closed_form.finite_end import to_sphere
 from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.closed_form.polar_motion import polar_motion, polar_swing
 from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
+from kerrcaustics.beams.compile_cache import Program
 from kerrcaustics.beams.ends import SKY, Aim, Arriving, CelestialSphere, Sphere, Spherical
-from kerrcaustics.beams.programs import Program
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
-from kerrcaustics.spacetime.camera import Camera, Frame, Photon, photon
+from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import flattened, moved, tangent_basis
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -87,12 +88,12 @@ def is_deep(
 
 
 def deepened(
-    camera: Camera,
+    camera: Viewer,
     sky: Float[Array, "images 3"],
     error: Float[Array, " images"],
     star: Float[Array, "images 3"],
     end: Spherical,
-    returning: Bool[Array, " images"],
+    second_arrival: Bool[Array, " images"],
 ) -> Deep:
     """Images close to the shadow edge, to round-off.
 
@@ -104,7 +105,7 @@ def deepened(
     which = np.arange(len(sky))
     # Programs are compiled for so many images, or twice as many, and so on.
     padded = np.resize(which, max(_FEWEST, 1 << (len(which) - 1).bit_length()))
-    search = _DeepSearch(camera, end, sky[padded], star[padded], returning[padded])
+    search = _DeepSearch(camera, end, sky[padded], star[padded], second_arrival[padded])
     refined, size, time, late, good = (part[: len(which)] for part in search.run())
     good &= size < error
     return Deep(which[good], refined[good], size[good], time[good], late[good])
@@ -113,11 +114,12 @@ def deepened(
 class _DeepSearch:
     """Newton's method in (s, ln |d|), for some images at once."""
 
-    def __init__(self, camera: Camera, end: Spherical, sky: Array, star: Array, returning: Array) -> None:
-        self._camera, self._end, self._star, self._returning = camera, end, star, returning
+    def __init__(self, camera: Viewer, end: Spherical, sky: Array, star: Array, second_arrival: Array) -> None:
+        self._camera, self._end, self._star, self._second_arrival = camera, end, star, second_arrival
         self._start = sky
         # Of the shadow on the sky, about, from close by and from far away.
-        self._size = 0.5 if camera.is_distant else min(1.0, 5 / camera.radius)
+        frame = camera.frame()
+        self._size = min(1.0, 5 / (frame.zoom * frame.radius))
         self._depth, slope = self._d(sky), self._slope(sky)
         self._steep = np.linalg.norm(slope, axis=1)
         self._across = slope / self._steep[:, None]
@@ -174,7 +176,7 @@ class _DeepSearch:
         """Where rays end whose d is that of the place, whatever N makes of it."""
         copies = len(place) // len(self._start)
         d = np.tile(self._depth, copies) * np.exp(place[:, 1])
-        leaves = np.tile(self._returning, copies)
+        leaves = np.tile(self._second_arrival, copies)
         radius = None if isinstance(self._end, CelestialSphere) else float(self._end.radius)
         rays = self._camera.frame(), self._sky(place)[0], d, radius, leaves
         return _Ends(*map(np.asarray, _ENDS(*rays, on_equator=self._camera.on_equator, made_of=_MADE_OF)))
@@ -193,35 +195,35 @@ class _DeepSearch:
 
 def _depth(frame: Frame, sky: Array, *, made_of: str) -> Reals:
     """d, as N tells it."""
-    return radial.factor(frame, photon(frame, tuple(sky.T))).d
+    return radial.factor(frame, photon_of(frame, tuple(sky.T))).d
 
 
 def _ends(
-    frame: Frame, sky: Array, d: Array, radius: float | None, returning: Array, *, on_equator: bool, made_of: str
+    frame: Frame, sky: Array, d: Array, radius: float | None, second_arrival: Array, *, on_equator: bool, made_of: str
 ) -> tuple[Reals, ...]:
     """Ends of rays on a sphere, None for the celestial one, that leave in direction N and have this d."""
-    light = photon(frame, tuple(sky.T))
-    quartic = radial.factor(frame, light)._replace(d=d)
+    photon = photon_of(frame, tuple(sky.T))
+    quartic = radial.factor(frame, photon)._replace(d=d)
     if radius is None:
-        aim, travel = None, radial_motion(frame, light, quartic, clock=True)
+        aim, travel = None, radial_motion(frame, photon, quartic, with_time=True)
     else:
-        aim = Sphere(radius, returning).aim(frame, light, quartic)
-        travel = to_sphere(frame, light, quartic, radius, aim, clock=True)
+        aim = Sphere(radius, second_arrival).aim(frame, photon, quartic)
+        travel = to_sphere(frame, photon, quartic, radius, aim, with_time=True)
     lost = travel.captured if aim is None else aim.lost
-    swing = polar_swing(frame, light, on_equator=on_equator)
-    polar = polar_motion(frame, light, swing, travel.time, on_equator=on_equator, clock=True)
+    swing = polar_swing(frame, photon, on_equator=on_equator)
+    polar = polar_motion(frame, photon, swing, travel.time, on_equator=on_equator, with_time=True)
     c, s = jnp.cos(travel.psi + polar.turn), jnp.sin(travel.psi + polar.turn)
-    hidden = jnp.where(travel.holds & (light.k >= LEAST_K) & ~lost, 0.0, jnp.nan)
+    hidden = jnp.where(travel.holds & (photon.k >= LEAST_K) & ~lost, 0.0, jnp.nan)
     direction = jnp.stack([c * polar.x - s * polar.y, s * polar.x + c * polar.y, polar.z + hidden], axis=-1)
     assert travel.clock is not None and polar.clock is not None
-    noise = _noise(frame, tuple(sky.T), _Way(light, quartic, travel, aim, polar.phase), radius)
+    noise = _noise(frame, tuple(sky.T), _Way(photon, quartic, travel, aim, polar.phase), radius)
     return direction, travel.clock + polar.clock, polar.phase, *noise
 
 
 class _Way(NamedTuple):
     """The way of rays: their photons, the factors of R, the radial motion, the aim at a sphere, radians of it."""
 
-    light: Photon
+    photon: Photon
     quartic: radial.Quartic
     travel: Travel
     aim: Aim | None
@@ -234,17 +236,17 @@ def _noise(frame: Frame, sky: Components, way: _Way, radius: float | None) -> tu
     Close to an extremal hole that is far more than the round-off of the phase: psi and the time are differences of
     integrals, divided by the distance of the horizons.
     """
-    light, travel = way.light, way.travel
+    photon, travel = way.photon, way.travel
     # The outer roots do not move; that of d = inf is what is left where they are far apart.
     fixed = way.quartic._replace(d=jnp.full_like(way.quartic.d, jnp.inf))
     at = Arriving(
-        jnp.abs(travel.u), jnp.abs(travel.rate), jnp.abs(travel.psi_rate), jnp.sqrt(jnp.maximum(light.k, 0) + 3)
+        jnp.abs(travel.u), jnp.abs(travel.rate), jnp.abs(travel.psi_rate), jnp.sqrt(jnp.maximum(photon.k, 0) + 3)
     )
     if way.aim is None or radius is None:
-        end, noise = SKY, round_off.at_infinity(frame, light, fixed, way.phase)
+        end, noise = SKY, round_off.at_infinity(frame, photon, fixed, way.phase)
     else:
         end = Sphere(radius)
-        noise, _ = round_off.at_finite_end(frame, sky, light, fixed, end, travel, way.aim, at, way.phase)
+        noise, _ = round_off.at_finite_end(frame, sky, photon, fixed, end, travel, way.aim, at, way.phase)
     plain = round_off.ROUNDING * (2 + round_off.PER_PHASE * way.phase) + _OF_SKY / at.rate
     late = errors.of_time(frame, end, at, noise, noise)[1] + round_off.of_time(frame, travel)
     return plain, jnp.maximum(noise - plain, 0), late

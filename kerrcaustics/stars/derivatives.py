@@ -13,16 +13,18 @@ import numpy as np
 from jaxtyping import Float
 from numpy.polynomial import chebyshev
 
+from kerrcaustics.beams.compile_cache import Program
 from kerrcaustics.beams.differentiable import Moving, expansion, motion_of
 from kerrcaustics.beams.integrator.integrated import DENSEST
-from kerrcaustics.beams.programs import Program
 from kerrcaustics.curves.caustic import check_orders
 from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.curves.features import extreme_places, find_features, fitted
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, check_camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera, check_camera
+from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis, tangent_basis
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.images import StarImages
 
 Array = np.ndarray
@@ -90,7 +92,7 @@ class CausticDerivatives:
 
 
 @usual_warnings
-def image_derivatives(camera: Camera, images: StarImages) -> ImageDerivatives:
+def image_derivatives(camera: Viewer, images: StarImages) -> ImageDerivatives:
     """Derivatives of place, magnification and travel time of a star's images, by `PARAMETERS`.
 
     Parameters
@@ -147,7 +149,7 @@ def image_derivatives(camera: Camera, images: StarImages) -> ImageDerivatives:
 
 
 @usual_warnings
-def caustic_derivatives(camera: Camera, orders: int = 3) -> tuple[CausticDerivatives, ...]:
+def caustic_derivatives(camera: Viewer, orders: int = 3) -> tuple[CausticDerivatives, ...]:
     """Derivatives of cusps and extents of the caustics of order 1 to `orders`, by spin, radius and inclination.
 
     Parameters
@@ -186,18 +188,18 @@ def caustic_derivatives(camera: Camera, orders: int = 3) -> tuple[CausticDerivat
     features, places = find_features(search, curves), extreme_places(search, curves)
     rest = camera.at_rest()
     return tuple(
-        _of_caustic(rest, curve.order, [p.looking[0] for p, _ in features[curve.order].cusps], places)
+        _of_caustic(rest, curve.order, [p.line_of_sight[0] for p, _ in features[curve.order].cusps], places)
         for curve in curves
     )
 
 
-def _of_caustic(rest: Camera, order: int, cusps: list[Array], places: dict) -> CausticDerivatives:
+def _of_caustic(rest: Viewer, order: int, cusps: list[Array], places: dict) -> CausticDerivatives:
     names = ("theta_min", "theta_max", "phi_min", "phi_max")
     known = [name for name in names if (order, name) in places]
-    looking = [np.array(cusps).reshape(-1, 3), *(places[order, name][0].looking for name in known)]
-    sky = sky_from_fido(rest.frame(), -np.concatenate(looking))
+    line_of_sight = [np.array(cusps).reshape(-1, 3), *(places[order, name][0].line_of_sight for name in known)]
+    sky = sky_from_fido(rest.frame(), -np.concatenate(line_of_sight))
     moved, sparser = (_of_points(rest, sky, density) for density in (DENSEST, _SPARSER))
-    lengths = np.cumsum([len(part) for part in looking])[:-1]
+    lengths = np.cumsum([len(part) for part in line_of_sight])[:-1]
     error = float(_relative(sparser - moved, moved).max(initial=0.0))
     of_cusps, *pieces = np.split(moved, lengths)
     values = {name: np.full(3, np.nan) for name in names}
@@ -209,7 +211,7 @@ def _of_caustic(rest: Camera, order: int, cusps: list[Array], places: dict) -> C
     return CausticDerivatives(order, PARAMETERS[:3], of_cusps, **values, error=error, remarks=remarks)
 
 
-def _of_points(rest: Camera, sky: Float[Array, "points 3"], density: float) -> Float[Array, "points 2 3"]:
+def _of_points(rest: Viewer, sky: Float[Array, "points 3"], density: float) -> Float[Array, "points 2 3"]:
     """How (theta', phi') of a caustic moves by the three parameters, its critical curve moving at right angles."""
     values, slopes = _expanded(rest, sky, density)
     gradient = slopes[:, 4, 3:]
@@ -221,7 +223,7 @@ def _of_points(rest: Camera, sky: Float[Array, "points 3"], density: float) -> F
     return angles
 
 
-def _of_images(camera: Camera, images: StarImages, sky: Float[Array, "images 3"], density: float) -> tuple[Array, ...]:
+def _of_images(camera: Viewer, images: StarImages, sky: Float[Array, "images 3"], density: float) -> tuple[Array, ...]:
     """Derivatives of N (n, 3, 5), of ln magnification and of time (n, 5), at directions that show the star."""
     values, slopes = _expanded(camera, sky, density)
     star = from_angles(*images.star)
@@ -244,7 +246,7 @@ def _relative(change: Array, values: Array) -> Array:
     return np.abs(change).max(axis=rows) / np.abs(values).max(axis=rows)
 
 
-def _expanded(camera: Camera, sky: Float[Array, "rays 3"], density: float) -> tuple[Array, Array]:
+def _expanded(camera: Viewer, sky: Float[Array, "rays 3"], density: float) -> tuple[Array, Array]:
     """n', time and det J of rays (n, 5), and their derivatives (n, 5, 6), in batches of one size."""
     place = np.broadcast_to([camera.spin, camera.radius, camera.inclination], sky.shape)
     given = np.concatenate([place, sky], axis=-1)

@@ -7,10 +7,10 @@ from typing import overload
 import numpy as np
 
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.curves.screens import shown_looking
+from kerrcaustics.curves.search_sky import shown_line_of_sight
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, check_camera, orbital_velocity
 from kerrcaustics.spacetime.checks import quoted, real_number
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.images import checked_index, checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
@@ -67,12 +67,12 @@ class PairEvents(Items[PairEvent]):
 
 
 @overload
-def pair_events(camera: Camera, theta: float, max_index: int = ..., *, end: EquatorialPlane) -> PlanePairEvents: ...
+def pair_events(camera: Viewer, theta: float, max_index: int = ..., *, end: EquatorialPlane) -> PlanePairEvents: ...
 @overload
-def pair_events(camera: Camera, theta: float, max_index: int = ..., *, end: float = ...) -> PairEvents: ...
+def pair_events(camera: Viewer, theta: float, max_index: int = ..., *, end: float = ...) -> PairEvents: ...
 @usual_warnings
 def pair_events(
-    camera: Camera, theta: float, max_index: int = 2, *, end: float | EquatorialPlane = math.inf
+    camera: Viewer, theta: float, max_index: int = 2, *, end: float | EquatorialPlane = math.inf
 ) -> PairEvents | PlanePairEvents:
     """When pairs of images of a star are created and annihilated, over one orbit of the camera.
 
@@ -112,12 +112,12 @@ def pair_events(
     [('creation', (1, 2)), ('annihilation', (1, 2))]
     """
     if isinstance(end, EquatorialPlane):
-        check_camera(camera, distant=True)
+        check_viewer(camera)
         return plane_pair_events(camera, theta, checked_index(max_index), end)
-    check_camera(camera, distant=True)
-    angular_velocity = None if camera.is_distant else orbital_velocity(camera)
+    check_viewer(camera)
+    angular_velocity = camera.orbital_velocity()
     height = checked_theta(theta)
-    found = meetings(checked_sheets(camera, max_index, end, distant=True), Circle.about_spin_axis(height))
+    found = meetings(checked_sheets(camera, max_index, end), Circle.about_spin_axis(height))
     events = pair_events_of(camera, found, height, angular_velocity)
     return PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks)
 
@@ -138,19 +138,19 @@ def checked_theta(theta: float) -> float:
 
 
 def pair_events_of(
-    camera: Camera, found: Meetings, theta: float | None = None, angular_velocity: float | None = None
+    camera: Viewer, found: Meetings, theta: float | None = None, angular_velocity: float = 0.0
 ) -> list[PairEvent]:
     """The meetings as events, in the same order; theta and angular velocity: of a star, and of its camera's orbit."""
-    sky = shown_looking(camera, found.points.looking)
+    sky = shown_line_of_sight(camera, found.points.line_of_sight)
     return [_event(found, i, sky[i], theta, angular_velocity) for i in range(len(found.order))]
 
 
-def _event(found: Meetings, i: int, sky: Array, theta: float | None, angular_velocity: float | None) -> PairEvent:
+def _event(found: Meetings, i: int, sky: Array, theta: float | None, angular_velocity: float) -> PairEvent:
     """One of the meetings."""
     order, azimuth = int(found.order[i]), float(found.points.azimuth[i])
     # The star's azimuth falls while the camera runs ahead.
     sense, time = 1.0, math.nan
-    if angular_velocity is not None:
+    if angular_velocity:
         sense, time = -angular_velocity, -azimuth / angular_velocity % (_TURN / abs(angular_velocity))
     remarks = []
     if found.at_cusp[i]:

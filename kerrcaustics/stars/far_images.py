@@ -10,8 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.ends import Spherical
-from kerrcaustics.curves.screens import as_seen, lengths, radians_of
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.curves.search_sky import SearchSky, as_seen, radians_of, search_sky
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import Found
 
@@ -21,15 +20,17 @@ Array = np.ndarray
 _FEW_STEPS = 8
 
 
-def sharpened(lens: Camera, found: Found, star: Float[Array, "stars 3"], end: Spherical) -> Found:
+def sharpened(searched: SearchSky, found: Found, star: Float[Array, "stars 3"], end: Spherical) -> Found:
     """The images of stars that an observer at a finite radius finds, those of index 0 with smaller errors."""
-    plain = Camera(lens.spin, lens.radius, lens.inclination, "fiducial")
+    plain, observer = searched.plain_camera, searched.search_camera
+    if plain is None:
+        return found
     direct = np.flatnonzero(found.index == 0)
-    start = as_seen(found.sky[direct], lens.frame(), plain.frame())
+    start = as_seen(found.sky[direct], observer.frame(), plain.frame())
     which, sky, error = find_roots(plain, star[found.star[direct]], found.index[direct], start, _FEW_STEPS, end=end)
-    these, sky = direct[which], as_seen(sky, plain.frame(), lens.frame())
+    these, sky = direct[which], as_seen(sky, plain.frame(), observer.frame())
     # A radian on the plain sky, on the engines' sphere.
-    error = error / radians_of(plain.radius, sky, lengths(lens, sky))
+    error = error / radians_of(plain.radius, sky, search_sky(observer).lengths(sky))
     better = error < found.error[these]
     skies, errors = found.sky.copy(), found.error.copy()
     skies[these[better]], errors[these[better]] = sky[better], error[better]

@@ -29,20 +29,20 @@ _PLACES = np.array([-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0])
 
 
 def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) -> CubicSpline:
-    """First and second derivatives (6,) of n' by depth along a critical curve, as a function of turn.
+    """First and second derivatives (6,) of n' by depth along a critical curve, as a function of the edge phase.
 
-    Parameters: mapped (turn, depth) gives n'; points: of the curve.
+    Parameters: mapped (edge phase, depth) gives n'; points: of the curve.
     """
-    outer = mapped(points.turn, np.maximum(points.depth - _STEP, 0))
-    inner = mapped(points.turn, points.depth + _STEP)
+    outer = mapped(points.edge_phase, np.maximum(points.depth - _STEP, 0))
+    inner = mapped(points.edge_phase, points.depth + _STEP)
     first, second = (inner - outer) / (2 * _STEP), (inner + outer - 2 * points.direction) / _STEP**2
     derivatives = np.concatenate([first, second], axis=1)
-    turn = np.append(points.turn, points.turn[0] + 2 * np.pi)
-    return CubicSpline(turn, np.concatenate([derivatives, derivatives[:1]]), bc_type="periodic")
+    edge_phase = np.append(points.edge_phase, points.edge_phase[0] + 2 * np.pi)
+    return CubicSpline(edge_phase, np.concatenate([derivatives, derivatives[:1]]), bc_type="periodic")
 
 
 def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "stars 3"], winding: Winding) -> _Guesses:
-    """Which of the stars, turn and depth on the critical curve, and the step in depth to an image of it.
+    """Which of the stars, edge phase and depth on the critical curve, and the step in depth to an image of it.
 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
     """
@@ -51,8 +51,8 @@ def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "s
     groups = [(far[i : i + _ROWS], points) for i in range(0, len(far), _ROWS)]
     for i in close:
         merged = points.joined(winding.points[winding.star == i])
-        groups.append((np.array([i]), merged[np.argsort(merged.turn, kind="stable")]))
-    parts = [(which, *_guesses(derivatives(known.turn), known, star[which])) for which, known in groups]
+        groups.append((np.array([i]), merged[np.argsort(merged.edge_phase, kind="stable")]))
+    parts = [(which, *_guesses(derivatives(known.edge_phase), known, star[which])) for which, known in groups]
     found = [(which[row], *values) for which, row, *values in parts]
     return tuple(np.concatenate(values) for values in zip(*found, strict=True))
 
@@ -69,14 +69,14 @@ def _guesses(derivatives: Float[Array, "points 6"], points: Points, star: Float[
     miss = np.einsum("nij,ij->ni", away, normal) - bend * step**2
     near = (np.einsum("nij,ij->ni", away, points.direction) > -1) & (np.abs(step) < _LONGEST)
     parts = []
-    for which, turn, around in (_roots(points, miss, near), _touching(points, miss, near)):
+    for which, edge_phase, around in (_roots(points, miss, near), _touching(points, miss, near)):
         values = (points.depth[around], step[which[:, None], around])
-        parts.append((which, turn, *(_interpolated(points, around, value, turn) for value in values)))
+        parts.append((which, edge_phase, *(_interpolated(points, around, value, edge_phase) for value in values)))
     return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
 
 def _roots(points: Points, miss: Float[Array, "stars points"], near: Bool[Array, "stars points"]) -> _Places:
-    """Where `miss` changes its sign along the curve: the row, the turn, and the four points around."""
+    """Where `miss` changes its sign along the curve: the row, the edge phase, and the four points around."""
     which, i = np.nonzero((np.sign(miss) != np.sign(np.roll(miss, -1, axis=1))) & near & np.roll(near, -1, axis=1))
     around = (i[:, None] + np.arange(-1, 3)) % len(points)
     values = miss[which[:, None], around]
@@ -92,28 +92,31 @@ def _touching(points: Points, miss: Float[Array, "stars points"], near: Bool[Arr
     back = (np.abs(miss) <= np.minimum(np.abs(before), np.abs(after))) & (np.sign(before) == np.sign(after))
     which, i = np.nonzero(back & near & (np.abs(miss) < _ERRORS * points.error))
     around = (i[:, None] + np.arange(-1, 3)) % len(points)
-    turn = _unrolled(points, around)
+    edge_phase = _unrolled(points, around)
     values = miss[which[:, None], around]
-    slopes = np.diff(values, axis=1) / np.diff(turn, axis=1)
-    bend = np.abs((slopes[:, 1] - slopes[:, 0]) / (turn[:, 2] - turn[:, 0]))
+    slopes = np.diff(values, axis=1) / np.diff(edge_phase, axis=1)
+    bend = np.abs((slopes[:, 1] - slopes[:, 0]) / (edge_phase[:, 2] - edge_phase[:, 0]))
     width = np.sqrt(points.error[i] / np.where(bend == 0, np.inf, bend))
-    places = turn[:, 1:2] + width[:, None] * _PLACES
+    places = edge_phase[:, 1:2] + width[:, None] * _PLACES
     count = len(_PLACES)
     return np.repeat(which, count), places.ravel(), np.repeat(around, count, axis=0)
 
 
 def _unrolled(points: Points, around: Int[Array, "places 4"]) -> Float[Array, "places 4"]:
-    """Turns of neighbouring points, without the jump by a whole turn."""
-    turn = points.turn[around]
-    second = turn[:, 1:2]
-    return second + (turn - second + np.pi) % (2 * np.pi) - np.pi
+    """Edge phases of neighbouring points, without the jump by a whole turn."""
+    edge_phase = points.edge_phase[around]
+    second = edge_phase[:, 1:2]
+    return second + (edge_phase - second + np.pi) % (2 * np.pi) - np.pi
 
 
 def _interpolated(
-    points: Points, around: Int[Array, "places 4"], values: Float[Array, "places 4"], turn: Float[Array, " places"]
+    points: Points,
+    around: Int[Array, "places 4"],
+    values: Float[Array, "places 4"],
+    edge_phase: Float[Array, " places"],
 ) -> Float[Array, " places"]:
-    """The cubic through four neighbouring points, at turn."""
-    return _cubic(turn, *_unrolled(points, around).T, *values.T)
+    """The cubic through four neighbouring points, at an edge phase."""
+    return _cubic(edge_phase, *_unrolled(points, around).T, *values.T)
 
 
 def _cubic(at: Float[Array, " places"], *known: Float[Array, " places"]) -> Float[Array, " places"]:

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from kerrcaustics.curves.screens import as_seen
+from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera

@@ -8,22 +8,21 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, EquatorialPlane, Sphere, Spherical
-from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import clock, errors, searcher, seen
-from kerrcaustics.curves.source_map import SourceMap, on_leaves, spherical
+from kerrcaustics.curves.lens_map import LensMap
+from kerrcaustics.curves.search_sky import search_camera, search_sky
+from kerrcaustics.curves.source_map import SourceMap, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.deep_images import deepened, is_deep
 from kerrcaustics.stars.far_images import sharpened
 from kerrcaustics.stars.plane_images import PlaneImages, plane_images
 from kerrcaustics.stars.reciprocal import search_within
 from kerrcaustics.stars.rings import on_rings, ring_remark
 from kerrcaustics.stars.search import Found, search
-from kerrcaustics.stars.sheets import HIGHEST_INDEX, TOLERANCE, Sheets, sheets_of
+from kerrcaustics.stars.sheets import HIGHEST_INDEX, Sheets, sheets_of
 
 Array = np.ndarray
 
@@ -36,7 +35,8 @@ _DIRECT = "the star is seen directly, by an image of index 0, at infinite (alpha
 @result(
     "images/1",
     record="max_index star source_radius certified per_index expected on_caustic remarks",
-    rows="sky azimuth index parity magnification crossings crossings_certain redshift error time time_error returning",
+    rows="sky azimuth index parity magnification crossings crossings_certain redshift error time "
+    "time_error second_arrival",
 )
 class StarImages:
     """The images of one star, ordered by Morse index."""
@@ -78,7 +78,7 @@ class StarImages:
         "image", "GM/c^3", "coordinate time from the star to the camera; None for stars at infinity", default=None
     )
     time_error: Array | None = quantity("image", "GM/c^3", "error of time", default=None)
-    returning: Array | None = quantity(
+    second_arrival: Array | None = quantity(
         "image",
         "1",
         "of a star within the camera's radius, whether the ray, followed backward, has met the star's sphere before; "
@@ -104,13 +104,13 @@ class StarImages:
 
 @overload
 def star_images(
-    camera: Camera, star: tuple[float, float], max_index: int = ..., *, end: EquatorialPlane
+    camera: Viewer, star: tuple[float, float], max_index: int = ..., *, end: EquatorialPlane
 ) -> PlaneImages: ...
 @overload
-def star_images(camera: Camera, star: tuple[float, float], max_index: int = ..., *, end: float = ...) -> StarImages: ...
+def star_images(camera: Viewer, star: tuple[float, float], max_index: int = ..., *, end: float = ...) -> StarImages: ...
 @usual_warnings
 def star_images(
-    camera: Camera, star: tuple[float, float], max_index: int = 2, *, end: float | EquatorialPlane = math.inf
+    camera: Viewer, star: tuple[float, float], max_index: int = 2, *, end: float | EquatorialPlane = math.inf
 ) -> StarImages | PlaneImages:
     """All images of a star with Morse index 0 to `max_index`, brightest orders first.
 
@@ -166,41 +166,33 @@ def star_images(
     ({0: 1, 1: 1}, True)
     """
     if isinstance(end, EquatorialPlane):
-        check_camera(camera, distant=True)
+        check_viewer(camera)
         return plane_images(camera, star, checked_index(max_index), end)
     place = checked_place("star", star)
-    surface = spherical(camera, end, distant=True)
+    surface = spherical(camera, end)
     highest = checked_index(max_index)
     check_apart("star", camera, np.array([place]), surface)
     found = search_for(camera, from_angles(*place)[None], np.array([place]), highest, surface)
     return _deepened(images_of(camera, surface, [place], found)[0], found, camera, surface)
 
 
-def is_within(camera: Camera, end: Spherical) -> bool:
+def is_within(camera: Viewer, end: Spherical) -> bool:
     """Whether a sphere lies within the camera's radius."""
     return isinstance(end, Sphere) and end.radius < camera.radius
 
 
-def search_for(camera: Camera, star: Array, angles: Array, max_index: int, end: Spherical) -> Found:
+def search_for(camera: Viewer, star: Array, angles: Array, max_index: int, end: Spherical) -> Found:
     """All images of stars (n, 3), whose angles (n, 2) are known too, on a sphere."""
     if isinstance(end, Sphere) and is_within(camera, end):
         return search_within(camera, angles, max_index, end)
-    found, lens = search(sheets_of(camera, max_index, end), star), searcher(camera)
-    return sharpened(lens, found, star, end) if lens.is_distant and math.isfinite(lens.radius) else found
+    return sharpened(search_sky(camera), search(sheets_of(camera, max_index, end), star), star, end)
 
 
-def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
+def images_of(camera: Viewer, end: Spherical, stars: list[tuple[float, float]], found: Found) -> list[StarImages]:
     """The images that a search for some stars on a sphere found, star by star, as the camera sees them."""
-    error = errors(camera, found.sky, found.error)
-
-    def traced(lens: Camera, sky: Array) -> Beams:
-        def leaf(sky: Array, end: Spherical) -> Beams:
-            return trace_beams(lens, sky, "auto", TOLERANCE, end=end, time=isinstance(end, Sphere))
-
-        return on_leaves(end, sky, found.returning, leaf)
-
-    at = seen(camera, found.sky, traced)
-    beams, time, time_error = at.beams, *clock(camera, at.beams.time, at.beams.time_error)
+    lens_map = LensMap(camera, end)
+    at = lens_map.seen(found.sky, found.second_arrival)
+    beams, time, time_error, error = at.beams, at.time, at.time_error, lens_map.errors(found.sky, found.error)
     within = is_within(camera, end)
     notes = (_DIRECT,) if SourceMap(camera, end).unbounded else ()
     images = []
@@ -227,13 +219,13 @@ def images_of(camera: Camera, end: Spherical, stars: list[tuple[float, float]], 
                 source_radius=float(end.radius),
                 time=None if time is None else time[these],
                 time_error=None if time_error is None else time_error[these],
-                returning=found.returning[these] if within else None,
+                second_arrival=found.second_arrival[these] if within else None,
             )
         )
     return images
 
 
-def _deepened(images: StarImages, found: Found, camera: Camera, end: Spherical) -> StarImages:
+def _deepened(images: StarImages, found: Found, camera: Viewer, end: Spherical) -> StarImages:
     """The same, with those that lie close to the shadow edge to round-off; found: where they were found.
 
     Refined images are traced anew, so that all that is said of them belongs to their place.
@@ -242,7 +234,7 @@ def _deepened(images: StarImages, found: Found, camera: Camera, end: Spherical) 
     if len(which) == 0:
         return images
     star = np.tile(from_angles(*images.star), (len(which), 1))
-    deep = deepened(searcher(camera), found.sky[which], found.error[which], star, end, found.returning[which])
+    deep = deepened(search_camera(camera), found.sky[which], found.error[which], star, end, found.second_arrival[which])
     these = which[deep.which]
 
     def with_deep(values: Array, better: Array | None) -> Array:
@@ -258,14 +250,14 @@ def _deepened(images: StarImages, found: Found, camera: Camera, end: Spherical) 
     if refined.time is None or refined.time_error is None:
         return refined
     # N does not tell the time as well as the distance from the shadow edge does.
-    time, late = clock(camera, deep.time, deep.time_error)
+    time, late = search_sky(camera).viewer_time(deep.time, deep.time_error)
     return replace(refined, time=with_deep(refined.time, time), time_error=with_deep(refined.time_error, late))
 
 
-def checked_sheets(camera: Camera, max_index: int, end: float | Spherical = SKY, *, distant: bool = False) -> Sheets:
-    """The sheets of a camera; bad input is refused with one ValueError. distant: whether it may be an `Observer`."""
-    check_camera(camera, distant=distant)
-    return sheets_of(camera, checked_index(max_index), spherical(camera, end, distant=distant))
+def checked_sheets(camera: Viewer, max_index: int, end: float | Spherical = SKY) -> Sheets:
+    """The sheets of a camera; bad input is refused with one ValueError."""
+    check_viewer(camera)
+    return sheets_of(camera, checked_index(max_index), spherical(camera, end))
 
 
 def checked_index(max_index: int) -> int:
@@ -285,7 +277,7 @@ def checked_stars(stars: ArrayLike, name: str = "stars") -> Float[Array, "stars 
     return from_angles(angles[:, 0], angles[:, 1])
 
 
-def check_apart(name: str, camera: Camera, stars: Float[Array, "stars 2"], end: Spherical) -> None:
+def check_apart(name: str, camera: Viewer, stars: Float[Array, "stars 2"], end: Spherical) -> None:
     """Raise ValueError if a star (theta, phi) of a sphere lies at the camera, where it is seen in no direction.
 
     name: the argument that the stars are from.
@@ -315,7 +307,7 @@ def checked_place(name: str, place: object) -> tuple[float, float]:
     return theta, phi
 
 
-def _ring_remarks(camera: Camera, end: Spherical, ring: Bool[Array, " orders"]) -> tuple[str, ...]:
+def _ring_remarks(camera: Viewer, end: Spherical, ring: Bool[Array, " orders"]) -> tuple[str, ...]:
     """Remarks about rings; ring: by order, True where the star lies on a caustic that is a point."""
     if not ring.any():
         return ()

@@ -10,7 +10,7 @@ from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import as_seen, errors
+from kerrcaustics.curves.search_sky import as_seen, search_sky
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
 from kerrcaustics.spacetime.rows import Rows
@@ -58,9 +58,9 @@ class _SkyLine:
             raise ValueError(
                 "Argument `line` must be an angle in radians, or two directions N, an array of shape (2, 3)."
             )
-        self._turn = float(given) if given.ndim == 0 else None
-        if self._turn is not None:
-            self._depth = float(sheets.sheets[-1].inner(np.array(self._turn)))
+        self._edge_phase = float(given) if given.ndim == 0 else None
+        if self._edge_phase is not None:
+            self._depth = float(sheets.sheets[-1].inner(np.array(self._edge_phase)))
         else:
             size = np.linalg.norm(given, axis=1, keepdims=True)
             if not (size > 0).all():
@@ -74,9 +74,9 @@ class _SkyLine:
 
     def sky(self, place: Float[Array, " places"]) -> Float[Array, "places 3"]:
         """Directions on the sky at rest."""
-        if self._turn is not None:
-            turn = np.full(len(place), self._turn)
-            return self._sheets.sky(self._sheets.looking(turn, place * self._depth))
+        if self._edge_phase is not None:
+            edge_phase = np.full(len(place), self._edge_phase)
+            return self._sheets.sky(self._sheets.line_of_sight(edge_phase, place * self._depth))
         angle = (place * self._angle)[:, None]
         return self._start * np.cos(angle) + self._ahead * np.sin(angle)
 
@@ -118,8 +118,8 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     images : CircleImages
         What `circle_images` returned.
     line : float or (2, 3) array
-        The line straight away from the shadow that leaves its edge at this `turn`, radians, from the direction opposite
-        to the hole to the critical curve that bounds the highest index: 0 the prograde (flat) edge and pi the
+        The line straight away from the shadow that leaves its edge at this edge phase, radians, from the direction
+        opposite to the hole to the critical curve that bounds the highest index: 0 the prograde (flat) edge and pi the
         retrograde one of a camera on the equator, pi / 2 and 3 pi / 2 next to the poles. Or its two ends, directions N.
         The line between is part of a great circle on the sky of a camera at rest at the same event.
 
@@ -170,7 +170,7 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
         sky=as_seen(sky[kept], sheets.frame, images.camera.frame()),
         index=index[kept],
         longitude=circle.longitude(beams.direction)[kept],
-        error=errors(images.camera, sky, off)[kept],
+        error=search_sky(images.camera).errors(sky, off)[kept],
         per_index=counts,
         expected=expected,
         certified=not doubt,

@@ -12,13 +12,15 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import Sphere, Spherical
+from kerrcaustics.beams.ends import End, Sphere
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import SeenLight, errors, magnified, searcher, seen
+from kerrcaustics.curves.lens_map import LensMap, SeenLight
+from kerrcaustics.curves.search_sky import magnified, search_camera
 from kerrcaustics.curves.source_map import on_leaves
-from kerrcaustics.spacetime.camera import Camera, looking_from_sky, photon, sky_from_looking
 from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.frame import line_of_sight_from_sky, photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.level_curves.branches import Branches
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings
@@ -48,7 +50,7 @@ class SeenNodes:
     remarks: tuple[str, ...] = ()
 
 
-def branches_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> Branches:
+def branches_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> Branches:
     """The level curve of the camera, as a star on a sphere within its radius sees it."""
     if math.sin(theta) < 1e-12:
         raise ValueError(
@@ -57,40 +59,41 @@ def branches_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> 
         )
     if camera.on_axis:
         raise ValueError("Argument `camera` must not lie on the spin axis for tracks of a star within its radius.")
-    there, sheets = sheets_from(searcher(camera), theta, max_index, end)
+    there, sheets = sheets_from(search_camera(camera), theta, max_index, end)
     return Branches(sheets, there, Circle.about_spin_axis(camera.inclination))
 
 
-def seen_from(camera: Camera, theta: float, branches: Branches, own: Meetings, end: Sphere) -> SeenNodes | None:
+def seen_from(camera: Viewer, theta: float, branches: Branches, own: Meetings, end: Sphere) -> SeenNodes | None:
     """The nodes on the camera's sky; own: the events there, None is returned where they are not those of branches."""
     nodes = branches.nodes
     partners = _partners(branches, own)
     if partners is None:
         return None
-    lens = searcher(camera)
+    lens = search_camera(camera)
     place = from_angles(np.full(len(nodes.longitude), theta), nodes.longitude)
-    light = photon(branches.sheets.frame, tuple(nodes.sky.T))
+    photon = photon_of(branches.sheets.frame, tuple(nodes.sky.T))
     # Of photons that come in at the star the ways lead on inward, and out again.
-    returning = np.asarray(light.rate[0]) > 0
-    sky = _nearest(lens, np.asarray(light.b), np.asarray(light.q), returning, place, end)
+    second_arrival = np.asarray(photon.rate[0]) > 0
+    sky = _nearest(lens, np.asarray(photon.b), np.asarray(photon.q), second_arrival, place, end)
     at_event = nodes.event >= 0
     which = np.where(at_event, partners[nodes.event] if len(partners) else -1, -1)
     error, lost = np.full(len(sky), np.nan), 0
     for leaf in (False, True):
-        these = np.flatnonzero((returning == leaf) & ~at_event)
+        these = np.flatnonzero((second_arrival == leaf) & ~at_event)
         found, there, off = find_roots(
-            lens, place[these], nodes.index[these], sky[these], _FEW_STEPS, end=replace(end, returning=leaf)
+            lens, place[these], nodes.index[these], sky[these], _FEW_STEPS, end=replace(end, second_arrival=leaf)
         )
         sky[these[found]], error[these[found]] = there, off
         lost += len(these) - len(found)
     events = which[at_event]
-    sky[at_event] = sky_from_looking(lens.frame(), own.points.looking[events])
-    at = seen(camera, sky, lambda who, sky: _traced(who, sky, returning, end))
+    sky[at_event] = sky_from_line_of_sight(lens.frame(), own.points.line_of_sight[events])
+    lens_map = LensMap(camera, end)
+    at = lens_map.seen(sky, second_arrival)
     along = own.error[events] * math.sin(theta) + at.beams.error[at_event]
     error[at_event] = along / at.spread[at_event] + at.beams.jacobian_error[at_event]
-    eastward = looking_from_sky(lens.frame(), sky)[:, 2] < 0
+    eastward = line_of_sight_from_sky(lens.frame(), sky)[:, 2] < 0
     remarks = (f"{lost} points of tracks could not be found on the camera's sky",) if lost else ()
-    return SeenNodes(at, errors(camera, sky, error), eastward, which, remarks)
+    return SeenNodes(at, lens_map.errors(sky, error), eastward, which, remarks)
 
 
 def _partners(branches: Branches, own: Meetings) -> Int[Array, " meetings"] | None:
@@ -111,23 +114,23 @@ def _partners(branches: Branches, own: Meetings) -> Int[Array, " meetings"] | No
 
 
 def _nearest(
-    camera: Camera,
+    camera: Viewer,
     b: Float[Array, " n"],
     q: Float[Array, " n"],
-    returning: Bool[Array, " n"],
+    second_arrival: Bool[Array, " n"],
     place: Float[Array, "n 3"],
     end: Sphere,
 ) -> Float[Array, "n 3"]:
     """Directions with this b and q: of the two, one up and one down, the one that leads to the star."""
     ways = (magnified(camera.frame(), motion(camera, b, q, sign)) for sign in (1.0, -1.0))
-    both = [sky_from_looking(camera.frame(), -way) for way in ways]
-    miss = [np.linalg.norm(_traced(camera, sky, returning, end).direction - place, axis=1) for sky in both]
+    both = [sky_from_line_of_sight(camera.frame(), -way) for way in ways]
+    miss = [np.linalg.norm(_traced(camera, sky, second_arrival, end).direction - place, axis=1) for sky in both]
     up = np.nan_to_num(miss[0], nan=np.inf) <= np.nan_to_num(miss[1], nan=np.inf)
     return np.where(up[:, None], *both)
 
 
-def _traced(camera: Camera, sky: Float[Array, "n 3"], returning: Bool[Array, " n"], end: Sphere) -> Beams:
-    def traced(sky: Array, end: Spherical) -> Beams:
+def _traced(camera: Viewer, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], end: Sphere) -> Beams:
+    def traced(sky: Array, end: End) -> Beams:
         return trace_beams(camera, sky, "auto", TOLERANCE, end=end)
 
-    return on_leaves(end, sky, returning, traced)
+    return on_leaves(end, sky, second_arrival, traced)

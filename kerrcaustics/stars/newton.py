@@ -7,8 +7,8 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.sky_chart import chart_of, straight
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import flattened
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
@@ -21,7 +21,7 @@ _ERRORS, _MOST_ERRORS = 2.0, 10.0
 
 
 def find_roots(
-    camera: Camera,
+    camera: Viewer,
     star: Float[Array, "searches 3"],
     index: Int[Array, " searches"],
     sky: Float[Array, "searches 3"],
@@ -39,7 +39,7 @@ def find_roots(
     left of the way to the star, divided by the smaller diameter of the beam.
     """
     # Directions toward the hole itself have no place in the chart.
-    falling = isinstance(end, Sphere) and end.radius < camera.radius and not end.returning
+    falling = isinstance(end, Sphere) and end.radius < camera.radius and not end.second_arrival
     charted = camera == camera.at_rest() and not falling
     stepped, n = chart_of(camera).stepped if charted else straight, len(star)
     sky, step = sky.copy(), np.zeros((n, 3))

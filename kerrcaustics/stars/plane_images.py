@@ -6,16 +6,14 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.optimize import elementwise
 
-from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
 from kerrcaustics.curves.circles_in_plane import TOLERANCE
-from kerrcaustics.curves.screens import clock, errors, seen
+from kerrcaustics.curves.lens_map import LensMap
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import apart, numbers, quoted
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -75,22 +73,18 @@ class PlaneImages:
         return f"<PlaneImages of a source at {where}: {counts or 'none'}{'' if self.certified else ', not certified'}>"
 
 
-def plane_images(camera: Camera, source: object, max_index: int, end: EquatorialPlane) -> PlaneImages:
+def plane_images(camera: Viewer, source: object, max_index: int, end: EquatorialPlane) -> PlaneImages:
     """All images of a source (r, phi) with Morse index 0 to max_index, by rays at their n-th crossing."""
     radius, phi = checked_source(camera, "star", source)
     arcs = arcs_of(camera, end.crossing, radius)
-    turn, index = _seen(arcs, phi)
+    edge_phase, index = _seen(arcs, phi)
     kept = index <= max_index
-    turn, index = turn[kept], index[kept]
-    found = arcs.at(turn) if len(turn) else arcs.low[:0]
-    order = np.lexsort((turn, index))
+    edge_phase, index = edge_phase[kept], index[kept]
+    found = arcs.at(edge_phase) if len(edge_phase) else arcs.low[:0]
+    order = np.lexsort((edge_phase, index))
     found, index = found[order], index[order]
-
-    def traced(lens: Camera, sky: Array) -> Beams:
-        return trace_beams(lens, sky, "auto", TOLERANCE, end=end, time=True)
-
-    at = seen(camera, found.sky, traced)
-    time, time_error = clock(camera, at.beams.time, at.beams.time_error)
+    lens_map = LensMap(camera, end)
+    at = lens_map.seen(found.sky)
     miss = np.hypot(np.log(found.radius / radius), _away(found.azimuth, phi))
     near = _near_fold(arcs, phi)
     off = radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor)
@@ -107,9 +101,9 @@ def plane_images(camera: Camera, source: object, max_index: int, end: Equatorial
         parity=1 - 2 * (index % 2),
         magnification=at.magnification,
         redshift=at.redshift,
-        time=np.asarray(time),
-        time_error=np.asarray(time_error),
-        error=errors(camera, found.sky, off),
+        time=np.asarray(at.time),
+        time_error=np.asarray(at.time_error),
+        error=lens_map.errors(found.sky, off),
         per_index={k: int((index == k).sum()) for k in range(max_index + 1)},
         on_caustic=near,
         certified=not remarks,
@@ -140,7 +134,7 @@ class PlaneCounts:
         return bool(self.certified.all())
 
 
-def plane_counts(camera: Camera, sources: object, max_index: int, end: EquatorialPlane) -> PlaneCounts:
+def plane_counts(camera: Viewer, sources: object, max_index: int, end: EquatorialPlane) -> PlaneCounts:
     """Counts of the images of sources (n, 2) = (r, phi): quick for many on one circle."""
     places = numbers("stars", sources)
     if places.ndim != 2 or places.shape[-1] != 2 or not np.isfinite(places).all():
@@ -163,7 +157,7 @@ def _near_fold(arcs: Arcs, phi: float) -> bool:
     return bool(close.any())
 
 
-def checked_source(camera: Camera, name: str, source: object) -> tuple[float, float]:
+def checked_source(camera: Viewer, name: str, source: object) -> tuple[float, float]:
     """A place (r, phi) in the plane that the user gave as the argument `name`."""
     place = numbers(name, source)
     if place.shape != (2,) or not np.isfinite(place).all():
@@ -194,14 +188,14 @@ def _holding(arcs: Arcs, phi: float) -> Bool[Array, " arcs"]:
 def _seen(arcs: Arcs, phi: float) -> tuple[Float[Array, " images"], Int[Array, " images"]]:
     """Turn and index at which a source is seen on the circle."""
     holds = _holding(arcs, phi)
-    low, index = arcs.low.turn[holds], arcs.index[holds]
+    low, index = arcs.low.edge_phase[holds], arcs.index[holds]
     if not holds.any():
         return low, index
 
     def miss(step: Array, low: Array) -> Array:
         return _away(arcs.at((low + step) % _TURN).azimuth, phi)
 
-    bracket = np.zeros(len(low)), (arcs.high.turn[holds] - low) % _TURN
+    bracket = np.zeros(len(low)), (arcs.high.edge_phase[holds] - low) % _TURN
     root = elementwise.find_root(miss, bracket, args=(low,), tolerances={"xatol": 1e-15, "xrtol": 1e-14})
     step = np.where(np.isfinite(root.x), root.x, bracket[1] / 2)
     return (low + step) % _TURN, index

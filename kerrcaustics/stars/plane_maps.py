@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.plane_images import plane_counts
 
 Array = np.ndarray
@@ -43,7 +43,7 @@ class PlaneCountMap:
 
 
 def plane_count_map(
-    camera: Camera, max_index: int, radii: ArrayLike | int, columns: int, end: EquatorialPlane
+    camera: Viewer, max_index: int, radii: ArrayLike | int, columns: int, end: EquatorialPlane
 ) -> PlaneCountMap:
     """Counts on circles of some radii; a number: so many, in equal ratios, from the horizon to beyond the camera."""
     radius = _spread(camera, radii) if isinstance(radii, int) else _checked(camera, radii)
@@ -56,12 +56,12 @@ def plane_count_map(
     return PlaneCountMap(end.crossing, radius, phi, counts, near, certified)
 
 
-def _spread(camera: Camera, rows: int) -> Array:
-    highest = _FROM_AFAR if camera.is_distant else _HIGHEST * camera.radius
+def _spread(camera: Viewer, rows: int) -> Array:
+    highest = min(_FROM_AFAR, _HIGHEST * camera.radius)
     return np.geomspace(_LOWEST * kerr.horizon(camera.spin), highest, rows)
 
 
-def _checked(camera: Camera, radii: ArrayLike) -> Array:
+def _checked(camera: Viewer, radii: ArrayLike) -> Array:
     radius, horizon = numbers("radii", radii), kerr.horizon(camera.spin)
     rising = radius.ndim == 1 and len(radius) > 0 and bool((np.diff(radius) > 0).all())
     if not (rising and horizon < radius[0] and radius[-1] < math.inf):

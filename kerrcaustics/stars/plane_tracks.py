@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of, step_between
-from kerrcaustics.curves.circles_in_plane import TOLERANCE
-from kerrcaustics.curves.screens import SeenLight, clock, errors, seen, shown
+from kerrcaustics.curves.lens_map import LensMap, SeenLight
+from kerrcaustics.curves.search_sky import search_sky
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.plane_images import PlaneImages, plane_images
 
 Array = np.ndarray
@@ -102,7 +101,7 @@ class PlaneTrack:
 class PlaneTracks:
     """All tracks of a source that circles in the equatorial plane, by rays at their n-th crossing."""
 
-    camera: Camera = quantity("", "", "the camera", json="", column="")
+    camera: Viewer = quantity("", "", "the camera", json="", column="")
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
     emitter: str = quantity("", "", "what shines there, for the redshift")
     radius: float = quantity("", "GM/c^2", "of the circle")
@@ -140,14 +139,14 @@ class PlaneTracks:
         return images if given.ndim else images[0]
 
 
-def plane_pair_events(camera: Camera, radius: object, max_index: int, end: EquatorialPlane) -> PlanePairEvents:
+def plane_pair_events(camera: Viewer, radius: object, max_index: int, end: EquatorialPlane) -> PlanePairEvents:
     """Events of a source that circles in the plane, of pairs with images of index up to max_index."""
     arcs = _circle(camera, radius, end)
     found = [event for event in _events(camera, arcs).values() if event.order <= max_index]
     return PlanePairEvents(_by_azimuth(found), not arcs.doubts, arcs.doubts)
 
 
-def plane_tracks(camera: Camera, radius: object, max_index: int, end: EquatorialPlane) -> PlaneTracks:
+def plane_tracks(camera: Viewer, radius: object, max_index: int, end: EquatorialPlane) -> PlaneTracks:
     """Tracks of a source that circles in the plane, of images of index up to max_index."""
     arcs = _circle(camera, radius, end)
     events = _events(camera, arcs)
@@ -165,7 +164,7 @@ def plane_tracks(camera: Camera, radius: object, max_index: int, end: Equatorial
     )
 
 
-def _circle(camera: Camera, radius: object, end: EquatorialPlane) -> Arcs:
+def _circle(camera: Viewer, radius: object, end: EquatorialPlane) -> Arcs:
     r, horizon = real_number("theta", radius), kerr.horizon(camera.spin)
     if not horizon < r < math.inf:
         raise ValueError(
@@ -179,12 +178,12 @@ def _by_azimuth(events: list[PlanePairEvent]) -> tuple[PlanePairEvent, ...]:
     return tuple(sorted(events, key=lambda event: event.azimuth))
 
 
-def _events(camera: Camera, arcs: Arcs) -> dict[int, PlanePairEvent]:
+def _events(camera: Viewer, arcs: Arcs) -> dict[int, PlanePairEvent]:
     """The events of a circle, by the arc that begins there."""
     which = np.flatnonzero(arcs.folded)
     folds = arcs.low[which]
-    sky = shown(camera, folds.sky)
-    error = _event_errors(arcs, folds.turn, folds.distance)
+    sky = search_sky(camera).shown(folds.sky)
+    error = _event_errors(arcs, folds.edge_phase, folds.distance)
     orders = np.maximum(arcs.index, np.roll(arcs.index, 1))[which].tolist()
     return {
         arc: PlanePairEvent(
@@ -201,32 +200,30 @@ def _events(camera: Camera, arcs: Arcs) -> dict[int, PlanePairEvent]:
     }
 
 
-def _event_errors(arcs: Arcs, turn: Float[Array, " folds"], distance: Float[Array, " folds"]) -> Float[Array, " folds"]:
+def _event_errors(
+    arcs: Arcs, edge_phase: Float[Array, " folds"], distance: Float[Array, " folds"]
+) -> Float[Array, " folds"]:
     """Errors of azimuth: that of the rays, and what they miss the circle by, times the slope of the caustic there.
 
     The beams are flat, so that J's rows, (dr, r dphi), are along the caustic.
     """
-    if not len(turn):
-        return turn
-    _, beams = arcs.circles.beams(turn, distance)
+    if not len(edge_phase):
+        return edge_phase
+    _, beams = arcs.circles.beams(edge_phase, distance)
     along_r, along_phi = np.linalg.norm(beams.jacobian, axis=-1).T
     miss = np.abs(np.log(np.asarray(beams.radius) / arcs.radius))
     return np.asarray(beams.error + (beams.error + miss) * along_phi / along_r)
 
 
 def _tracks(
-    camera: Camera, arcs: Arcs, events: dict[int, PlanePairEvent], max_index: int, end: EquatorialPlane
+    camera: Viewer, arcs: Arcs, events: dict[int, PlanePairEvent], max_index: int, end: EquatorialPlane
 ) -> tuple[PlaneTrack, ...]:
     if not len(arcs.index):
         return ()
-
-    def traced(lens: Camera, sky: Array) -> Beams:
-        return trace_beams(lens, sky, "auto", TOLERANCE, end=end, time=True)
-
-    light = seen(camera, arcs.low.sky, traced)
-    time, time_error = clock(camera, light.beams.time, light.beams.time_error)
-    times = np.stack([np.asarray(time), np.asarray(time_error)])
-    error = errors(camera, arcs.low.sky, _errors_on_sky(arcs, light.beams))
+    lens_map = LensMap(camera, end)
+    light = lens_map.seen(arcs.low.sky)
+    times = np.stack([np.asarray(light.time), np.asarray(light.time_error)])
+    error = lens_map.errors(arcs.low.sky, _errors_on_sky(arcs, light.beams))
     chains = _chains(arcs.index <= max_index)
     tracks = [_track(arcs, chain, events, light, times, error) for chain in chains]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))

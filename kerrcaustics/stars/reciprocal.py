@@ -14,11 +14,13 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import SKY, Sphere
 from kerrcaustics.beams.trace import trace_rays
-from kerrcaustics.curves.screens import magnified, searcher
+from kerrcaustics.curves.search_sky import magnified, search_camera
 from kerrcaustics.curves.source_map import check_domain
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, photon, sky_from_looking
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import Candidates, Found, found_of, found_together, search
 from kerrcaustics.stars.sheets import Sheets, sheets_of
@@ -29,17 +31,17 @@ Array = np.ndarray
 _FEW_STEPS = 12
 
 
-def search_within(camera: Camera, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> Found:
+def search_within(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> Found:
     """All images of stars on a sphere within the camera's radius.
 
     Parameters: angles, (theta, phi) of the stars; end, their sphere.
     """
     together = len(angles) > 0 and bool((angles[:, 0] == angles[0, 0]).all())
     groups = [angles] if together else np.split(angles, len(angles))
-    return found_together([_one_theta(searcher(camera), group, max_index, end) for group in groups])
+    return found_together([_one_theta(search_camera(camera), group, max_index, end) for group in groups])
 
 
-def _one_theta(camera: Camera, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> Found:
+def _one_theta(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> Found:
     """The images of stars with one theta, from those that are seen of the camera there."""
     phi = angles[:, 1]
     _, sheets = sheets_from(camera, float(angles[0, 0]), max_index, end)
@@ -47,7 +49,7 @@ def _one_theta(camera: Camera, angles: Float[Array, "stars 2"], max_index: int, 
     return _seen_from(camera, from_angles(angles[:, 0], phi), found, sheets, end)
 
 
-def sheets_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> tuple[Camera, Sheets]:
+def sheets_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> tuple[Viewer, Sheets]:
     """A camera at a star on a sphere, and its sheets of the sphere on which the camera lies."""
     there = Camera(camera.spin, float(end.radius), theta, "fiducial")
     outward = SKY if math.isinf(camera.radius) else Sphere(camera.radius)
@@ -58,18 +60,18 @@ def sheets_from(camera: Camera, theta: float, max_index: int, end: Sphere) -> tu
         raise ValueError(f"{error} (Said of a camera at the star, as the star lies nearer to the hole.)") from None
 
 
-def _seen_from(camera: Camera, star: Float[Array, "stars 3"], found: Found, sheets: Sheets, end: Sphere) -> Found:
+def _seen_from(camera: Viewer, star: Float[Array, "stars 3"], found: Found, sheets: Sheets, end: Sphere) -> Found:
     """The images as the camera sees them, refined there."""
-    light = photon(sheets.frame, tuple(found.sky.T))
+    photon = photon_of(sheets.frame, tuple(found.sky.T))
     # Of photons that come in at the star the ways lead on inward, and out again.
-    returning = light.rate[0] > 0
+    second_arrival = photon.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):
-        way = motion(camera, np.asarray(light.b), np.asarray(light.q), sign)
-        sky = sky_from_looking(camera.frame(), -magnified(camera.frame(), way))
+        way = motion(camera, np.asarray(photon.b), np.asarray(photon.q), sign)
+        sky = sky_from_line_of_sight(camera.frame(), -magnified(camera.frame(), way))
         for leaf in (False, True):
-            these = np.flatnonzero((returning == leaf) & np.isfinite(sky).all(axis=1))
-            here, stars = replace(end, returning=leaf), star[found.star[these]]
+            these = np.flatnonzero((second_arrival == leaf) & np.isfinite(sky).all(axis=1))
+            here, stars = replace(end, second_arrival=leaf), star[found.star[these]]
             guesses = _turned(camera, stars, sky[these], sign, here) if camera.on_axis else sky[these]
             images = _refined(camera, stars, found.index[these], guesses, here)
             parts.append(images.of(found.star[these]))
@@ -80,7 +82,7 @@ def _seen_from(camera: Camera, star: Float[Array, "stars 3"], found: Found, shee
     return found_of(merged, counts, found.expected, (found.touching, found.ring), sheets)
 
 
-def motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
+def motion(camera: Viewer, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
     """Directions of motion (r, theta, phi), in the FIDO frame, of photons that come out to the camera."""
     frame = camera.frame()
     a, r, c, s = frame.spin, frame.radius, frame.cos_theta, frame.sin_theta
@@ -96,7 +98,7 @@ def motion(camera: Camera, b: Float[Array, " n"], q: Float[Array, " n"], sign: f
     return motion / np.linalg.norm(motion, axis=-1, keepdims=True)
 
 
-def _turned(camera: Camera, star: Float[Array, "n 3"], sky: Array, sense: float, end: Sphere) -> Float[Array, "n 3"]:
+def _turned(camera: Viewer, star: Float[Array, "n 3"], sky: Array, sense: float, end: Sphere) -> Float[Array, "n 3"]:
     """Directions of a camera on the spin axis, turned about it so that their rays end at the star's azimuth.
 
     sense: of the turn on the sky, which is another one at either pole.
@@ -110,8 +112,8 @@ def _turned(camera: Camera, star: Float[Array, "n 3"], sky: Array, sense: float,
 
 
 def _refined(
-    camera: Camera, star: Float[Array, "n 3"], index: Int[Array, " n"], sky: Float[Array, "n 3"], end: Sphere
+    camera: Viewer, star: Float[Array, "n 3"], index: Int[Array, " n"], sky: Float[Array, "n 3"], end: Sphere
 ) -> Candidates:
     """Images on one leaf, from guesses; as their star, the number of the guess."""
     which, sky, error = find_roots(camera, star, index, sky, _FEW_STEPS, end=end)
-    return Candidates(which, index[which], sky, error, np.full(len(which), end.returning, bool))
+    return Candidates(which, index[which], sky, error, np.full(len(which), end.second_arrival, bool))

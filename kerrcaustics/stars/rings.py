@@ -4,21 +4,16 @@ Around the line through camera and hole all is alike there, and a star on it has
 critical curve of them: Einstein's ring, or one of a higher order.
 """
 
-import math
-
 import numpy as np
 from jaxtyping import Bool
 
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.curves.critical_curves import CriticalCurve
-from kerrcaustics.curves.screens import shown_looking
+from kerrcaustics.curves.search_sky import search_sky, shown_line_of_sight
 from kerrcaustics.curves.source_map import SourceMap
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
-
-# Rounding of a direction.
-_ROUNDING = 4e-16
 
 
 def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
@@ -29,31 +24,20 @@ def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
     return ring | np.pad(ring, ((0, 0), (1, 0)))[:, :-1]
 
 
-def ring_remark(camera: Camera, end: Spherical, curve: CriticalCurve, where: str = "lies on") -> str:
+def ring_remark(camera: Viewer, end: Spherical, curve: CriticalCurve, where: str = "lies on") -> str:
     """One line about the ring that is the image of a star on the caustic of a curve, as a camera sees it."""
     order, (radius, error) = curve.order, _angular_radius(camera, curve)
     if order == 1 and SourceMap(camera, end).unbounded:
         size = "at infinite (alpha, beta)"
-    elif camera.is_distant:
-        size = f"of radius {radius:.12g} GM/c^2 (within {error:.0e})"
     else:
-        size = f"of angular radius {radius:.12g} rad, {math.degrees(radius):.10g} degrees (within {error:.0e} rad)"
+        size = f"of radius {radius:.12g} {camera.sky_unit} (within {error:.0e})"
     return (
         f"the star {where} the caustic of order {order}, which is a point: its images of index {order - 1} and {order} "
         f"are one ring {size}"
     )
 
 
-def _angular_radius(camera: Camera, curve: CriticalCurve) -> tuple[float, float]:
+def _angular_radius(camera: Viewer, curve: CriticalCurve) -> tuple[float, float]:
     """Radius of a critical curve that is a circle, and its error: radians, of an Observer in M."""
-    places = shown_looking(camera, np.concatenate([curve.points.looking, [[-1.0, 0.0, 0.0]]]))
-    ring, hole = places[:-1], places[-1]
-    if camera.is_distant:
-        sizes = np.linalg.norm(ring, axis=1)
-        return float(sizes.mean()), float(np.ptp(sizes) + _ROUNDING * sizes.max())
-    one, two, three = ring[:: max(1, len(ring) // 3)][:3]
-    # Aberration takes circles to circles, about another centre.
-    centre = np.cross(two - one, three - one)
-    centre *= math.copysign(1 / np.linalg.norm(centre), centre @ (hole - one))
-    sizes = np.arctan2(np.linalg.norm(np.cross(ring, centre), axis=1), ring @ centre)
-    return float(sizes.mean()), float(np.ptp(sizes) + _ROUNDING)
+    places = shown_line_of_sight(camera, np.concatenate([curve.points.line_of_sight, [[-1.0, 0.0, 0.0]]]))
+    return search_sky(camera).circle_radius(places[:-1], places[-1])

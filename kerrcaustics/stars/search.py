@@ -38,7 +38,7 @@ class Candidates(Rows):
     index: Int[Array, " images"]
     sky: Float[Array, "images 3"]
     error: Float[Array, " images"]
-    returning: Bool[Array, " images"]
+    second_arrival: Bool[Array, " images"]
 
     @classmethod
     def arriving(cls, star: Array, index: Array, sky: Array, error: Array) -> "Candidates":
@@ -79,7 +79,7 @@ class Found:
     expected: Int[Array, "stars indices"]
     touching: Bool[Array, "stars orders"]
     ring: Bool[Array, "stars orders"]
-    returning: Bool[Array, " images"]
+    second_arrival: Bool[Array, " images"]
     coarse: tuple[float, ...]
 
     @property
@@ -132,7 +132,7 @@ def found_of(
     """Images with their numbers; touching: caustics that stars cannot be told from, and which of these are points."""
     coarse = tuple(sheet.step if sheet.is_coarse else 0.0 for sheet in sheets.sheets)
     of_images = images.star, images.index, images.sky, images.error
-    return Found(*of_images, counts, expected, *touching, images.returning, coarse)
+    return Found(*of_images, counts, expected, *touching, images.second_arrival, coarse)
 
 
 def _beside_folds(
@@ -188,7 +188,7 @@ def _distinct(images: Candidates) -> Candidates:
         same = (other.star == one.star) & (other.index == one.index)
         if not same.any():
             break
-        same &= other.returning == one.returning
+        same &= other.second_arrival == one.second_arrival
         size = np.maximum(_SAME, _SAME_ERRORS * (other.error + one.error))
         again[ahead:] |= same & (np.linalg.norm(other.sky - one.sky, axis=1) < size)
         ahead += 1

@@ -1,9 +1,9 @@
 """The camera sky cut along its critical curves: one sheet for every Morse index.
 
 On a sheet the sky map has no fold: every image of a star there is a regular root, and their number is known from the
-sheet's edges alone (winding.py). A sheet is covered by a grid in `turn`, the parameter of the lines of sky_lines.py,
-and `part`, 0 on the outer critical curve (or opposite to the hole) and 1 on the inner one. The grid is traced as rays;
-a star's images are looked for in the cells whose images lie around it.
+sheet's edges alone (winding.py). A sheet is covered by a grid in `edge_phase`, the parameter of the lines of
+sky_lines.py, and `part`, 0 on the outer critical curve (or opposite to the hole) and 1 on the inner one. The grid is
+traced as rays; a star's images are looked for in the cells whose images lie around it.
 
 All of it lives on the sky of a camera at rest: neither caustics nor the order of images depend on the velocity.
 """
@@ -19,16 +19,17 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from kerrcaustics.beams.ends import SKY, Spherical
-from kerrcaustics.beams.rehearsal import rehearse
+from kerrcaustics.beams.warm_up import warm_up
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.ring_at_infinity import check_index, with_ring_at_infinity
-from kerrcaustics.curves.screens import searcher
+from kerrcaustics.curves.search_sky import search_camera
 from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
-from kerrcaustics.spacetime.camera import Camera, Frame, sky_from_looking
+from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.fold import fold_derivatives, fold_guesses
 
 Array = np.ndarray
@@ -69,16 +70,16 @@ _REFERENCES = from_angles([0.4, 0.9, 1.3, 2.1, 2.6], [1.0, 4.0, 2.5, 5.5, 0.3])
 class Sheet:
     """The part of the camera sky with one Morse index, as a grid.
 
-    turn: the last one a whole turn after the first; part: 0 to 1; direction: the grid's image on the celestial sphere,
-    empty as long as it is not traced. outer, inner: depth of the critical curves on a line, as functions of turn. step:
-    about the longest one of the image, radians.
+    edge_phase: the last one a whole turn after the first; part: 0 to 1; direction: the grid's image on the celestial
+    sphere, empty as long as it is not traced. outer, inner: depth of the critical curves on a line, as functions of
+    edge phase. step: about the longest one of the image, radians.
     """
 
     index: int
     step: float
     outer: Depth
     inner: Depth
-    turn: Float[Array, " lines"]
+    edge_phase: Float[Array, " lines"]
     part: Float[Array, " parts"]
     direction: Float[Array, "lines parts 3"] | Float[Array, " 0"]
 
@@ -87,22 +88,22 @@ class Sheet:
         """True where a grid of bearable size has longer steps than the search is made for."""
         return self.step > _STEP
 
-    def depth(self, turn: Float[Array, "*batch"], part: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+    def depth(self, edge_phase: Float[Array, "*batch"], part: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
         """Depth on the lines of sky_lines.py."""
-        low = self.outer(turn)
-        return low + part * (self.inner(turn) - low)
+        low = self.outer(edge_phase)
+        return low + part * (self.inner(edge_phase) - low)
 
 
 @dataclass(frozen=True)
 class _Cells:
     """The cells of all grids, flat.
 
-    sheet; turn and part of two opposite corners; corners: images of all four; linear: from a direction, with a 1 behind
-    it, to the place in the cell, the middle at 0, by a linear map.
+    sheet; edge_phase and part of two opposite corners; corners: images of all four; linear: from a direction, with a 1
+    behind it, to the place in the cell, the middle at 0, by a linear map.
     """
 
     sheet: Int[Array, " cells"]
-    turn: Float[Array, "cells 2"]
+    edge_phase: Float[Array, "cells 2"]
     part: Float[Array, "cells 2"]
     corners: Float[Array, "cells 4 3"]
     linear: Float[Array, "cells 2 4"]
@@ -152,7 +153,7 @@ class Sheets:
     pole_counts: Int[Array, " sheets"]
 
     @property
-    def camera(self) -> Camera:
+    def camera(self) -> Viewer:
         """The camera at rest at the event."""
         return self.curves.camera
 
@@ -161,13 +162,13 @@ class Sheets:
         """The sphere of the sources."""
         return self.curves.end
 
-    def sky(self, looking: HostVectors) -> HostVectors:
+    def sky(self, line_of_sight: HostVectors) -> HostVectors:
         """Directions N on the sky at rest of what lies in directions of the FIDO."""
-        return sky_from_looking(self.frame, looking)
+        return sky_from_line_of_sight(self.frame, line_of_sight)
 
-    def looking(self, turn: HostReals, depth: HostReals) -> HostVectors:
+    def line_of_sight(self, edge_phase: HostReals, depth: HostReals) -> HostVectors:
         """Directions of the FIDO on the lines of the map."""
-        return SourceMap(self.camera, self.end).looking(turn, depth)[0]
+        return SourceMap(self.camera, self.end).line_of_sight(edge_phase, depth)[0]
 
     def counted(self, star: Float[Array, "stars 3"]) -> Counted:
         """What the caustics alone tell of stars."""
@@ -187,13 +188,13 @@ class Sheets:
         near = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5)) <= 0.5 + margin
         near[near] = _among_first(which[near], _MOST_STARTS)
         which, cell, u, v = which[near], cell[near], np.clip(u[near], 0, 1), np.clip(v[near], 0, 1)
-        turn = cells.turn[cell, 0] + u * (cells.turn[cell, 1] - cells.turn[cell, 0])
+        edge_phase = cells.edge_phase[cell, 0] + u * (cells.edge_phase[cell, 1] - cells.edge_phase[cell, 0])
         part = cells.part[cell, 0] + v * (cells.part[cell, 1] - cells.part[cell, 0])
-        part, depth = np.clip(part, _INSIDE, 1 - _INSIDE), np.empty_like(turn)
+        part, depth = np.clip(part, _INSIDE, 1 - _INSIDE), np.empty_like(edge_phase)
         for sheet in self.sheets:
             here = cells.sheet[cell] == sheet.index
-            depth[here] = sheet.depth(turn[here], part[here])
-        return which, cells.sheet[cell], self.sky(self.looking(turn, depth))
+            depth[here] = sheet.depth(edge_phase[here], part[here])
+        return which, cells.sheet[cell], self.sky(self.line_of_sight(edge_phase, depth))
 
     def fold_starts(self, star: Float[Array, "stars 3"], windings: tuple[Winding, ...]) -> Starts:
         """Guesses for images of stars next to critical curves, on both sides of each."""
@@ -201,11 +202,11 @@ class Sheets:
         last = len(self.folds)
         for polygon, fold, winding in zip(self.polygons[-last:], self.folds, windings[-last:], strict=True):
             order = polygon.curve.order
-            which, turn, depth, step = fold_guesses(fold, polygon.curve.points, star, winding)
+            which, edge_phase, depth, step = fold_guesses(fold, polygon.curve.points, star, winding)
             index = np.where(step < 0, order - 1, order)
             known = (index < len(self.sheets)) & (depth + step > 0)
-            looking = self.looking(turn[known], (depth + step)[known])
-            parts.append((which[known], index[known], self.sky(looking)))
+            line_of_sight = self.line_of_sight(edge_phase[known], (depth + step)[known])
+            parts.append((which[known], index[known], self.sky(line_of_sight)))
         return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
     def _around(
@@ -222,10 +223,10 @@ class Sheets:
 
 
 @lru_cache(maxsize=4)
-def _sheets_at_rest(camera: Camera, max_index: int, end: Spherical) -> Sheets:
+def _sheets_at_rest(camera: Viewer, max_index: int, end: Spherical) -> Sheets:
     """Find the critical curves, trace the grids."""
     if end == SKY:
-        rehearse(camera)
+        warm_up(camera)
     source = SourceMap(camera, end)
     check_index(source, max_index)
     curves = with_ring_at_infinity(source, critical_curves(camera, max_index + 1, end=end))
@@ -255,16 +256,16 @@ def _sheets_at_rest(camera: Camera, max_index: int, end: Spherical) -> Sheets:
     )
 
 
-def sheets_of(camera: Camera, max_index: int, end: Spherical = SKY) -> Sheets:
+def sheets_of(camera: Viewer, max_index: int, end: Spherical = SKY) -> Sheets:
     """The sheets of a camera, kept for the next star: they depend on its place alone."""
-    return _sheets_at_rest(searcher(camera), max_index, end)
+    return _sheets_at_rest(search_camera(camera), max_index, end)
 
 
 def _mapped(
-    source: SourceMap, turn: Float[Array, "*batch"], depth: Float[Array, "*batch"], tolerance: float = TOLERANCE
+    source: SourceMap, edge_phase: Float[Array, "*batch"], depth: Float[Array, "*batch"], tolerance: float = TOLERANCE
 ) -> HostVectors:
     """Directions n' of light from places on the lines of sky_lines.py."""
-    return source.directions(*source.looking(turn, depth), tolerance)
+    return source.directions(*source.line_of_sight(edge_phase, depth), tolerance)
 
 
 def _changes(windings: Sequence[Winding]) -> Int[Array, "stars sheets"]:
@@ -285,42 +286,42 @@ def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon])
 
 def _sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: Points) -> Sheet:
     """A sheet with a grid that is fine enough; edge: its inner one."""
-    turn = _thinned(edge, _STEP)
-    blank = Sheet(index, _STEP, *depths, turn, np.linspace(0, 1, _PROBE_POINTS), np.empty(0))
-    probes = _grid(mapped, blank, turn[:: max(1, len(turn) // _PROBES)], blank.part)
+    edge_phase = _thinned(edge, _STEP)
+    blank = Sheet(index, _STEP, *depths, edge_phase, np.linspace(0, 1, _PROBE_POINTS), np.empty(0))
+    probes = _grid(mapped, blank, edge_phase[:: max(1, len(edge_phase) // _PROBES)], blank.part)
     length = float(np.linalg.norm(np.diff(probes, axis=1), axis=-1).sum(axis=1).max())
-    step = _STEP * max(1.0, math.sqrt(len(turn) * length / _STEP / MOST_NODES))
+    step = _STEP * max(1.0, math.sqrt(len(edge_phase) * length / _STEP / MOST_NODES))
     if step > _COARSE:
         raise ValueError(
             f"Argument `max_index` must be less than {index} for this camera: a grid that follows the images of index "
-            f"{index} would take {len(turn) * length / _STEP:.1g} rays."
+            f"{index} would take {len(edge_phase) * length / _STEP:.1g} rays."
         )
-    turn = _thinned(edge, step)
+    edge_phase = _thinned(edge, step)
     part = np.linspace(0, 1, math.ceil(length / step) + 2)
-    turn = np.append(turn, turn[0] + 2 * np.pi)
-    return Sheet(index, step, *depths, turn, part, _grid(mapped, blank, turn, part))
+    edge_phase = np.append(edge_phase, edge_phase[0] + 2 * np.pi)
+    return Sheet(index, step, *depths, edge_phase, part, _grid(mapped, blank, edge_phase, part))
 
 
-def _grid(mapped: Mapped, sheet: Sheet, turn: Array, part: Array) -> Float[Array, "lines parts 3"]:
-    turn, part = np.meshgrid(turn, part, indexing="ij")
-    return mapped(turn, sheet.depth(turn, part))
+def _grid(mapped: Mapped, sheet: Sheet, edge_phase: Array, part: Array) -> Float[Array, "lines parts 3"]:
+    edge_phase, part = np.meshgrid(edge_phase, part, indexing="ij")
+    return mapped(edge_phase, sheet.depth(edge_phase, part))
 
 
 def _depth_of(points: Points) -> CubicSpline:
-    """Depth of a critical curve, as a periodic function of turn."""
-    turn, depth = (
-        np.append(values, values[0] + period) for values, period in ((points.turn, 2 * np.pi), (points.depth, 0))
+    """Depth of a critical curve, as a periodic function of edge phase."""
+    edge_phase, depth = (
+        np.append(values, values[0] + period) for values, period in ((points.edge_phase, 2 * np.pi), (points.depth, 0))
     )
-    return CubicSpline(turn, depth, bc_type="periodic")
+    return CubicSpline(edge_phase, depth, bc_type="periodic")
 
 
 def _thinned(points: Points, step: float) -> Float[Array, " lines"]:
-    """Parameters of points of a curve, no further apart than a step, in turn and on either sphere, if samples allow it.
+    """Edge phases of points of a curve, no further apart than a step in it and on either sphere, if samples allow.
 
     Far from the hole the whole curve is small on the sky.
     """
-    lengths = [np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (points.direction, points.looking)]
-    return points.turn[_spaced(np.maximum.reduce([*lengths, np.diff(points.turn)]), step)]
+    lengths = [np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (points.direction, points.line_of_sight)]
+    return points.edge_phase[_spaced(np.maximum.reduce([*lengths, np.diff(points.edge_phase)]), step)]
 
 
 def _spaced(steps: Float[Array, " steps"], longest: float) -> Int[Array, " nodes"]:
@@ -335,7 +336,7 @@ def _cells(sheets: Sequence[Sheet]) -> _Cells:
     strips = []
     for sheet in sheets:
         lengths = np.linalg.norm(np.diff(sheet.direction, axis=1), axis=-1)
-        for i in range(len(sheet.turn) - 1):
+        for i in range(len(sheet.edge_phase) - 1):
             last = len(sheet.part) - 1
             chosen = _spaced(lengths[i : i + 2].max(axis=0), sheet.step)
             # Finer next to the critical curves, where the map is no longer nearly linear.
@@ -346,7 +347,7 @@ def _cells(sheets: Sequence[Sheet]) -> _Cells:
             strips.append(
                 (
                     np.full(count, sheet.index),
-                    np.tile(sheet.turn[i : i + 2], (count, 1)),
+                    np.tile(sheet.edge_phase[i : i + 2], (count, 1)),
                     np.stack([sheet.part[chosen][:-1], sheet.part[chosen][1:]], axis=1),
                     corners,
                 )
@@ -354,10 +355,10 @@ def _cells(sheets: Sequence[Sheet]) -> _Cells:
     return _cells_of(*(np.concatenate(values) for values in zip(*strips, strict=True)))
 
 
-def _cells_of(sheet: Array, turn: Array, part: Array, corners: Array) -> _Cells:
+def _cells_of(sheet: Array, edge_phase: Array, part: Array, corners: Array) -> _Cells:
     inverse = _linear_inverse(corners)
     offset = np.einsum("nij,nj->ni", inverse, _centres(corners))
-    return _Cells(sheet, turn, part, corners, np.concatenate([inverse, -offset[..., None]], axis=2))
+    return _Cells(sheet, edge_phase, part, corners, np.concatenate([inverse, -offset[..., None]], axis=2))
 
 
 def _centres(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 3"]:
@@ -386,7 +387,7 @@ def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
 
 
 def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:
-    """Pseudo-inverses of the mean steps along turn and part."""
+    """Pseudo-inverses of the mean steps along edge phase and part."""
     along = (corners[:, 1] + corners[:, 3] - corners[:, 0] - corners[:, 2]) / 2
     across = (corners[:, 2] + corners[:, 3] - corners[:, 0] - corners[:, 1]) / 2
     normal = np.cross(along, across)

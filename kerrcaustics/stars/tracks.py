@@ -8,16 +8,15 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane, Sphere, Spherical
-from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import errors, seen
+from kerrcaustics.curves.lens_map import LensMap
 from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
-from kerrcaustics.spacetime.camera import Camera, check_camera, looking_from_sky, orbital_velocity
 from kerrcaustics.spacetime.checks import numbers, quoted
+from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.events import (
     PairEvent,
     PairEvents,
@@ -42,7 +41,6 @@ from kerrcaustics.stars.near_tracks import SeenNodes, branches_from, seen_from
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.plane_tracks import PlaneTracks, plane_tracks
 from kerrcaustics.stars.search import Candidates, found_of, search
-from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
 
@@ -104,7 +102,7 @@ class Track:
 class StarTracks:
     """All tracks of a star with a given theta' over one orbit of the camera."""
 
-    camera: Camera = quantity("", "", "the camera", json="", column="")
+    camera: Viewer = quantity("", "", "the camera", json="", column="")
     theta: float = quantity("", "rad", "theta' of the star", json="star_theta_deg", given=True)
     max_index: int = quantity("", "1", "highest Morse index that was asked for")
     angular_velocity: float = quantity(
@@ -163,7 +161,7 @@ class StarTracks:
         """
         if (time is None) == (azimuth is None):
             raise ValueError("Arguments `time` and `azimuth`: exactly one of them must be given.")
-        if azimuth is None and self.camera.is_distant:
+        if azimuth is None and not self.angular_velocity:
             raise ValueError("Argument `time` must be left out for an Observer, who does not orbit: give `azimuth`.")
         name, value = ("azimuth", azimuth) if time is None else ("time", time)
         moments = numbers(name, value)
@@ -213,7 +211,7 @@ class StarTracks:
 
     def _searched(self, phi: Float[Array, " moments"]) -> list[StarImages]:
         """The images of a star within the camera's radius: each by a search."""
-        end = spherical(self.camera, self.source_radius, distant=True)
+        end = spherical(self.camera, self.source_radius)
         stars = [(self.theta, angle) for angle in (phi % _TURN).tolist()]
         angles = np.array(stars)
         found = search_for(self.camera, from_angles(angles[:, 0], angles[:, 1]), angles, self.max_index, end)
@@ -245,12 +243,12 @@ class StarTracks:
 
 
 @overload
-def star_tracks(camera: Camera, theta: float, max_index: int = ..., *, end: EquatorialPlane) -> PlaneTracks: ...
+def star_tracks(camera: Viewer, theta: float, max_index: int = ..., *, end: EquatorialPlane) -> PlaneTracks: ...
 @overload
-def star_tracks(camera: Camera, theta: float, max_index: int = ..., *, end: float = ...) -> StarTracks: ...
+def star_tracks(camera: Viewer, theta: float, max_index: int = ..., *, end: float = ...) -> StarTracks: ...
 @usual_warnings
 def star_tracks(
-    camera: Camera, theta: float, max_index: int = 2, *, end: float | EquatorialPlane = math.inf
+    camera: Viewer, theta: float, max_index: int = 2, *, end: float | EquatorialPlane = math.inf
 ) -> StarTracks | PlaneTracks:
     """The tracks of all images of a star over one whole orbit of the camera.
 
@@ -290,13 +288,13 @@ def star_tracks(
     >>> len(tracks.tracks), len(tracks.events), tracks.certified
     (2, 0, True)
     """
-    check_camera(camera, distant=True)
+    check_viewer(camera)
     max_index = checked_index(max_index)
     if isinstance(end, EquatorialPlane):
         return plane_tracks(camera, theta, max_index, end)
-    angular_velocity = None if camera.is_distant else orbital_velocity(camera)
+    angular_velocity = camera.orbital_velocity()
     height = checked_theta(theta)
-    surface = spherical(camera, end, distant=True)
+    surface = spherical(camera, end)
     check_apart("theta", camera, np.array([[height, 0.0]]), surface)
     found, branches, at = _followed(camera, height, max_index, surface)
     events = pair_events_of(camera, found, height, angular_velocity)
@@ -307,7 +305,7 @@ def star_tracks(
         camera=camera,
         theta=height,
         max_index=max_index,
-        angular_velocity=angular_velocity or 0.0,
+        angular_velocity=angular_velocity,
         period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
         tracks=_tracks(branches, events, at) if at else (),
         events=PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks),
@@ -321,23 +319,20 @@ def star_tracks(
 
 
 def _followed(
-    camera: Camera, height: float, max_index: int, end: Spherical
+    camera: Viewer, height: float, max_index: int, end: Spherical
 ) -> tuple[Meetings, Branches, SeenNodes | None]:
     """Where a star meets caustics, its level curve, and how the camera sees that."""
     circle = Circle.about_spin_axis(height)
     if isinstance(end, Sphere) and is_within(camera, end):
         branches = branches_from(camera, height, max_index, end)
-        own = meetings(checked_sheets(camera, max_index, end, distant=True), circle)
+        own = meetings(checked_sheets(camera, max_index, end), circle)
         return own, branches, seen_from(camera, height, branches, own, end)
-    branches = Branches(checked_sheets(camera, max_index, end, distant=True), camera, circle)
+    branches = Branches(checked_sheets(camera, max_index, end), camera, circle)
     frame, nodes = branches.sheets.frame, branches.nodes
-
-    def traced(lens: Camera, sky: Array) -> Beams:
-        return trace_beams(lens, sky, "auto", TOLERANCE, end=branches.sheets.end)
-
-    light = seen(camera, nodes.sky, traced)
-    error = errors(camera, nodes.sky, errors_on_sky(branches, light, branches.meetings.error))
-    eastward = looking_from_sky(frame, nodes.sky)[:, 2] < 0
+    lens_map = LensMap(camera, end)
+    light = lens_map.seen(nodes.sky)
+    error = lens_map.errors(nodes.sky, errors_on_sky(branches, light, branches.meetings.error))
+    eastward = line_of_sight_from_sky(frame, nodes.sky)[:, 2] < 0
     return branches.meetings, branches, SeenNodes(light, error, eastward, nodes.event)
 
 

@@ -11,9 +11,9 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.curves.screens import as_seen
+from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import sky_from_fido
+from kerrcaustics.spacetime.frame import sky_from_fido
 
 from ..directions import near_outward_null, of_momentum, off_the_edge
 from ..stability.problems import edge_scale

@@ -69,7 +69,7 @@ def chosen(sheets: Sheets, count: int, rng: np.random.Generator) -> Array:
     gap = 10 ** rng.uniform(-6, -1, count)
     part = np.where(rng.uniform(size=count) < 0.75, rng.uniform(0.01, 0.99, count), 1 - gap)
     depth = np.choose(index, [sheet.depth(turn, part) for sheet in sheets.sheets])
-    return sheets.sky(sky_lines.looking(sheets.camera, turn, depth))
+    return sheets.sky(sky_lines.line_of_sight(sheets.camera, turn, depth))
 
 
 def star_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tuple[dict[str, int], list[str]]:

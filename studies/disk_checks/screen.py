@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.spacetime.camera import photon, redshift, sky_from_fido
+from kerrcaustics.spacetime.frame import photon_of, redshift, sky_from_fido
 
 Array = np.ndarray
 
@@ -41,12 +41,12 @@ def directions(camera: kc.Camera, alpha: Array, beta: Array) -> Array:
 
 def shift_to_infinity(camera: kc.Camera, sky: Array) -> Array:
     """nu_infinity / nu_camera (n,) of light from directions (n, 3), which an observer at infinity would see."""
-    return 1 / redshift(camera, sky)
+    return 1 / redshift(camera.frame(), sky)
 
 
 def momenta(camera: kc.Camera, sky: Array) -> tuple[Array, Array]:
     """b and q (n,) of light from directions (n, 3)."""
-    light = photon(camera.frame(), tuple(sky.T))
+    light = photon_of(camera.frame(), tuple(sky.T))
     return light.b, light.q
 
 

@@ -165,8 +165,8 @@ def lead_there(
         if theta is None
         else np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
     )
-    returning = images.returning if isinstance(images, kc.StarImages) else None
-    leaf = np.zeros(len(images), bool) if returning is None else returning
+    second_arrival = images.second_arrival if isinstance(images, kc.StarImages) else None
+    leaf = np.zeros(len(images), bool) if second_arrival is None else second_arrival
     for second in (False, True):
         these = np.flatnonzero(leaf == second)
         if len(these) == 0:

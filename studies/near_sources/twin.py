@@ -7,8 +7,9 @@ import numpy as np
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import EquatorialPlane, Sphere
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.screens import as_seen
-from kerrcaustics.spacetime.camera import Camera, sky_from_looking
+from kerrcaustics.curves.search_sky import as_seen
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import flattened, from_angles, moved
 
 TURNS, PARTS, CLOSEST = 360, 160, 3e-7
@@ -51,9 +52,9 @@ def grid(camera: Camera, inside: bool) -> np.ndarray:
     if inside:
         size = (math.pi - reach) / reach
         part = np.concatenate([-size * out[::-1], part], axis=1)
-    looking = sky_lines.beside_edge(camera, np.broadcast_to(turn[:, None], part.shape), part)
+    line_of_sight = sky_lines.beside_edge(camera, np.broadcast_to(turn[:, None], part.shape), part)
     rest = camera.at_rest().frame()
-    return as_seen(sky_from_looking(rest, looking), rest, camera.frame())
+    return as_seen(sky_from_line_of_sight(rest, line_of_sight), rest, camera.frame())
 
 
 def around(ends: np.ndarray, goal: np.ndarray, plane: bool) -> np.ndarray:

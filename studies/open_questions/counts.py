@@ -6,7 +6,7 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.spacetime.camera import fido_from_sky, sky_from_fido
+from kerrcaustics.spacetime.frame import fido_from_sky, sky_from_fido
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import Sheets
@@ -26,7 +26,7 @@ def line_between(sheets: Sheets, turn: float, index: int, points: int) -> tuple[
     """
     sheet = sheets.sheets[index]
     turns = np.full(points, turn)
-    sky = sheets.sky(sky_lines.looking(sheets.camera, turns, sheet.depth(turns, np.linspace(0, 1, points))))
+    sky = sheets.sky(sky_lines.line_of_sight(sheets.camera, turns, sheet.depth(turns, np.linspace(0, 1, points))))
     rays = kc.trace_rays(sheets.camera, sky, "auto", _TOLERANCE)
     return sky, rays.direction, rays.azimuth
 

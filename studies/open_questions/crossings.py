@@ -13,7 +13,7 @@ from kerrcaustics.beams.closed_form.radial_motion import radial_motion
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.camera import Frame, photon, sky_from_looking
+from kerrcaustics.spacetime.frame import Frame, photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.stars.search import Found
 from kerrcaustics.stars.sheets import Sheet, Sheets
@@ -51,7 +51,7 @@ def critical_crossings(camera: kc.Camera, orders: int) -> list[CriticalCrossings
     curves = []
     for curve in found:
         points = curve.points
-        sky = sky_from_looking(frame, points.looking)
+        sky = sky_from_line_of_sight(frame, points.line_of_sight)
         beams = kc.trace_beams(found.camera, sky, "auto", _TOLERANCE, redshift=False)
         in_plane = np.abs(beams.direction[:, 2]) <= _IN_PLANE * beams.error
         crossings = np.where(in_plane, -1, np.asarray(beams.crossings))
@@ -73,7 +73,7 @@ def polar_phase(camera: kc.Camera, sky: Array) -> Array:
 
 @partial(jax.jit, static_argnames="on_equator")
 def _phase(frame: Frame, sky: tuple, *, on_equator: bool) -> jax.Array:
-    light = photon(frame, sky)
+    light = photon_of(frame, sky)
     quartic = radial.factor(frame, light)
     return polar_swing(frame, light, on_equator=on_equator).rate * radial_motion(frame, light, quartic).time
 
@@ -113,7 +113,7 @@ def lives(sheets: Sheets, theta: float) -> list[Life]:
         for row, column in (line.T for line in find_contours(grid, np.cos(theta))):
             place = np.interp(row, np.arange(len(turn)), turn), np.interp(column, np.arange(len(part)), part)
             closed = bool(row[0] == row[-1] and column[0] == column[-1])
-            sky = sheets.sky(sky_lines.looking(sheets.camera, place[0], sheet.depth(*place)))
+            sky = sheets.sky(sky_lines.line_of_sight(sheets.camera, place[0], sheet.depth(*place)))
             beams = kc.trace_beams(sheets.camera, sky, "auto", _TOLERANCE, index=False, redshift=False)
             # Past the spin axis the unwrapped azimuth may jump by whole turns.
             azimuth = np.unwrap(beams.azimuth)
@@ -124,10 +124,10 @@ def lives(sheets: Sheets, theta: float) -> list[Life]:
 
 def _fine_grid(sheet: Sheet) -> tuple[Array, Array]:
     return tuple(np.interp(np.arange(0, len(v) - 1 + 0.5 / _FINER, 1 / _FINER), np.arange(len(v)), v)
-                 for v in (sheet.turn, sheet.part))  # fmt: skip
+                 for v in (sheet.edge_phase, sheet.part))  # fmt: skip
 
 
 def _cos_theta(sheets: Sheets, sheet: Sheet, turn: Array, part: Array) -> Array:
     turn, part = np.meshgrid(turn, part, indexing="ij")
-    sky = sheets.sky(sky_lines.looking(sheets.camera, turn, sheet.depth(turn, part)))
+    sky = sheets.sky(sky_lines.line_of_sight(sheets.camera, turn, sheet.depth(turn, part)))
     return kc.trace_rays(sheets.camera, sky, "auto", _TOLERANCE).direction[..., 2]

@@ -81,8 +81,8 @@ def random_points(sheets: Sheets, order: int, count: int, rng: np.random.Generat
     # From the first point of the middle turn to that of the next one.
     n = len(points)
     run = np.concatenate([[0], np.cumsum(length[n : 2 * n])])
-    turn = np.interp(rng.uniform(0, run[-1], count), run, around.turn[n : 2 * n + 1])
-    return between(sheets.curves.search(), {order: around}, {order: np.sort(turn)})[order]
+    edge_phase = np.interp(rng.uniform(0, run[-1], count), run, around.edge_phase[n : 2 * n + 1])
+    return between(sheets.curves.search(), {order: around}, {order: np.sort(edge_phase)})[order]
 
 
 def _pairs(sheets: Sheets, star: Array) -> Array:
@@ -93,7 +93,7 @@ def _pairs(sheets: Sheets, star: Array) -> Array:
 
 def _folds(sheets: Sheets, order: int, points: Points) -> tuple[Array, Array, Array]:
     """Null directions (n, 2) as changes of `_beside`, curvature (n,) of the folds, and normals (n, 3) to the inside."""
-    sky = sheets.sky(points.looking)
+    sky = sheets.sky(points.line_of_sight)
     jacobian = kc.trace_beams(
         sheets.camera, sky, "auto", _TOLERANCE, index=False, crossings=False, redshift=False
     ).jacobian
@@ -115,16 +115,16 @@ def _folds(sheets: Sheets, order: int, points: Points) -> tuple[Array, Array, Ar
 
 def _beside(sheets: Sheets, order: int, points: Points, change: Array) -> Array:
     """Directions N (n, 3) beside critical points, by a change (2,) or (n, 2) of turn, and of depth from the curve."""
-    turn = points.turn + change[..., 0]
+    edge_phase = points.edge_phase + change[..., 0]
     curve = sheets.sheets[order - 1].inner
-    depth = points.depth + curve(turn) - curve(points.turn) + change[..., 1]
-    return sheets.sky(sky_lines.looking(sheets.camera, turn, depth))
+    depth = points.depth + curve(edge_phase) - curve(points.edge_phase) + change[..., 1]
+    return sheets.sky(sky_lines.line_of_sight(sheets.camera, edge_phase, depth))
 
 
 def _images(sheets: Sheets, star: Array, order: int, points: Points, change: Array, parts: tuple) -> Array:
     """Distances (n, 2) from critical points of the images of index order - 1 and order next to them; NaN if none."""
     away = np.full((len(star), 2), np.nan)
-    critical = sheets.sky(points.looking)
+    critical = sheets.sky(points.line_of_sight)
     for part in parts:
         # The fold's null direction leads to the one sheet on one side, to the other sheet on the other side.
         inner = np.sign(change[:, 1:])

@@ -4,8 +4,8 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.screens import as_seen
-from kerrcaustics.spacetime.camera import fido_from_sky, sky_from_fido
+from kerrcaustics.curves.search_sky import as_seen
+from kerrcaustics.spacetime.frame import fido_from_sky, sky_from_fido
 from kerrcaustics.spacetime.sphere import angle_between
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
@@ -41,16 +41,16 @@ def critical_misses(sheets: Sheets, camera: kc.Camera, count: int, rng: np.rando
     for curve in sheets.curves:
         points = random_points(sheets, curve.order, count, rng)
         depth = [points.depth + start for start in _STARTS]
-        ratio = [_ratio(camera, sheets.camera, points.turn, d)[0] for d in depth]
+        ratio = [_ratio(camera, sheets.camera, points.edge_phase, d)[0] for d in depth]
         slope = (ratio[1] - ratio[0]) / (depth[1] - depth[0])
         for _ in range(_SECANTS):
             depth = [depth[1], depth[1] - np.clip(ratio[1] / slope, -0.02, 0.02)]
-            ratio = [ratio[1], _ratio(camera, sheets.camera, points.turn, depth[1])[0]]
+            ratio = [ratio[1], _ratio(camera, sheets.camera, points.edge_phase, depth[1])[0]]
             change = depth[1] - depth[0]
             # A difference over a very short step is round-off: the last slope serves.
             long = np.abs(change) > _SHORTEST
             slope = np.where(long, (ratio[1] - ratio[0]) / np.where(long, change, 1), slope)
-        beams = _ratio(camera, sheets.camera, points.turn, depth[1])[1]
+        beams = _ratio(camera, sheets.camera, points.edge_phase, depth[1])[1]
         misses.append(angle_between(beams.direction, points.direction))
         errors.append(beams.error + points.error)
     return np.concatenate(misses), np.concatenate(errors)
@@ -78,7 +78,7 @@ def image_misses(sheets: Sheets, camera: kc.Camera, stars: Array) -> tuple[Array
     return angle_between(back, found.sky[which]), error, len(found.sky) - len(which)
 
 
-def _ratio(camera: kc.Camera, resting: kc.Camera, turn: Array, depth: Array) -> tuple[Array, kc.Beams]:
-    sky = sky_from_fido(camera.frame(), -sky_lines.looking(resting, turn, depth))
+def _ratio(camera: kc.Camera, resting: kc.Camera, edge_phase: Array, depth: Array) -> tuple[Array, kc.Beams]:
+    sky = sky_from_fido(camera.frame(), -sky_lines.line_of_sight(resting, edge_phase, depth))
     beams = kc.trace_beams(camera, sky, "auto", _TOLERANCE, index=False, crossings=False, redshift=False)
     return beams.delta_minus / beams.delta_plus, beams

@@ -24,7 +24,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.report.records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import photon, sky_from_fido
+from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.photon_shell import exponents, polar_growth
 from kerrcaustics.spacetime.shadow import edge_photons
 
@@ -48,7 +48,7 @@ class Approach:
     """
 
     inclination: float
-    turn: np.ndarray
+    edge_phase: np.ndarray
     gamma: np.ndarray
     steps: np.ndarray
     errors: np.ndarray
@@ -58,19 +58,19 @@ def approach(inclination: float, orders: int, lines: int) -> Approach:
     """How the critical curves of one camera come closer to the shadow edge."""
     camera = kc.Camera(_SPIN, RADIUS, math.radians(inclination), velocity="fiducial")
     # Half of the edge; between its ends, where the orbit is an equatorial one and its limit must be taken.
-    turn = np.linspace(0, math.pi, lines + 2)[1:-1]
+    edge_phase = np.linspace(0, math.pi, lines + 2)[1:-1]
     search = Search(camera, "auto", 1e-12)
-    low, high, _ = search.brackets(turn, orders)
+    low, high, _ = search.brackets(edge_phase, orders)
     depth = np.full((orders, lines), np.nan)
     for i in range(orders):
-        points, found = search.refined(turn, np.full(lines, i + 1), low[i], high[i])
+        points, found = search.refined(edge_phase, np.full(lines, i + 1), low[i], high[i])
         depth[i, found] = points.depth
     # A direction is known to 1e-16 rad; long arithmetic at the ends says that this is 2 to 100 times too large.
     error = 1e-15 * np.exp(depth) + 1e-14
     frame = camera.frame()
-    b = photon(frame, tuple(np.moveaxis(sky_from_fido(frame, edge_photons(camera, turn)), -1, 0))).b
+    b = photon_of(frame, tuple(np.moveaxis(sky_from_fido(frame, edge_photons(camera, edge_phase)), -1, 0))).b
     gamma = exponents(_SPIN, b).gamma
-    return Approach(inclination, turn, gamma, np.diff(depth, axis=0), error[1:] + error[:-1])
+    return Approach(inclination, edge_phase, gamma, np.diff(depth, axis=0), error[1:] + error[:-1])
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ def growth(spin: float, known: kc.CausticSet, both: list[Ends]) -> Growth:
 
 def approach_panel(ax: Axes, found: Approach) -> None:
     """Steps toward the shadow edge along it, and gamma."""
-    degrees = np.degrees(found.turn)
+    degrees = np.degrees(found.edge_phase)
     for i, steps in enumerate(found.steps):
         ax.plot(degrees, steps, label=f"{i + 1} to {i + 2}", **style.order_line(i + 2))
     ax.plot(degrees, found.gamma, color="black", linewidth=2.2, alpha=0.35, label="γ", zorder=0)
@@ -253,7 +253,7 @@ def findings(curves: list[Approach], both: list[Ends], sizes: list[Growth]) -> l
         found.append(
             f"At a = {_SPIN:g}, from {one.inclination:g} degrees, the critical curve of order {len(one.steps) + 1} is "
             f"gamma e-foldings closer than the one before, within {np.median(away):.2g} for "
-            f"half of the shadow edge, {away.max():.2g} for all of it ({away.size} of {one.turn.size} places)."
+            f"half of the shadow edge, {away.max():.2g} for all of it ({away.size} of {one.edge_phase.size} places)."
         )
     for size in sizes:
         grown = (size.circuits[-1] - size.circuits[-2]) / size.circuits_limit

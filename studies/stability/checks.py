@@ -75,7 +75,7 @@ def columns_in_space(beams: kc.Beams) -> np.ndarray:
 
 def null_norm(problem: Problem, sky: np.ndarray) -> float:
     """Largest norm of the package's photon at the camera, relative to its terms: 0 in exact arithmetic."""
-    light = package.photon(problem.camera.frame(), tuple(sky.T))
+    light = package.photon_of(problem.camera.frame(), tuple(sky.T))
     worst = mpf(0)
     with mp.workdps(DIGITS):
         at, a, r = metric(place_of(problem.camera)), mpf(problem.camera.spin), mpf(problem.camera.radius)
@@ -117,7 +117,7 @@ def reciprocity(problem: Problem, sky: np.ndarray, engine: str) -> float:
     far = camera.radius * 3 if camera.radius <= 1e6 else camera.radius / 3
     there = kc.trace_beams(camera, sky, engine, end=far)
     # Rays that turn back in radius on the way would pass the camera's radius elsewhere first.
-    straight = (package.photon(camera.frame(), tuple(sky.T)).rate[0] < 0) == (far > camera.radius)
+    straight = (package.photon_of(camera.frame(), tuple(sky.T)).rate[0] < 0) == (far > camera.radius)
     usable = np.flatnonzero(straight & there.escaped & (there.error < 1e-8))
     worst = 0.0
     for i in usable[:: max(len(usable) // 4, 1)][:4]:

@@ -8,7 +8,7 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import sky_from_fido
+from kerrcaustics.spacetime.frame import sky_from_fido
 
 from ..directions import fido_uniform, near_outward_null, of_momentum, off_the_edge
 

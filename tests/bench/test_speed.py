@@ -10,7 +10,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.curves.critical_curves import forget
-from kerrcaustics.spacetime.camera import photon
+from kerrcaustics.spacetime.frame import photon_of
 
 BEAMS = 50_000
 
@@ -50,7 +50,7 @@ def accurate(beams):
 
 
 ENGINES = ("closed-form", "integrated", "auto")
-BENT = SKY[np.asarray(photon(CAMERA.frame(), tuple(SKY.T)).k) >= LEAST_K]
+BENT = SKY[np.asarray(photon_of(CAMERA.frame(), tuple(SKY.T)).k) >= LEAST_K]
 
 
 def test_closed_form_rays(benchmark):
@@ -66,7 +66,7 @@ def test_closed_form_beams(benchmark):
 
 def test_closed_form_beams_off_the_equator(benchmark):
     camera = kc.Camera(0.999, 6.03, 1.2)
-    bent = SKY[np.asarray(photon(camera.frame(), tuple(SKY.T)).k) >= LEAST_K]
+    bent = SKY[np.asarray(photon_of(camera.frame(), tuple(SKY.T)).k) >= LEAST_K]
     timed(benchmark, lambda: kc.trace_beams(camera, bent, "closed-form"), len(bent), accurate)
 
 

@@ -25,7 +25,7 @@ from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
 from kerrcaustics.beams.ends import Aim
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame, Photon
 
 # Steps from Weierstrass' function to round-off, and the distance in time, relative to that from the outer roots and to
 # the Mino time of an oscillation, that they may leave to the last one.
@@ -39,39 +39,41 @@ _SHORTEST = 1e-3
 _Point = tuple[Reals, Reals]
 
 
-def to_sphere(frame: Frame, light: Photon, quartic: radial.Quartic, radius: Reals, aim: Aim, *, clock: bool) -> Travel:
+def to_sphere(
+    frame: Frame, photon: Photon, quartic: radial.Quartic, radius: Reals, aim: Aim, *, with_time: bool
+) -> Travel:
     """The motion to the first arrival at a radius."""
-    roots, start = start_of(frame, light, quartic)
-    u = 1 / radius + 0 * light.b
+    roots, start = start_of(frame, photon, quartic)
+    u = 1 / radius + 0 * photon.b
     square = radial.outer_square(roots.quartic(), (start.r, start.outer), radius)
-    known = aim.lost | (square > radial.arrival_doubt(frame, light, quartic, radius))
+    known = aim.lost | (square > radial.arrival_doubt(frame, photon, quartic, radius))
     square = square * u * u
     y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(known & (square > 0), square, 1.0))
     # The radius itself, not 1 / u, so that its difference from the camera's is exact.
     end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - 1 - radial.horizon_lift(frame.spin))
-    way = _counted(frame, radial_leg.integrals(frame.spin, roots, start, end, clock=clock))
+    way = _counted(frame, radial_leg.integrals(frame.spin, roots, start, end, with_time=with_time))
     there = travel(frame.spin, way, aim.captured)
-    psi_rate, _ = _rates_at(frame.spin, light.b, u)
+    psi_rate, _ = _rates_at(frame.spin, photon.b, u)
     return there._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=known)
 
 
-def after(frame: Frame, light: Photon, quartic: radial.Quartic, time: Reals, aim: Aim, *, clock: bool) -> Travel:
+def after(frame: Frame, photon: Photon, quartic: radial.Quartic, time: Reals, aim: Aim, *, with_time: bool) -> Travel:
     """The motion over a given Mino time."""
     spin = frame.spin
-    roots, start = start_of(frame, light, quartic)
-    coefficients = radial.potential_coefficients(spin, light)
-    near, certified = _found(spin, *jax.lax.stop_gradient((light, coefficients, roots, start, time)))
+    roots, start = start_of(frame, photon, quartic)
+    coefficients = radial.potential_coefficients(spin, photon)
+    near, certified = _found(spin, *jax.lax.stop_gradient((photon, coefficients, roots, start, time)))
     near_u, y = point = _on_curve(roots, near)
-    whole = _counted(frame, radial_leg.integrals(spin, roots, start, _place(spin, roots, point), clock=clock))
+    whole = _counted(frame, radial_leg.integrals(spin, roots, start, _place(spin, roots, point), with_time=with_time))
     late = time - whole.time
     slope = -y * _x(roots, near_u)
     u = near_u + jax.lax.stop_gradient(slope) * late
     there = travel(spin, whole, aim.captured)
-    psi_rate, clock_rate = _rates_at(spin, light.b, u)
+    psi_rate, clock_rate = _rates_at(spin, photon.b, u)
     hidden = jax.lax.stop_gradient((psi_rate, clock_rate))
     slow = None if there.clock is None else there.clock + hidden[1] * late
-    arc, clearance = time * jnp.sqrt(light.k + 3), jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
-    certified = certified & (jnp.abs(late) * jnp.sqrt(light.k + 3) < _LATE * clearance) & (arc > _SHORTEST)
+    arc, clearance = time * jnp.sqrt(photon.k + 3), jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
+    certified = certified & (jnp.abs(late) * jnp.sqrt(photon.k + 3) < _LATE * clearance) & (arc > _SHORTEST)
     return Travel(
         time=time,
         psi=there.psi + hidden[0] * late,
@@ -90,20 +92,20 @@ def _counted(frame: Frame, way: RadialIntegrals) -> RadialIntegrals:
     return way if way.growing is None else way._replace(growing=way.growing + frame.start)
 
 
-def growth(frame: Frame, light: Photon, time: Reals) -> Reals:
+def growth(frame: Frame, photon: Photon, time: Reals) -> Reals:
     """How much a change of the rate of u at the camera, by that of an arc of unit slope, changes u at the end."""
-    coefficients = radial.potential_coefficients(frame.spin, light)
-    u, w = light.position[0], light.rate[0]
+    coefficients = radial.potential_coefficients(frame.spin, photon)
+    u, w = photon.position[0], photon.rate[0]
 
     def varied(rate: Reals) -> Reals:
         return inverse_radius(coefficients, (u, rate), time)[0]
 
-    return jnp.abs(jax.jvp(varied, (w,), (jnp.sqrt(jnp.maximum(light.k, 0) + 3),))[1])
+    return jnp.abs(jax.jvp(varied, (w,), (jnp.sqrt(jnp.maximum(photon.k, 0) + 3),))[1])
 
 
 def _found(
     spin: Reals,
-    light: Photon,
+    photon: Photon,
     coefficients: tuple[Reals, Reals, Reals],
     roots: RadialRoots,
     start: RadialPlace,
@@ -111,9 +113,9 @@ def _found(
 ) -> tuple[_Point, Flags]:
     """The place after a Mino time, but for round-off; whether it lies between horizon and infinity."""
     a2, a1, a0 = coefficients
-    u, w = inverse_radius(coefficients, (light.position[0], light.rate[0]), time)
+    u, w = inverse_radius(coefficients, (photon.position[0], photon.rate[0]), time)
     inside = (u > 0) & (u * radial.horizon(spin) < 1)
-    u = jnp.where(inside, u, light.position[0])
+    u = jnp.where(inside, u, photon.position[0])
     # The rate is less certain than u: the first time the curve may be some way off.
     point = _on_curve(roots, (u, -w / _x(roots, u)))
     for _ in range(_REFINEMENTS):
@@ -126,7 +128,7 @@ def _found(
         moved = u + late * (late / 2 * pull - x * y)
         turned = y + late * (x * slope - late / 2 * y * (x_slope * slope + x * x * bend))
         inside = inside & (moved > 0) & (moved * radial.horizon(spin) < 1)
-        point = (jnp.where(inside, moved, light.position[0]), turned)
+        point = (jnp.where(inside, moved, photon.position[0]), turned)
     return point, inside
 
 

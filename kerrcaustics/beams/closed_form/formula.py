@@ -41,7 +41,7 @@ from kerrcaustics.beams.geometry import dot, length
 from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon, photon
+from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
 # The parameter of the polar elliptic functions is then at most 1/3, and there are no vortical rays. Escaping rays of
@@ -62,7 +62,7 @@ class _Known(NamedTuple):
     the Jacobian, of its size and absolute; sense, the sign that det J has where no conjugate point was passed.
     """
 
-    light: Photon
+    photon: Photon
     quartic: radial.Quartic | None
     azimuth: Reals
     polar: Polar
@@ -90,7 +90,7 @@ def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator
 
     def ray(x: Reals, y: Reals, z: Reals) -> Ray:
         if short and isinstance(end, Spherical):
-            return _short_ray(frame, (x, y, z), end, clock=wanted.time)
+            return _short_ray(frame, (x, y, z), end, with_time=wanted.time)
         return _ray(frame, (x, y, z), end, wanted, on_equator=on_equator)
 
     if not wanted.beams:
@@ -103,7 +103,7 @@ def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator
         (direction, radius), known = ray(*sky)
         assert known.quartic is not None
         way = variation.Way(known.quartic, known.travel, known.polar, direction, radius)
-        angles, in_radius = variation.columns(frame, sky, known.light, way, end, on_equator=on_equator)
+        angles, in_radius = variation.columns(frame, sky, known.photon, way, end, on_equator=on_equator)
     jacobian = end.jacobian(angles, radius, in_radius)
     spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
     found = _ray_end(frame, end, direction, radius, known, spread + end.motion(known.at), wanted)
@@ -125,7 +125,7 @@ def _ray_end(
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
     unlimited = known.noise + rounded
     error = jnp.minimum(unlimited, math.pi) + hidden
-    rate, turn = known.light.rate, known.polar.azimuth
+    rate, turn = known.photon.rate, known.polar.azimuth
     certified = known.certified & (known.lost | jnp.isfinite(error))
     time, late = None, (None, None)
     if known.travel.clock is not None and known.polar.clock is not None:
@@ -141,7 +141,7 @@ def _ray_end(
     return RayEnd(
         direction=stacked(direction, hidden),
         azimuth=known.azimuth + hidden,
-        azimuth_error=certainty.azimuth_error(frame, known.light, direction, unlimited, turn, rate) + hidden,
+        azimuth_error=certainty.azimuth_error(frame, known.photon, direction, unlimited, turn, rate) + hidden,
         status=status_of(known.lost, known.travel.captured),
         status_certain=known.certain,
         error=error,
@@ -184,25 +184,25 @@ def _morse_index(phase: Reals, determinant: Reals) -> Reals:
 
 
 def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator: bool) -> Ray:
-    light = photon(frame, sky)
-    quartic = radial.factor(frame, light)
-    swing = polar_swing(frame, light, on_equator=on_equator)
-    travel, aim = _travelled(frame, light, quartic, swing, end, clock=wanted.time)
-    options = {"on_equator": on_equator, "clock": wanted.time, "varied": wanted.beams}
-    polar = polar_motion(frame, light, swing, travel.time, **options)
+    photon = photon_of(frame, sky)
+    quartic = radial.factor(frame, photon)
+    swing = polar_swing(frame, photon, on_equator=on_equator)
+    travel, aim = _travelled(frame, photon, quartic, swing, end, with_time=wanted.time)
+    options = {"on_equator": on_equator, "with_time": wanted.time, "varied": wanted.beams}
+    polar = polar_motion(frame, photon, swing, travel.time, **options)
     direction, azimuth = _turned(travel, polar)
     direction = end.direction(direction)
-    at = _arriving(light, travel)
+    at = _arriving(photon, travel)
     if aim is None:
-        lost, certain = travel.captured, radial.capture_is_certain(frame, light, quartic)
-        noise = round_off.at_infinity(frame, light, quartic, polar.phase)
-        spread = round_off.spread_alone(frame, sky, light, quartic)
+        lost, certain = travel.captured, radial.capture_is_certain(frame, photon, quartic)
+        noise = round_off.at_infinity(frame, photon, quartic, polar.phase)
+        spread = round_off.spread_alone(frame, sky, photon, quartic)
     else:
         lost, certain = aim.lost, aim.certain
-        noise, spread = round_off.at_finite_end(frame, sky, light, quartic, end, travel, aim, at, polar.phase)
-    holds = (light.k >= LEAST_K) & jnp.isfinite(length(direction))
+        noise, spread = round_off.at_finite_end(frame, sky, photon, quartic, end, travel, aim, at, polar.phase)
+    holds = (photon.k >= LEAST_K) & jnp.isfinite(length(direction))
     known = _Known(
-        light=light,
+        photon=photon,
         quartic=quartic,
         azimuth=azimuth,
         polar=polar,
@@ -213,48 +213,48 @@ def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator:
         certified=travel.holds & (lost | holds),
         spread=spread,
         noise=noise,
-        jacobian_noise=round_off.of_jacobian(frame, sky, light, quartic, noise, travel.clearance),
-        sense=end.orientation(light, travel.rate),
+        jacobian_noise=round_off.of_jacobian(frame, sky, photon, quartic, noise, travel.clearance),
+        sense=end.orientation(photon, travel.rate),
     )
     return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
 
 
 def _travelled(
-    frame: Frame, light: Photon, quartic: radial.Quartic, swing: Swing, end: End, *, clock: bool
+    frame: Frame, photon: Photon, quartic: radial.Quartic, swing: Swing, end: End, *, with_time: bool
 ) -> tuple[Travel, Aim | None]:
     """The radial motion to the end; to infinity it tells itself which rays are captured."""
     if isinstance(end, CelestialSphere):
-        return radial_motion(frame, light, quartic, clock=clock), None
-    aim = end.aim(frame, *jax.lax.stop_gradient((light, quartic)))
+        return radial_motion(frame, photon, quartic, with_time=with_time), None
+    aim = end.aim(frame, *jax.lax.stop_gradient((photon, quartic)))
     if isinstance(end, Sphere):
-        return finite_end.to_sphere(frame, light, quartic, end.radius, aim, clock=clock), aim
+        return finite_end.to_sphere(frame, photon, quartic, end.radius, aim, with_time=with_time), aim
     if isinstance(end, EquatorialPlane):
         # Some time that every ray lasts, where there is none.
-        brief = 0.01 / (frame.radius * jnp.sqrt(light.k + 3))
+        brief = 0.01 / (frame.radius * jnp.sqrt(photon.k + 3))
         time = jnp.where(aim.lost, brief, time_to_plane(frame, swing, end.crossing))
-        return finite_end.after(frame, light, quartic, time, aim, clock=clock), aim
+        return finite_end.after(frame, photon, quartic, time, aim, with_time=with_time), aim
     raise NotImplementedError(f"There is no closed form of the way to {end!r}.")
 
 
-def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) -> Ray:
+def _short_ray(frame: Frame, sky: Components, end: Spherical, *, with_time: bool) -> Ray:
     """As `_ray`, for rays of small k."""
-    light = photon(frame, sky)
-    travel = small_k.radial_motion(frame, light, end, clock=clock)
-    polar = small_k.polar_motion(frame, light, travel.time, clock=clock)
+    photon = photon_of(frame, sky)
+    travel = small_k.radial_motion(frame, photon, end, with_time=with_time)
+    polar = small_k.polar_motion(frame, photon, travel.time, with_time=with_time)
     direction, azimuth = _turned(travel, polar)
     noise = round_off.of_small_k(frame, end, travel.psi)
     known = _Known(
-        light=light,
+        photon=photon,
         quartic=None,
         azimuth=azimuth,
         polar=polar,
         travel=travel,
-        at=_arriving(light, travel),
+        at=_arriving(photon, travel),
         lost=travel.captured,
         # Short rays are far from the shadow edge.
         certain=jnp.ones_like(travel.captured),
-        certified=(light.rate[0] < 0) & (light.k < small_k.MOST_K) & jnp.isfinite(length(direction)),
-        spread=round_off.spread_of_small_k(frame, sky, light, travel.time),
+        certified=(photon.rate[0] < 0) & (photon.k < small_k.MOST_K) & jnp.isfinite(length(direction)),
+        spread=round_off.spread_of_small_k(frame, sky, photon, travel.time),
         noise=noise,
         jacobian_noise=(9 * noise, 0.0 * noise),
         sense=1.0,
@@ -262,8 +262,8 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, clock: bool) ->
     return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
 
 
-def _arriving(light: Photon, travel: Travel) -> Arriving:
-    speed = jnp.sqrt(jnp.maximum(light.k, 0) + 3)
+def _arriving(photon: Photon, travel: Travel) -> Arriving:
+    speed = jnp.sqrt(jnp.maximum(photon.k, 0) + 3)
     return Arriving(jnp.abs(travel.u), jnp.abs(travel.rate), jnp.abs(travel.psi_rate), speed)
 
 

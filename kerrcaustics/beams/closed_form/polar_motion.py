@@ -19,7 +19,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic
 from kerrcaustics.spacetime.arrays import Components, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame, Photon
 
 # Powers of e^(2 i z) in F.
 _POWERS = (0, 1, -1, 2, -2, 3, -3)
@@ -94,9 +94,9 @@ class _Thetas(NamedTuple):
     sd_slope: Reals
 
 
-def polar_swing(frame: Frame, light: Photon, *, on_equator: bool) -> Swing:
+def polar_swing(frame: Frame, photon: Photon, *, on_equator: bool) -> Swing:
     """The polar oscillation of a ray."""
-    return _swing(frame, light, _sense(light) * light.b, on_equator=on_equator)
+    return _swing(frame, photon, _sense(photon) * photon.b, on_equator=on_equator)
 
 
 def time_to_plane(frame: Frame, swing: Swing, crossing: Reals) -> Reals:
@@ -107,34 +107,34 @@ def time_to_plane(frame: Frame, swing: Swing, crossing: Reals) -> Reals:
 
 def polar_motion(
     frame: Frame,
-    light: Photon,
+    photon: Photon,
     swing: Swing,
     time: Reals,
     *,
     on_equator: bool,
-    clock: bool = False,
+    with_time: bool = False,
     varied: bool = False,
 ) -> Polar:
     """The polar motion over a Mino time, from the camera; with the clock, and what varying it needs, if asked for.
 
     Errors: about 1e-16 times the phase.
     """
-    sense = _sense(light)
+    sense = _sense(photon)
     phase, first = swing.rate * time, swing.first
     end = _at(swing, first + phase)
     moving = _moving(swing, end)
     azimuth = jnp.arctan2(end.f_imag, end.f_real)
     if not on_equator:
-        c, s, offset = _offset(frame, light, swing, _at(swing, first), sense)
+        c, s, offset = _offset(frame, photon, swing, _at(swing, first), sense)
         moving = [(c * x + s * y, c * y - s * x) for x, y in moving]
         azimuth = azimuth - offset
     turn = sense * swing.drift * phase
     crossings = _half_turns(first + phase, end.sd) - _half_turns(first, frame.cos_theta)
     # A ray that stays in the plane does not cross it.
-    crossings = jnp.where(light.q == 0, 0.0, crossings)
+    crossings = jnp.where(photon.q == 0, 0.0, crossings)
     # On the equator it carries the sign of p_theta: smooth where the ray stays in the plane.
-    lift = light.rate[3] if on_equator else jnp.sqrt(light.q)
-    slow = _slow(swing, end, phase, on_equator=on_equator) if clock or varied else 0.0
+    lift = photon.rate[3] if on_equator else jnp.sqrt(photon.q)
+    slow = _slow(swing, end, phase, on_equator=on_equator) if with_time or varied else 0.0
     (x, y), (x_rate, y_rate) = moving
     return Polar(
         x=x,
@@ -145,7 +145,7 @@ def polar_motion(
         phase=phase,
         crossings=crossings,
         leaving=end.sd * end.sd_slope,
-        clock=swing.modulus.part * slow if clock else None,
+        clock=swing.modulus.part * slow if with_time else None,
         rates=_rates(swing, end, (x_rate, sense * y_rate), lift, slow) if varied else None,
     )
 
@@ -158,8 +158,8 @@ def _rates(swing: Swing, end: _Thetas, across: tuple[Reals, Reals], lift: Reals,
     return PolarRates((*across, z_rate), lift, end.sd / swing.frequency, slow, square**2)
 
 
-def _sense(light: Photon) -> Reals:
-    return jnp.where(light.b < 0, -1.0, 1.0)
+def _sense(photon: Photon) -> Reals:
+    return jnp.where(photon.b < 0, -1.0, 1.0)
 
 
 def _slow(swing: Swing, end: _Thetas, phase: Reals, *, on_equator: bool) -> Reals:
@@ -182,18 +182,18 @@ def _half_turns(z: Reals, side: Reals) -> Reals:
     return jnp.where(wrong & (side != 0), nearest, turns)
 
 
-def _swing(frame: Frame, light: Photon, b: Reals, *, on_equator: bool) -> Swing:
+def _swing(frame: Frame, photon: Photon, b: Reals, *, on_equator: bool) -> Swing:
     """The oscillation for b >= 0."""
     a = frame.spin
-    c = light.k - a * a
-    root = jnp.sqrt(c * c + 4 * a * a * light.q)
+    c = photon.k - a * a
+    root = jnp.sqrt(c * c + 4 * a * a * photon.q)
     half = (c + root) / 2
     frequency = jnp.sqrt(root)
     # The square of the largest height of m is the modulus' part: all that vanishes with it is kept as a multiple.
-    modulus = elliptic.Modulus(a * a / root, light.q / half, half / root)
+    modulus = elliptic.Modulus(a * a / root, photon.q / half, half / root)
     nome_slope = elliptic.nome_slope(modulus)
     nome = nome_slope * modulus.part
-    amplitude = None if on_equator else _amplitude(frame, light, modulus, frequency)
+    amplitude = None if on_equator else _amplitude(frame, photon, modulus, frequency)
     decay_slope, delay = elliptic.landen(modulus, b / jnp.sqrt(half + a * a), amplitude)
     rate = frequency / elliptic.theta3(nome) ** 2
     decay, growth = decay_slope * modulus.part, nome_slope / decay_slope
@@ -214,10 +214,10 @@ def _swing(frame: Frame, light: Photon, b: Reals, *, on_equator: bool) -> Swing:
     return Swing(modulus, frequency, rate, nome, nome_slope, terms, drift, elliptic.theta3(nome) / total, first)
 
 
-def _amplitude(frame: Frame, light: Photon, modulus: elliptic.Modulus, frequency: Reals) -> tuple[Reals, Reals]:
+def _amplitude(frame: Frame, photon: Photon, modulus: elliptic.Modulus, frequency: Reals) -> tuple[Reals, Reals]:
     """Sine and cosine of the amplitude at the camera: m_z = sqrt(part) cn, m_z' = -sqrt(part) frequency sn dn."""
     dn = jnp.sqrt(modulus.complement + modulus.slope * frame.cos_theta**2)
-    sine, cosine = -light.rate[3] / (frequency * dn), frame.cos_theta
+    sine, cosine = -photon.rate[3] / (frequency * dn), frame.cos_theta
     # Hypot would have no derivative for a camera in the plane whose ray stays there; that camera is not here.
     size = jnp.sqrt(sine**2 + cosine**2)
     return sine / size, cosine / size
@@ -257,7 +257,7 @@ def _moving(swing: Swing, at: _Thetas) -> tuple[tuple[Reals, Reals], tuple[Reals
     return (x, y), (x_rate, y_rate)
 
 
-def _offset(frame: Frame, light: Photon, swing: Swing, start: _Thetas, sense: Reals) -> tuple[Reals, Reals, Reals]:
+def _offset(frame: Frame, photon: Photon, swing: Swing, start: _Thetas, sense: Reals) -> tuple[Reals, Reals, Reals]:
     """The phase of the formula at the camera, where m lies at azimuth 0: its cosine and sine, and itself, unwrapped.
 
     Position and rate of m are compared together, since one of them may vanish: a camera close to the axis has no
@@ -265,7 +265,7 @@ def _offset(frame: Frame, light: Photon, swing: Swing, start: _Thetas, sense: Re
     """
     (x, y), (x_rate, y_rate) = _moving(swing, start)
     weight = 1 / swing.frequency**2
-    u, v = weight * light.rate[1], weight * sense * light.rate[2]
+    u, v = weight * photon.rate[1], weight * sense * photon.rate[2]
     along = frame.sin_theta * x + u * x_rate + v * y_rate
     across = frame.sin_theta * y + u * y_rate - v * x_rate
     size = jnp.sqrt(along**2 + across**2)

@@ -20,7 +20,9 @@ def mino_time(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> Reals
     return 2 * scale * elliptic.carlson(triple).first
 
 
-def integrals(spin: Reals, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, clock: bool) -> RadialIntegrals:
+def integrals(
+    spin: Reals, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, with_time: bool
+) -> RadialIntegrals:
     """Mino time, I(r_+), I(r_-), and if asked for the integral of r^2 + 2 r, from one place to another.
 
     The last is without r + 2 ln r of the first place, as on the way to infinity.
@@ -41,15 +43,15 @@ def integrals(spin: Reals, roots: RadialRoots, start: RadialPlace, end: RadialPl
         logs.append(elliptic.log_ratio(s, scale * rate, product))
         poles.append(elliptic.Pole(p, (following - low) * below * rate / from_low * scale**3))
         rates.append(rate)
-    if clock:
+    if with_time:
         near, width = (following - roots.h) ** 2 - roots.d, following - low
         poles.append(elliptic.Pole(triple.root**2 - near * scale**2, width * near * scale**3))
-    found = elliptic.carlson(triple, poles, second=clock)
+    found = elliptic.carlson(triple, poles, second=with_time)
     time = 2 * scale * found.first
     plus, minus = (
         log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
     )
-    growing = _growing(roots, start, end, triple, scale, poles[-1].p, found) if clock else None
+    growing = _growing(roots, start, end, triple, scale, poles[-1].p, found) if with_time else None
     return RadialIntegrals(time, plus, minus, growing)
 
 

@@ -25,7 +25,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame, Photon
 
 
 class Travel(NamedTuple):
@@ -91,13 +91,13 @@ class RadialIntegrals(NamedTuple):
     growing: Reals | None
 
 
-def radial_motion(frame: Frame, light: Photon, quartic: radial.Quartic, *, clock: bool = False) -> Travel:
+def radial_motion(frame: Frame, photon: Photon, quartic: radial.Quartic, *, with_time: bool = False) -> Travel:
     """The radial motion of rays from the camera to infinity; with the clock if asked for."""
-    roots, start = start_of(frame, light, quartic)
-    way = _to_infinity(frame.spin, roots, start, clock=clock)
+    roots, start = start_of(frame, photon, quartic)
+    way = _to_infinity(frame.spin, roots, start, with_time=with_time)
     if way.growing is not None:
         way = way._replace(growing=way.growing + frame.start)
-    return travel(frame.spin, way, radial.is_captured(frame, light, quartic))
+    return travel(frame.spin, way, radial.is_captured(frame, photon, quartic))
 
 
 def travel(spin: Reals, way: RadialIntegrals, captured: Flags) -> Travel:
@@ -117,20 +117,20 @@ def horizons(spin: Reals) -> tuple[Reals, Reals]:
     return outer, spin**2 / outer
 
 
-def start_of(frame: Frame, light: Photon, quartic: radial.Quartic) -> tuple[RadialRoots, RadialPlace]:
+def start_of(frame: Frame, photon: Photon, quartic: radial.Quartic) -> tuple[RadialRoots, RadialPlace]:
     """The roots of R, and the place of the camera."""
-    (r, outer), h, d = radial.outer_start(frame, light, quartic), quartic.h, quartic.d
-    excess = frame.spin**2 * light.q / (h * h - d)
+    (r, outer), h, d = radial.outer_start(frame, photon, quartic), quartic.h, quartic.d
+    excess = frame.spin**2 * photon.q / (h * h - d)
     width = jnp.sqrt(h * h + excess)
     low, following = -h - width, excess / (h + width)
     inner = jnp.sqrt((r - low) * (r - following))
     # Exact next to the horizon, where the rounding of its radius would not be.
     height = (frame.root_sigma_delta / frame.root_sigma) ** 2 / (r - 1 + radial.horizon_lift(frame.spin))
-    roots = RadialRoots(h, d, low, following, quartic.lift, radial.corotation(frame, light))
+    roots = RadialRoots(h, d, low, following, quartic.lift, radial.corotation(frame, photon))
     return roots, RadialPlace(r, height, inner, outer)
 
 
-def _to_infinity(spin: Reals, roots: RadialRoots, place: RadialPlace, *, clock: bool) -> RadialIntegrals:
+def _to_infinity(spin: Reals, roots: RadialRoots, place: RadialPlace, *, with_time: bool) -> RadialIntegrals:
     """The integrals from a place to infinity, through the turning point where r' < 0."""
     h, d, low, following, lift, _ = roots
     r, height, inner, outer = place
@@ -155,14 +155,14 @@ def _to_infinity(spin: Reals, roots: RadialRoots, place: RadialPlace, *, clock: 
         logs.append(elliptic.log_ratio(s, rate, above_horizon / (r - low) * p))
         poles.append(elliptic.Pole(p, (following - low) * below * rate / from_low))
         rates.append(rate)
-    if clock:
+    if with_time:
         poles.append(_pole_at_infinity(roots, place))
-    found = elliptic.carlson(triple, poles, second=clock)
+    found = elliptic.carlson(triple, poles, second=with_time)
     time = 2 * found.first
     plus, minus = (
         log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
     )
-    return RadialIntegrals(time, plus, minus, _growing(roots, place, triple, poles[-1].p, found) if clock else None)
+    return RadialIntegrals(time, plus, minus, _growing(roots, place, triple, poles[-1].p, found) if with_time else None)
 
 
 def _pole_at_infinity(roots: RadialRoots, place: RadialPlace) -> elliptic.Pole:

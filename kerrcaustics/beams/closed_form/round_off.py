@@ -14,7 +14,7 @@ from kerrcaustics.beams.closed_form.radial_motion import Travel
 from kerrcaustics.beams.ends import Aim, Arriving, End, Spherical
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon, doppler
+from kerrcaustics.spacetime.frame import Frame, Photon, doppler
 
 # Of a function of the polar phase, and for each radian of the phase relative to that.
 ROUNDING, PER_PHASE = 2e-15, 0.3
@@ -33,17 +33,17 @@ _IN_TURN = 2e-2
 _OF_CLOCK = 2e-16
 
 
-def at_infinity(frame: Frame, light: Photon, quartic: radial.Quartic, phase: Reals) -> Reals:
+def at_infinity(frame: Frame, photon: Photon, quartic: radial.Quartic, phase: Reals) -> Reals:
     """Round-off in radians for a beam of unit spread."""
-    gap = _gap_to_infinity(frame, light, quartic)
-    moved = _moved(frame, light, quartic, gap)
-    return ROUNDING * (1 + PER_PHASE * phase) + _of_turn(frame, light, frame.radius)[0] + _INTEGRALS * moved
+    gap = _gap_to_infinity(frame, photon, quartic)
+    moved = _moved(frame, photon, quartic, gap)
+    return ROUNDING * (1 + PER_PHASE * phase) + _of_turn(frame, photon, frame.radius)[0] + _INTEGRALS * moved
 
 
 def at_finite_end(
     frame: Frame,
     sky: Components,
-    light: Photon,
+    photon: Photon,
     quartic: radial.Quartic,
     end: End,
     travel: Travel,
@@ -52,21 +52,21 @@ def at_finite_end(
     phase: Reals,
 ) -> tuple[Reals, Reals]:
     """Round-off in radians, and the spread of a ray traced alone: rates at the end magnify errors of the Mino time."""
-    gap, motion = _gap_to_end(frame, light, quartic, travel), end.motion(at)
-    grown = finite_end.growth(frame, *jax.lax.stop_gradient((light, travel.time)))
-    turn, rest = _of_turn(frame, light, jnp.minimum(1 / at.u, frame.radius))
+    gap, motion = _gap_to_end(frame, photon, quartic, travel), end.motion(at)
+    grown = finite_end.growth(frame, *jax.lax.stop_gradient((photon, travel.time)))
+    turn, rest = _of_turn(frame, photon, jnp.minimum(1 / at.u, frame.radius))
     # What grows on a long way is what moves the outer roots.
     grown = jnp.where((at.speed * travel.time < _LONG) & jnp.isfinite(grown), grown, 1.0)
     opened = end.opened(grown, at)
     noise = (
         ROUNDING * (1 + PER_PHASE * phase + _wide(frame, quartic)) * motion
         + turn * (1 + rest + 0.1 * errors.depth(frame.spin, at.u) * at.u + _IN_TURN * _deep(frame, at.u))
-        + _INTEGRALS * (opened + end.delayed(_moved(frame, light, quartic, gap), at))
+        + _INTEGRALS * (opened + end.delayed(_moved(frame, photon, quartic, gap), at))
     )
     # Rounding N changes b, and the root of k, by the distance from the axis times that.
     spread = (opened + motion) * (1 + frame.cylindrical_scale * travel.time)
     spread = (spread + motion * end.lateness(frame.cos_theta, aim, at)) * aim.conditioning
-    return noise, spread + end.delayed(_lingering(frame, sky, light, quartic, gap), at)
+    return noise, spread + end.delayed(_lingering(frame, sky, photon, quartic, gap), at)
 
 
 def of_small_k(frame: Frame, end: Spherical, psi: Reals) -> Reals:
@@ -78,7 +78,7 @@ def of_small_k(frame: Frame, end: Spherical, psi: Reals) -> Reals:
 def of_jacobian(
     frame: Frame,
     sky: Components,
-    light: Photon,
+    photon: Photon,
     quartic: radial.Quartic,
     noise: Reals,
     clearance: Reals | None,
@@ -88,8 +88,8 @@ def of_jacobian(
     Close to the outer roots the variations of psi and of the Mino time cancel. Far from the hole all variations do, as
     much as the direction at the end depends on b less than b on N; and rounding of N changes b, relative to it, more.
     """
-    own = _IN_DERIVATIVE * noise + _OF_RAPIDITY * jnp.sqrt(jnp.minimum(jnp.maximum(light.k, 0), 100.0))
-    lever = _energy(frame, sky, light) * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(light.k, 1))
+    own = _IN_DERIVATIVE * noise + _OF_RAPIDITY * jnp.sqrt(jnp.minimum(jnp.maximum(photon.k, 0), 100.0))
+    lever = _energy(frame, sky, photon) * frame.cylindrical_scale / jnp.sqrt(jnp.maximum(photon.k, 1))
     own, far = own + _OF_DIRECTION * lever, _FAR * noise * lever
     if clearance is not None:
         own = own + _OF_CLEARANCE / clearance + ROUNDING * _wide(frame, quartic) ** 2
@@ -113,61 +113,61 @@ def _deep(frame: Frame, u: Reals) -> Reals:
     return jnp.minimum(errors.depth(frame.spin, 1 / frame.radius), errors.depth(frame.spin, u)) ** 1.5
 
 
-def spread_alone(frame: Frame, sky: Components, light: Photon, quartic: radial.Quartic) -> Reals:
+def spread_alone(frame: Frame, sky: Components, photon: Photon, quartic: radial.Quartic) -> Reals:
     """An estimate of the beam's major diameter for a ray that is traced alone, mostly one to ten times too large."""
-    gap = _gap_to_infinity(frame, light, quartic)
-    return _energy(frame, sky, light) + _lingering(frame, sky, light, quartic, gap)
+    gap = _gap_to_infinity(frame, photon, quartic)
+    return _energy(frame, sky, photon) + _lingering(frame, sky, photon, quartic, gap)
 
 
-def spread_of_small_k(frame: Frame, sky: Components, light: Photon, time: Reals) -> Reals:
+def spread_of_small_k(frame: Frame, sky: Components, photon: Photon, time: Reals) -> Reals:
     """The same for rays of small k: that of flat space, but for energy and way; at most three times too large."""
-    return 1.5 * _energy(frame, sky, light) * frame.cylindrical_scale * time
+    return 1.5 * _energy(frame, sky, photon) * frame.cylindrical_scale * time
 
 
-def _of_turn(frame: Frame, light: Photon, radius: Reals) -> tuple[Reals, Reals]:
+def _of_turn(frame: Frame, photon: Photon, radius: Reals) -> tuple[Reals, Reals]:
     """Round-off of psi for a ray whose lower end, or camera, is at some radius; what photons at rest there add to 1."""
     lift = radial.horizon_lift(frame.spin)
-    corotation = jnp.abs(radial.corotation(frame, light)) * (1 + 40 * (radius - 1 - lift) ** 2)
+    corotation = jnp.abs(radial.corotation(frame, photon)) * (1 + 40 * (radius - 1 - lift) ** 2)
     return 2e-15 * frame.spin / lift * (1 + 0.3 / corotation), 0.03 / corotation
 
 
-def _energy(frame: Frame, sky: Components, light: Photon) -> Reals:
+def _energy(frame: Frame, sky: Components, photon: Photon) -> Reals:
     """Energy at the camera per energy at infinity, inverse."""
-    return frame.slowness**0.5 / (doppler(frame, sky)[0] * jnp.abs(light.energy_ratio))
+    return frame.slowness**0.5 / (doppler(frame, sky)[0] * jnp.abs(photon.energy_ratio))
 
 
-def _lingering(frame: Frame, sky: Components, light: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
+def _lingering(frame: Frame, sky: Components, photon: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
     """How far a change of N displaces the end by making the ray linger, in radians per radian."""
     a, h = frame.spin, quartic.h
-    momentum = jnp.sqrt(jnp.maximum(light.k, 0) + a * a)
-    slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * light.b)
-    away = _away(frame, light, quartic)
-    return _energy(frame, sky, light) * frame.cylindrical_scale * momentum * slope * away * _time_slope(quartic, gap)
+    momentum = jnp.sqrt(jnp.maximum(photon.k, 0) + a * a)
+    slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * photon.b)
+    away = _away(frame, photon, quartic)
+    return _energy(frame, sky, photon) * frame.cylindrical_scale * momentum * slope * away * _time_slope(quartic, gap)
 
 
-def _moved(frame: Frame, light: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
+def _moved(frame: Frame, photon: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
     """What moving the outer roots does to the time."""
-    away = _away(frame, light, quartic)
-    return away * jnp.maximum(light.k, 0) ** 1.5 * quartic.h**2 * _time_slope(quartic, gap)
+    away = _away(frame, photon, quartic)
+    return away * jnp.maximum(photon.k, 0) ** 1.5 * quartic.h**2 * _time_slope(quartic, gap)
 
 
-def _away(frame: Frame, light: Photon, quartic: radial.Quartic) -> Reals:
+def _away(frame: Frame, photon: Photon, quartic: radial.Quartic) -> Reals:
     """1, and less for a camera so close to the outer roots that the rate there tells their distance: that, times 3."""
     distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(_apart(quartic))) / quartic.h
-    return jnp.where(radial.rate_knows_roots(frame, light, quartic), jnp.minimum(distance, 1.0), 1.0)
+    return jnp.where(radial.rate_knows_roots(frame, photon, quartic), jnp.minimum(distance, 1.0), 1.0)
 
 
-def _gap_to_infinity(frame: Frame, light: Photon, quartic: radial.Quartic) -> Reals:
+def _gap_to_infinity(frame: Frame, photon: Photon, quartic: radial.Quartic) -> Reals:
     """How close a ray comes to the outer roots: (r - h)^2 + |d|."""
     # A ray that leaves outward from above the roots does not linger there.
-    away = (light.rate[0] < 0) & (frame.radius > quartic.h)
+    away = (photon.rate[0] < 0) & (frame.radius > quartic.h)
     return _apart(quartic) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
 
 
-def _gap_to_end(frame: Frame, light: Photon, quartic: radial.Quartic, travel: Travel) -> Reals:
+def _gap_to_end(frame: Frame, photon: Photon, quartic: radial.Quartic, travel: Travel) -> Reals:
     """The same on the way to a finite end."""
     first, last = frame.radius - 1 - quartic.lift, 1 / travel.u - 1 - quartic.lift
-    there = (light.rate[0] > 0) != (travel.rate > 0)
+    there = (photon.rate[0] > 0) != (travel.rate > 0)
     nearest = jnp.where(there | (first * last < 0), 0.0, jnp.minimum(jnp.abs(first), jnp.abs(last)))
     return _apart(quartic) + nearest**2
 

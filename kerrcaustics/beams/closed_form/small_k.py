@@ -38,8 +38,8 @@ from kerrcaustics.beams.closed_form.radial_motion import RadialIntegrals, Travel
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon
 from kerrcaustics.spacetime.cubic import largest_root
+from kerrcaustics.spacetime.frame import Frame, Photon
 
 # A little beyond LEAST_K of formula.py, so that no ray falls between the two.
 MOST_K = 2.001
@@ -56,33 +56,33 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(14)
 _Outward = tuple[Reals, Reals, Reals]
 
 
-def radial_motion(frame: Frame, light: Photon, end: Spherical, *, clock: bool = False) -> Travel:
+def radial_motion(frame: Frame, photon: Photon, end: Spherical, *, with_time: bool = False) -> Travel:
     """The radial motion of rays that start outward and are not captured, as in radial_motion.py."""
     spin, root = frame.spin, radial.horizon_lift(frame.spin)
-    way = _long_way(frame, light, end, clock=clock)
+    way = _long_way(frame, photon, end, with_time=with_time)
     turn = (way.plus - way.minus) / (2 * root)
     brief = is_brief(frame, end)
-    time, psi, slow, growing = _brief_way(frame, light, end)
+    time, psi, slow, growing = _brief_way(frame, photon, end)
     time, psi = jnp.where(brief, time, way.time), jnp.where(brief, psi, -spin * turn)
     told = None
     if way.growing is not None:
         slow = jnp.where(brief, slow, 4 * way.time + 2 * turn + way.plus + way.minus)
         told = slow + (jnp.where(brief, growing, way.growing) if end.finite else way.growing)
         told = told + jnp.where(frame.start == 0, -(frame.radius + 2 * jnp.log(frame.radius)), 0.0)
-    return Travel(time, psi, jnp.zeros_like(light.b, bool), told, u=1 / end.radius + 0 * light.b)
+    return Travel(time, psi, jnp.zeros_like(photon.b, bool), told, u=1 / end.radius + 0 * photon.b)
 
 
-def _long_way(frame: Frame, light: Photon, end: Spherical, *, clock: bool) -> RadialIntegrals:
+def _long_way(frame: Frame, photon: Photon, end: Spherical, *, with_time: bool) -> RadialIntegrals:
     """The integrals to the end; to a sphere as a difference of two ways to infinity."""
     spin, r, root = frame.spin, frame.radius, radial.horizon_lift(frame.spin)
-    cubic = _outlying_root(spin, light)
-    way = _to_infinity(spin, light, cubic, (r, _height(frame), -light.rate[0] * r**2), clock=clock)
+    cubic = _outlying_root(spin, photon)
+    way = _to_infinity(spin, photon, cubic, (r, _height(frame), -photon.rate[0] * r**2), with_time=with_time)
     if not end.finite:
         return way
     far = end.radius
     beyond = far - 1 - root
-    square = (far**2 + spin**2 - spin * light.b) ** 2 - beyond * (far - 1 + root) * light.kappa
-    rest = _to_infinity(spin, light, cubic, (far, beyond, jnp.sqrt(square)), clock=clock)
+    square = (far**2 + spin**2 - spin * photon.b) ** 2 - beyond * (far - 1 + root) * photon.kappa
+    rest = _to_infinity(spin, photon, cubic, (far, beyond, jnp.sqrt(square)), with_time=with_time)
     return jax.tree.map(lambda whole, part: whole - part, way, rest)
 
 
@@ -104,9 +104,9 @@ def _span(frame: Frame, end: Spherical) -> tuple[Reals, Reals]:
     return span, _height(frame) / (r * radial.horizon(frame.spin))
 
 
-def _brief_way(frame: Frame, light: Photon, end: Spherical) -> tuple[Reals, ...]:
+def _brief_way(frame: Frame, photon: Photon, end: Spherical) -> tuple[Reals, ...]:
     """By Gauss' formula Mino time, psi, the clock but for r^2 + 2 r, and the integral of that to a sphere."""
-    a, b, r, horizon = frame.spin, light.b, frame.radius, radial.horizon(frame.spin)
+    a, b, r, horizon = frame.spin, photon.b, frame.radius, radial.horizon(frame.spin)
     span, room = _span(frame, end)
     shape = -1, *(1,) * b.ndim
     passed = span * (1 + _NODES.reshape(shape)) / 2
@@ -115,24 +115,24 @@ def _brief_way(frame: Frame, light: Photon, end: Spherical) -> tuple[Reals, ...]
     away = horizon * (room + passed)
     delta = away * (away + 2 * radial.horizon_lift(a) * u)
     total = 1 + a * (a - b) * u * u
-    root = jnp.sqrt(total**2 - delta * light.kappa * u * u)
+    root = jnp.sqrt(total**2 - delta * photon.kappa * u * u)
     time = span / 2 * _WEIGHTS.reshape(shape)
     # That of psi's rate which grows without bound next to the horizon does not depend on the ray.
-    psi = (1 - light.kappa * u * u / (total + root)) / root - 1 / delta
+    psi = (1 - photon.kappa * u * u / (total + root)) / root - 1 / delta
     # Of a ray with R = r^4 the last is known: far out, where it grows without bound, the others differ little from it.
-    bent = (light.kappa * delta - a * (a - b) * (1 + total)) / (root * (1 + root))
+    bent = (photon.kappa * delta - a * (a - b) * (1 + total)) / (root * (1 + root))
     clock = 2 * (2 - a * b * u) / (delta * root), (1 + 2 * u) * bent
     *others, growing = ((rate * time).sum(0) for rate in (1 / root, a * psi, *clock))
     gap = end.radius - r if end.finite else 0.0
     return *others, growing + gap + 2 * jnp.log1p(gap / r)
 
 
-def _outlying_root(spin: Reals, light: Photon) -> tuple[Reals, Reals]:
+def _outlying_root(spin: Reals, photon: Photon) -> tuple[Reals, Reals]:
     """The root e of 4 e^3 - g2 e - g3 that is farthest from the other two, and the slope 3 e^2 - g2 / 4 there.
 
     It varies smoothly.
     """
-    a2, a1, a0 = radial.potential_coefficients(spin, light)
+    a2, a1, a0 = radial.potential_coefficients(spin, photon)
     third = (a0 + a2**2 / 12) / 12
     half = (a0 * a2 / 6 - a1**2 / 16 - a2**3 / 216) / 8
 
@@ -149,35 +149,35 @@ def _outlying_root(spin: Reals, light: Photon) -> tuple[Reals, Reals]:
 
 
 def _to_infinity(
-    spin: Reals, light: Photon, cubic: tuple[Reals, Reals], place: _Outward, *, clock: bool
+    spin: Reals, photon: Photon, cubic: tuple[Reals, Reals], place: _Outward, *, with_time: bool
 ) -> RadialIntegrals:
     """The integrals from a place to infinity; arguments of Carlson's integrals are 4 (wp - e)."""
-    (e, slope), (r, _, rate), kappa = cubic, place, light.kappa
-    a2 = radial.potential_coefficients(spin, light)[0]
+    (e, slope), (r, _, rate), kappa = cubic, place, photon.kappa
+    a2 = radial.potential_coefficients(spin, photon)[0]
     weight = 2 * (r * r + rate)
     x = weight + a2 / 3 - 4 * e
     root = jnp.sqrt(x)
     # From wp' = -2 sqrt(x y z).
     product = 4 * (r * (r * r + rate) + (a2 * r + kappa) / 2) / root
     triple = elliptic.Triple(root, jnp.sqrt(2 * weight + 2 / 3 * a2 + 4 * e + 2 * product), product)
-    pole, log = _horizon_poles(spin, light, place)
+    pole, log = _horizon_poles(spin, photon, place)
     poles = [pole]
-    if clock:
+    if with_time:
         poles.append(elliptic.Pole(weight + a2, 2 * kappa))
-    found = elliptic.carlson(triple, poles, second=clock, duplications=_DUPLICATIONS)
+    found = elliptic.carlson(triple, poles, second=with_time, duplications=_DUPLICATIONS)
     time = 2 * found.first
     both = jnp.asarray(found.thirds[0])
     plus, minus = log + (both[0] - both[1]) / 3
     growing = None
-    if clock:
+    if with_time:
         zeta = product / (2 * root) - e * time - 8 / 3 * slope * found.second
         growing = r - 2 * zeta - a2 / 6 * time - jnp.log((weight + a2) / 4) - 2 / 3 * found.thirds[1]
     return RadialIntegrals(time, plus, minus, growing)
 
 
-def _horizon_poles(spin: Reals, light: Photon, place: _Outward) -> tuple[elliptic.Pole, Reals]:
+def _horizon_poles(spin: Reals, photon: Photon, place: _Outward) -> tuple[elliptic.Pole, Reals]:
     """The poles (p_1, p_2) of (I(r_+), I(r_-)) in one array, with p times 4, and their logarithms."""
-    (r, height, rate), b, kappa = place, light.b, light.kappa
+    (r, height, rate), b, kappa = place, photon.b, photon.kappa
     root = radial.horizon_lift(spin)
     both = [1 + root, spin**2 / (1 + root)], [2 * root, -2 * root], [height, height + 2 * root]
     horizon, gap, above = (jnp.stack(parts).reshape(2, *(1,) * b.ndim) for parts in both)
@@ -192,11 +192,11 @@ def _horizon_poles(spin: Reals, light: Photon, place: _Outward) -> tuple[ellipti
     return pole, jnp.log(first / second) / 2
 
 
-def polar_motion(frame: Frame, light: Photon, time: Reals, *, clock: bool = False) -> Polar:
+def polar_motion(frame: Frame, photon: Photon, time: Reals, *, with_time: bool = False) -> Polar:
     """The polar motion over a short Mino time, from the camera, as in polar_motion.py."""
-    b, q, k, spin2 = light.b, light.q, light.k, frame.spin**2
-    _, s0, _, z0 = light.position
-    _, x_rate, y_rate, z_rate = light.rate
+    b, q, k, spin2 = photon.b, photon.q, photon.k, frame.spin**2
+    _, s0, _, z0 = photon.position
+    _, x_rate, y_rate, z_rate = photon.rate
     linear, cubic = spin2 - k, spin2 * q
     s = _odd_solution(linear, cubic, time)
     s2 = s * s
@@ -205,12 +205,12 @@ def polar_motion(frame: Frame, light: Photon, time: Reals, *, clock: bool = Fals
     p = 1 - q * s2
     triple = elliptic.Triple(jnp.ones_like(s), jnp.sqrt(2 + linear * s2 + 2 * slope), slope)
     pole = elliptic.Pole(p, q * b * s2 * s, circular=True)
-    found = elliptic.carlson(triple, [pole], second=clock, duplications=_DUPLICATIONS)
+    found = elliptic.carlson(triple, [pole], second=with_time, duplications=_DUPLICATIONS)
     turn = -b * time - found.thirds[0] / 3
     along = s0 * (1 - s * z * z_rate) + x_rate * s * z0 * z
     across = y_rate * s * z0 * z
     scale = 1 / jnp.sqrt(p)
-    slow = spin2 * (q * s2 * s / 3 * found.second + s * z0 * z) if clock else None
+    slow = spin2 * (q * s2 * s / 3 * found.second + s * z0 * z) if with_time else None
     return Polar(
         x=scale * along,
         y=scale * across,

@@ -36,7 +36,7 @@ from kerrcaustics.beams.closed_form.radial_motion import RadialRoots, Travel, st
 from kerrcaustics.beams.ends import End, EquatorialPlane, Jacobian, Row
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Components, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon, photon
+from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
 from kerrcaustics.spacetime.sphere import tangent_parts
 
 # Beyond this kappa changes of R are taken about r = 0, not about h.
@@ -93,16 +93,16 @@ class _Course(NamedTuple):
 
 
 def columns(
-    frame: Frame, sky: Components, light: Photon, way: Way, end: End, *, on_equator: bool
+    frame: Frame, sky: Components, photon: Photon, way: Way, end: End, *, on_equator: bool
 ) -> tuple[Jacobian, Row]:
     """The changes of the angles (theta', phi'), rows, and of the radius of the end with N along both tangents there."""
-    slopes = _time_slopes(frame, light, way, end)
+    slopes = _time_slopes(frame, photon, way, end)
     course = _course(way)
     found = []
     for change in _changes(frame, sky):
-        swung, along, across = _swung(frame, light, course, change, on_equator=on_equator)
+        swung, along, across = _swung(frame, photon, course, change, on_equator=on_equator)
         late = -swung if isinstance(end, EquatorialPlane) else None
-        late, turned, in_radius = _travelled(frame, light, way, slopes, change, late)
+        late, turned, in_radius = _travelled(frame, photon, way, slopes, change, late)
         theta = (swung + late) * course.v_theta + along
         phi = late * course.v_phi + across + course.sine * turned
         found.append((theta, phi, in_radius))
@@ -115,7 +115,7 @@ def _changes(frame: Frame, sky: Components) -> list[_Change]:
     a, s, c = frame.spin, frame.sin_theta, frame.cos_theta
 
     def momenta(x: Reals, y: Reals, z: Reals) -> Components:
-        u_rate, x_rate, y_rate, z_rate = photon(frame, (x, y, z)).rate
+        u_rate, x_rate, y_rate, z_rate = photon_of(frame, (x, y, z)).rate
         return s * z_rate - c * x_rate, -y_rate, u_rate
 
     (p_theta, p_phi, _), vary = jax.linearize(momenta, *sky)
@@ -137,9 +137,9 @@ def _changes(frame: Frame, sky: Components) -> list[_Change]:
     return found
 
 
-def _time_slopes(frame: Frame, light: Photon, way: Way, end: End) -> _TimeSlopes:
+def _time_slopes(frame: Frame, photon: Photon, way: Way, end: End) -> _TimeSlopes:
     """The slopes, by the chain rule from those of R_F, and by the factors of R from those by its roots."""
-    roots, start = start_of(frame, light, way.quartic)
+    roots, start = start_of(frame, photon, way.quartic)
 
     def arguments(roots: RadialRoots, u_rate: Reals, end_rate: Reals) -> tuple[elliptic.Triple, Reals]:
         here = _place(roots, start.r, u_rate)
@@ -147,12 +147,12 @@ def _time_slopes(frame: Frame, light: Photon, way: Way, end: End) -> _TimeSlopes
             return radial.to_infinity(roots.quartic(), *here), jnp.ones_like(u_rate)
         return radial.between(roots.quartic(), here, _place(roots, way.radius, end_rate))
 
-    end_rate = way.travel.rate + jnp.zeros_like(light.k)
-    (triple, scale), pull = jax.vjp(arguments, roots, light.rate[0], end_rate)
+    end_rate = way.travel.rate + jnp.zeros_like(photon.k)
+    (triple, scale), pull = jax.vjp(arguments, roots, photon.rate[0], end_rate)
     first, by = elliptic.first_slopes(triple)
     by_roots, u_rate, end_rate = pull((elliptic.Triple(*(2 * scale * slope for slope in by)), 2 * first))
-    here = light.kappa < _MOST_KAPPA
-    near, far = _by_coefficients(roots, by_roots), _by_coefficients_about_zero(frame.spin, light, roots, by_roots)
+    here = photon.kappa < _MOST_KAPPA
+    near, far = _by_coefficients(roots, by_roots), _by_coefficients_about_zero(frame.spin, photon, roots, by_roots)
     level, tilt, bend = (jnp.where(here, x, y) for x, y in zip(near, far, strict=True))
     p, lift = jnp.where(here, roots.h, 0.0), jnp.where(here, roots.lift, -1.0)
     return _TimeSlopes(p, lift, level, tilt, bend, u_rate, end_rate)
@@ -176,7 +176,7 @@ def _by_coefficients(roots: RadialRoots, by: RadialRoots) -> tuple[Reals, Reals,
 
 
 def _by_coefficients_about_zero(
-    spin: Reals, light: Photon, roots: RadialRoots, by: RadialRoots
+    spin: Reals, photon: Photon, roots: RadialRoots, by: RadialRoots
 ) -> tuple[Reals, Reals, Reals]:
     """The same about r = 0, by way of the resolvent: for distant cameras.
 
@@ -187,11 +187,11 @@ def _by_coefficients_about_zero(
     product = h * h - roots.d
     excess = (roots.low + h) ** 2 - h * h
     by_d = by_d + by_e * excess / product
-    by_h = by_h + by_d * (light.kappa / (2 * h * h) - 2 * h) + 2 * h * by_e * (1 - excess / product)
-    z, a2, a0 = 4 * h * h, spin**2 - light.k, -(spin**2) * light.q
+    by_h = by_h + by_d * (photon.kappa / (2 * h * h) - 2 * h) + 2 * h * by_e * (1 - excess / product)
+    z, a2, a0 = 4 * h * h, spin**2 - photon.k, -(spin**2) * photon.q
     by_h = by_h / ((z + a2) * (3 * z + a2) - 4 * a0)
     level = 2 * h * by_h - by_e / product
-    return level, (by_h * light.kappa * 2 - by_d) / (4 * h), -by_d / 2 - h * (z + a2) * by_h
+    return level, (by_h * photon.kappa * 2 - by_d) / (4 * h), -by_d / 2 - h * (z + a2) * by_h
 
 
 def _by_factors(roots: RadialRoots, by: RadialRoots) -> tuple[Reals, Reals, Reals]:
@@ -200,11 +200,11 @@ def _by_factors(roots: RadialRoots, by: RadialRoots) -> tuple[Reals, Reals, Real
 
 
 def _travelled(
-    frame: Frame, light: Photon, way: Way, slopes: _TimeSlopes, change: _Change, late: Reals | None
+    frame: Frame, photon: Photon, way: Way, slopes: _TimeSlopes, change: _Change, late: Reals | None
 ) -> tuple[Reals, Reals, Reals]:
     """The changes of Mino time, psi and radius at the end: at a fixed radius, or with the change of the time given."""
-    a, b = frame.spin, light.b
-    time, psi = _at_fixed_rates(frame, light, slopes, change)
+    a, b = frame.spin, photon.b
+    time, psi = _at_fixed_rates(frame, photon, slopes, change)
     if way.travel.clearance is None:
         return time, psi, jnp.zeros_like(psi)
     u, end_rate, psi_rate = way.travel.u, way.travel.rate, way.travel.psi_rate
@@ -218,33 +218,33 @@ def _travelled(
     return late, psi + psi_rate * more, -(end_rate * more + slopes.end_rate * force) / (u * u)
 
 
-def _at_fixed_rates(frame: Frame, light: Photon, slopes: _TimeSlopes, change: _Change) -> tuple[Reals, Reals]:
+def _at_fixed_rates(frame: Frame, photon: Photon, slopes: _TimeSlopes, change: _Change) -> tuple[Reals, Reals]:
     """The changes of Mino time and psi, but for what the changes of radius and rate at the end add."""
-    a, kappa, db, dkappa = frame.spin, light.kappa, change.b, change.kappa
+    a, kappa, db, dkappa = frame.spin, photon.kappa, change.b, change.kappa
     p, lift = slopes.p, slopes.lift
     # 2 - a b, and P and Delta at p.
-    slip = radial.slip(frame, light)
+    slip = radial.slip(frame, photon)
     room = (1 - a) * (1 + a)
     total, delta = lift * (lift + 2) + slip - room, lift * lift - room
     time = -slopes.level * (2 * a * total * db + delta * dkappa) + slopes.u_rate * change.u_rate
     time = time - slopes.tilt * (4 * a * p * db + 2 * lift * dkappa) - slopes.bend * change.k
-    rate = _rate_of_turn(frame, light, slip, change)
+    rate = _rate_of_turn(frame, photon, slip, change)
     turn = slopes.level * ((2 * lift + slip) * dkappa - 2 * a * (total - kappa) * db) + slopes.u_rate * rate
     turn = turn + slopes.tilt * (2 * dkappa - 4 * a * p * db) - 2 * a * slopes.bend * db
     return time, a * turn
 
 
-def _rate_of_turn(frame: Frame, light: Photon, slip: Reals, change: _Change) -> Reals:
+def _rate_of_turn(frame: Frame, photon: Photon, slip: Reals, change: _Change) -> Reals:
     """The change of the rate at the camera that X stands for, less that of the rate itself.
 
     Next to the horizon its two parts cancel, all but Delta: there it follows from the change of R.
     """
-    a, u_rate, db = frame.spin, light.rate[0], change.b
+    a, u_rate, db = frame.spin, photon.rate[0], change.b
     delta = (frame.root_sigma_delta / frame.root_sigma) ** 2
     rest = 2 * (frame.radius - 1) + slip
     total = rest + delta
-    close = 2 * delta * light.kappa < total * total
-    near = (light.kappa * a * db + total * change.kappa / 2) / (frame.radius**4 * jnp.where(close, u_rate, 1.0))
+    close = 2 * delta * photon.kappa < total * total
+    near = (photon.kappa * a * db + total * change.kappa / 2) / (frame.radius**4 * jnp.where(close, u_rate, 1.0))
     return jnp.where(close, near + change.u_rate, -(rest * change.u_rate + a * u_rate * db) / delta)
 
 
@@ -265,14 +265,14 @@ def _course(way: Way) -> _Course:
 
 
 def _swung(
-    frame: Frame, light: Photon, course: _Course, change: _Change, *, on_equator: bool
+    frame: Frame, photon: Photon, course: _Course, change: _Change, *, on_equator: bool
 ) -> tuple[Reals, Reals, Reals]:
     """L of the module's formula; the changes along e_theta, but for L, and along e_phi, but for dpsi.
 
     In the latter L0 and g0 are taken together: of rays that hardly leave the equatorial plane both are large.
     """
-    a2, b, q, p_phi = frame.spin**2, light.b, light.q, -light.rate[2]
-    c, rho, time, lift = light.k - a2, course.rates.rho, course.time, course.rates.lift
+    a2, b, q, p_phi = frame.spin**2, photon.b, photon.q, -photon.rate[2]
+    c, rho, time, lift = photon.k - a2, course.rates.rho, course.time, course.rates.lift
     lifted = change.p_theta if on_equator else change.q / (2 * lift)
     own = (lifted - lift * change.k / c) / rho
     # eta has the factor sin(theta) of the camera.
@@ -282,7 +282,7 @@ def _swung(
     start, starting = 0.0, 0.0
     if not on_equator:
         s0, z0 = frame.sin_theta, frame.cos_theta
-        p_theta = s0 * light.rate[3] - z0 * light.rate[1]
+        p_theta = s0 * photon.rate[3] - z0 * photon.rate[1]
         start = -z0 * ((rho - 2 * a2 * q + a2 * c * z0**2) * change.p_theta - c / 2 * change.k * p_theta) / (q * rho)
         sine, cosine = course.sine, course.cosine
         apart = jnp.where(

@@ -7,7 +7,7 @@ The path is u = 1/r and a point m = (x, y, z) of the unit sphere that turns abou
 No first derivative stands on the right, so a Runge-Kutta-Nystroem pair of order 12(10) integrates it. A beam
 is the same path with its first variation in two orthonormal directions of the camera sky, in the same steps.
 Each ray takes its own steps, from a bound on how fast its solution can change; a batch runs until its slowest
-ray has arrived, so batches want rays of similar work (see beams/choice.py).
+ray has arrived, so batches want rays of similar work (see beams/dispatch.py).
 
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """
@@ -27,7 +27,7 @@ from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.camera import Frame, Photon, photon
+from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
 from kerrcaustics.spacetime.sphere import tangent_basis
 
 # Steps per radian of arc that bring the local error down to round-off.
@@ -36,8 +36,8 @@ DENSEST = 3.6
 
 def survey(frame: Frame, sky: Components, end: End) -> Reals:
     """An estimate of the work that each ray will take, without integrating; 0 for those that do not reach their end."""
-    constants, path, light = start(frame, sky)
-    aim = aim_at(end, frame, light)
+    constants, path, photon = start(frame, sky)
+    aim = aim_at(end, frame, photon)
     work = aim.mino_time * rapidity(frame.spin, constants, path) * _near_edge(constants, aim.mino_time)
     return jnp.where(aim.lost, 0, work)
 
@@ -50,8 +50,8 @@ def trace(
     Parameters: sky, three arrays N_x, N_y, N_z; refinement, steps are shorter by this factor per ray, and 0 leaves
     a ray out; tolerance, the wanted error of n' in radians; end, where rays end; wanted, what to compute beside n'.
     """
-    constants, ray, light = start(frame, sky)
-    aim = aim_at(end, frame, light)
+    constants, ray, photon = start(frame, sky)
+    aim = aim_at(end, frame, photon)
     paths, variations = with_variations(frame, sky, ray)
     density = _density(tolerance, wanted.index) * _near_edge(constants, aim.mino_time)
     density = refinement * jnp.minimum(density, DENSEST)
@@ -87,14 +87,14 @@ def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, wanted
 
 def start(frame: Frame, sky: Components) -> tuple[Constants, Path, Photon]:
     """What stays the same along rays, and the rays and photons at the camera."""
-    light = photon(frame, sky)
-    a2, a1, a0 = radial.potential_coefficients(frame.spin, light)
-    return Constants(a2, a1, a0, light.k, light.b), Path(light.position, light.rate, 0 * light.b), light
+    photon = photon_of(frame, sky)
+    a2, a1, a0 = radial.potential_coefficients(frame.spin, photon)
+    return Constants(a2, a1, a0, photon.k, photon.b), Path(photon.position, photon.rate, 0 * photon.b), photon
 
 
-def aim_at(end: End, frame: Frame, light: Photon) -> Aim:
+def aim_at(end: End, frame: Frame, photon: Photon) -> Aim:
     """Where rays are going."""
-    return end.aim(frame, light, radial.factor(frame, light))
+    return end.aim(frame, photon, radial.factor(frame, photon))
 
 
 def with_variations(frame: Frame, sky: Components, ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:

@@ -17,7 +17,7 @@ from kerrcaustics.beams.integrator.nystroem import Path, Rates
 from kerrcaustics.beams.ray_end import RayEnd, stacked, status_of
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.camera import Frame
+from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.sphere import polar_basis
 
 # The order 12 result is better than the order 10 one, whose local errors are summed, by a factor of 25 in the worst

@@ -19,7 +19,8 @@ from kerrcaustics.scenes.corners import Squares, find, merged
 from kerrcaustics.scenes.footprint import pixel_matrix
 from kerrcaustics.scenes.patches import CORNERS, doubt
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, photon, redshift as sky_redshift
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
 
 Array = np.ndarray
 
@@ -128,10 +129,12 @@ class Lattice(NamedTuple):
         return self.view.directions(x / FINEST - 0.5, y / FINEST - 0.5)
 
     def _extra(self, sky: Float[Array, "n 3"], rays: Rays) -> Float[Array, "n 5"]:
-        light = photon(self.camera.frame(), tuple(sky.T))
+        photon = photon_of(self.camera.frame(), tuple(sky.T))
         time = np.zeros(len(sky)) if rays.time is None else rays.time
         assert rays.outward is not None
-        return np.stack([sky_redshift(self.camera, sky, light), light.b, light.q, rays.outward, time], axis=-1)
+        return np.stack(
+            [sky_redshift(self.camera.frame(), sky, photon), photon.b, photon.q, rays.outward, time], axis=-1
+        )
 
 
 class Seen(NamedTuple):

@@ -56,7 +56,7 @@ def render_flat(
     return light.reshape(view.height, view.width, 3)
 
 
-def _looking(camera: Camera, view: View, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
+def _line_of_sight(camera: Camera, view: View, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
     """Directions (n, 3) in space, and their steps (n, 3, 2) per pixel, in Cartesian coordinates."""
     sky, steps = view.directions(x, y)
     turn = _turn(camera)
@@ -83,7 +83,7 @@ def _draw_points(camera: Camera, view: View, sky: Sky, light: Float[Array, "h w 
 
 def _footprint(camera: Camera, view: View, x: Array, y: Array) -> Footprint:
     """What pixels see of the sky: what lies in their direction."""
-    direction, steps = _looking(camera, view, x, y)
+    direction, steps = _line_of_sight(camera, view, x, y)
     matrix = np.stack(polar_basis(direction), axis=-2) @ steps
     return Footprint(direction, matrix, np.zeros(len(direction)), np.ones(len(direction)))
 
@@ -92,7 +92,7 @@ def _disk_light(
     camera: Camera, view: View, disk: Disk, x: Array, y: Array
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
     """The disk's light (n, 3) at parts of pixels, and the part (n,) of the light behind that comes through."""
-    direction, steps = _looking(camera, view, x, y)
+    direction, steps = _line_of_sight(camera, view, x, y)
     steps = steps / _DIVISIONS
     start = camera.radius * from_angles(camera.inclination, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -14,7 +14,8 @@ from jaxtyping import Float
 from kerrcaustics.beams.beam import Beams, Status
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.spacetime.camera import Camera, sky_from_fido
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.sphere import tangent_basis
 
 Array = np.ndarray

@@ -14,7 +14,8 @@ from jaxtyping import Bool, Float
 from kerrcaustics.scenes.colour import seen_black_body
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, photon, redshift as sky_redshift
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.radial import potential_coefficients
 
 Array = np.ndarray
@@ -106,10 +107,10 @@ def _begun(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]
         beside = sky + _APART * np.moveaxis(steps, -1, 0)
         found = np.concatenate([found, beside / np.linalg.norm(beside, axis=-1, keepdims=True)])
     with np.errstate(divide="ignore", invalid="ignore"):
-        light = photon(way.camera.frame(), tuple(np.moveaxis(found, -1, 0)))
-        at_infinity = sky_redshift(way.camera, sky)
-        constants = np.stack([*potential_coefficients(way.camera.spin, light), light.k, light.b])
-    place, rate = (np.stack(np.broadcast_arrays(*part)) for part in (light.position, light.rate))
+        photon = photon_of(way.camera.frame(), tuple(np.moveaxis(found, -1, 0)))
+        at_infinity = sky_redshift(way.camera.frame(), sky)
+        constants = np.stack([*potential_coefficients(way.camera.spin, photon), photon.k, photon.b])
+    place, rate = (np.stack(np.broadcast_arrays(*part)) for part in (photon.position, photon.rate))
     return _Underway(constants, at_infinity, place, rate, np.zeros(found.shape[:2]))
 
 

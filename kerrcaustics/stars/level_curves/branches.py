@@ -13,11 +13,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.screens import as_seen
+from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.curves.sky_chart import Chart, apart
-from kerrcaustics.spacetime.camera import Camera, Frame
+from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
 from kerrcaustics.stars.level_curves.meetings import STILL, meetings
@@ -70,7 +71,7 @@ class Branches:
     nodes, links: the curve; remarks: what is in doubt.
     """
 
-    def __init__(self, sheets: Sheets, camera: Camera, circle: Circle) -> None:
+    def __init__(self, sheets: Sheets, camera: Viewer, circle: Circle) -> None:
         """Search, link, and halve the links until they look smooth on the sky of `camera`."""
         self.sheets, self.circle, self.meetings = sheets, circle, meetings(sheets, circle)
         self.chart = Chart(sheets.camera)
@@ -112,7 +113,7 @@ class Branches:
 
     def _events(self) -> Nodes:
         found = self.meetings
-        sky = self.sheets.sky(found.points.looking)
+        sky = self.sheets.sky(found.points.line_of_sight)
         return Nodes(found.longitude, found.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
 
     def _images(self, longitude: _Reals, index: _Numbers, sky: _Directions, error: _Reals) -> Nodes:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from kerrcaustics.curves.screens import SeenLight
+from kerrcaustics.curves.lens_map import SeenLight
 from kerrcaustics.stars.level_curves.branches import Branches
 
 Array = np.ndarray

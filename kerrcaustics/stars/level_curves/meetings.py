@@ -82,8 +82,8 @@ def meetings(sheets: Sheets, circle: Circle) -> Meetings:
     wide = {curve.order: curve.around() for curve in curves if not curve.is_point}
     added, doubts = _extremes(curves, wide, circle)
     wide = {k: _merged(points, added[k]) for k, points in wide.items()}
-    order, turn = _roots(curves, wide, circle)
-    points = _polished(curves, wide, order, turn) if len(order) else curves.curves[0].points[:0]
+    order, edge_phase = _roots(curves, wide, circle)
+    points = _polished(curves, wide, order, edge_phase) if len(order) else curves.curves[0].points[:0]
     good = points.on_curve()
     remarks += [f"an event of order {k} could not be refined" for k in order[~good].tolist()]
     error, at_cusp = _longitude_error(wide, order[good], points[good], circle)
@@ -112,7 +112,7 @@ def _merged(points: Points, more: Points | None) -> Points:
     if more is None:
         return points
     points = points.joined(more)
-    return points[np.argsort(points.turn, kind="stable")]
+    return points[np.argsort(points.edge_phase, kind="stable")]
 
 
 def _extremes(
@@ -128,9 +128,9 @@ def _extremes(
         turned = (np.abs(here) <= np.abs(before)) & (np.abs(here) <= np.abs(after))
         turned &= (here * before > 0) & (here * after > 0)
         turned &= np.abs(here) < np.maximum(np.abs(after - here), np.abs(before - here))
-        inner = (points.turn[1:-1] >= 0) & (points.turn[1:-1] < _TURN)
+        inner = (points.edge_phase[1:-1] >= 0) & (points.edge_phase[1:-1] < _TURN)
         for i in 1 + np.flatnonzero(turned & inner):
-            low, high = points.turn[i - 1], points.turn[i + 1]
+            low, high = points.edge_phase[i - 1], points.edge_phase[i + 1]
             traced = between(curves.search(), {k: points}, {k: (low + high) / 2 + (high - low) / 2 * nodes})[k]
             if len(traced) < _NODES:
                 remarks.append(_grazed(k))
@@ -143,8 +143,8 @@ def _extremes(
             if abs(top) <= 4 * traced.error.max() + np.abs(values[-3:]).max():
                 remarks.append(_grazed(k))
             elif top * height[i] < 0:
-                turn = np.array([(low + high) / 2 + (high - low) / 2 * best])
-                peak = _polished(curves, wide, np.array([k]), turn)
+                edge_phase = np.array([(low + high) / 2 + (high - low) / 2 * best])
+                peak = _polished(curves, wide, np.array([k]), edge_phase)
                 more = peak.joined(peak.shifted(1), peak.shifted(-1))
                 added[k] = _merged(more, added[k])
     return added, remarks
@@ -157,29 +157,29 @@ def _roots(curves: CriticalCurves, wide: dict[int, Points], circle: Circle) -> t
         return np.empty(0, int), np.empty(0)
     orders, start, end = (np.concatenate(parts) for parts in zip(*found, strict=True))
 
-    def height(turn: _Angles, which: _Orders) -> _Angles:
-        return circle.height(_polished(curves, wide, which, turn).direction)
+    def height(edge_phase: _Angles, which: _Orders) -> _Angles:
+        return circle.height(_polished(curves, wide, which, edge_phase).direction)
 
-    turn = _guessed(wide, orders, start, end, circle)
-    lost = np.ones(len(turn), bool)
+    edge_phase = _guessed(wide, orders, start, end, circle)
+    lost = np.ones(len(edge_phase), bool)
     for _ in range(_NEWTON_STEPS):
-        points = _polished(curves, wide, orders[lost], turn[lost])
+        points = _polished(curves, wide, orders[lost], edge_phase[lost])
         miss = circle.height(points.direction)
         far = np.abs(miss) > 2 * points.error
         lost[lost] = far
         if not far.any():
             break
         slope = np.array(
-            [_heights(wide[k], circle)(t, 1) for k, t in zip(orders[lost].tolist(), turn[lost], strict=True)]
+            [_heights(wide[k], circle)(t, 1) for k, t in zip(orders[lost].tolist(), edge_phase[lost], strict=True)]
         )
-        turn[lost] -= miss[far] / np.where(slope == 0, 1, slope)
-        turn[lost] = np.clip(turn[lost], start[lost], end[lost])
+        edge_phase[lost] -= miss[far] / np.where(slope == 0, 1, slope)
+        edge_phase[lost] = np.clip(edge_phase[lost], start[lost], end[lost])
     lost &= start < end
     if lost.any():
         bracket = (start[lost], end[lost])
         root = elementwise.find_root(height, bracket, args=(orders[lost],), tolerances={"xatol": 1e-15, "xrtol": 4e-16})
-        turn[lost] = np.asarray(root.x)
-    return orders, turn
+        edge_phase[lost] = np.asarray(root.x)
+    return orders, edge_phase
 
 
 def _brackets(order: int, points: Points, circle: Circle) -> tuple[_Orders, _Angles, _Angles]:
@@ -199,32 +199,32 @@ def _brackets(order: int, points: Points, circle: Circle) -> tuple[_Orders, _Ang
     for root in roots.tolist():
         inside = (i < root) & (root < j)
         i, j = np.where(inside, root, i), np.where(inside, root, j)
-    within = (points.turn[i] >= 0) & (points.turn[i] < _TURN)
-    return np.full(within.sum(), order), points.turn[i[within]], points.turn[j[within]]
+    within = (points.edge_phase[i] >= 0) & (points.edge_phase[i] < _TURN)
+    return np.full(within.sum(), order), points.edge_phase[i[within]], points.edge_phase[j[within]]
 
 
 def _heights(points: Points, circle: Circle) -> CubicSpline:
-    return CubicSpline(points.turn, circle.height(points.direction))
+    return CubicSpline(points.edge_phase, circle.height(points.direction))
 
 
 def _guessed(wide: dict[int, Points], order: _Orders, low: _Angles, high: _Angles, circle: Circle) -> _Angles:
     """Parameters where splines through the points have the height 0."""
-    turn = (low + high) / 2
+    edge_phase = (low + high) / 2
     for k in np.unique(order).tolist():
         here = (order == k) & (low < high)
         if here.any():
             root = elementwise.find_root(_heights(wide[k], circle), (low[here], high[here]))
-            turn[here] = np.where(root.success, root.x, turn[here])
-    return turn
+            edge_phase[here] = np.where(root.success, root.x, edge_phase[here])
+    return edge_phase
 
 
-def _polished(curves: CriticalCurves, wide: dict[int, Points], order: _Orders, turn: _Angles) -> Points:
+def _polished(curves: CriticalCurves, wide: dict[int, Points], order: _Orders, edge_phase: _Angles) -> Points:
     """Critical points of the given orders on the given lines."""
-    depth = np.empty(len(turn))
+    depth = np.empty(len(edge_phase))
     for k in np.unique(order).tolist():
         here = order == k
-        depth[here] = CubicSpline(wide[k].turn, wide[k].depth)(turn[here])
-    return curves.search().polished(turn, order, depth)
+        depth[here] = CubicSpline(wide[k].edge_phase, wide[k].depth)(edge_phase[here])
+    return curves.search().polished(edge_phase, order, depth)
 
 
 def _longitude_error(wide: dict[int, Points], order: _Orders, points: Points, circle: Circle) -> tuple[_Angles, _Marks]:
@@ -238,11 +238,11 @@ def _longitude_error(wide: dict[int, Points], order: _Orders, points: Points, ci
     up, right = (np.einsum("ij,ij->i", points.major, e) for e in circle.upward_and_east(points.direction))
     at_cusp, aside = np.zeros(len(order), bool), np.zeros(len(order))
     for i in np.flatnonzero(np.abs(up) < _LEVEL):
-        around, turn = wide[order[i]], points.turn[i]
+        around, edge_phase = wide[order[i]], points.edge_phase[i]
         east = circle.upward_and_east(points.direction[i])[1]
         # Second derivative of the longitude where the caustic stands still.
-        a = float(CubicSpline(around.turn, around.direction @ east)(turn, 2)) / sine[i] / 2
-        b = float(_heights(around, circle)(turn, 3)) / 6
+        a = float(CubicSpline(around.edge_phase, around.direction @ east)(edge_phase, 2)) / sine[i] / 2
+        b = float(_heights(around, circle)(edge_phase, 3)) / 6
         s = up[i] / (right[i] * sine[i]) * a / (1.5 * b) if b else np.inf
         at_cusp[i], aside[i] = abs(b * s**3) < _CUSP_ERRORS * points.error[i], abs(a * s**2)
     slope = np.abs(right / np.where(at_cusp, 1, up))

@@ -9,14 +9,15 @@ import numpy as np
 from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.viewer import Viewer
 
 # Enough rays to be many, which take a program of their own.
 _MANY = 1 << 15
 _FAR, _OFF_EQUATOR = 100.0, 1.0
-_beside = ThreadPoolExecutor(2, "rehearsal")
+_beside = ThreadPoolExecutor(2, "warm-up")
 
 
-def rehearse(camera: Camera) -> None:
+def warm_up(camera: Viewer) -> None:
     """Let the programs that trace many rays, and few beams, from a camera on the equator, or off it, be made or loaded.
 
     That begins in other threads, once in a process. Whoever needs one of them first waits for it.

@@ -8,13 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from kerrcaustics.beams.closed_form import formula
+from kerrcaustics.beams.compile_cache import Program
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.integrator import integrated
-from kerrcaustics.beams.programs import Program
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.camera import Camera, Frame, photon
+from kerrcaustics.spacetime.frame import Frame, photon_of
 from kerrcaustics.spacetime.settings import own_settings
+from kerrcaustics.spacetime.viewer import Viewer
 
 # (rays in one call of the integrator, rays that run side by side in it). On a CPU those should fit in the cache, and
 # run as long as the slowest of them. A GPU wants one large batch.
@@ -63,7 +64,7 @@ def _in_parts(
 
 
 def _aims(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, Flags]:
-    aim = integrated.aim_at(end, frame, photon(frame, sky))
+    aim = integrated.aim_at(end, frame, photon_of(frame, sky))
     return aim.lost, aim.captured, aim.certain
 
 
@@ -72,14 +73,14 @@ _integrate, _survey, _prospects = Program(_integrated), Program(integrated.surve
 
 
 @lru_cache(maxsize=64)
-def frame_on_device(camera: Camera) -> Frame:
+def frame_on_device(camera: Viewer) -> Frame:
     """The camera's frame, sent there once for all calls."""
     return jax.device_put(camera.frame())
 
 
 @own_settings()
 def closed_form(
-    camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
+    camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
     frame, on_equator = frame_on_device(camera), camera.on_equator and not short
@@ -93,14 +94,14 @@ def closed_form(
 
 
 @own_settings()
-def prospects(camera: Camera, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
     frame, (size, _) = frame_on_device(camera), _closed_form_size(len(sky), beams=False, many=False)
     return _batched(lambda sky: _prospects(frame, sky, end), [sky], size)
 
 
 @own_settings()
-def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
+def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work that each ray will be for the integrator."""
     frame = frame_on_device(camera)
     return _batched(lambda sky: _survey(frame, sky, end), [sky], _integrator_size()[0])
@@ -108,7 +109,7 @@ def work(camera: Camera, sky: np.ndarray, end: End) -> np.ndarray:
 
 @own_settings()
 def integrate(
-    camera: Camera, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
+    camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; batches want rays of similar work."""
     size, lanes = _integrator_size()

@@ -4,20 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from kerrcaustics.beams import calls
+from kerrcaustics.beams import batches
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.closed_form import small_k
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.engine import Engine
 from kerrcaustics.beams.errors import excess, is_mostly_noise
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
-from kerrcaustics.spacetime.camera import Camera, photon
+from kerrcaustics.spacetime.frame import photon_of
+from kerrcaustics.spacetime.viewer import Viewer
 
 _MAX_ROUNDS = 5
 
 
 def followed(
-    camera: Camera,
+    camera: Viewer,
     sky: np.ndarray,
     engine: Engine,
     tolerance: float,
@@ -45,43 +46,43 @@ def followed(
     return ends.only(wanted)
 
 
-def _in_closed_form(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
+def _in_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
     """The closed form of all rays, of those too that have formulas of their own."""
     if end.is_beyond(camera):
-        ends = calls.closed_form(camera, sky, end, wanted, many=many)
+        ends = batches.closed_form(camera, sky, end, wanted, many=many)
         _add_small_k(camera, sky, end, wanted, ends)
     else:
         ends = _arriving(camera, sky, end, wanted, many=many)
     return ends
 
 
-def _add_small_k(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd[np.ndarray]) -> None:
+def _add_small_k(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd[np.ndarray]) -> None:
     """Put the rays of small k, which have formulas of their own, into what the others' formulas gave."""
     left = np.flatnonzero(~ends.closed_form & (ends.status != Status.CAPTURED))
     if not left.size:
         return
-    left = left[photon(camera.frame(), tuple(sky[left].T)).k < small_k.MOST_K]
+    left = left[photon_of(camera.frame(), tuple(sky[left].T)).k < small_k.MOST_K]
     if left.size:
-        again = calls.closed_form(camera, sky[left], end, wanted, short=True)
+        again = batches.closed_form(camera, sky[left], end, wanted, short=True)
         ends.put(left[again.closed_form], again.rows(again.closed_form))
 
 
-def _arriving(camera: Camera, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
+def _arriving(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
     """The closed form of the rays that arrive, where few may."""
-    lost, captured, certain = calls.prospects(camera, sky, end)
-    some = calls.closed_form(camera, sky[~lost], end, wanted, many=many)
+    lost, captured, certain = batches.prospects(camera, sky, end)
+    some = batches.closed_form(camera, sky[~lost], end, wanted, many=many)
     ends = some.room(len(sky))
     ends.put(lost, some.nowhere(np.where(captured[lost], Status.CAPTURED, Status.MISSED), certain[lost]))
     ends.put(~lost, some)
     return ends
 
 
-def _integrated(camera: Camera, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
+def _integrated(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
-    order = np.argsort(calls.work(camera, sky, end), kind="stable")
+    order = np.argsort(batches.work(camera, sky, end), kind="stable")
     sky = sky[order]
     refinement = np.ones(len(sky))
-    ends = calls.integrate(camera, sky, refinement, tolerance, end, wanted)
+    ends = batches.integrate(camera, sky, refinement, tolerance, end, wanted)
     for _ in range(_MAX_ROUNDS):
         missing = excess(ends, tolerance)
         with np.errstate(invalid="ignore"):
@@ -90,7 +91,7 @@ def _integrated(camera: Camera, sky: np.ndarray, tolerance: float, end: End, wan
             break
         before = missing[loose]
         refinement[loose] *= np.maximum(1.5, 1.15 * before ** (1 / 12))
-        again = calls.integrate(camera, sky[loose], refinement[loose], tolerance, end, wanted)
+        again = batches.integrate(camera, sky[loose], refinement[loose], tolerance, end, wanted)
         after = excess(again, tolerance)
         better = after < before
         ends.put(loose[better], again.rows(better))

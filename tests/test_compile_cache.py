@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from kerrcaustics.beams.programs import Program, cache_root, unsafe_cache
+from kerrcaustics.beams.compile_cache import Program, cache_root, unsafe_cache
 from kerrcaustics.spacetime.settings import own_settings
 
 TRACED = []
@@ -54,7 +54,7 @@ def test_a_second_process_reads_it(folder):
 
 def test_other_options_are_another_program(folder, monkeypatch):
     ask(Program(doubled))
-    monkeypatch.setattr("kerrcaustics.beams.programs._OPTIONS", {"cpu": {"xla_backend_optimization_level": 1}})
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache._OPTIONS", {"cpu": {"xla_backend_optimization_level": 1}})
     ask(Program(doubled))
     assert len(TRACED) == 2
 
@@ -77,7 +77,7 @@ def test_where_nothing_can_be_kept(folder):
 
 
 def test_old_ones_make_room(folder, monkeypatch):
-    monkeypatch.setattr("kerrcaustics.beams.programs._MOST_KEPT", 2)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache._MOST_KEPT", 2)
     ask(Program(doubled))
     (oldest,) = folder.iterdir()
     os.utime(oldest, (0, 0))
@@ -110,8 +110,8 @@ def test_a_failure_is_no_answer():
 
 def test_few_are_held_in_memory(folder, monkeypatch):
     loaded: dict = {}
-    monkeypatch.setattr("kerrcaustics.beams.programs._MOST_LOADED", 2)
-    monkeypatch.setattr("kerrcaustics.beams.programs._loaded", loaded)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache._MOST_LOADED", 2)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache._loaded", loaded)
     program = Program(doubled)
     for count in (2, 3, 2, 4, 3, 2):
         ask(program, count)
@@ -234,7 +234,7 @@ def test_what_is_no_file_is_not_waited_for(folder, make):
 
 
 def test_foreign_files_are_not_removed(folder, monkeypatch):
-    monkeypatch.setattr("kerrcaustics.beams.programs._MOST_KEPT", 1)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache._MOST_KEPT", 1)
     ask(Program(doubled))
     (first,) = folder.iterdir()
     foreign = [folder / name for name in ("letter.txt", first.name[:-1], f"{first.name}.bak")]

@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, sky_from_looking
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 
 Array = np.ndarray
 
@@ -35,7 +36,7 @@ def axes_of(
     elif look == "forward":
         forward = np.array([0.0, -1.0 if camera.frame().speed < 0 else 1.0, 0.0])
     else:
-        forward = sky_from_looking(camera.frame(), np.asarray(look, float) / np.linalg.norm(look))
+        forward = sky_from_line_of_sight(camera.frame(), np.asarray(look, float) / np.linalg.norm(look))
     return _turned(forward, up, *(math.radians(turn) for turn in turns))
 
 

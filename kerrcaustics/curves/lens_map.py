@@ -1,0 +1,66 @@
+"""The lens map: from a viewer's sky to a surface of sources, with all that is seen of what shines there."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import End
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.search_sky import SearchSky, search_sky
+from kerrcaustics.curves.source_map import on_leaves
+from kerrcaustics.spacetime.viewer import Viewer
+
+Array = np.ndarray
+
+TOLERANCE = 1e-12
+"""Wanted error of the beams in all that is said of sources, radians."""
+
+
+@dataclass(frozen=True)
+class SeenLight:
+    """Light on the sky of a viewer: places, beams, magnification, redshift and travel times as the viewer has them.
+
+    The beams belong to the search camera; places of their ends are the viewer's too. spread: major diameters of beams
+    of unit size on the search sky.
+    """
+
+    sky: Float[Array, "n axes"]
+    beams: Beams
+    magnification: Float[Array, " n"]
+    redshift: Float[Array, " n"]
+    time: Float[Array, " n"] | None
+    time_error: Float[Array, " n"] | None
+    spread: Float[Array, " n"]
+
+
+@dataclass(frozen=True)
+class LensMap:
+    """A viewer and a surface of sources, with what shines on it."""
+
+    viewer: Viewer
+    surface: End
+
+    @property
+    def sky(self) -> SearchSky:
+        """The sky that is searched for the viewer."""
+        return search_sky(self.viewer)
+
+    def seen(self, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"] | None = None) -> SeenLight:
+        """Directions on the search sky, as the viewer has them. The rays are those of the directions given."""
+        searched = self.sky
+
+        def traced(sky: Array, end: End) -> Beams:
+            return trace_beams(searched.search_camera, sky, "auto", TOLERANCE, end=end, time=end.finite)
+
+        beams = on_leaves(self.surface, sky, second_arrival, traced)
+        place = searched.shown(sky)
+        size = searched.stretch(place)
+        magnification = beams.magnification * (searched.still_lengths(sky) * size) ** 2
+        times = searched.viewer_time(beams.time, beams.time_error)
+        return SeenLight(place, beams, magnification, np.asarray(beams.redshift) / size, *times, beams.delta_plus)
+
+    def errors(self, sky: Float[Array, "n 3"], error: Float[Array, " n"]) -> Float[Array, " n"]:
+        """Errors of directions on the search sky, radians, as the viewer has them."""
+        return self.sky.errors(sky, error)
