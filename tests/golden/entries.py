@@ -80,7 +80,7 @@ def camera(*numbers: Any) -> Any:
 
 
 def observer(*numbers: Any) -> Any:
-    return kc.Observer(*numbers)
+    return kc.Observer(**dict(zip(("spin", "inclination", "radius"), numbers, strict=False)))
 
 
 VIEWERS = {

@@ -22,9 +22,9 @@ from tests.golden.entries import FILES, entries, save
 COUNTED = "kerrcaustics.beams.trace", "_traced"
 BEAMS = "Beams"
 # Threads that make programs beside what goes on: what they trace is nobody's answer.
-BESIDE = "rehearsal"
+BESIDE = "warm-up"
 # What these keep are programs, and no answers.
-NOT_FORGOTTEN = {"kerrcaustics.beams.programs", "kerrcaustics.beams.rehearsal"}
+NOT_FORGOTTEN = {"kerrcaustics.beams.compile_cache", "kerrcaustics.beams.warm_up"}
 
 
 @contextmanager
