@@ -4,7 +4,7 @@
 from . import functional as functional
 from .astronomy.physical_scale import PhysicalScale as PhysicalScale
 from .beams.beam import Beams as Beams, Rays as Rays, Status as Status
-from .beams.ends import EquatorialPlane as EquatorialPlane
+from .beams.ends import CelestialSphere as CelestialSphere, EquatorialPlane as EquatorialPlane, Sphere as Sphere
 from .beams.paths import RayPaths as RayPaths, ray_paths as ray_paths, trapped_orbit as trapped_orbit
 from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
 from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet, Cusp as Cusp, caustics as caustics

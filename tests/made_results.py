@@ -9,8 +9,8 @@ import numpy as np
 import kerrcaustics as kc
 from kerrcaustics.films.film import FilmResult
 from kerrcaustics.results.declared import LAYOUTS, stored
-from kerrcaustics.stars.circles import CircleCurve
 from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.stars.circles import CircleCurve
 from kerrcaustics.stars.counts import CountMap
 
 # Naming them loads the modules of all public names.
@@ -21,6 +21,9 @@ GIVEN = {
     kc.Camera: CAMERA,
     Viewer: CAMERA,
     kc.Observer: kc.Observer(spin=0.5, inclination=1.0),
+    kc.CelestialSphere: kc.CelestialSphere(),
+    kc.Sphere: kc.Sphere(7.5),
+    kc.EquatorialPlane: kc.EquatorialPlane(2, "static"),
     kc.View: kc.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)),
     Path: Path("folder/sweep.zarr"),
 }

@@ -28,7 +28,7 @@ def swept(radius, angle):
 
 
 def radii(remarks):
-    return [float(line.split(" rad,")[0].split()[-1]) for line in remarks]
+    return [float(line.split(" rad (within")[0].split()[-1]) for line in remarks]
 
 
 @pytest.mark.parametrize(

@@ -30,20 +30,21 @@ def followed(
     """Rays by the engine asked for. many, whether they are part of a large job."""
     if engine is Engine.INTEGRATED:
         return _integrated(camera, sky, tolerance, end, wanted)
-    # One program serves all beams: index and crossings cost next to nothing.
-    asked = replace(wanted, index=True, crossings=True) if wanted.beams else wanted
-    ends = _in_closed_form(camera, sky, end, asked, many=many)
+    # One program serves all beams: index and crossings cost next to nothing, nor does the time of few.
+    timed = wanted.time or (end.finite and not many)
+    asked = replace(wanted, index=True, crossings=True, time=timed) if wanted.beams else wanted
+    ends = _in_closed_form(camera, sky, end, asked, many=many).only(wanted)
     unsure = ~ends.closed_form
     if engine is Engine.AUTO:
         unsure |= is_mostly_noise(ends, tolerance)
     rest = np.flatnonzero(unsure)
     if rest.size:
         # Few rays, mostly: one program serves them all, whatever was asked for.
-        more = replace(asked, beams=True, index=True, crossings=True)
+        more = replace(wanted, beams=True, index=True, crossings=True)
         again, before = _integrated(camera, sky[rest], tolerance, end, more), ends.rows(rest)
         better = ~before.closed_form | (excess(again, tolerance, 0) < excess(before, tolerance, 0))
         ends.put(rest[better], again.rows(better))
-    return ends.only(wanted)
+    return ends
 
 
 def _in_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:

@@ -6,7 +6,6 @@ the methods that take photons and paths, all else those that take places on the 
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import jax
@@ -18,6 +17,7 @@ from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.emitters import EMITTERS, Emitter, static
 from kerrcaustics.beams.integrator.equations import Constants, radial_pull
 from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.checks import apart, numbers, one_of, quoted, real_number, whole_number
@@ -211,12 +211,24 @@ class End:
 
 
 @jax.tree_util.register_dataclass
-@dataclass(frozen=True)
+@result("celestial-sphere/1", record="radius", eq=True)
 class CelestialSphere(End):
-    """Infinity, where u = 0 exactly."""
+    """The celestial sphere: infinity, where u = 0 exactly. What shines there is at rest.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> kc.CelestialSphere().radius
+    inf
+    """
 
     finite: ClassVar[bool] = False
-    radius: ClassVar[float] = math.inf
+
+    @property
+    @derived("", "GM/c^2", json="source_radius")
+    def radius(self) -> float:
+        """Infinite."""
+        return math.inf
 
     def is_beyond(self, camera: Viewer) -> bool:
         """Always."""
@@ -250,7 +262,7 @@ class CelestialSphere(End):
 
 
 @jax.tree_util.register_dataclass
-@dataclass(frozen=True)
+@result("sphere/1", record="radius", eq=True)
 class Sphere(End):
     """A sphere around the hole: places where rays, followed backward, first arrive at a radius. What shines is static.
 
@@ -260,10 +272,17 @@ class Sphere(End):
         Boyer-Lindquist radius, outside the horizon.
     second_arrival : bool
         Whether the second arrival is meant, of rays that meet a sphere within the viewer's radius twice.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.trace_rays(camera, [[-0.6, 0.5, 0.4]], end=kc.Sphere(20.0)).radius.tolist()
+    [20.0]
     """
 
-    radius: Any
-    second_arrival: Any = False
+    radius: Any = quantity("", "GM/c^2", "Boyer-Lindquist radius", json="source_radius")
+    second_arrival: Any = quantity("", "1", "True for the second arrival", default=False)
 
     def emitter_motion(self) -> Emitter:
         """At rest."""
@@ -319,7 +338,7 @@ class Sphere(End):
 
 
 @jax.tree_util.register_pytree_node_class
-@dataclass(frozen=True)
+@result("equatorial-plane/1", eq=True)
 class EquatorialPlane(End):
     """The n-th place where a ray, followed backward from the camera, crosses the equatorial plane.
 
@@ -346,8 +365,8 @@ class EquatorialPlane(End):
     (1,)
     """
 
-    crossing: int = 1
-    emitter: str = "circular"
+    crossing: int = quantity("", "1", "which crossing of the plane, from 1", default=1)
+    emitter: str = quantity("", "", "what shines there", default="circular")
     coordinate: ClassVar[int] = 3
     coordinates: ClassVar[tuple[Coordinate, Coordinate]] = (
         Coordinate("radius", "r", "GM/c^2"),
@@ -355,7 +374,7 @@ class EquatorialPlane(End):
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is no crossing or no emitter."""
+        """Raise ValueError unless there are such a crossing and such an emitter."""
         object.__setattr__(self, "crossing", whole_number("crossing", self.crossing, 1))
         one_of("emitter", self.emitter, EMITTERS)
 
@@ -494,13 +513,12 @@ class EquatorialPlane(End):
 
 Spherical = CelestialSphere | Sphere
 SKY = CelestialSphere()
-
-
-Wherever = float | EquatorialPlane
+Wherever = float | Spherical | EquatorialPlane
+"""What `end=` may be: math.inf, a radius, or a surface itself."""
 
 
 def end_of(camera: Viewer, end: object) -> End:
-    """The end that `end=` means: math.inf, a radius, or an end itself; what is none is refused with one ValueError."""
+    """The surface that `end=` means; a ValueError unless it is one outside the horizon."""
     if isinstance(end, End) and not isinstance(end, Sphere):
         return end
     radius = real_number("end", end.radius if isinstance(end, Sphere) else end)

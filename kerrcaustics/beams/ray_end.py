@@ -61,10 +61,11 @@ class RayEnd(Generic[A]):
     crossings_certain: A | None = None
 
     def only(self, wanted: Wanted) -> "RayEnd[A]":
-        """Without the index, or the crossings, if those are not wanted."""
+        """Without the index, the crossings or the time, if those are not wanted."""
         index = {} if wanted.index else {"index": None, "index_certain": None}
         crossings = {} if wanted.crossings else {"crossings": None, "crossings_certain": None}
-        return replace(self, **index, **crossings)
+        time = {} if wanted.time else {"time": None, "time_error": None, "time_noise": None}
+        return replace(self, **index, **crossings, **time)
 
     def rows(self, chosen: np.ndarray | slice) -> "RayEnd[A]":
         """The chosen rays."""

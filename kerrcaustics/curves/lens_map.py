@@ -22,8 +22,8 @@ TOLERANCE = 1e-12
 class SeenLight:
     """Light on the sky of a viewer: places, beams, magnification, redshift and travel times as the viewer has them.
 
-    The beams belong to the search camera; places of their ends are the viewer's too. spread: major diameters of beams
-    of unit size on the search sky.
+    The beams belong to the viewer if that shares the engines' sky, else to the search camera; places of their ends are
+    the viewer's too. spread: major diameters of beams of unit size on the search sky.
     """
 
     sky: Float[Array, "n axes"]
@@ -50,16 +50,20 @@ class LensMap:
     def seen(self, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"] | None = None) -> SeenLight:
         """Directions on the search sky, as the viewer has them. The rays are those of the directions given."""
         searched = self.sky
-
-        def traced(sky: Array, end: End) -> Beams:
-            return trace_beams(searched.search_camera, sky, "auto", TOLERANCE, end=end, time=end.finite)
-
-        beams = on_leaves(self.surface, sky, second_arrival, traced)
         place = searched.shown(sky)
         size = searched.stretch(place)
+        own = searched.shares_engines
+
+        def traced(directions: Array, end: End) -> Beams:
+            viewer = self.viewer if own else searched.search_camera
+            return trace_beams(viewer, directions, "auto", TOLERANCE, end=end, time=end.finite)
+
+        beams = on_leaves(self.surface, place if own else sky, second_arrival, traced)
+        redshift, times = np.asarray(beams.redshift), searched.viewer_time(beams.time, beams.time_error)
+        if own:
+            return SeenLight(place, beams, beams.magnification, redshift, *times, beams.delta_plus * size)
         magnification = beams.magnification * (searched.still_lengths(sky) * size) ** 2
-        times = searched.viewer_time(beams.time, beams.time_error)
-        return SeenLight(place, beams, magnification, np.asarray(beams.redshift) / size, *times, beams.delta_plus)
+        return SeenLight(place, beams, magnification, redshift / size, *times, beams.delta_plus)
 
     def errors(self, sky: Float[Array, "n 3"], error: Float[Array, " n"]) -> Float[Array, " n"]:
         """Errors of directions on the search sky, radians, as the viewer has them."""

@@ -7,6 +7,7 @@ without distortion, so that one length tells what becomes of beams.
 
 from dataclasses import dataclass
 from functools import singledispatch
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -30,6 +31,8 @@ class SearchSky:
 
     viewer: Viewer
     search_camera: Viewer
+    shares_engines: ClassVar[bool] = False
+    """Whether engines trace the places of the viewer as well as those of the search camera."""
 
     @property
     def plain_camera(self) -> Camera | None:
@@ -78,6 +81,8 @@ class SearchSky:
 class CameraSky(SearchSky):
     """The sky of a camera, searched by one at rest."""
 
+    shares_engines: ClassVar[bool] = True
+
     def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
         """Directions with aberration."""
         return as_seen(sky, self.search_camera.frame(), self.viewer.frame())
@@ -102,6 +107,8 @@ class CameraSky(SearchSky):
 
 class FarCameraSky(CameraSky):
     """The sky of a camera far away, searched by an observer there."""
+
+    shares_engines: ClassVar[bool] = False
 
     @property
     def plain_camera(self) -> Camera:

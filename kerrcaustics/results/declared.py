@@ -217,7 +217,7 @@ def same(one: Any, other: Any) -> bool:
 def _documented(kind: type) -> str:
     """The docstring, followed by the quantities that it declares."""
     doc = inspect.cleandoc(kind.__doc__ or "")
-    if "Parameters\n---" in doc:
+    if "Parameters\n---" in doc or not stored(kind):
         return doc
     hints = get_type_hints(kind)
     lines = [doc, "", "Attributes", "----------"]

@@ -25,6 +25,7 @@ HOMES = {
     "spacetime.camera": "Camera",
     "spacetime.observer": "Observer",
     "beams.beam": "Rays Beams",
+    "beams.ends": "CelestialSphere Sphere EquatorialPlane",
     "beams.paths": "SpacePoints RayPaths",
     "curves.caustic": "Cusp Caustic CausticSet",
     "curves.isoradials": "Isoradial DiskImages",

@@ -20,7 +20,7 @@ from kerrcaustics.curves.caustic import check_orders
 from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.curves.features import extreme_places, find_features, fitted
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, check_camera
+from kerrcaustics.spacetime.camera import check_camera
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis, tangent_basis
