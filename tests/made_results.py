@@ -7,6 +7,7 @@ from typing import get_args, get_type_hints
 import numpy as np
 
 import kerrcaustics as kc
+from kerrcaustics.beams.ends import End
 from kerrcaustics.films.film import FilmResult
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.spacetime.viewer import Viewer
@@ -21,6 +22,7 @@ GIVEN = {
     kc.Camera: CAMERA,
     Viewer: CAMERA,
     kc.Observer: kc.Observer(spin=0.5, inclination=1.0),
+    End: kc.Sphere(7.5),
     kc.CelestialSphere: kc.CelestialSphere(),
     kc.Sphere: kc.Sphere(7.5),
     kc.EquatorialPlane: kc.EquatorialPlane(2, "static"),

@@ -110,7 +110,7 @@ def test_pixels_of_fits_lie_where_the_header_says(fits, tmp_path):
         for unit in units:
             wcs = WCS(unit.header).celestial
             assert list(wcs.wcs.ctype) == ["KLON-CAR", "KLAT-CAR"]
-            longitude, latitude = np.degrees(counts.phi), 90 - np.degrees(counts.theta)
+            longitude, latitude = np.degrees(counts.phi), 90 - np.degrees(counts.level)
             places = np.stack(np.meshgrid(longitude, latitude), axis=-1).reshape(-1, 2)
             x, y = np.rint(wcs.wcs_world2pix(places, 0)).astype(int).T
             assert np.allclose(wcs.wcs_pix2world(np.stack([x, y], axis=-1), 0), places, rtol=0, atol=1e-12)
@@ -168,11 +168,11 @@ def test_counts_in_healpix_are_those_of_the_cells(healpy, order):
     counts = made_map()
     found = counts.to_healpix(8, order)
     assert found.shape == (3, 768)
-    centre = from_angles(counts.theta[:, None], counts.phi).reshape(-1, 3)
+    centre = from_angles(counts.level[:, None], counts.phi).reshape(-1, 3)
     places = np.stack(healpy.pix2vec(8, np.arange(768), nest=order == "nested"), axis=-1)
     # The slow twin: the nearest centre, in angle of longitude and latitude, which is that of the cell.
     theta, phi = healpy.pix2ang(8, np.arange(768), nest=order == "nested")
-    i = np.abs(theta[:, None] - counts.theta).argmin(axis=1)
+    i = np.abs(theta[:, None] - counts.level).argmin(axis=1)
     j = np.abs((phi[:, None] - counts.phi + math.pi) % (2 * math.pi) - math.pi).argmin(axis=1)
     edge = np.abs(phi / math.pi * ROWS - np.rint(phi / math.pi * ROWS)) < 1e-9
     edge |= np.abs(theta / math.pi * ROWS - np.rint(theta / math.pi * ROWS)) < 1e-9

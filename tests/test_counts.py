@@ -168,7 +168,7 @@ def test_map_agrees_with_counts_of_stars():
     assert found.counts.shape == (30, 60, 3)
     assert found.solid_angle.sum() * 60 == pytest.approx(4 * math.pi)
     row, column = np.random.default_rng(0).integers(0, (30, 60), (20, 2)).T
-    stars = np.stack([found.theta[row], found.phi[column]], axis=-1)
+    stars = np.stack([found.level[row], found.phi[column]], axis=-1)
     counted = kc.image_counts(CAMERA, stars, max_index=2)
     assert counted.certified.all()
     assert np.array_equal(counted.counts, found.counts[row, column])
@@ -225,7 +225,8 @@ def test_images_command(capsys, tmp_path):
     assert entry["schema"] == "kerrcaustics/images/1" and entry["star_deg"] == [80, -20]
     assert entry["certified"] and entry["per_index"] == {str(k): n for k, n in found.per_index.items()}
     names = {"sky", "phi_deg", "index", "parity", "magnification", "crossings", "crossings_certain", "redshift"}
-    assert len(entry["images"]) == len(found) and set(entry["images"][0]) == {*names, "error_rad"}
+    names |= {"error_rad", "time", "time_error", "second_arrival"}
+    assert len(entry["images"]) == len(found) and set(entry["images"][0]) == names
     assert entry["images"][1]["sky"] == found.sky[1].tolist()
 
 

@@ -18,6 +18,7 @@ import kerrcaustics as kc
 from kerrcaustics.beams.paths import SpacePoints
 from kerrcaustics.results.declared import LAYOUTS, quantities, stored
 from kerrcaustics.results.files import HOMES
+from kerrcaustics.results.units import as_in
 from kerrcaustics.stars.events import PairEvents
 from kerrcaustics.stars.tracks import Track
 
@@ -69,7 +70,7 @@ def test_a_record_is_json_whose_names_tell_the_unit(kind, count):
         if "=" in name:
             assert dict([name.split("=")]).items() <= entry.items()
             continue
-        about = quantities(kind)[name]
+        about = as_in(made, quantities(kind)[name])
         names = (about.name + "_deg" * (about.unit == "rad") if about.json is None else about.json).split()
         assert about.unit != "rad" or all(key.endswith(("_deg", "_rad")) for key in names)
         assert name in layout.rows or set(names) <= entry.keys()
@@ -90,6 +91,7 @@ def test_a_dataset_holds_every_number(kind, count, tmp_path):
     made = example(kind, count)
     data = kc.to_xarray(made)
     for name, about in quantities(kind).items():
+        about = as_in(made, about)
         number = getattr(made, name)
         if isinstance(number, np.ndarray):
             variable = data[about.column or name]

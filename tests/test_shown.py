@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 import kerrcaustics as kc
 from kerrcaustics.results.declared import quantities, stored
 
-NO_PLOT = {"FilmResult", "SweepResult"}
+NO_PLOT = {"CelestialSphere", "EquatorialPlane", "FilmResult", "Sphere", "SweepResult"}
 CAMERA = kc.Camera(0.5, 4.0, 1.0)
 SKIES = [
     kc.StarField(),

@@ -122,7 +122,7 @@ def integrate(
 
 
 def _closed_form_size(count: int, beams: bool, *, many: bool) -> tuple[int, int]:
-    """How many rays a call takes, and how many at a time; many, whether a job has more rays than are counted here."""
+    """The number of rays in a call, and at a time; many, whether a job has more rays than are counted here."""
     backend = jax.default_backend()
     small, large = _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)
     lanes = _LANES.get(backend, _LARGE_CALL)[beams]

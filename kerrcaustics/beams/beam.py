@@ -1,4 +1,4 @@
-"""What tracing returns: rays, and beams with their first variation."""
+"""The results of tracing: rays, and beams with their first variation."""
 
 from enum import IntEnum
 
@@ -10,7 +10,7 @@ from kerrcaustics.spacetime.sphere import tangent_basis
 
 
 class Status(IntEnum):
-    """What became of a ray; `sentence` says it to a person."""
+    """The fate of a ray; `sentence` puts it in words."""
 
     ESCAPED = 0
     CAPTURED = 1
@@ -42,7 +42,7 @@ _SENTENCES = {
 
 @result("rays/1", kw_only=True)
 class Rays:
-    """Where each camera-sky direction comes from. Arrays of one batch shape (ray...).
+    """The ends of rays, one for each direction on the camera sky. Arrays of one batch shape (ray...).
 
     Rays that do not reach their end hold NaN, False, and -1 for whole numbers. What was not asked for is None.
     """

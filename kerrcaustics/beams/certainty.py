@@ -1,4 +1,4 @@
-"""What double precision cannot know of a ray: flags that say so, and the error of its azimuth.
+"""Limits of double precision: flags of what it cannot know of a ray, and the error of its azimuth.
 
 The rules are the same for both engines. They are elementwise on arrays of one shape, one entry a ray.
 """

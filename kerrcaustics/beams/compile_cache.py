@@ -117,7 +117,7 @@ def cache_root() -> Path | None:
 
 
 def cache_folder() -> Path | None:
-    """Where programs are kept; None where they cannot be."""
+    """The folder of programs; None if there is none."""
     root = cache_root()
     return None if root is None else root.joinpath(*PLACE)
 
@@ -145,7 +145,7 @@ def _made_of() -> str:
 
 
 def _processor() -> str:
-    """What the processor can do, where the system tells."""
+    """The features of the processor, if the system tells."""
     with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
         return "".join(sorted({line for line in file if line.startswith(("model name", "flags", "Features"))}))
     return platform.processor()

@@ -31,8 +31,7 @@ def followed(
     if engine is Engine.INTEGRATED:
         return _integrated(camera, sky, tolerance, end, wanted)
     # One program serves all beams: index and crossings cost next to nothing, nor does the time of few.
-    timed = wanted.time or (end.finite and not many)
-    asked = replace(wanted, index=True, crossings=True, time=timed) if wanted.beams else wanted
+    asked = replace(wanted, index=True, crossings=True, time=wanted.time or not many) if wanted.beams else wanted
     ends = _in_closed_form(camera, sky, end, asked, many=many).only(wanted)
     unsure = ~ends.closed_form
     if engine is Engine.AUTO:

@@ -1,4 +1,4 @@
-"""What shines at the end of a ray, and how its frequency changes on the way to the camera.
+"""Emitters at the ends of rays, and the change of their frequency on the way to the camera.
 
 An emitter is a function of the spin and of its place, (spin, radius, cosine of theta) -> `Motion`.
 """
@@ -14,7 +14,7 @@ from kerrcaustics.spacetime.arrays import Flags, Reals
 
 
 class Motion(NamedTuple):
-    """How an emitter moves: dphi / dt; (dtau / dt)^2, not positive where nothing can move that way; dr / dt."""
+    """The motion of an emitter: dphi / dt; (dtau / dt)^2, not positive where nothing can move that way; dr / dt."""
 
     orbital: Reals
     slowness: Reals

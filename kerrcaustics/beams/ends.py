@@ -1,4 +1,4 @@
-"""Where rays may end: the celestial sphere, a sphere of finite radius, a crossing of the equatorial plane.
+"""Surfaces on which rays end: the celestial sphere, a sphere of finite radius, a crossing of the equatorial plane.
 
 An end is a surface around the hole with something that shines on it (emitters.py). What is special about one is told by
 the methods of its class, here and nowhere else; `End` has what holds for most. A new end is one more class. Engines use
@@ -11,7 +11,6 @@ from typing import Any, ClassVar, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.emitters import EMITTERS, Emitter, static
@@ -26,6 +25,8 @@ from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.sphere import flattened, from_angles
 from kerrcaustics.spacetime.viewer import Viewer
 
+# A source closer to the viewer than this part of its radius has no direction: rounding leaves a radian of it open.
+_AT_VIEWER = 1e-14
 # Round-off of the radius of an end, relative, as it enters the distance from a turning point.
 _OF_RADIUS = 4e-16
 
@@ -45,7 +46,7 @@ class Coordinate(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """Where a ray is going, by roots and elliptic integrals alone.
+    """The aim of a ray, by roots and elliptic integrals alone.
 
     captured: followed on, it falls in; lost: it does not reach its end; mino_time to the end, 0 if lost; rising,
     whether it arrives with growing radius (for spheres); plane_rate, |z'| in the equatorial plane (where that is the
@@ -63,7 +64,7 @@ class Aim(NamedTuple):
 
 
 class Arriving(NamedTuple):
-    """How a ray arrives: u = 1 / r, the sizes of u' and psi', and the radians of arc in a unit of Mino time."""
+    """The arrival of a ray: u = 1 / r, the sizes of u' and psi', and the radians of arc in a unit of Mino time."""
 
     u: Reals
     rate: Reals
@@ -91,27 +92,39 @@ class End:
     )
 
     def emitter_motion(self) -> Emitter | None:
-        """How what shines there moves; None for sources at rest at infinity."""
+        """The motion of what shines there; None for sources at rest at infinity."""
         return None
 
     def bare(self) -> "End":
         """The surface, whatever shines on it: rays do not depend on that."""
         return self
 
+    def in_words(self) -> str:
+        """The surface as texts name it."""
+        raise NotImplementedError
+
+    def arrivals(self) -> "tuple[End, ...]":
+        """The surface, for each of the arrivals that a ray may have there."""
+        return (self,)
+
     def at_second_arrival(self) -> "End":
         """The surface where rays meet it for the second time."""
         raise ValueError(f"Argument `end` must be a sphere for a second arrival, but is {self!r}.")
 
-    def checked(self, name: str, places: ArrayLike) -> np.ndarray:
-        """Places (n, 2) on the surface, which the user gave as the argument `name`."""
+    def checked(self, name: str, places: Any, viewer: Viewer, *, one: bool = False) -> np.ndarray:
+        """Places (n, 2) on the surface, or one (2,), which the user gave as the argument `name`."""
         given = numbers(name, places)
-        if given.ndim != 2 or given.shape[-1] != 2 or not np.isfinite(given).all():
-            raise ValueError(
-                f"Argument `{name}` must be an array of finite numbers of shape (n, 2): theta', phi' in radians."
-            )
-        if ((given[:, 0] < 0) | (given[:, 0] > math.pi)).any():
-            raise ValueError(f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees).")
+        if given.shape != (2,) if one else (given.ndim != 2 or given.shape[-1] != 2 or not np.isfinite(given).all()):
+            shape = "two numbers (theta', phi') in radians" if one else "of shape (n, 2): theta', phi' in radians"
+            raise ValueError(_must_be(name, shape, places, one))
+        if not ((given[..., 0] >= 0) & (given[..., 0] <= math.pi) & np.isfinite(given[..., 1])).all():
+            but = f" and a finite phi', but is {quoted(places)}" if one else ""
+            raise ValueError(f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees){but}.")
+        self.check_apart(name, given.reshape(-1, 2), viewer)
         return given
+
+    def check_apart(self, name: str, places: np.ndarray, viewer: Viewer) -> None:
+        """Raise ValueError if a place (n, 2) cannot be told from the viewer's own, and is seen in no direction."""
 
     def vectors(self, places: np.ndarray) -> np.ndarray:
         """Places (n, 2) as vectors (n, axes) that are close where the places are."""
@@ -126,7 +139,7 @@ class End:
         return flattened(rays.direction, vectors - rays.direction)
 
     def scale(self, rays: Rays) -> np.ndarray | float:
-        """What a unit of `Rays.error` is in the rows of the Jacobian."""
+        """The size of a unit of `Rays.error` in the rows of the Jacobian."""
         return 1.0
 
     def is_beyond(self, camera: Viewer) -> bool:
@@ -174,15 +187,15 @@ class End:
         return size
 
     def motion(self, at: Arriving) -> Reals:
-        """How fast the end moves in the surface if the ray arrives later, per radian of arc."""
+        """The speed of the end in the surface if the ray arrives later, per radian of arc."""
         return 1 + at.turning
 
     def opened(self, growth: Reals, at: Arriving) -> Reals:
-        """How far a ray is displaced in the surface that is displaced by `growth` in u, in its path."""
+        """The displacement in the surface of a ray that is displaced by `growth` in u, in its path."""
         return growth * (1 + at.turning) / at.rate
 
     def delayed(self, delay: Reals, at: Arriving) -> Reals:
-        """How far a ray is displaced in the surface that is late, by so many radians of arc, in radius alone."""
+        """The displacement in the surface of a ray that is late by so many radians of arc, in radius alone."""
         return delay * (1 + at.turning)
 
     def unsettled(self, constants: Constants, at: Arriving) -> tuple[Reals, Reals]:
@@ -202,7 +215,7 @@ class End:
         return m
 
     def slip(self, aim: Aim, at: Arriving) -> Reals:
-        """How far a ray is displaced in the surface whose height over the plane is off by a radian, by its time."""
+        """The displacement in the surface, by its time, of a ray whose height over the plane is off by a radian."""
         return 0.0
 
     def lever(self, at: Arriving, depth: Reals) -> Reals:
@@ -225,10 +238,14 @@ class CelestialSphere(End):
     finite: ClassVar[bool] = False
 
     @property
-    @derived("", "GM/c^2", json="source_radius")
+    @derived("", "GM/c^2", json="source_radius", column="source_radius")
     def radius(self) -> float:
         """Infinite."""
         return math.inf
+
+    def in_words(self) -> str:
+        """By its name."""
+        return "the celestial sphere"
 
     def is_beyond(self, camera: Viewer) -> bool:
         """Always."""
@@ -281,19 +298,39 @@ class Sphere(End):
     [20.0]
     """
 
-    radius: Any = quantity("", "GM/c^2", "Boyer-Lindquist radius", json="source_radius")
+    radius: Any = quantity("", "GM/c^2", "Boyer-Lindquist radius", json="source_radius", column="source_radius")
     second_arrival: Any = quantity("", "1", "True for the second arrival", default=False)
 
     def emitter_motion(self) -> Emitter:
         """At rest."""
         return static
 
+    def in_words(self) -> str:
+        """With its radius."""
+        return f"the sphere r = {float(self.radius):.12g}"
+
+    def arrivals(self) -> "tuple[Sphere, ...]":
+        """The first one and the second."""
+        return self, self.at_second_arrival()
+
     def at_second_arrival(self) -> "Sphere":
         """The second arrival."""
         return Sphere(self.radius, second_arrival=True)
 
+    def check_apart(self, name: str, places: np.ndarray, viewer: Viewer) -> None:
+        """Compare them with the place of the viewer."""
+        if math.isinf(viewer.radius):
+            return
+        own = from_angles(viewer.inclination, 0.0)
+        aside = np.linalg.norm(self.vectors(places) - own, axis=1)
+        if (np.hypot(self.radius / viewer.radius - 1, aside) < _AT_VIEWER).any():
+            raise ValueError(
+                f"Argument `{name}` must keep the star away from the camera, but at r = {float(self.radius):.12g}, "
+                f"theta = {viewer.inclination:.12g}, phi = 0 it cannot be told from that, and is seen in no direction."
+            )
+
     def is_beyond(self, camera: Viewer) -> bool:
-        """Where its radius is larger than the camera's."""
+        """True if its radius is larger than the camera's."""
         return self.radius > camera.radius
 
     def aim(self, frame: Frame, photon: Photon, quartic: radial.Quartic) -> Aim:
@@ -354,7 +391,7 @@ class EquatorialPlane(End):
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------
@@ -393,15 +430,24 @@ class EquatorialPlane(End):
         """Its emitter's."""
         return EMITTERS[self.emitter]
 
+    def in_words(self) -> str:
+        """With its number."""
+        return f"crossing {self.crossing} of the equatorial plane"
+
     def bare(self) -> "EquatorialPlane":
         """The crossing, with the emitter of all."""
         return EquatorialPlane(self.crossing)
 
-    def checked(self, name: str, places: ArrayLike) -> np.ndarray:
-        """Places (n, 2) = (r, phi) in the plane."""
+    def checked(self, name: str, places: Any, viewer: Viewer, *, one: bool = False) -> np.ndarray:
+        """Places (n, 2) = (r, phi) in the plane, or one (2,)."""
         given = numbers(name, places)
-        if given.ndim != 2 or given.shape[-1] != 2 or not np.isfinite(given).all():
-            raise ValueError(f"Argument `{name}` must be an array of finite numbers of shape (n, 2): r, phi.")
+        if given.ndim != 2 - one or given.shape[-1:] != (2,) or not np.isfinite(given).all():
+            shape = "two finite numbers (r, phi), phi in radians" if one else "of shape (n, 2): r, phi"
+            raise ValueError(_must_be(name, shape, places, one))
+        horizon, least = kerr.horizon(viewer.spin), given[..., 0].min(initial=math.inf)
+        if not least > horizon:
+            told, limit = apart(float(least), horizon)
+            raise ValueError(f"Argument `{name}` must have an r larger than the horizon's {limit}, but is {told}.")
         return given
 
     def vectors(self, places: np.ndarray) -> np.ndarray:
@@ -514,7 +560,7 @@ class EquatorialPlane(End):
 Spherical = CelestialSphere | Sphere
 SKY = CelestialSphere()
 Wherever = float | Spherical | EquatorialPlane
-"""What `end=` may be: math.inf, a radius, or a surface itself."""
+"""Values of `end=`: math.inf, a radius, or a surface itself."""
 
 
 def end_of(camera: Viewer, end: object) -> End:
@@ -531,6 +577,13 @@ def end_of(camera: Viewer, end: object) -> End:
     if isinstance(end, Sphere):
         return end
     return SKY if math.isinf(radius) else Sphere(radius)
+
+
+def _must_be(name: str, shape: str, places: Any, one: bool) -> str:
+    """The message for places of another shape."""
+    if one:
+        return f"Argument `{name}` must be {shape}, but is {quoted(places)}."
+    return f"Argument `{name}` must be an array of finite numbers {shape}."
 
 
 def _known(frame: Frame, photon: Photon, quartic: radial.Quartic) -> tuple[Reals, Flags]:

@@ -7,7 +7,7 @@ from kerrcaustics.spacetime.checks import one_of
 
 
 class Engine(StrEnum):
-    """What traces rays: the closed form, the integrator, or of both the more accurate one, ray by ray."""
+    """Engines: the closed form, the integrator, or of both the more accurate one, ray by ray."""
 
     AUTO = "auto"
     CLOSED_FORM = "closed-form"

@@ -65,7 +65,7 @@ def excess(ends: RayEnd[np.ndarray], tolerance: float, noises: float = 2) -> np.
 
 
 def is_mostly_noise(ends: RayEnd[np.ndarray], tolerance: float) -> np.ndarray:
-    """Where errors exceed the tolerance by round-off of the engine; that of the direction itself every engine has."""
+    """True if an error exceeds the tolerance by round-off of the engine; all engines share that of the direction."""
     unsure = (ends.error > tolerance) & (_or_none(ends.noise) > _MOSTLY * ends.error)
     if ends.time is None or ends.time_error is None or ends.time_noise is None:
         return unsure

@@ -1,4 +1,4 @@
-"""What is read off a path step by step: the beam's area, the azimuth, and passages through zero."""
+"""Quantities read off a path step by step: the beam's area, the azimuth, and passages through zero."""
 
 import math
 from collections.abc import Sequence

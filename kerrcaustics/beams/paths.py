@@ -111,7 +111,7 @@ class _State(NamedTuple):
 
 
 class _Beam(NamedTuple):
-    """What stays the same along a batch of rays.
+    """Constants along a batch of rays.
 
     end_time, of Mino, NaN for rays that are not followed; end_u, 1 / r there; lost, that end is not the one wanted;
     captured; opening, the rate in Mino time at which the beam opens at the camera.
@@ -150,7 +150,7 @@ def ray_paths(camera: Viewer, sky: ArrayLike, n: int = 200, *, end: float = math
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -212,7 +212,7 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -256,7 +256,7 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
 
 
 def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[float, float, float]:
-    """What `trapped_orbit` was asked for, as numbers; a ValueError where there is no such orbit."""
+    """The arguments of `trapped_orbit` as numbers; a ValueError unless there is such an orbit."""
     a, b, periods = (
         real_number(name, value) for name, value in (("spin", spin), ("impact", impact), ("oscillations", oscillations))
     )
@@ -310,7 +310,7 @@ def _followed(camera: Viewer, sky: np.ndarray, n: int, end: Spherical) -> dict[s
 def _set_ends(
     fields: dict[str, np.ndarray], end: Spherical, camera: Viewer, captured: np.ndarray, lost: np.ndarray
 ) -> None:
-    """What is known of the first and the last place of each ray beforehand, in place."""
+    """Write what is known of the first and the last place of each ray."""
     fields["radius"][0], fields["theta"][0] = camera.radius, camera.inclination
     fields["radius"][-1, ~captured & lost] = np.inf
     fields["radius"][-1, ~lost] = end.radius
@@ -377,7 +377,7 @@ def _coordinates(state: _State, times: np.ndarray) -> list[np.ndarray]:
 
 @Program
 def _errors(beam: _Beam, state: _State) -> Reals:
-    """What errors of the steps and round-off in N make of the direction and of 1 / r: (time, ray)."""
+    """Errors of the direction and of 1 / r by those of the steps and round-off in N: (time, ray)."""
     m = state.paths[0].position[1:]
     spread = length(
         [part for path in state.paths[1:] for part in (path.position[0], *turned(m, path.position[1:], path.psi))]

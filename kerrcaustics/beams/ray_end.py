@@ -14,7 +14,7 @@ from kerrcaustics.spacetime.arrays import Flags, Reals
 
 @dataclass(frozen=True)
 class Wanted:
-    """What to compute beside n': what is left out is not in the compiled program.
+    """Quantities to compute beside n': what is left out is not in the compiled program.
 
     beams, the first variation of the end; index, of a beam, the number of conjugate points; crossings of the equatorial
     plane; time, the coordinate time.
@@ -120,7 +120,7 @@ class RayEnd(Generic[A]):
         )
 
     def fields(self) -> dict[str, np.ndarray]:
-        """What there is, by name, as `Rays` and `Beams` take it."""
+        """The arrays that are there, by name, as `Rays` and `Beams` take it."""
         return {name: values for name, values in vars(self).items() if values is not None}
 
 

@@ -38,7 +38,7 @@ def trace_rays(
     time: bool = False,
     redshift: bool = False,
 ) -> Rays:
-    """Where the light comes from that the camera sees in each direction: rays without their variation.
+    """Trace rays backward from the sky of a camera, without their variation.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def trace_rays(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -100,7 +100,7 @@ def trace_beams(
     crossings: bool = True,
     redshift: bool = True,
 ) -> Beams:
-    """Rays with the ellipse that each makes of a small circular beam.
+    """Trace rays with the ellipse that each makes of a small circular beam.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def trace_beams(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------

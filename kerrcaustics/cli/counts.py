@@ -26,7 +26,7 @@ from kerrcaustics.cli.options import (
 )
 from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import counted, place_of, plain_errors, progress, say, sure
+from kerrcaustics.cli.terminal import counted, place_cells, place_heads, place_of, plain_errors, progress, say, sure
 from kerrcaustics.files import read_text
 
 if TYPE_CHECKING:
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from kerrcaustics.stars.circles import CircleImages
     from kerrcaustics.stars.counts import CountMap, ImageCounts
     from kerrcaustics.stars.lines import LineCrossings
-    from kerrcaustics.stars.plane_images import PlaneCounts
 
 Counted = tuple[dict[str, Any], bool]
 
@@ -131,14 +130,11 @@ def _stars(
 ) -> Counted:
     with plain_errors({"stars": argument}), progress():
         from kerrcaustics.results.records import record
-        from kerrcaustics.stars.counts import ImageCounts, image_counts
+        from kerrcaustics.stars.counts import image_counts
 
         found = image_counts(camera, places, max_index, end=end)
-    if isinstance(found, ImageCounts):
-        _print_counts(camera, found, out)
-    else:
-        _print_plane(found, out)
-    return record(found, camera=camera), found.all_certified
+    _print_counts(found, out)
+    return record(found), found.all_certified
 
 
 def _map(
@@ -150,12 +146,9 @@ def _map(
     out: Console,
 ) -> Counted:
     with plain_errors(), progress() as report:
-        from kerrcaustics.beams.ends import EquatorialPlane
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.counts import count_map
 
-        if isinstance(end, EquatorialPlane):
-            return _plane_map(rows, end, figure, camera, max_index, out)
         found = count_map(camera, max_index, rows, end=end)
         if figure is not None:
             report("drawing", 0.9)
@@ -163,26 +156,9 @@ def _map(
             from kerrcaustics.draw.count_map import count_map_figure
 
             write_figure(count_map_figure(found, caustics(camera, max_index + 1, end=end)), figure)
-    _print_map(camera, found, out)
-    return record(found, camera=camera), True
-
-
-def _plane_map(
-    rows: int, end: "EquatorialPlane", figure: Path | None, camera: "Viewer", max_index: int, out: Console
-) -> Counted:
-    from kerrcaustics.results.records import record
-    from kerrcaustics.stars.counts import count_map
-
-    found = count_map(camera, max_index, rows, end=end)
-    if figure is not None:
-        from kerrcaustics.curves.caustic import caustics
-        from kerrcaustics.draw.plane_maps import plane_count_map_figure
-
-        write_figure(plane_count_map_figure(found, caustics(camera, max_index + 1, end=end)), figure)
-    say(out, f"{place_of(camera)}: image counts over the equatorial plane, crossing {found.crossing}")
-    _print_layers(found.counts, None, out)
-    say(out, f"{found.certified.mean():.2%} of {found.certified.size} places certified")
-    return record(found, camera=camera), bool((found.certified | found.on_caustic).all())
+    _print_map(found, out)
+    # Where the winding alone counts, nothing is certified, and nothing was to be.
+    return record(found), bool((found.certified | found.on_caustic).all()) or not found.certified.any()
 
 
 def _circle(
@@ -254,47 +230,37 @@ def _angles(text: str) -> tuple[float, float] | None:
     return theta, phi
 
 
-def _print_counts(camera: "Viewer", found: "ImageCounts", out: Console) -> None:
-    say(out, f"{place_of(camera)}: image counts")
+def _print_counts(found: "ImageCounts", out: Console) -> None:
+    say(out, f"{place_of(found.camera)}: image counts on {found.surface.in_words()}")
     indices = range(found.counts.shape[1])
-    table = PlainTable(("theta' (deg)", "phi' (deg)", *(f"index {k}" for k in indices), "total", ""))
+    table = PlainTable((*place_heads(found.surface), *(f"index {k}" for k in indices), "total", ""))
     shown = range(min(len(found.stars), _MOST_ROWS_PRINTED))
     for i in shown:
         remark = "certified" if found.certified[i] else "on a caustic" if found.on_caustic[i] else "not certified"
-        theta, phi = (f"{math.degrees(angle):z.8g}" for angle in found.stars[i])
-        table.add_row(theta, phi, *(str(found.counts[i, k]) for k in indices), str(found.counts[i].sum()), remark)
+        counts = (str(found.counts[i, k]) for k in indices)
+        table.add_row(*place_cells(found.surface, found.stars[i]), *counts, str(found.counts[i].sum()), remark)
     out.print(table)
     if len(found.stars) > len(shown):
         say(out, f"... and {len(found.stars) - len(shown)} more stars: --json writes them all")
-    _print_note(camera, found.source_radius, out)
+    _print_note(found, out)
     certified, apart = int(found.certified.sum()), int(found.on_caustic.sum())
     say(out, f"{certified} of {len(found.stars)} certified, {apart} on a caustic")
     for i in (~(found.certified | found.on_caustic)).nonzero()[0][:_MOST_ROWS_PRINTED]:
         say(out, f"star {i + 1}: found {found.counts[i].tolist()}, the caustics tell {found.expected[i].tolist()}")
 
 
-def _print_note(camera: "Viewer", source_radius: float, out: Console) -> None:
-    if math.isinf(camera.radius) and math.isinf(source_radius):
+def _print_note(found: "ImageCounts | CountMap", out: Console) -> None:
+    if math.isinf(found.camera.radius) and not found.surface.finite:
         say(out, "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not counted")
 
 
-def _print_plane(found: "PlaneCounts", out: Console) -> None:
-    indices = range(found.counts.shape[1])
-    table = PlainTable(("r", "phi (deg)", *(f"index {k}" for k in indices), ""))
-    for i in range(min(len(found.sources), _MOST_ROWS_PRINTED)):
-        radius, phi = found.sources[i]
-        remark = "certified" if found.certified[i] else "not certified"
-        table.add_row(
-            f"{radius:z.8g}", f"{math.degrees(phi):z.8g}", *(str(found.counts[i, k]) for k in indices), remark
-        )
-    out.print(table)
-    say(out, f"{int(found.certified.sum())} of {len(found.sources)} certified")
-
-
-def _print_map(camera: "Viewer", found: "CountMap", out: Console) -> None:
-    say(out, f"{place_of(camera)}: image counts over the celestial sphere")
-    _print_layers(found.counts, found.solid_angle[:, None] / (4 * math.pi), out)
-    _print_note(camera, found.source_radius, out)
+def _print_map(found: "CountMap", out: Console) -> None:
+    say(out, f"{place_of(found.camera)}: image counts over {found.surface.in_words()}")
+    over_sphere = found.surface.coordinates[0].unit == "rad"
+    _print_layers(found.counts, found.solid_angle[:, None] / (4 * math.pi) if over_sphere else None, out)
+    _print_note(found, out)
+    if found.certified.any():
+        say(out, f"{found.certified.mean():.2%} of {found.certified.size} places certified")
 
 
 def _print_layers(counts: "np.ndarray", share: "np.ndarray | None", out: Console) -> None:

@@ -19,7 +19,8 @@ from kerrcaustics.cli.options import (
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import (
     counted,
-    direction_head,
+    place_cells,
+    place_heads,
     place_of,
     plain_errors,
     progress,
@@ -28,9 +29,7 @@ from kerrcaustics.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from kerrcaustics.spacetime.viewer import Viewer
     from kerrcaustics.stars.images import StarImages
-    from kerrcaustics.stars.plane_images import PlaneImages
 
 
 @app.command(
@@ -62,37 +61,34 @@ def images(
     with plain_errors(), progress():
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.images import star_images
-        from kerrcaustics.stars.plane_images import PlaneImages
 
         found = star_images(seen_from, place, max_index, end=end)
-    common.write_found(record(found, camera=seen_from), time.perf_counter() - began)
-    if isinstance(found, PlaneImages):
-        _print_plane(seen_from, found, common.console())
-    else:
-        _print_images(seen_from, found, common.console())
+    common.write_found(record(found), time.perf_counter() - began)
+    _print_images(found, common.console())
     if not found.certified:
         stop(1, "The images are not certified: see the remarks.")
 
 
-def _unit(camera: "Viewer") -> str:
-    return f"errors on the sky in {camera.sky_unit}"
-
-
-def _print_images(camera: "Viewer", found: "StarImages", out: Console) -> None:
-    theta, phi = (math.degrees(angle) for angle in found.star)
-    where = "" if math.isinf(found.source_radius) else f", r = {found.source_radius:.12g}"
-    say(out, f"{place_of(camera)}: images of the star at theta' = {theta:z.12g}, phi' = {phi:z.12g} deg{where}")
-    heads = (
-        "index",
-        "parity",
-        direction_head(camera),
-        "phi' (deg)",
-        "magnifi\N{SOFT HYPHEN}cation",
-        "cross\N{SOFT HYPHEN}ings",
-        "redshift",
-        "error",
+def _print_images(found: "StarImages", out: Console) -> None:
+    surface, camera = found.surface, found.camera
+    place = ", ".join(
+        f"{head} = {cell}"
+        for head, cell in zip(place_heads(surface), place_cells(surface, found.star, 12), strict=True)
     )
-    table = PlainTable(heads if found.time is None else (*heads, "time"))
+    say(out, f"{place_of(camera)}: images of the source at {place} on {surface.in_words()}")
+    table = PlainTable(
+        (
+            "index",
+            "parity",
+            camera.sky_coordinates,
+            place_heads(surface)[1],
+            "magnifi\N{SOFT HYPHEN}cation",
+            "cross\N{SOFT HYPHEN}ings",
+            "redshift",
+            "error",
+            "time",
+        )
+    )
     for i in range(len(found)):
         table.add_row(
             str(found.index[i]),
@@ -103,28 +99,9 @@ def _print_images(camera: "Viewer", found: "StarImages", out: Console) -> None:
             str(found.crossings[i]),
             f"{found.redshift[i]:.5f}",
             f"{found.error[i]:.0e}",
-            *([] if found.time is None else [f"{found.time[i]:z.6f}"]),
-        )
-    out.print(table)
-    for remark in found.remarks:
-        say(out, remark)
-    say(out, f"{counted(found.per_index)}: {sure(found.certified)}; {_unit(camera)}")
-
-
-def _print_plane(camera: "Viewer", found: "PlaneImages", out: Console) -> None:
-    where = f"r = {found.radius:.12g}, phi = {math.degrees(found.phi):z.12g} deg"
-    say(out, f"{place_of(camera)}: images of the source at {where}, crossing {found.crossing} of the plane")
-    table = PlainTable(("index", direction_head(camera), "phi (deg)", "redshift", "time", "error"))
-    for i in range(len(found)):
-        table.add_row(
-            str(found.index[i]),
-            " ".join(f"{x:+z.5f}" for x in found.sky[i]),
-            f"{math.degrees(found.azimuth[i]):z.3f}",
-            f"{found.redshift[i]:.5f}",
             f"{found.time[i]:z.6f}",
-            f"{found.error[i]:.0e}",
         )
     out.print(table)
     for remark in found.remarks:
         say(out, remark)
-    say(out, f"{counted(found.per_index)}: {sure(found.certified)}; {_unit(camera)}")
+    say(out, f"{counted(found.per_index)}: {sure(found.certified)}; errors on the sky in {camera.sky_unit}")

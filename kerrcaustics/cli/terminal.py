@@ -4,7 +4,7 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from rich.console import Console
 from kerrcaustics.cli.app import BadInput
 
 if TYPE_CHECKING:
+    from kerrcaustics.beams.ends import End
     from kerrcaustics.spacetime.viewer import Viewer
 
 FIRST_LINE = 5.0
@@ -52,9 +53,15 @@ def place_of(camera: "Viewer") -> str:
     return f"a = {camera.spin:z.12g}, r = {camera.radius:.12g}, inclination {inclination}, {camera.velocity} camera"
 
 
-def direction_head(camera: "Viewer") -> str:
-    """What the places on a camera's sky are called in tables."""
-    return camera.sky_coordinates
+def place_heads(surface: "End") -> tuple[str, ...]:
+    """What the coordinates of places on a surface are called in tables."""
+    return tuple(each.symbol + " (deg)" * (each.unit == "rad") for each in surface.coordinates)
+
+
+def place_cells(surface: "End", place: Iterable[float], digits: int = 8) -> list[str]:
+    """A place on a surface, angles in degrees, as cells of a table."""
+    pairs = zip(surface.coordinates, place, strict=True)
+    return [f"{math.degrees(x) if each.unit == 'rad' else x:z.{digits}g}" for each, x in pairs]
 
 
 def counted(per_index: dict[int, int]) -> str:

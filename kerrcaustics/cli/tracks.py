@@ -21,7 +21,7 @@ from kerrcaustics.cli.options import (
 )
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import direction_head, place_of, plain_errors, progress, say, sure
+from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, sure
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
@@ -208,7 +208,7 @@ def _print_curves(found: "StarTracks | PlaneTracks", out: Console) -> None:
 def _print_events(found: "StarTracks", out: Console) -> None:
     # Without an orbit there is no time.
     timed = ["time"] if found.angular_velocity else []
-    table = PlainTable((*timed, "event", "of index", "phi' (deg)", direction_head(found.camera), "error"))
+    table = PlainTable((*timed, "event", "of index", "phi' (deg)", found.camera.sky_coordinates, "error"))
     for event in found.events:
         table.add_row(
             *(f"{event.time:z.9g}" for _ in timed),

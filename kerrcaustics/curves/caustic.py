@@ -176,7 +176,7 @@ def caustics(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------

@@ -30,8 +30,8 @@ class SeenLight:
     beams: Beams
     magnification: Float[Array, " n"]
     redshift: Float[Array, " n"]
-    time: Float[Array, " n"] | None
-    time_error: Float[Array, " n"] | None
+    time: Float[Array, " n"]
+    time_error: Float[Array, " n"]
     spread: Float[Array, " n"]
 
 
@@ -56,10 +56,11 @@ class LensMap:
 
         def traced(directions: Array, end: End) -> Beams:
             viewer = self.viewer if own else searched.search_camera
-            return trace_beams(viewer, directions, "auto", TOLERANCE, end=end, time=end.finite)
+            return trace_beams(viewer, directions, "auto", TOLERANCE, end=end, time=True)
 
         beams = on_leaves(self.surface, place if own else sky, second_arrival, traced)
-        redshift, times = np.asarray(beams.redshift), searched.viewer_time(beams.time, beams.time_error)
+        redshift = np.asarray(beams.redshift)
+        times = searched.viewer_time(np.asarray(beams.time), np.asarray(beams.time_error))
         if own:
             return SeenLight(place, beams, beams.magnification, redshift, *times, beams.delta_plus * size)
         magnification = beams.magnification * (searched.still_lengths(sky) * size) ** 2

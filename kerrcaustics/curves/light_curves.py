@@ -129,7 +129,7 @@ def light_curve(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------

@@ -69,11 +69,9 @@ class SearchSky:
         return error * (self.still_lengths(sky) * self.stretch(place)) + self.rounding(place)
 
     def viewer_time(
-        self, time: Float[Array, " n"] | None, error: Float[Array, " n"] | None
-    ) -> tuple[Float[Array, " n"] | None, Float[Array, " n"] | None]:
+        self, time: Float[Array, " n"], error: Float[Array, " n"]
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Times to the search camera and their errors, as times to the viewer."""
-        if time is None or error is None:
-            return time, error
         start = self.viewer.frame().start - self.search_camera.frame().start
         return time + start, error + np.spacing(start)
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, MultipleLocator, NullLocator
 
 from kerrcaustics.curves.plane_caustics import PlaneCausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.stars.plane_maps import PlaneCountMap
+from kerrcaustics.stars.counts import CountMap
 
 Array = np.ndarray
 
@@ -21,7 +21,7 @@ _COLOURS = ("YlGnBu", 0.0, 0.66)
 _TURNS = np.arange(-3, 4) * 360
 
 
-def plane_count_map_axes(ax: Axes, counts: PlaneCountMap, caustics: PlaneCausticSet) -> Axes:
+def plane_count_map_axes(ax: Axes, counts: CountMap, caustics: PlaneCausticSet) -> Axes:
     """Total image counts by azimuth (degrees, -180 to 180) and radius (logarithmic), and the caustics in the plane.
 
     caustics: of the same camera and crossing. A colour bar is put beside the axes.
@@ -44,7 +44,7 @@ def plane_count_map_axes(ax: Axes, counts: PlaneCountMap, caustics: PlaneCaustic
     return ax
 
 
-def _draw_counts(ax: Axes, counts: PlaneCountMap) -> None:
+def _draw_counts(ax: Axes, counts: CountMap) -> None:
     """The counts as colours, and what they mean beside them."""
     total = counts.counts.sum(axis=2)
     seen = np.unique(total)
@@ -54,7 +54,7 @@ def _draw_counts(ax: Axes, counts: PlaneCountMap) -> None:
     columns = total.shape[1]
     picture = np.searchsorted(seen, np.roll(total, columns // 2, axis=1))
     phi = np.linspace(-180, 180, columns + 1)
-    image = ax.pcolormesh(phi, np.exp(_edges(np.log(counts.radius))), picture, cmap=colours, norm=norm)
+    image = ax.pcolormesh(phi, np.exp(_edges(np.log(counts.level))), picture, cmap=colours, norm=norm)
     bar = ax.figure.colorbar(image, ax=ax, ticks=np.arange(len(seen)), fraction=0.03, pad=0.02)
     bar.ax.set_yticklabels([str(count) for count in seen])
     bar.ax.tick_params(length=0)
@@ -62,7 +62,7 @@ def _draw_counts(ax: Axes, counts: PlaneCountMap) -> None:
     bar.set_label(f"images of index 0 to {counts.max_index}")
 
 
-def plane_count_map_figure(counts: PlaneCountMap, caustics: PlaneCausticSet) -> Figure:
+def plane_count_map_figure(counts: CountMap, caustics: PlaneCausticSet) -> Figure:
     """Figure of `plane_count_map_axes`, 7 inches wide, with the camera in its title."""
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 4.1), layout="constrained")
@@ -76,7 +76,7 @@ def plane_count_map_figure(counts: PlaneCountMap, caustics: PlaneCausticSet) -> 
         where = (
             f"spin {camera.spin:g}, $r_c$ = {camera.radius:g}, inclination {math.degrees(camera.inclination):.4g} deg"
         )
-        figure.suptitle(f"{where}; crossing {counts.crossing}")
+        figure.suptitle(f"{where}; crossing {caustics.crossing}")
     return figure
 
 

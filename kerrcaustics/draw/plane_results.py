@@ -17,8 +17,7 @@ from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.stars.plane_images import PlaneCounts
-from kerrcaustics.stars.plane_maps import PlaneCountMap
+from kerrcaustics.stars.counts import CountMap, ImageCounts
 from kerrcaustics.stars.plane_tracks import PlanePairEvent
 
 Array = np.ndarray
@@ -27,17 +26,17 @@ Array = np.ndarray
 _REACH = 20.0
 
 
-def plane_counts(ax: Axes, counts: PlaneCounts) -> Axes:
+def plane_counts(ax: Axes, counts: ImageCounts) -> Axes:
     """The sources in the equatorial plane, coloured by how many images each has."""
-    x, y = _in_plane(counts.sources)
+    x, y = _in_plane(counts.stars)
     drawn = numbered(ax, x, y, counts.counts.sum(axis=1))
     drawn.colorbar(ax.collections[-1], ax=ax, label="images")
     return _plane_axes(ax)
 
 
-def plane_count_map(ax: Axes, counts: PlaneCountMap) -> Axes:
+def plane_count_map(ax: Axes, counts: CountMap) -> Axes:
     """The sources of the map in the equatorial plane, coloured by how many images each has."""
-    r, phi = np.meshgrid(counts.radius, counts.phi, indexing="ij")
+    r, phi = np.meshgrid(counts.level, counts.phi, indexing="ij")
     x, y = _in_plane(np.stack([r.ravel(), phi.ravel()], axis=-1))
     drawn = numbered(ax, x, y, counts.counts.sum(axis=2).ravel())
     drawn.colorbar(ax.collections[-1], ax=ax, label="images")

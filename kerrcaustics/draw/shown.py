@@ -13,6 +13,10 @@ from kerrcaustics.draw import derivative_results, light_results, plane_results, 
 
 _SMALL = (4.4, 2.9)
 
+# By the first coordinate of the surface.
+_COUNTS: dict[str, Callable[..., Axes]] = {"theta": sky_results.star_counts, "radius": plane_results.plane_counts}
+_MAPS: dict[str, Callable[..., Axes]] = {"theta": sky_results.count_map, "radius": plane_results.plane_count_map}
+
 _PLOTS: dict[str, Callable[..., Axes]] = {
     "Beams": sky_results.ray_ends,
     "Camera": sky_results.shadow,
@@ -22,12 +26,12 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "CausticTube": plane_results.tube_rows,
     "CircleCurve": sky_results.circle_curve,
     "CircleImages": sky_results.circle_curves,
-    "CountMap": sky_results.count_map,
+    "CountMap": lambda ax, counts, **settings: _on_surface(counts, _MAPS)(ax, counts, **settings),
     "Cusp": sky_results.cusp_place,
     "DiskImages": sky_results.isoradials,
     "FollowedStar": sky_results.followed_images,
     "Footprint": sky_results.footprint_places,
-    "ImageCounts": sky_results.star_counts,
+    "ImageCounts": lambda ax, counts: _on_surface(counts, _COUNTS)(ax, counts),
     "ImageDerivatives": derivative_results.image_derivatives,
     "Isoradial": sky_results.isoradial,
     "LightCurve": light_results.light_curve,
@@ -38,9 +42,6 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "PairEvents": sky_results.event_places,
     "PlaneCaustic": plane_results.plane_caustic,
     "PlaneCausticSet": plane_results.plane_caustic_set,
-    "PlaneCountMap": plane_results.plane_count_map,
-    "PlaneCounts": plane_results.plane_counts,
-    "PlaneImages": sky_results.image_places,
     "PlanePairEvent": plane_results.plane_event,
     "PlanePairEvents": plane_results.plane_events,
     "PlaneTrack": sky_results.one_track,
@@ -70,6 +71,11 @@ def plot(result: Any, ax: Axes | None = None, **settings: Any) -> Axes:
         return _PLOTS[name](ax, result, **settings)
     with rc_context(style.RC):
         return _PLOTS[name](plt.figure(layout="constrained").add_subplot(), result, **settings)
+
+
+def _on_surface(result: Any, plots: dict[str, Callable[..., Axes]]) -> Callable[..., Axes]:
+    """The plot that belongs to the surface of a result."""
+    return plots[result.surface.coordinates[0].name]
 
 
 def small_picture(result: Any) -> Figure | None:

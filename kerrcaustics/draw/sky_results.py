@@ -32,7 +32,6 @@ from kerrcaustics.stars.events import PairEvent
 from kerrcaustics.stars.following import FollowedStar
 from kerrcaustics.stars.images import StarImages
 from kerrcaustics.stars.lines import LineCrossings
-from kerrcaustics.stars.plane_images import PlaneImages
 from kerrcaustics.stars.plane_tracks import PlaneTrack, PlaneTracks
 from kerrcaustics.stars.tracks import StarTracks, Track
 
@@ -109,7 +108,7 @@ def star_counts(ax: Axes, counts: ImageCounts) -> Axes:
     return celestial_sphere_axes(ax)
 
 
-def image_places(ax: Axes, images: StarImages | PlaneImages) -> Axes:
+def image_places(ax: Axes, images: StarImages) -> Axes:
     """On the camera sky about the hole: one colour an index, areas that grow with the magnification."""
     brightness = np.nan_to_num(images.magnification, nan=0.0, posinf=1e9)
     size = 6 + 5 * np.log10(np.clip(brightness / max(brightness.max(initial=0), 1e-300), 1e-4, 1)) / 4

@@ -20,7 +20,7 @@ from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.render import render
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, check_camera
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.stars.tracks import StarTracks
 
 Array = np.ndarray
@@ -59,7 +59,7 @@ def tracks_on_stars(
     Tracks have one of `INDEX_COLOURS` each, critical curves are violet and dashed.
     """
     axes, camera = view_axes(caustics, edge), caustics.camera
-    check_camera(camera)
+    assert isinstance(camera, Camera)
     sky_behind(ax, camera, axes, reach, sky)
     ax.add_patch(Polygon(azimuthal_equidistant(edge, axes), facecolor="none", edgecolor="#9a9a9a", linewidth=0.7))
     for caustic in caustics:

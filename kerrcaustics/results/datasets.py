@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kerrcaustics.results.declared import Quantity, element, quantities
+from kerrcaustics.results.declared import LAYOUTS, Quantity, element, quantities
 from kerrcaustics.results.records import check_result
+from kerrcaustics.results.units import as_in
 
 if TYPE_CHECKING:
     import xarray
@@ -72,11 +73,23 @@ def _columns(kind: type, things: Any, dims: tuple[str, ...], prefix: str) -> Ite
         column = "_".join(filter(None, (prefix, own if about.column is None else about.column)))
         if several:
             yield from _columns(inner, values, dims + about.dims, column)
+        elif inner and dims and inner not in LAYOUTS:
+            # Who looks, and where the sources lie: the result that holds these says it.
+            continue
         elif inner:
             for part, what, numbers in _columns(inner if dims else type(values), values, dims, column):
                 yield part, replace(what, dims=about.dims or what.dims) if what.dims else what, numbers
         elif values is not None:
-            yield column, replace(about, dims=dims + about.dims), values
+            one = _first(things, len(dims))
+            known = about if one is None else as_in(one, about)
+            yield column, replace(known, dims=dims + about.dims), values
+
+
+def _first(things: Any, depth: int) -> Any:
+    """One of the results in lists so deep; None where there is none."""
+    if depth == 0:
+        return things
+    return next((found for thing in things if (found := _first(thing, depth - 1)) is not None), None)
 
 
 def _each(things: Any, depth: int, name: str) -> Any:

@@ -28,9 +28,9 @@ class Quantity:
     """What a number, or an array of numbers, is.
 
     dims: the names of its dimensions; one that ends in "..." stands for any number of them. unit: "rad", "1" where
-    there is none, "" for what is no number. dtype: in the stores of sweeps. json: its name in records; a name that ends
-    in _deg is written in degrees. column: its name in Datasets; of a result within a result, what the names of its
-    quantities begin with. given: an angle that the user gave in degrees, and gets back as it was.
+    there is none, "" for what is no number, or a role of units.py. dtype: in the stores of sweeps. json: its name in
+    records; a name that ends in _deg is written in degrees. column: its name in Datasets; of a result within a result,
+    what the names of its quantities begin with. given: an angle that the user gave in degrees, and gets back as it was.
     """
 
     name: str
@@ -77,14 +77,14 @@ def quantity(
     return field(default=default, metadata={"quantity": about})
 
 
-def derived(dims: str, unit: str, *, json: str | None = None) -> Callable[[Get], Get]:
+def derived(dims: str, unit: str, *, json: str | None = None, column: str | None = None) -> Callable[[Get], Get]:
     """A property of a result that its Dataset holds too, and its record where that names it. Its text is its doc."""
 
     def declare(get: Get) -> Get:
         text = (inspect.getdoc(get) or "").split("\n")[0].rstrip(".")
         text = text[:1].lower() + text[1:]
         calm = usual_warnings(get)
-        vars(calm)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json)
+        vars(calm)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json, column=column)
         return calm
 
     return declare

@@ -33,8 +33,6 @@ HOMES = {
     "curves.tubes": "CausticTube",
     "curves.plane_caustics": "PlaneCaustic PlaneCausticSet",
     "stars.images": "StarImages",
-    "stars.plane_images": "PlaneImages PlaneCounts",
-    "stars.plane_maps": "PlaneCountMap",
     "stars.plane_tracks": "PlanePairEvent PlanePairEvents PlaneTrack PlaneTracks",
     "stars.derivatives": "ImageDerivatives CausticDerivatives",
     "stars.events": "PairEvent PairEvents",

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.results.declared import LAYOUTS, Items, Quantity, quantities
+from kerrcaustics.results.units import as_in
 
 
 def record(result: Any, *, camera: Any = None, points: bool = False) -> dict[str, Any]:
@@ -56,7 +57,8 @@ def in_degrees(angle: float) -> float:
 
 
 def _entries(result: Any, points: bool) -> dict[str, Any]:
-    about, layout = quantities(type(result)), LAYOUTS[type(result)]
+    about = {name: as_in(result, each) for name, each in quantities(type(result)).items()}
+    layout = LAYOUTS[type(result)]
     entry: dict[str, Any] = {}
     for name in layout.names + layout.points * points:
         key, constant, text = name.partition("=")
@@ -80,10 +82,16 @@ def _named(about: Quantity, value: Any, points: bool) -> dict[str, Any]:
     key = about.json if about.json is not None else about.name + "_deg" * (about.unit == "rad")
     if not key:
         return _entries(value, points)
-    number = (in_degrees if about.given else math.degrees) if key.endswith("_deg") else float
-    plain = _plain(value, number, points)
     names = key.split()
-    return dict(zip(names, plain, strict=True)) if len(names) > 1 else {key: plain}
+    if len(names) > 1:
+        parts = zip(names, np.moveaxis(np.asarray(value), -1, 0), strict=True)
+        return {name: _plain(part, _number(about, name), points) for name, part in parts}
+    return {key: _plain(value, _number(about, key), points)}
+
+
+def _number(about: Quantity, key: str) -> Callable[[float], float]:
+    """What makes a number under a name of one of a result."""
+    return (in_degrees if about.given else math.degrees) if key.endswith("_deg") else float
 
 
 def _plain(value: Any, number: Callable[[float], float], points: bool) -> Any:

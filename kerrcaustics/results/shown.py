@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kerrcaustics.results.declared import LAYOUTS, quantities
+from kerrcaustics.results.units import as_in
 
 # Arrays of so few numbers, and words so short, are told in full; tables have so many rows.
 _FEW, _LONGEST_WORD, _MOST_ROWS = 4, 60, 12
@@ -49,7 +50,8 @@ def page(result: Any) -> str:
 def _entries(result: Any) -> Iterator[Entry]:
     """What users see of a result, or of another frozen dataclass; what was not asked for is left out."""
     if type(result) in LAYOUTS:
-        for about in quantities(type(result)).values():
+        for each in quantities(type(result)).values():
+            about = as_in(result, each)
             if (value := getattr(result, about.name)) is not None:
                 yield Entry(about.name, value, about.dims, about.unit, about.text)
         return

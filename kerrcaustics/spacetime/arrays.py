@@ -1,4 +1,4 @@
-"""What arrays hold, as signatures say it. The tests check types and shapes at run time; nothing does otherwise.
+"""Types of arrays in signatures. The tests check types and shapes at run time; nothing does otherwise.
 
 Most functions work elementwise: an argument has one number for each ray, or one for all of them.
 """

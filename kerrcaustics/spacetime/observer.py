@@ -21,7 +21,7 @@ _SCREEN = 10.0
 _BEYOND_PRIMARY, _FARTHEST = 20.0, 1e7
 
 
-@result("observer/1", eq=True, kw_only=True)
+@result("observer/1", record="spin radius inclination velocity", eq=True, kw_only=True)
 class Observer(Viewer):
     """A fiducial observer far away, who measures directions by the impact parameters of a plane wave.
 
@@ -150,7 +150,7 @@ def _from_far(sky: np.ndarray) -> np.ndarray:
 
 
 def screen_basis(sky: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How directions (..., 3) change with alpha and with beta, each (..., 3), per M."""
+    """The changes of directions (..., 3) with alpha and with beta, each (..., 3), per M."""
     _, y, z = np.moveaxis(sky, -1, 0)
     near = _from_far(sky)
     along_alpha = np.stack([y * near, near - y * y, -y * z], axis=-1)

@@ -74,7 +74,7 @@ def exponents(spin: float, b: np.ndarray | float) -> Exponents:
 
 
 def polar_growth(spin: float) -> float:
-    """How much cot of the polar gap of a caustic grows with each order, in the limit: L |d delta / d b| at b = 0.
+    """The growth of cot of the polar gap of a caustic with each order, in the limit: L |d delta / d b| at b = 0.
 
     Rays close to the edge and to b = 0 pass the pole of the sky along straight lines at the distance b / L, where
     L^2 = q + a^2, in the direction k delta(b); the caustic of order k is their envelope and passes the pole at

@@ -87,7 +87,7 @@ def rate_knows_roots(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
 
 
 def doubt(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:
-    """What rounding leaves open of d: the change of R by that of b and of kappa at h, over the other factor there."""
+    """The uncertainty of d by rounding: the change of R by that of b and of kappa at h, over the other factor there."""
     a, lift = frame.spin, quartic.lift
     room, lost = (1 - a) * (1 + a), slip(frame, photon)
     total = lift * (lift + 2) + lost - room
@@ -226,7 +226,7 @@ def capture_is_certain(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
 
 
 def time_doubt(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:
-    """What rounding, of N too, leaves open of Mino times as long as those to infinity, relative to them."""
+    """The relative uncertainty, by rounding of N too, of Mino times as long as those to infinity."""
     least = _doubt_with_direction(frame, photon, quartic)
     return _IN_DIRECTION * _ROUNDING + least / (least + jnp.abs(quartic.d))
 
@@ -304,7 +304,7 @@ def outer_square(quartic: Quartic, start: tuple[Reals, Reals], radius: Reals) ->
 
 
 def arrival_doubt(frame: Frame, photon: Photon, quartic: Quartic, radius: Reals) -> Reals:
-    """What rounding, of N too, leaves open of (r - h)^2 - d at a radius: rays just reach it where that is zero."""
+    """The uncertainty, by rounding of N too, of (r - h)^2 - d at a radius: rays just reach it where that is zero."""
     start = outer_start(frame, photon, quartic)
     change, above, nearby = _from_start(quartic, start, radius)
     outer, scale = start[1], photon.energy_ratio * _inner(quartic, frame.radius)

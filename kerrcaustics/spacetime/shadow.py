@@ -29,7 +29,7 @@ def shadow_edge(camera: Viewer, n: int = 360) -> np.ndarray:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------

@@ -1,4 +1,4 @@
-"""Who looks at the hole: what a `Camera` at one event and an `Observer` far away have in common."""
+"""Viewers: what a `Camera` at one event and an `Observer` far away have in common."""
 
 import math
 from fractions import Fraction

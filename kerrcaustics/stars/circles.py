@@ -118,7 +118,7 @@ def circle_images(camera: Viewer, normal: ArrayLike | str, max_index: int = 2) -
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -132,8 +132,8 @@ def circle_images(camera: Viewer, normal: ArrayLike | str, max_index: int = 2) -
     >>> circle.per_index, circle.certified
     ({0: 1}, True)
     """
-    angles = _checked_normal(normal)
     check_camera(camera)
+    angles = _checked_normal(normal, camera)
     sheets = checked_sheets(camera, max_index)
     branches = Branches(sheets, camera, Circle.great(*angles))
     found = branches.meetings
@@ -167,9 +167,9 @@ def _curve(chain: Chain, branches: Branches, sky: Array, error: Array) -> Circle
     )
 
 
-def _checked_normal(normal: ArrayLike | str) -> tuple[float, float]:
+def _checked_normal(normal: ArrayLike | str, camera: Viewer) -> tuple[float, float]:
     if isinstance(normal, str):
         if normal == "galactic plane":
             return GALACTIC_POLE
         raise ValueError(f"Argument `normal` must be (theta', phi') or \"galactic plane\", but is {quoted(normal)}.")
-    return checked_place("normal", normal)
+    return checked_place("normal", normal, camera)

@@ -1,40 +1,49 @@
 """How many images stars have: for many stars at once, as a map over the celestial sphere."""
 
+import json
 import math
 import os
-from typing import overload
+from dataclasses import asdict
+from functools import singledispatch
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
-from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.curves.source_map import spherical
+from kerrcaustics.beams.ends import CelestialSphere, End, EquatorialPlane, Sphere, Wherever, end_of
 from kerrcaustics.files import check_name
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
-from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.stars.images import check_apart, checked_index, checked_sheets, checked_stars, search_for
-from kerrcaustics.stars.plane_images import PlaneCounts, plane_counts
-from kerrcaustics.stars.plane_maps import PlaneCountMap, plane_count_map
+from kerrcaustics.stars.certificates import certificate_of
+from kerrcaustics.stars.images import checked_index
 
 Array = np.ndarray
 
 _MOST_ROWS = 4096
+# Radii of circles in the plane: from so many horizon radii to so many camera radii, and the largest.
+_LOWEST, _HIGHEST, _FROM_AFAR = 1.05, 2.0, 100.0
 _FITS_AXIS = "MORSE"
 
 
 @result(
     "counts/1",
-    record="kind=stars source_radius max_index all_certified",
+    record="kind=stars camera surface max_index all_certified",
     rows="stars counts expected total on_caustic certified",
 )
 class ImageCounts:
-    """Image counts of many stars."""
+    """Image counts of many sources."""
 
-    stars: Array = quantity("star angle", "rad", "theta', phi' of the stars", json="star_deg", given=True)
+    camera: Viewer = quantity("", "", "who sees them", json="", column="")
+    surface: End = quantity("", "", "where the sources lie", json="", column="")
+    stars: Array = quantity(
+        "star angle", "place", "theta', phi' of the stars; in the plane r, phi", json="star", given=True
+    )
     counts: Array = quantity(
         "star morse_index",
         "1",
@@ -44,13 +53,10 @@ class ImageCounts:
     expected: Array = quantity(
         "star morse_index",
         "1",
-        "the same from the caustics' winding (alone, where no search was asked for: counts then equal it)",
+        "the same from the caustics' winding; counts equal it where no search was asked for, and in the plane",
     )
     on_caustic: Array = quantity("star", "1", "True for stars that cannot be told from some caustic")
-    certified: Array = quantity("star", "1", "True where found and expected agree, and on no caustic")
-    source_radius: float = quantity(
-        "", "GM/c^2", "radius of the stars, infinite on the celestial sphere", default=math.inf
-    )
+    certified: Array = quantity("star", "1", "True as in `StarImages`; False where no search was asked for")
 
     @property
     @derived("", "1")
@@ -71,19 +77,19 @@ class ImageCounts:
         return self.counts.sum(axis=1)
 
 
-@result("counts/1", record="kind=map source_radius max_index theta phi counts on_caustic")
+@result("counts/1", record="kind=map camera surface max_index level phi counts on_caustic certified")
 class CountMap:
-    """Image counts over the celestial sphere, from the caustics' winding."""
+    """Image counts all over a surface of sources, on a grid of its two coordinates."""
 
-    theta: Array = quantity("theta", "rad", "theta' of the centres of the map's cells")
+    camera: Viewer = quantity("", "", "who sees them", json="", column="")
+    surface: End = quantity("", "", "where the sources lie", json="", column="")
+    level: Array = quantity("level", "level", "theta' of the centres of the map's cells; in the plane r of circles")
     phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
     counts: Array = quantity(
-        "theta phi morse_index", "1", "images of a star there, by Morse index; of an Observer at finite (alpha, beta)"
+        "level phi morse_index", "1", "images of a source there, by Morse index; of an Observer at finite (alpha, beta)"
     )
-    on_caustic: Array = quantity("theta phi", "1", "True where a star cannot be told from some caustic")
-    source_radius: float = quantity(
-        "", "GM/c^2", "radius of the stars, infinite on the celestial sphere", default=math.inf
-    )
+    on_caustic: Array = quantity("level phi", "1", "True where a source cannot be told from a caustic")
+    certified: Array = quantity("level phi", "1", "True as in `StarImages`; False where the winding alone counts")
 
     @property
     @derived("", "1")
@@ -91,73 +97,75 @@ class CountMap:
         """Highest Morse index that was asked for."""
         return self.counts.shape[2] - 1
 
+    def __repr__(self) -> str:
+        """One line: where, and how much of it is certified."""
+        rows, columns = self.certified.shape
+        where, sure = self.surface.in_words(), int(self.certified.sum())
+        return f"<CountMap of {where}, {rows} by {columns} sources, {sure} certified>"
+
     @property
-    @derived("theta", "sr")
     def solid_angle(self) -> Array:
-        """Solid angle of a cell of each row."""
-        half = math.pi / len(self.theta) / 2
-        return (np.cos(self.theta - half) - np.cos(self.theta + half)) * 2 * math.pi / len(self.phi)
+        """Solid angle of a cell of each row of a map over a sphere, steradians."""
+        half = math.pi / len(self.level) / 2
+        return (np.cos(self.level - half) - np.cos(self.level + half)) * 2 * math.pi / len(self.phi)
 
     def to_fits(self, path: str | os.PathLike[str]) -> None:
         """Write the map as FITS images: counts (morse_index, theta, phi), and ON_CAUSTIC. `read_count_map` reads it.
 
-        Needs the package astropy.
+        For maps over a sphere. Needs the package astropy.
         """
-        infinite = math.isinf(self.source_radius)
-        radius = {} if infinite else {"SRCRAD": (self.source_radius, "[GM/c^2] radius of the stars")}
+        told = {"VIEWER": _in_words(self.camera), "SURFACE": _in_words(self._sphere())}
         cards = {"CTYPE3": (_FITS_AXIS, "Morse index of the images"), "CRPIX3": 1.0, "CRVAL3": 0.0, "CDELT3": 1.0}
         images = {"COUNTS": self.counts.transpose(2, 0, 1).astype("int32"), "ON_CAUSTIC": self.on_caustic.astype("u1")}
-        plate_carree.write(path, images, {**cards, "BUNIT": "count", **radius})
+        plate_carree.write(path, images, {**cards, "BUNIT": "count", **told})
 
     def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Int[Array, "morse_index pixels"]:
         """Counts (max_index + 1, 12 nside^2) in HEALPix: of the map's cell that holds the centre of each pixel.
 
-        order is "ring" or "nested". Needs the package astropy-healpix.
+        order is "ring" or "nested". For maps over a sphere. Needs the package astropy-healpix.
         """
+        self._sphere()
         theta, phi = healpix.centres(nside, order)
         rows, columns = self.on_caustic.shape
         i = np.minimum((theta / math.pi * rows).astype(int), rows - 1)
         j = (phi / (2 * math.pi) * columns).astype(int) % columns
         return np.ascontiguousarray(self.counts[i, j].T)
 
+    def _sphere(self) -> End:
+        """The surface, if it is a sphere that the map covers."""
+        if self.surface.coordinates[0].unit != "rad":
+            raise ValueError(f"Argument `self` must be a map over a sphere, but is one over {self.surface.in_words()}.")
+        return self.surface
 
-@overload
-def image_counts(
-    camera: Viewer, stars: ArrayLike, max_index: int = ..., *, find: bool = ..., end: EquatorialPlane
-) -> PlaneCounts: ...
-@overload
-def image_counts(
-    camera: Viewer, stars: ArrayLike, max_index: int = ..., *, find: bool = ..., end: float = ...
-) -> ImageCounts: ...
+
 @usual_warnings
 def image_counts(
-    camera: Viewer, stars: ArrayLike, max_index: int = 2, *, find: bool = True, end: float | EquatorialPlane = math.inf
-) -> ImageCounts | PlaneCounts:
+    camera: Viewer, stars: ArrayLike, max_index: int = 2, *, find: bool = True, end: Wherever | End = math.inf
+) -> ImageCounts:
     """How many images each star has, by Morse index.
 
     Parameters
     ----------
     camera : Camera or Observer
     stars : (n, 2) array
-        (theta', phi') in radians.
+        (theta', phi') in radians; in the plane (r, phi).
     max_index : int
         0 to 6.
     find : bool
         Whether to find every image too, which certifies the counts; else only the winding of the caustics about the
-        star counts them, a hundred times faster.
-    end : float
+        star counts them, a hundred times faster. In the plane both are one.
+    end : float or surface
         Radius of the stars; math.inf is the celestial sphere. Of stars nearer to the hole than the camera each takes a
         search of its own to be certified. An `EquatorialPlane`: stars are (r, phi) in the plane.
 
     Returns
     -------
     ImageCounts
-        For the plane `PlaneCounts`.
 
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -176,39 +184,22 @@ def image_counts(
     >>> counts.total.tolist()
     [2, 2]
     """
-    if isinstance(end, EquatorialPlane):
-        check_viewer(camera)
-        return plane_counts(camera, stars, checked_index(max_index), end)
-    places, angles = checked_stars(stars), numbers("stars", stars)
-    surface = spherical(camera, end)
-    radius = float(surface.radius)
-    check_apart("stars", camera, angles, surface)
-    if find:
-        found = search_for(camera, places, angles, checked_index(max_index), surface)
-        on_caustic = np.asarray(found.touching.any(axis=1))
-        return ImageCounts(angles, found.counts, found.expected, on_caustic, found.certified, radius)
-    told = checked_sheets(camera, max_index, surface).counted(places)
-    unsure = np.zeros(len(places), bool)
-    return ImageCounts(angles, told.expected, told.expected, told.on_caustic, unsure, radius)
+    check_viewer(camera)
+    surface, highest = end_of(camera, end), checked_index(max_index)
+    places = surface.checked("stars", stars, camera)
+    told = certificate_of(surface, camera, highest).counted(places, find=find)
+    return ImageCounts(camera, surface, places, told.found, told.expected, told.on_caustic, told.certified)
 
 
-@overload
-def count_map(
-    camera: Viewer, max_index: int = ..., rows: int = ..., *, end: EquatorialPlane, radii: ArrayLike | None = ...
-) -> PlaneCountMap: ...
-@overload
-def count_map(
-    camera: Viewer, max_index: int = ..., rows: int = ..., *, end: float = ..., radii: None = ...
-) -> CountMap: ...
 @usual_warnings
 def count_map(
     camera: Viewer,
     max_index: int = 2,
     rows: int = 180,
     *,
-    end: float | EquatorialPlane = math.inf,
+    end: Wherever | End = math.inf,
     radii: ArrayLike | None = None,
-) -> CountMap | PlaneCountMap:
+) -> CountMap:
     """Image counts over the whole celestial sphere, or one of finite radius, on a grid of equal steps in theta', phi'.
 
     Parameters
@@ -218,22 +209,21 @@ def count_map(
         0 to 6.
     rows : int
         Cells from pole to pole; twice as many go round.
-    end : float
+    end : float or surface
         Radius of the stars; math.inf is the celestial sphere. An `EquatorialPlane`: a map over r and phi, in which
         rows are circles, of about a second each.
     radii : array
         In the plane alone: the radii of the circles, rising. Left out, they are `rows` in equal ratios, from 1.05 times
-        the horizon's to twice the camera's, to 100 for an Observer.
+        the horizon's to twice the camera's, at most to 100.
 
     Returns
     -------
     CountMap
-        For the plane `PlaneCountMap`.
 
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------
@@ -244,19 +234,38 @@ def count_map(
     (18, 36, 2)
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
-    if isinstance(end, EquatorialPlane):
-        check_viewer(camera)
-        return plane_count_map(camera, checked_index(max_index), rows if radii is None else radii, 2 * rows, end)
-    if radii is not None:
-        raise ValueError(f"Argument `radii` must come with an EquatorialPlane as `end`, but that is {end!r}.")
-    surface = spherical(camera, end)
-    sheets = checked_sheets(camera, max_index, surface)
-    theta, phi = _centres(rows)
-    grid = np.stack(np.meshgrid(theta, phi, indexing="ij"), axis=-1)
-    told = sheets.counted(from_angles(grid[..., 0].ravel(), grid[..., 1].ravel()))
+    check_viewer(camera)
+    surface, highest = end_of(camera, end), checked_index(max_index)
+    levels = _levels(surface, camera, rows, radii)
+    phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
+    grid = np.stack(np.meshgrid(levels, phi, indexing="ij"), axis=-1)
+    told = certificate_of(surface, camera, highest).counted(grid.reshape(-1, 2), find=False)
     shape = grid.shape[:2]
-    counts = told.expected.reshape(*shape, -1)
-    return CountMap(theta, phi, counts, told.on_caustic.reshape(shape), float(surface.radius))
+    near, certified = told.on_caustic.reshape(shape), told.certified.reshape(shape)
+    return CountMap(camera, surface, levels, phi, told.expected.reshape(*shape, -1), near, certified)
+
+
+@singledispatch
+def _levels(surface: End, camera: Viewer, rows: int, radii: ArrayLike | None) -> Float[Array, " rows"]:
+    """The first coordinates of the rows of a map."""
+    if radii is not None:
+        raise ValueError(f"Argument `radii` must come with an EquatorialPlane as `end`, but that is {surface!r}.")
+    return (np.arange(rows) + 0.5) * math.pi / rows
+
+
+@_levels.register
+def _radii(surface: EquatorialPlane, camera: Viewer, rows: int, radii: ArrayLike | None) -> Float[Array, " rows"]:
+    horizon = kerr.horizon(camera.spin)
+    if radii is None:
+        return np.geomspace(_LOWEST * horizon, min(_FROM_AFAR, _HIGHEST * camera.radius), rows)
+    radius = numbers("radii", radii)
+    rising = radius.ndim == 1 and len(radius) > 0 and bool((np.diff(radius) > 0).all())
+    if not (rising and horizon < radius[0] and radius[-1] < math.inf):
+        raise ValueError(
+            f"Argument `radii` must be radii in rising order, larger than the horizon's {horizon:.12g}, but is "
+            f"{radii!r}."
+        )
+    return radius
 
 
 def read_count_map(path: str | os.PathLike[str]) -> CountMap:
@@ -283,13 +292,29 @@ def read_count_map(path: str | os.PathLike[str]) -> CountMap:
     """
     check_name(path)
     (counts, header), *others = plate_carree.read(path)
-    if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1:
+    if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1 or "SURFACE" not in header:
         raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")
-    counts = counts[:, ::-1].transpose(1, 2, 0).astype(int)
-    radius = float(header.get("SRCRAD", math.inf))
-    return CountMap(*_centres(len(counts)), counts, others[0][0][::-1].astype(bool), radius)
+    counts, rows = counts[:, ::-1].transpose(1, 2, 0).astype(int), counts.shape[1]
+    phi, on_caustic = (np.arange(2 * rows) + 0.5) * math.pi / rows, others[0][0][::-1].astype(bool)
+    camera, surface = (_from_words(header[name], path) for name in ("VIEWER", "SURFACE"))
+    return CountMap(
+        camera, surface, _levels(surface, camera, rows, None), phi, counts, on_caustic, np.zeros_like(on_caustic)
+    )
 
 
-def _centres(rows: int) -> tuple[Float[Array, " rows"], Float[Array, " 2*rows"]]:
-    """theta' and phi' of the centres of cells."""
-    return (np.arange(rows) + 0.5) * math.pi / rows, (np.arange(2 * rows) + 0.5) * math.pi / rows
+def _in_words(part: Any) -> str:
+    """A viewer or a surface as JSON, for the header of a FITS file."""
+    return json.dumps({"kind": type(part).__name__, **asdict(part)})
+
+
+def _from_words(text: str, path: str | os.PathLike[str]) -> Any:
+    """The viewer or the surface that `_in_words` was given."""
+    kinds = {kind.__name__: kind for kind in (Camera, Observer, CelestialSphere, Sphere)}
+    try:
+        fields = json.loads(text)
+        kind: Any = kinds[fields.pop("kind")]
+        return kind(**{name: tuple(part) if isinstance(part, list) else part for name, part in fields.items()})
+    except (TypeError, ValueError, KeyError, AttributeError):
+        raise ValueError(
+            f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none."
+        ) from None

@@ -109,7 +109,7 @@ def image_derivatives(camera: Viewer, images: StarImages) -> ImageDerivatives:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -132,10 +132,8 @@ def image_derivatives(camera: Viewer, images: StarImages) -> ImageDerivatives:
     check_camera(camera)
     if not isinstance(images, StarImages):
         raise ValueError(f"Argument `images` must be StarImages, but is {type(images).__name__}.")
-    if not math.isinf(images.source_radius):
-        raise ValueError(
-            f"Argument `images` must be of a star at infinity, but it is at r = {images.source_radius:.12g}."
-        )
+    if images.surface.finite:
+        raise ValueError(f"Argument `images` must be of a star at infinity, but it is on {images.surface.in_words()}.")
     found = _of_images(camera, images, images.sky, DENSEST)
     sky, logarithm, time = found
     e_1, e_2 = tangent_basis(images.sky)
@@ -167,7 +165,7 @@ def caustic_derivatives(camera: Viewer, orders: int = 3) -> tuple[CausticDerivat
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------

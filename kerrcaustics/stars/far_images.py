@@ -12,7 +12,7 @@ from jaxtyping import Float
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.curves.search_sky import SearchSky, as_seen, radians_of, search_sky
 from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.search import Found
+from kerrcaustics.stars.search import ImageSearch
 
 Array = np.ndarray
 
@@ -20,7 +20,7 @@ Array = np.ndarray
 _FEW_STEPS = 8
 
 
-def sharpened(searched: SearchSky, found: Found, star: Float[Array, "stars 3"], end: Spherical) -> Found:
+def sharpened(searched: SearchSky, found: ImageSearch, star: Float[Array, "stars 3"], end: Spherical) -> ImageSearch:
     """The images of stars that an observer at a finite radius finds, those of index 0 with smaller errors."""
     plain, observer = searched.plain_camera, searched.search_camera
     if plain is None:

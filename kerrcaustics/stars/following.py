@@ -8,13 +8,14 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
+from kerrcaustics.beams.ends import SKY
 from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
-from kerrcaustics.stars.images import StarImages, checked_sheets, checked_stars, images_of
+from kerrcaustics.stars.images import StarImages, checked_sheets, images_of
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import Sheets
@@ -86,7 +87,7 @@ def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) 
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -101,7 +102,7 @@ def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) 
     (2, True)
     """
     cameras = _checked_cameras(cameras)
-    angles = _checked_places(star, len(cameras))
+    angles = _checked_places(star, cameras)
     images: list[StarImages] = []
     before, followed, created, annihilated = [], [], [], []
     sheets = None
@@ -161,13 +162,13 @@ def _checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:
     return list(cameras)
 
 
-def _checked_places(star: ArrayLike, count: int) -> Float[Array, "{count} 2"]:
+def _checked_places(star: ArrayLike, cameras: list[Camera]) -> Float[Array, "cameras 2"]:
     """Angles of the star at each camera."""
-    angles = numbers("star", star)
+    angles, count = numbers("star", star), len(cameras)
     if angles.shape not in ((2,), (count, 2)):
         raise ValueError(
             f"Argument `star` must be (theta', phi') in radians, or one such pair for each of the {count} cameras."
         )
     angles = np.broadcast_to(angles, (count, 2))
-    checked_stars(angles, "star")
+    SKY.checked("star", angles, cameras[0])
     return angles

@@ -130,7 +130,7 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----

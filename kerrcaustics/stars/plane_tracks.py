@@ -19,7 +19,7 @@ from kerrcaustics.results.declared import Items, quantity, result, usual_warning
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.stars.plane_images import PlaneImages, plane_images
+from kerrcaustics.stars.images import StarImages, star_images
 
 Array = np.ndarray
 
@@ -126,7 +126,7 @@ class PlaneTracks:
         return f"<PlaneTracks of {where}: {len(self.tracks)} tracks, {len(self.events)} events{doubt}>"
 
     @usual_warnings
-    def images_at(self, azimuth: ArrayLike) -> PlaneImages | tuple[PlaneImages, ...]:
+    def images_at(self, azimuth: ArrayLike) -> StarImages | tuple[StarImages, ...]:
         """All images of the source at an azimuth, radians, as `star_images` gives them; a tuple for an array."""
         given = numbers("azimuth", azimuth)
         if given.ndim > 1 or not np.isfinite(given).all():
@@ -135,7 +135,7 @@ class PlaneTracks:
             )
         end = EquatorialPlane(self.crossing, self.emitter)
         every = given.reshape(-1).tolist()
-        images = tuple(plane_images(self.camera, (self.radius, phi), self.max_index, end) for phi in every)
+        images = tuple(star_images(self.camera, (self.radius, phi), self.max_index, end=end) for phi in every)
         return images if given.ndim else images[0]
 
 

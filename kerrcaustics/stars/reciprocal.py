@@ -22,7 +22,7 @@ from kerrcaustics.spacetime.frame import photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.search import Candidates, Found, found_of, found_together, search
+from kerrcaustics.stars.search import Candidates, ImageSearch, found_of, found_together, search
 from kerrcaustics.stars.sheets import Sheets, sheets_of
 
 Array = np.ndarray
@@ -31,7 +31,7 @@ Array = np.ndarray
 _FEW_STEPS = 12
 
 
-def search_within(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> Found:
+def search_within(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> ImageSearch:
     """All images of stars on a sphere within the camera's radius.
 
     Parameters: angles, (theta, phi) of the stars; end, their sphere.
@@ -41,7 +41,7 @@ def search_within(camera: Viewer, angles: Float[Array, "stars 2"], max_index: in
     return found_together([_one_theta(search_camera(camera), group, max_index, end) for group in groups])
 
 
-def _one_theta(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> Found:
+def _one_theta(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> ImageSearch:
     """The images of stars with one theta, from those that are seen of the camera there."""
     phi = angles[:, 1]
     _, sheets = sheets_from(camera, float(angles[0, 0]), max_index, end)
@@ -60,7 +60,9 @@ def sheets_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> tu
         raise ValueError(f"{error} (Said of a camera at the star, as the star lies nearer to the hole.)") from None
 
 
-def _seen_from(camera: Viewer, star: Float[Array, "stars 3"], found: Found, sheets: Sheets, end: Sphere) -> Found:
+def _seen_from(
+    camera: Viewer, star: Float[Array, "stars 3"], found: ImageSearch, sheets: Sheets, end: Sphere
+) -> ImageSearch:
     """The images as the camera sees them, refined there."""
     photon = photon_of(sheets.frame, tuple(found.sky.T))
     # Of photons that come in at the star the ways lead on inward, and out again.

@@ -61,14 +61,15 @@ class Candidates(Rows):
 
 
 @dataclass(frozen=True)
-class Found:
+class ImageSearch:
     """Images of stars: one entry an image, ordered by star, index, and place.
 
     star: which one; index: the Morse index; sky: direction on the sky of the camera at rest; error: of it, radians.
     counts: how many; expected: the same from the caustics; touching: True for a star that cannot be told from the
     caustic of that order; ring: True where that caustic is a point, so that the images next to it are one ring, and no
     entries; returning: True where the ray meets the star's sphere for the second time. coarse: steps of
-    the grids that were coarser than the search is made for, radians, by index; else 0.
+    the grids that were coarser than the search is made for, radians, by index; else 0. doubts: what is not sure about
+    each star, in words, beside that. certificate: the argument behind `certified`.
     """
 
     star: Int[Array, " images"]
@@ -81,14 +82,17 @@ class Found:
     ring: Bool[Array, "stars orders"]
     second_arrival: Bool[Array, " images"]
     coarse: tuple[float, ...]
+    doubts: tuple[tuple[str, ...], ...] = ()
+    certificate: str = "winding"
 
     @property
     def certified(self) -> Bool[Array, " stars"]:
-        """True where the search found as many images on each sheet as the caustics tell."""
-        return (self.counts == self.expected).all(axis=1) & ~self.touching.any(axis=1)
+        """True where the search found as many images on each sheet as are expected, and nothing is in doubt."""
+        doubtful = np.array([bool(lines) for lines in self.doubts] or np.zeros(len(self.counts), bool))
+        return (self.counts == self.expected).all(axis=1) & ~self.touching.any(axis=1) & ~doubtful
 
 
-def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
+def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     """All images of the stars."""
     size = max(1, min(_CHUNK, -(-len(star) // cores())))
     chunks = [star[i : i + size] for i in range(0, len(star), size)] or [star]
@@ -98,16 +102,21 @@ def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
         return found_together(list(pool.map(lambda chunk: _searched(sheets, chunk), chunks)))
 
 
-def found_together(parts: Sequence[Found]) -> Found:
+def found_together(parts: Sequence[ImageSearch]) -> ImageSearch:
     """What was found of some stars, then of others, and so on."""
     offsets = np.cumsum([0, *(len(part.counts) for part in parts[:-1])])
     shifted = [replace(part, star=part.star + offset) for part, offset in zip(parts, offsets, strict=True)]
-    names = [f.name for f in fields(Found) if f.name != "coarse"]
+    names = [f.name for f in fields(ImageSearch) if isinstance(getattr(parts[0], f.name), np.ndarray)]
     coarse = tuple(np.max([part.coarse for part in parts], axis=0).tolist())
-    return Found(**{name: np.concatenate([getattr(part, name) for part in shifted]) for name in names}, coarse=coarse)
+    return replace(
+        parts[0],
+        **{name: np.concatenate([getattr(part, name) for part in shifted]) for name in names},
+        coarse=coarse,
+        doubts=tuple(lines for part in parts for lines in part.doubts),
+    )
 
 
-def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
+def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     """Stars whose images do not match their number are searched again, more widely; then along paths."""
     told = sheets.counted(star)
     images = _images(sheets, star, sheets.starts(star, NARROW))
@@ -128,11 +137,11 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> Found:
 
 def found_of(
     images: Candidates, counts: Array, expected: Array, touching: tuple[Array, Array], sheets: Sheets
-) -> Found:
+) -> ImageSearch:
     """Images with their numbers; touching: caustics that stars cannot be told from, and which of these are points."""
     coarse = tuple(sheet.step if sheet.is_coarse else 0.0 for sheet in sheets.sheets)
     of_images = images.star, images.index, images.sky, images.error
-    return Found(*of_images, counts, expected, *touching, images.second_arrival, coarse)
+    return ImageSearch(*of_images, counts, expected, *touching, images.second_arrival, coarse)
 
 
 def _beside_folds(

@@ -15,8 +15,8 @@ from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky
-from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.stars.certificates import certificate_of
 from kerrcaustics.stars.events import (
     PairEvent,
     PairEvents,
@@ -26,12 +26,9 @@ from kerrcaustics.stars.events import (
 )
 from kerrcaustics.stars.images import (
     StarImages,
-    check_apart,
     checked_index,
     checked_sheets,
     images_of,
-    is_within,
-    search_for,
 )
 from kerrcaustics.stars.level_curves.branches import Branches, Cubics
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
@@ -214,7 +211,7 @@ class StarTracks:
         end = spherical(self.camera, self.source_radius)
         stars = [(self.theta, angle) for angle in (phi % _TURN).tolist()]
         angles = np.array(stars)
-        found = search_for(self.camera, from_angles(angles[:, 0], angles[:, 1]), angles, self.max_index, end)
+        found = certificate_of(end, self.camera, self.max_index).searched(angles)
         return images_of(self.camera, end, stars, found)
 
     def _interpolated(
@@ -274,7 +271,7 @@ def star_tracks(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -295,7 +292,7 @@ def star_tracks(
     angular_velocity = camera.orbital_velocity()
     height = checked_theta(theta)
     surface = spherical(camera, end)
-    check_apart("theta", camera, np.array([[height, 0.0]]), surface)
+    surface.check_apart("theta", np.array([[height, 0.0]]), camera)
     found, branches, at = _followed(camera, height, max_index, surface)
     events = pair_events_of(camera, found, height, angular_velocity)
     doubts = tuple(r for i in np.flatnonzero(~found.known) for r in events[i].remarks)
@@ -323,7 +320,7 @@ def _followed(
 ) -> tuple[Meetings, Branches, SeenNodes | None]:
     """Where a star meets caustics, its level curve, and how the camera sees that."""
     circle = Circle.about_spin_axis(height)
-    if isinstance(end, Sphere) and is_within(camera, end):
+    if isinstance(end, Sphere) and end.radius < camera.radius:
         branches = branches_from(camera, height, max_index, end)
         own = meetings(checked_sheets(camera, max_index, end), circle)
         return own, branches, seen_from(camera, height, branches, own, end)

@@ -30,7 +30,6 @@ from kerrcaustics.draw import style
 from kerrcaustics.report.records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.stars.plane_images import PlaneImages
 
 from .twin import Twin
 
@@ -44,8 +43,6 @@ _SAME, _MISSED = 1e-5, 1e-6
 # What became of a pair: marker, colour of the palette, size. Size of a group's ring, in e-folds of both radii.
 LOOKS = {"agree": ("o", 0, 1.5), "twin missed": ("^", 4, 2.2), "not certified": ("s", 3, 2.5), "wrong": ("X", 1, 5)}
 RING = (0.055, 0.14)
-
-Images = kc.StarImages | PlaneImages
 
 
 @dataclass(frozen=True)
@@ -84,7 +81,7 @@ class Pair:
         return "not certified" if not self.certified else "twin missed" if self.missed else "agree"
 
 
-Search = Callable[[float], tuple[Images, np.ndarray, np.ndarray]]
+Search = Callable[[float], tuple[kc.StarImages, np.ndarray, np.ndarray]]
 
 
 def random_camera(chance: np.random.Generator) -> kc.Camera:
@@ -129,7 +126,7 @@ def in_plane(chance: np.random.Generator, azimuths: int) -> Iterator[Pair | None
 def compared(
     camera: kc.Camera,
     source: tuple[float, float | None, float],
-    images: Images,
+    images: kc.StarImages,
     twins: np.ndarray,
     end: Sphere | EquatorialPlane,
 ) -> Pair:
@@ -155,7 +152,7 @@ def compared(
 
 
 def lead_there(
-    camera: kc.Camera, source: tuple[float, float | None, float], images: Images, end: Sphere | EquatorialPlane
+    camera: kc.Camera, source: tuple[float, float | None, float], images: kc.StarImages, end: Sphere | EquatorialPlane
 ) -> np.ndarray:
     """True for images (n,) that the integrator too follows to the source, with the same index."""
     true = np.zeros(len(images), bool)
@@ -165,13 +162,10 @@ def lead_there(
         if theta is None
         else np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
     )
-    second_arrival = images.second_arrival if isinstance(images, kc.StarImages) else None
-    leaf = np.zeros(len(images), bool) if second_arrival is None else second_arrival
-    for second in (False, True):
-        these = np.flatnonzero(leaf == second)
+    for second, surface in enumerate(end.arrivals()):
+        these = np.flatnonzero(images.second_arrival == second)
         if len(these) == 0:
             continue
-        surface = Sphere(end.radius, second) if isinstance(end, Sphere) else end
         beams = kc.trace_beams(camera, images.sky[these], "integrated", 1e-11, end=surface)
         away = np.linalg.norm(beams.direction * np.asarray(beams.radius)[:, None] - goal, axis=1)
         true[these] = (away < _MISSED * radius) & (np.asarray(beams.index) == images.index[these])

@@ -5,97 +5,72 @@ import math
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.beams.ends import EquatorialPlane, Sphere
+from kerrcaustics.beams.ends import End
 from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
-from kerrcaustics.spacetime.sphere import flattened, from_angles, moved
+from kerrcaustics.spacetime.sphere import moved
 
 TURNS, PARTS, CLOSEST = 360, 160, 3e-7
 _STEPS, _SAME = 30, 1e-6
 
 
-def places(rays: kc.Rays, plane: bool) -> np.ndarray:
-    """Ends as vectors: n', or in the plane (r cos phi, r sin phi)."""
-    return rays.direction[..., :2] * np.asarray(rays.radius)[..., None] if plane else rays.direction
-
-
 class Twin:
-    """The sky of one camera, at rest, and where all of it leads on one sphere, on both leaves, or in the plane."""
+    """The sky of one camera, at rest, and where all of it leads on one surface, at every arrival."""
 
-    def __init__(self, camera: Camera, end: Sphere | EquatorialPlane) -> None:
-        self.camera, self.plane = camera, isinstance(end, EquatorialPlane)
-        within = isinstance(end, Sphere) and end.radius < camera.radius
-        self.ends = (end, Sphere(end.radius, True)) if isinstance(end, Sphere) and within else (end,)
-        self.sky = grid(camera, inside=self.plane or within)
-        traced = (kc.trace_rays(camera, self.sky, "integrated", 1e-8, end=one) for one in self.ends)
-        self.places = [places(rays, self.plane) for rays in traced]
+    def __init__(self, camera: Camera, end: End) -> None:
+        self.camera, self.ends, self.sky = camera, end.arrivals(), grid(camera)
+        self.places = [one.ends(kc.trace_rays(camera, self.sky, "integrated", 1e-8, end=one)) for one in self.ends]
 
     def images(self, target: tuple[float, float], highest: int) -> np.ndarray:
         """Directions N and indices, as columns (n, 4), of the images of a source at (theta, phi), or (r, phi)."""
-        first, phi = target
-        goal = np.array([first * math.cos(phi), first * math.sin(phi)]) if self.plane else from_angles(first, phi)
+        (goal,) = self.ends[0].vectors(np.array([target]))
         found = []
         for end, ends in zip(self.ends, self.places, strict=True):
-            starts = around(ends, goal, self.plane)
+            starts = around(ends, goal)
             found.append(newton(self.camera, self.sky[:-1, :-1][starts], goal, end, highest))
         return np.concatenate(found)
 
 
-def grid(camera: Camera, inside: bool) -> np.ndarray:
+def grid(camera: Camera) -> np.ndarray:
     """Directions N on both sides of the shadow edge, ever closer to it."""
     turn = 2 * math.pi * np.arange(TURNS + 1) / TURNS
     reach = sky_lines.line_reach(camera, turn)[:, None]
     out = np.concatenate([np.geomspace(CLOSEST, 0.02, PARTS // 2, endpoint=False), np.linspace(0.02, 0.9999, PARTS)])
-    part = np.broadcast_to(out, (len(turn), len(out)))
-    if inside:
-        size = (math.pi - reach) / reach
-        part = np.concatenate([-size * out[::-1], part], axis=1)
+    size = (math.pi - reach) / reach
+    part = np.concatenate([-size * out[::-1], np.broadcast_to(out, (len(turn), len(out)))], axis=1)
     line_of_sight = sky_lines.beside_edge(camera, np.broadcast_to(turn[:, None], part.shape), part)
     rest = camera.at_rest().frame()
     return as_seen(sky_from_line_of_sight(rest, line_of_sight), rest, camera.frame())
 
 
-def around(ends: np.ndarray, goal: np.ndarray, plane: bool) -> np.ndarray:
+def around(ends: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """Cells whose ends lie around the goal, with some margin; too many rather than too few."""
     corners = np.stack([ends[:-1, :-1], ends[1:, :-1], ends[:-1, 1:], ends[1:, 1:]])
     middle = corners.mean(axis=0)
     size = np.linalg.norm(corners - middle, axis=-1).max(axis=0)
-    scale = np.linalg.norm(goal) if plane else 1.0
-    return (np.linalg.norm(middle - goal, axis=-1) < 1.2 * size) & (size < 1.5 * scale)
+    return (np.linalg.norm(middle - goal, axis=-1) < 1.2 * size) & (size < 1.5 * np.linalg.norm(goal))
 
 
-def newton(
-    camera: Camera, sky: np.ndarray, goal: np.ndarray, end: Sphere | EquatorialPlane, highest: int
-) -> np.ndarray:
+def newton(camera: Camera, sky: np.ndarray, goal: np.ndarray, end: End, highest: int) -> np.ndarray:
     """Roots from all starts, each once."""
-    plane = isinstance(end, EquatorialPlane)
     found = np.empty((0, 4))
     for _ in range(_STEPS):
         if not len(sky):
             break
         beams = kc.trace_beams(camera, sky, "integrated", 1e-11, end=end)
-        at = places(beams, plane)
+        at = end.ends(beams)
         away = np.linalg.norm(at - goal, axis=1)
         done = (away < 1e-8 * max(1, np.linalg.norm(goal))) & (np.asarray(beams.index) <= highest)
         found = np.concatenate([found, np.column_stack([sky[done], np.asarray(beams.index)[done]])])
         left = np.isfinite(away) & ~done & (away > 1e-8 * max(1, np.linalg.norm(goal)))
-        step = beams.pulled_back(sky, displacement(beams, goal, plane))
+        step = beams.pulled_back(sky, end.displacement(beams, np.broadcast_to(goal, at.shape)))
         length = np.linalg.norm(step, axis=1)
         left &= np.isfinite(length)
         step = step[left] * np.minimum(1, 0.05 / np.maximum(length[left], 1e-300))[:, None]
         sky = moved(sky[left], step)
     return distinct(found)
-
-
-def displacement(beams: kc.Beams, goal: np.ndarray, plane: bool) -> np.ndarray:
-    """From the ends to the goal, in the frame of the Jacobian's rows."""
-    if plane:
-        radius = np.asarray(beams.radius)
-        turn = (math.atan2(goal[1], goal[0]) - beams.azimuth + math.pi) % (2 * math.pi) - math.pi
-        return np.stack([np.linalg.norm(goal) - radius, radius * turn], axis=1)
-    return flattened(beams.direction, goal - beams.direction)
 
 
 def distinct(found: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.frame import Frame, photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.settings import own_settings
-from kerrcaustics.stars.search import Found
+from kerrcaustics.stars.search import ImageSearch
 from kerrcaustics.stars.sheets import Sheet, Sheets
 
 Array = np.ndarray
@@ -78,7 +78,7 @@ def _phase(frame: Frame, sky: tuple, *, on_equator: bool) -> jax.Array:
     return polar_swing(frame, light, on_equator=on_equator).rate * radial_motion(frame, light, quartic).time
 
 
-def crossings_by_index(camera: kc.Camera, found: Found, stars: int) -> Array:
+def crossings_by_index(camera: kc.Camera, found: ImageSearch, stars: int) -> Array:
     """How many images (stars, crossings, index) of each star have so many equator crossings and that Morse index."""
     beams = kc.trace_beams(camera.at_rest(), found.sky, "auto", _TOLERANCE, index=False, redshift=False)
     crossings = np.asarray(beams.crossings)

@@ -108,7 +108,7 @@ save = kc.save
 def sky_of(viewer: Any, count: int = 40) -> np.ndarray:
     """Directions, or on the screen of an observer places, near the shadow and away from it."""
     size, turn = np.geomspace(0.02, 1.0, count), 2.4 * np.arange(count)
-    if viewer.is_distant:
+    if isinstance(viewer, kc.Observer):
         return 50 * np.stack([size * np.cos(turn), size * np.sin(turn)], axis=-1)
     wide = min(1.5, 30 / viewer.radius) * size
     return np.stack([-np.cos(wide), np.sin(wide) * np.cos(turn), np.sin(wide) * np.sin(turn)], axis=-1)

@@ -93,7 +93,7 @@ def _counted(frame: Frame, way: RadialIntegrals) -> RadialIntegrals:
 
 
 def growth(frame: Frame, photon: Photon, time: Reals) -> Reals:
-    """How much a change of the rate of u at the camera, by that of an arc of unit slope, changes u at the end."""
+    """The change of u at the end by that of its rate at the camera, in arcs of unit slope."""
     coefficients = radial.potential_coefficients(frame.spin, photon)
     u, w = photon.position[0], photon.rate[0]
 

@@ -55,7 +55,7 @@ Found = RayEnd[Reals | Flags]
 
 
 class _Known(NamedTuple):
-    """What is known of a ray beside its direction n' and its radius at the end.
+    """Values of a ray beside its direction n' and its radius at the end.
 
     the factors of R, of rays that are not short; polar and radial motion; how it arrives; lost, it does not reach its
     end, and whether that is certain; certified, the formulas hold; spread, of a ray traced alone; noise, and that of

@@ -26,7 +26,7 @@ _POWERS = (0, 1, -1, 2, -2, 3, -3)
 
 
 class PolarRates(NamedTuple):
-    """What the variation of the polar motion needs at the end.
+    """Values at the end for the variation of the polar motion.
 
     rate, the components of m', not turned yet, as those of m; lift, the root of q, in the equatorial plane m_z' at the
     camera, with its sign; height, m_z divided by that; slow, the integral of a^2 m_z^2 divided by q; rho, (k - a^2)^2 +

@@ -29,7 +29,7 @@ from kerrcaustics.spacetime.frame import Frame, Photon
 
 
 class Travel(NamedTuple):
-    """What becomes of the radius on the way to the end.
+    """The radial motion to the end.
 
     time, of Mino; psi; captured; clock, the part of the coordinate time that belongs to r, None if not asked for: to
     infinity the limit of it - r - 2 ln r. At the end: u = 1/r and the rates of u and psi; clearance, the distance from
@@ -101,7 +101,7 @@ def radial_motion(frame: Frame, photon: Photon, quartic: radial.Quartic, *, with
 
 
 def travel(spin: Reals, way: RadialIntegrals, captured: Flags) -> Travel:
-    """What the integrals along a way mean for psi and the clock."""
+    """Psi and the clock from the integrals along a way."""
     r_plus, r_minus = horizons(spin)
     psi = -spin / (2 * radial.horizon_lift(spin)) * (way.plus - way.minus)
     slow = None

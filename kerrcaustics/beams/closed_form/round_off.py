@@ -109,7 +109,7 @@ def _wide(frame: Frame, quartic: radial.Quartic) -> Reals:
 
 
 def _deep(frame: Frame, u: Reals) -> Reals:
-    """What is lost on a way all next to the horizon, up from a place there and back, to 1 / r = u."""
+    """The loss on a way all next to the horizon, up from a place there and back, to 1 / r = u."""
     return jnp.minimum(errors.depth(frame.spin, 1 / frame.radius), errors.depth(frame.spin, u)) ** 1.5
 
 
@@ -137,7 +137,7 @@ def _energy(frame: Frame, sky: Components, photon: Photon) -> Reals:
 
 
 def _lingering(frame: Frame, sky: Components, photon: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
-    """How far a change of N displaces the end by making the ray linger, in radians per radian."""
+    """The displacement of the end, radians per radian of N, as the ray lingers longer."""
     a, h = frame.spin, quartic.h
     momentum = jnp.sqrt(jnp.maximum(photon.k, 0) + a * a)
     slope = 2 * momentum * (jnp.abs(h * (h - 2) + a * a) + 0.1 * h) + 2 * a * jnp.abs(h * h + a * a - a * photon.b)
@@ -146,7 +146,7 @@ def _lingering(frame: Frame, sky: Components, photon: Photon, quartic: radial.Qu
 
 
 def _moved(frame: Frame, photon: Photon, quartic: radial.Quartic, gap: Reals) -> Reals:
-    """What moving the outer roots does to the time."""
+    """The change of the time as the outer roots move."""
     away = _away(frame, photon, quartic)
     return away * jnp.maximum(photon.k, 0) ** 1.5 * quartic.h**2 * _time_slope(quartic, gap)
 
@@ -158,7 +158,7 @@ def _away(frame: Frame, photon: Photon, quartic: radial.Quartic) -> Reals:
 
 
 def _gap_to_infinity(frame: Frame, photon: Photon, quartic: radial.Quartic) -> Reals:
-    """How close a ray comes to the outer roots: (r - h)^2 + |d|."""
+    """The distance of a ray from the outer roots: (r - h)^2 + |d|."""
     # A ray that leaves outward from above the roots does not linger there.
     away = (photon.rate[0] < 0) & (frame.radius > quartic.h)
     return _apart(quartic) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
@@ -178,5 +178,5 @@ def _apart(quartic: radial.Quartic) -> Reals:
 
 
 def _time_slope(quartic: radial.Quartic, gap: Reals) -> Reals:
-    """How much the Mino time changes with the potential R where the ray lingers, near the outer roots."""
+    """The change of the Mino time with the potential R where the ray lingers, near the outer roots."""
     return 1 / (jnp.abs(4 * quartic.h**2 - quartic.e) ** 1.5 * gap)

@@ -43,7 +43,7 @@ def with_clock(rates: Rates, spin: Reals, constants: Constants) -> Rates:
 
 
 def local_error(constants: Constants, clock: Path, gap: Path) -> Reals:
-    """What the gap between the orders means for the time."""
+    """The error of the time by the gap between the orders."""
     in_y = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / polar_rapidity(constants)
     return 4 * in_y / jnp.abs(clock.position[0]) + jnp.abs(gap.psi)
 

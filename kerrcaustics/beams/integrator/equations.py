@@ -10,7 +10,7 @@ from kerrcaustics.spacetime.arrays import Reals
 
 
 class Constants(NamedTuple):
-    """What stays the same along a ray: U = 1 + a2 u^2 + a1 u^3 + a0 u^4, k = q + b^2, and b."""
+    """Constants along a ray: U = 1 + a2 u^2 + a1 u^3 + a0 u^4, k = q + b^2, and b."""
 
     a2: Reals
     a1: Reals

@@ -86,14 +86,14 @@ def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, wanted
 
 
 def start(frame: Frame, sky: Components) -> tuple[Constants, Path, Photon]:
-    """What stays the same along rays, and the rays and photons at the camera."""
+    """The constants of rays, and the rays and photons at the camera."""
     photon = photon_of(frame, sky)
     a2, a1, a0 = radial.potential_coefficients(frame.spin, photon)
     return Constants(a2, a1, a0, photon.k, photon.b), Path(photon.position, photon.rate, 0 * photon.b), photon
 
 
 def aim_at(end: End, frame: Frame, photon: Photon) -> Aim:
-    """Where rays are going."""
+    """The aims of rays."""
     return end.aim(frame, photon, radial.factor(frame, photon))
 
 

@@ -22,7 +22,7 @@ _CORRECTIONS, _MOST_CORRECTIONS, _CLOSE = 3, 300, 1e-6
 
 
 class Journey(NamedTuple):
-    """What steers the steps: the end, the time of arrival there (0 for idle rays), steps per radian, the equations."""
+    """Numbers that steer the steps: the end, the time of arrival (0 for idle rays), steps per radian, the equations."""
 
     spin: Reals
     end: End
@@ -74,7 +74,7 @@ def remaining(journey: Journey, now: Progress) -> Reals:
 
 
 def step(journey: Journey, now: Progress) -> Progress:
-    """One step of every ray that is not done."""
+    """Take one step of every ray that is not done."""
     left = remaining(journey, now)
     where = journey.spin, journey.constants, now.paths[0]
     frequency = jnp.maximum(journey.density * rapidity(*where), _TO_HORIZON * horizon_rapidity(*where))
@@ -117,7 +117,7 @@ def beam_area(journey: Journey, paths: tuple[Path, ...]) -> Reals:
 
 
 def local_error(constants: Constants, gap: Path, end: End | None = None, aim: Aim | None = None) -> Reals:
-    """What the gap between the orders means for n', in radians: what tells the arrival counts through its time."""
+    """The error of n', radians, by the gap between the orders: what tells the arrival counts through its time."""
     speed = polar_rapidity(constants)
     in_u = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / speed
     in_m, in_m_rate = gap.position[1:], gap.rate[1:]

@@ -93,7 +93,7 @@ def land(
 
 
 def _horizon_noise(frame: Frame) -> Reals:
-    """What rounding the horizon's radius does to psi for a camera next to it."""
+    """The noise in psi by rounding of the horizon's radius for a camera next to it."""
     outer = radial.horizon(frame.spin)
     return 3e-16 * frame.spin / (outer - frame.spin**2 / outer) * frame.radius / (frame.radius - outer)
 
@@ -162,7 +162,7 @@ def _doubt(
     touch: _Touch,
     jacobian: Jacobian,
 ) -> _Doubt:
-    """How errors made on the way, and round-off in N, grow to the end: in radians, in the plane also in ln r.
+    """The growth to the end of errors made on the way, and of round-off in N: in radians, in the plane also in ln r.
 
     The beam tells it, which opens by so many radians of arc, or more, for each in N.
     """
