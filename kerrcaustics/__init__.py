@@ -24,35 +24,9 @@ if (sys.argv[:1] == ["-m"] and ("-m", "kerrcaustics") in zip(sys.orig_argv, sys.
         sys.stderr.write("kerrcaustics: Interrupted: nothing was left half-written.\n")
         os._exit(130)
 
-import warnings
-from importlib import import_module
 from importlib.metadata import version
-from typing import Any
 
 import lazy_loader
 
-_load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __version__ = version("kerrcaustics")
-
-# Results that no user makes were names of this module: scripts that still ask for them here are told where they are.
-_MOVED = {
-    "beams.paths": "SpacePoints",
-    "curves.tubes": "CausticTube",
-    "scenes.render": "Rendering TracedView",
-    "stars.circles": "CircleCurve CircleImages",
-    "stars.counts": "CountMap ImageCounts",
-    "stars.events": "PairEvent PairEvents",
-    "stars.following": "FollowedStar",
-    "stars.lines": "LineCrossings",
-    "stars.tracks": "Track",
-    "sweeps.engine": "SweepResult",
-}
-
-
-def __getattr__(name: str) -> Any:
-    wanted = "Rendering" if name == "Scene" else name
-    home = next((module for module, names in _MOVED.items() if wanted in names.split()), None)
-    if home is None or name == "Rendering":
-        return _load(name)
-    warnings.warn(f"kerrcaustics.{name} is kerrcaustics.{home}.{wanted} now.", DeprecationWarning, stacklevel=2)
-    return getattr(import_module(f"{__name__}.{home}"), wanted)

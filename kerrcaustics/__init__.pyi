@@ -14,12 +14,7 @@ from .curves.tubes import caustic_tubes as caustic_tubes
 from .draw.shown import show as show
 from .explorer.widget import explore as explore
 from .results.datasets import to_xarray as to_xarray
-from .results.files import (
-    load as load,
-    load_caustics as load_caustics,
-    save as save,
-    save_caustics as save_caustics,
-)
+from .results.files import load as load, save as save
 from .results.records import record as record
 from .scene_files.reading import read_scene as read_scene
 from .scene_files.scene_file import SceneFile as SceneFile

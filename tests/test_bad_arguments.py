@@ -41,7 +41,7 @@ BAD = [
     (lambda: kc.merged_catalogues(None, None), "`first` must be a StarCatalogue, but is NoneType."),
     (lambda: kc.crossings_of_line(None, 0.1), "`images` must be a CircleImages, but is NoneType."),
     (lambda: kc.save("no/such/x.npz", CAMERA), "`path` must lie in a folder that exists, but 'no/such' is none."),
-    (lambda: kc.save_caustics("no/x.npz", CAMERA), "`path` must lie in a folder that exists, but 'no' is none."),
+    (lambda: kc.save("no/x.npz", CAMERA), "`path` must lie in a folder that exists, but 'no' is none."),
     (lambda: kc.save("", CAMERA), "`path` must be the name of a file, but is ''."),
     (lambda: kc.save(None, CAMERA), "`path` must be the name of a file, but is None."),
     (lambda: kc.load(None), "`path` must be the name of a file, but is None."),

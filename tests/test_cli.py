@@ -31,7 +31,7 @@ def test_table_json_figure_and_file_agree(capsys, tmp_path):
     assert entry["curves"][1]["phi_extent_deg"] == pytest.approx(263.0179664, abs=1e-7)
     assert entry["velocity"] == "circular" and entry["beams"] > 1000
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    assert kc.load_caustics(stored)[1].circuits == entry["curves"][1]["circuits"]
+    assert kc.load(stored)[1].circuits == entry["curves"][1]["circuits"]
     assert sorted(f.name for f in tmp_path.iterdir()) == ["out.json", "out.npz", "out.png"]
 
 

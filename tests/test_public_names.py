@@ -38,15 +38,3 @@ def test_highest_index_is_the_same_everywhere():
         f: signature(f).parameters["max_index"].default for f in functions if "max_index" in signature(f).parameters
     }
     assert len(defaults) >= 10 and set(defaults.values()) == {2}
-
-
-@pytest.mark.parametrize("name", ["Track", "PairEvents", "SpacePoints", "SweepResult", "CausticTube", "ImageCounts"])
-def test_names_of_results_that_moved_are_told_where(name):
-    with pytest.warns(DeprecationWarning, match=rf"kerrcaustics\.{name} is kerrcaustics\.\w+\.\w+\.{name} now"):
-        assert getattr(kc, name).__name__ == name
-    assert name not in dir(kc)
-
-
-def test_the_old_name_of_a_rendering_still_serves():
-    with pytest.warns(DeprecationWarning, match=r"kerrcaustics\.scenes\.render\.Rendering"):
-        assert kc.Scene.__name__ == "Rendering"

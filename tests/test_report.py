@@ -32,7 +32,8 @@ def picture(grey):
 def leave(folder, name, grey=0, table=True, **content):
     """What a study leaves in a folder."""
     folder.mkdir(exist_ok=True)
-    entry = {"schema": f"kerrcaustics/study/{name}/1", "version": __version__, "machine": MACHINE} | content
+    entry = {"schema": f"kerrcaustics/study/{name}/1", "version": __version__, "machine": MACHINE}
+    entry |= {"date": "2026-11-20T08:00:00+00:00", "about": ""} | content
     (folder / f"{name}.json").write_text(json.dumps(entry))
     (folder / f"{name}.png").write_bytes(picture(grey))
     (folder / f"{name}.md").write_text(f"**{name} <table>**\n\n{markdown_table(HEADS, ROWS)}" if table else "Nothing.")
@@ -144,7 +145,8 @@ DAMAGES = {
     "a list": (lambda f: (f / "cost.json").write_text("[1]"), "no schema"),
     "later schema": (lambda f: leave(f, "cost", schema="kerrcaustics/study/cost/2"), "no schema"),
     "no machine": (lambda f: leave(f, "cost", machine=None), "'machine'"),
-    "no date": (lambda f: leave(f, "cost", date="yesterday"), "'date'"),
+    "no date": (lambda f: leave(f, "cost", date=None), "'date'"),
+    "another date": (lambda f: leave(f, "cost", date="yesterday"), "'date'"),
     "problem": (lambda f: leave(f, "cost", problems=[{"engine": "auto"}]), "verdict"),
     "no picture": (lambda f: (f / "cost.png").unlink(), "cost.png is missing"),
     "half a picture": (lambda f: (f / "cost.png").write_bytes(picture(0)[:-9]), "no whole PNG"),

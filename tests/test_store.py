@@ -5,7 +5,6 @@ import json
 import math
 import pickle
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -91,22 +90,6 @@ def test_dataset_holds_curves_and_cusps(caustics):
 def test_an_empty_set_becomes_an_empty_dataset(caustics):
     empty = replace(caustics, curves=(), missing=(1,))
     assert kc.to_xarray(empty).sizes["order"] == 0
-
-
-def test_files_of_the_schema_for_caustics_alone_are_read():
-    for load in (kc.load, kc.load_caustics):
-        found = load(Path(__file__).parent / "data" / "caustics_file_1.npz")
-        assert found.camera == kc.Camera(0.5, 6.0, 1.0, (0.1, -0.2, 0.3))
-        assert (len(found), found.beams, found.missing, found[0].kind, len(found[0].cusps)) == (
-            1,
-            3490,
-            (),
-            "astroid",
-            4,
-        )
-        assert found[0].celestial.sum() == pytest.approx(1997.3768924345798, abs=1e-11)
-        assert found[0].phi_max == 3.0336792994517006 and found[0].cusps[3].sky[0] == pytest.approx(-0.54032258)
-        assert found[0].sky.shape == (386, 3)
 
 
 def test_an_interrupted_write_leaves_the_old_file(tmp_path):

@@ -75,8 +75,8 @@ CALLS = [
 OTHERS = (
     "CelestialSphere Sphere "
     "Beams Caustic CausticSet Cusp Footprint LineProfile RayPaths Rays SceneFile StarImages StarTracks Status "
-    "crossings_of_line explore hipparcos image_derivatives load load_caustics merged_catalogues read_count_map "
-    "read_scene record save save_caustics save_sky show sweep tangent_basis to_xarray trace_view tycho2"
+    "crossings_of_line explore hipparcos image_derivatives load merged_catalogues read_count_map "
+    "read_scene record save save_sky show sweep tangent_basis to_xarray trace_view tycho2"
 )
 
 

@@ -60,8 +60,8 @@ def _title(name: str) -> str:
 
 def _overview(records: list[StudyRecord], version: str) -> str:
     """One line: version, number of studies, when they ran."""
-    days = sorted({f"{one.date:%Y-%m-%d}" for one in records if one.date})
-    when = "" if not days else f", run on {days[0]}" if len(days) == 1 else f", run from {days[0]} to {days[-1]}"
+    days = sorted({f"{one.date:%Y-%m-%d}" for one in records})
+    when = f", run on {days[0]}" if len(days) == 1 else f", run from {days[0]} to {days[-1]}"
     count = f"{len(records)} {'study' if len(records) == 1 else 'studies'}"
     return f'<p class="faint">kerrcaustics {html.escape(version)}; {count}{when}.</p>\n'
 
@@ -103,7 +103,7 @@ def _runs(records: list[StudyRecord], machines: list[str]) -> str:
     """What was run when, by what, with what settings, and on what."""
     heads, rows = ["study", "run (UTC)", "took", "version", "machine", "settings"], []
     for one in records:
-        date = f"{one.date:%Y-%m-%d %H:%M}" if one.date else "not recorded"
+        date = f"{one.date:%Y-%m-%d %H:%M}"
         took = "not recorded" if one.seconds is None else _duration(one.seconds)
         whole = (text.replace(" ", "\u00a0") for text in (date, took))
         rows.append([one.name, *whole, one.version, _letter(one, machines), _flat(one.settings)])

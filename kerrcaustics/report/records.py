@@ -27,15 +27,15 @@ _OF_A_PROBLEM = {"engine": str, "problem": str, "verdict": str, "faults": list}
 class StudyRecord:
     """What a run of a study left behind: its record (JSON), its picture (PNG) and its tables (Markdown).
 
-    `content` is the whole record; `date` (UTC), `seconds` and `about` (the study in its own words) are None or empty
-    in records of versions that did not write them.
+    `content` is the whole record, `about` the study in its own words, `date` in UTC; `seconds` is None where the study
+    does not say how long it took.
     """
 
     name: str
     path: Path
     version: str
     machine: dict[str, Any]
-    date: datetime | None
+    date: datetime
     seconds: float | None
     about: str
     settings: dict[str, Any]
@@ -128,7 +128,6 @@ def _read_record(path: Path) -> StudyRecord:
     schema = _SCHEMA.fullmatch(str(entry.get("schema", ""))) if isinstance(entry, dict) else None
     if schema is None:
         raise _damaged(path, 'has no schema "kerrcaustics/study/NAME/1"')
-    date = _checked(path, entry, "date", str, optional=True)
     findings = _checked(path, entry, "findings", list, optional=True) or []
     for row in _checked(path, entry, "problems", list, optional=True) or []:
         if not isinstance(row, dict) or not all(isinstance(row.get(key), kind) for key, kind in _OF_A_PROBLEM.items()):
@@ -138,9 +137,9 @@ def _read_record(path: Path) -> StudyRecord:
         path=path,
         version=_checked(path, entry, "version", str),
         machine=_checked(path, entry, "machine", dict),
-        date=None if date is None else _date(path, date),
+        date=_date(path, _checked(path, entry, "date", str)),
         seconds=_checked(path, entry, "seconds", (int, float), optional=True),
-        about=_checked(path, entry, "about", str, optional=True) or "",
+        about=_checked(path, entry, "about", str),
         settings=_checked(path, entry, "settings", dict, optional=True) or {},
         findings=tuple(map(str, findings)),
         content=entry,

@@ -40,12 +40,12 @@ def stand_in(shape: Any, dtype: Any) -> Array:
     return np.broadcast_to(np.zeros((), kind), lengths)
 
 
-def read_array(archive: ZipFile, name: str, wanted: Array | None = None) -> Array:
+def read_array(archive: ZipFile, name: str, wanted: Array) -> Array:
     """Return an array; raise ValueError unless its shape and type are those of `wanted`, before it is unpacked."""
     info = archive.getinfo(f"{name}.npy")
     with archive.open(info) as file:
         shape, order, dtype = _preamble(file)
-        if wanted is not None and (shape, dtype) != (wanted.shape, wanted.dtype):
+        if (shape, dtype) != (wanted.shape, wanted.dtype):
             raise ValueError("an array is not what the header says")
         if info.file_size != file.tell() + _bytes(shape, dtype):
             raise ValueError("an array has another length than it says")

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from kerrcaustics.results.records import check_result
 
 # Bytes of a file.
 _LARGEST = 64_000_000_000
-SCHEMA, _OLD_SCHEMA = "kerrcaustics/result/1", "kerrcaustics/caustics-file/1"
+SCHEMA = "kerrcaustics/result/1"
 
 HOMES = {
     "spacetime.camera": "Camera",
@@ -122,8 +122,6 @@ def load(path: str | os.PathLike[str]) -> Any:
             head = json.loads(read_head(archive))
             if head["schema"] == SCHEMA:
                 return _result(head["result"], archive)
-            if head["schema"] == _OLD_SCHEMA:
-                return _caustics(head, archive)
     except OSError as error:
         reason = error.strerror or "it is no such file"
         raise ValueError(f"Argument `path` must name a file that can be read: {os.fspath(path)!r}: {reason}.") from None
@@ -132,53 +130,6 @@ def load(path: str | os.PathLike[str]) -> Any:
             f"Argument `path` must name a file that `kerrcaustics.save` wrote, but {os.fspath(path)!r} is not one."
         ) from error
     raise ValueError(f"Argument `path` must name a file of schema {SCHEMA}, but this one is {head['schema']}.")
-
-
-def save_caustics(path: str | os.PathLike[str], caustics: Any) -> None:
-    """Write caustics to one file: `save`, by its first name.
-
-    Parameters
-    ----------
-    path : str or path
-    caustics : CausticSet or tuple of Caustic
-
-    Raises
-    ------
-    ValueError
-        For what is no result, and for a file that cannot be written.
-
-    Examples
-    --------
-    >>> import kerrcaustics as kc
-    >>> camera = kc.Camera(spin=0.9, radius=10)
-    >>> kc.save_caustics("caustics.npz", kc.caustics(camera, orders=1))
-    >>> len(kc.load_caustics("caustics.npz"))
-    1
-    """
-    save(path, caustics)
-
-
-def load_caustics(path: str | os.PathLike[str]) -> Any:
-    """The caustics in a file: `load`, by its first name.
-
-    Parameters
-    ----------
-    path : str or path
-
-    Raises
-    ------
-    ValueError
-        Where the file cannot be read, or is none of `save`.
-
-    Examples
-    --------
-    >>> import kerrcaustics as kc
-    >>> camera = kc.Camera(spin=0.9, radius=10)
-    >>> kc.save_caustics("caustics.npz", kc.caustics(camera, orders=1))
-    >>> len(kc.load_caustics("caustics.npz"))
-    1
-    """
-    return load(path)
 
 
 def _check_loadable(tree: Any) -> None:
@@ -255,30 +206,10 @@ def _kind(name: str) -> Any:
 
 
 def _restored(kind: Any, parts: dict[str, Any]) -> Any:
-    """A result with the very fields that were stored: nothing is rounded again.
-
-    Fields that came later have their defaults; the others are None.
-    """
-    defaults = {field.name: field.default for field in fields(kind) if field.default is not MISSING}
-    defaults |= {field.name: field.default_factory() for field in fields(kind) if field.default_factory is not MISSING}
-    if not parts.keys() <= stored(kind).keys() <= (parts | defaults).keys():
+    """A result with the very fields that were stored: nothing is rounded again. What files do not hold is None."""
+    if parts.keys() != stored(kind).keys():
         raise ValueError(f"{kind.__name__} has other fields")
     made = object.__new__(kind)
     for field in fields(kind):
-        object.__setattr__(made, field.name, parts.get(field.name, defaults.get(field.name)))
-    return made
-
-
-def _caustics(head: dict[str, Any], archive: ZipFile) -> Any:
-    """What is in a file of caustics, which had a schema of its own."""
-    camera, curves = _kind("Camera")(**head.pop("camera")), []
-    for i, entry in enumerate(head.pop("curves")):
-        columns = (read_array(archive, f"cusp_{name}_{i}") for name in ("sky", "celestial", "error"))
-        cusps = tuple(_kind("Cusp")(sky, place, float(error)) for sky, place, error in zip(*columns, strict=True))
-        points = {name: read_array(archive, f"{name}_{i}") for name in ("sky", "celestial")}
-        curves.append(_kind("Caustic")(**points, cusps=cusps, **{**entry, "remarks": tuple(entry["remarks"])}))
-    del head["schema"]
-    made = _kind("CausticSet")(tuple(curves), camera=camera, **{**head, "missing": tuple(head["missing"])})
-    for part in (made, *curves, *(cusp for curve in curves for cusp in curve.cusps)):
-        check_fields(part)
+        object.__setattr__(made, field.name, parts.get(field.name))
     return made
