@@ -72,7 +72,7 @@ def _traced(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Veloci
 
 
 def _check_place(spin: Array, radius: Array, inclination: Array) -> None:
-    """Refuse a place that no camera can have, as far as it is known."""
+    """Raise ValueError for a place that no camera can have, as far as it is known."""
     if not isinstance(spin, Tracer):
         if not ((spin >= 0) & (spin < 1)).all():
             raise ValueError("Argument `spin` must lie in [0, 1).")

@@ -60,7 +60,7 @@ plt.show()
 #
 #     kerrcaustics film orbit.toml --output orbit.mp4
 #
-# makes all 240 frames; interrupted, it goes on where it stopped. From Python any function that returns a picture
+# makes all 240 frames; an interrupted film resumes. From Python any function that returns a picture
 # makes a film. Here are two seconds of a star that crosses the secondary caustic, with its images to index 2, as a GIF.
 
 import math

@@ -40,7 +40,7 @@ class PhysicalScale:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -58,7 +58,7 @@ class PhysicalScale:
     distance: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what no mass and no distance can be; leave plain numbers."""
+        """Raise ValueError unless mass and distance are valid; leave plain numbers."""
         object.__setattr__(self, "mass", _positive("mass", self.mass, "solMass", "solar masses"))
         if self.distance is not None:
             object.__setattr__(self, "distance", _positive("distance", self.distance, "pc", "parsec"))

@@ -35,7 +35,7 @@ def film(
 ) -> None:
     """Make a film of a scene file, of a template, or of a script (in the folder figures/films/ of a checkout).
 
-    It takes minutes. Interrupted and started again, it goes on where it stopped.
+    It takes minutes. An interrupted film resumes when it is started again.
 
     Parameters
     ----------

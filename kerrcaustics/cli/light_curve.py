@@ -55,8 +55,8 @@ def light_curve(
     figure
         Draw the light curve and the images of the orbit into this file: .png, .pdf or .svg.
     film
-        Write a film of one orbit into this file: .mp4 or .gif. Its curve is as fine as --times. Started again after an
-        interruption, it goes on where it stopped.
+        Write a film of one orbit into this file: .mp4 or .gif. Its curve is as fine as --times. An interrupted
+        film resumes.
     restart
         Throw away frames of an unfinished film that are there, and draw all anew.
     save

@@ -33,7 +33,7 @@ def sweep(
 ) -> None:
     """Compute caustics over spin, radius and inclination, as a scene file says, into one zarr store.
 
-    Interrupted and started again, it goes on where it stopped.
+    An interrupted sweep resumes when it is started again.
 
     Parameters
     ----------

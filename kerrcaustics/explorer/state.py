@@ -57,7 +57,7 @@ class ExplorerState:
         return cls.of({name: _from_text(name, text) for name, text in parse_qsl(address.lstrip("#"))})
 
     def check(self) -> None:
-        """Refuse what cannot be, or would take too long."""
+        """Raise ValueError unless the state is valid and quick to compute."""
         _within("spin", self.spin, 0, MOST_SPIN)
         _within("radius", self.radius, 1, MOST_RADIUS)
         _within("inclination", self.inclination, 0, 180)

@@ -44,7 +44,7 @@ def explore(
     Raises
     ------
     ValueError
-        Where the state cannot be.
+        If the state is invalid.
     ImportError
         Without the packages of the extra `notebook`.
 

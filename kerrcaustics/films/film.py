@@ -1,6 +1,6 @@
 """Films: frames kept until the film is complete, then written as MP4 (H.264) or GIF.
 
-A film that is interrupted goes on where it stopped: each frame is a file of its own beside the film until then.
+An interrupted film resumes: each frame is a file of its own beside the film until then.
 """
 
 import time

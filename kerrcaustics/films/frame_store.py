@@ -229,7 +229,7 @@ def _text(record: dict[str, Any]) -> str:
 
 
 def _check_ours(folder: Path) -> None:
-    """Refuse to throw away numbered pictures in a folder that does not say that they are frames of a film."""
+    """Raise ValueError if numbered pictures would be thrown away in a folder that does not name a film."""
     if frames_in(folder) and content(folder / _SAYS) is None:
         raise ValueError(
             f"The pictures in {folder} may be no frames of a film, as there is no {_SAYS}, and are not thrown away. "
@@ -238,7 +238,7 @@ def _check_ours(folder: Path) -> None:
 
 
 def _check_same(store: FrameStore, record: dict[str, Any], frames: list[int]) -> None:
-    """Refuse frames of another film: so the folder says, and none of them says otherwise."""
+    """Raise ValueError for frames of another film, by the folder's record and by each frame."""
     try:
         there = json.loads(content(store.folder / _SAYS) or b"")
         told = _differences(dict(_leaves(record)), dict(_leaves(there)))

@@ -64,7 +64,7 @@ def scene_film(scene: FilmedScene, quality: str | None = None) -> Film:
 
 
 def _check_size(scene: FilmedScene) -> None:
-    """Refuse frames that no film holds (H.264 halves the colours' height and width), before any is drawn."""
+    """Raise ValueError for frames that no film holds: H.264 halves the colours' height and width."""
     for key, pixels in zip(("view.width", "view.height"), scene.size, strict=True):
         if pixels % 2:
             raise ValueError(f"Scene {scene.name}: {key} must be even for a film, but is {pixels}.")

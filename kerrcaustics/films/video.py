@@ -25,7 +25,7 @@ _COLOURS = 256
 
 
 def check_film_path(path: Path) -> None:
-    """Refuse files that cannot be written here, before any frame is drawn."""
+    """Raise ValueError for files that cannot be written here, before any frame is drawn."""
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"Argument `path` must end in {' or '.join(ENDINGS)}, but is {str(path)!r}.")
     if not os.path.isdir(path.parent):

@@ -133,7 +133,7 @@ def load(path: str | os.PathLike[str]) -> Any:
 
 
 def _check_loadable(tree: Any) -> None:
-    """Refuse a result that `load` would refuse."""
+    """Raise ValueError for a result that `load` would not read."""
     try:
         _value(tree, lambda entry: stand_in(entry["shape"], entry["dtype"]), check_fields)
     except ValueError as error:

@@ -46,7 +46,7 @@ def record(result: Any, *, camera: Any = None, points: bool = False) -> dict[str
 
 
 def check_result(result: Any) -> None:
-    """Refuse what is no result, with one clear ValueError."""
+    """Raise ValueError unless `result` is a result."""
     if type(result) not in LAYOUTS:
         raise ValueError(f"Argument `result` must be a result of kerrcaustics, but is {type(result).__name__}.")
 

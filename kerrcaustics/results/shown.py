@@ -48,7 +48,7 @@ def page(result: Any) -> str:
 
 
 def _entries(result: Any) -> Iterator[Entry]:
-    """What users see of a result, or of another frozen dataclass; what was not asked for is left out."""
+    """The quantities of a result, or the fields of another frozen dataclass; None is left out."""
     if type(result) in LAYOUTS:
         for each in quantities(type(result)).values():
             about = as_in(result, each)

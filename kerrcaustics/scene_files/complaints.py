@@ -21,7 +21,7 @@ class SceneError(ValueError):
 
 
 def refuse(entry: str, must: str, value: Any) -> NoReturn:
-    """Refuse an entry; value: what it is, a number or words."""
+    """Raise ValueError for an entry; value: what it is, a number or words."""
     shown = f"{value:.12g}" if isinstance(value, float) else value
     raise SceneError(f"{entry} must {must}, but is {shown}.")
 
@@ -57,7 +57,7 @@ def about(table: str, **keys: str) -> Iterator[None]:
 
 
 def check_numbers(contents: Contents) -> None:
-    """Refuse numbers of a scene that can be told to be wrong before anything is made of them."""
+    """Raise ValueError for invalid numbers of a scene, before anything is made of them."""
     if not 0 <= contents.hole.spin < 1:
         refuse("hole.spin", "lie in [0, 1)", contents.hole.spin)
     _check_camera(contents)

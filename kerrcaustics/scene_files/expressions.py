@@ -165,7 +165,7 @@ class _NoValueError(SceneError):
 
 
 def check_names(formulas: Iterable[Formula], named: dict[str, Formula], given: Iterable[str]) -> None:
-    """Refuse formulas that ask for names which nobody defines, or that go round in a circle."""
+    """Raise ValueError for formulas with undefined names, or that depend on themselves."""
     known = {"t", *named, *given}
     for one in (*named.values(), *formulas):
         for name in sorted(one.names - known):

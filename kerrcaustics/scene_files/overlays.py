@@ -137,7 +137,7 @@ def _filled(caption: str, moment: Moment) -> str:
 
 
 def check_overlays(overlays: OverlaysTable, way: CameraWay, span: tuple[float, float]) -> None:
-    """Refuse captions with names that are none, and tracks of cameras that do not circle the axis."""
+    """Raise ValueError for captions with unknown names, and for tracks of cameras that do not circle the axis."""
     _check_caption(overlays.caption, {"time", "t", *PLACE_NAMES, *way.formulas})
     if overlays.tracks:
         with about("overlays", camera="overlays.tracks"):
@@ -146,7 +146,7 @@ def check_overlays(overlays: OverlaysTable, way: CameraWay, span: tuple[float, f
 
 
 def _check_caption(caption: str, known: set[str]) -> None:
-    """Refuse all in braces but names with a simple format."""
+    """Raise ValueError for anything in braces but names with a simple format."""
     if len(caption) > _LONGEST_CAPTION:
         refuse("overlays.caption", f"be at most {_LONGEST_CAPTION} characters long", f"{len(caption)} long")
     for found in _IN_BRACES.finditer(caption):

@@ -43,7 +43,7 @@ class StarCatalogue(Shown):
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class StarCatalogue(Shown):
     colour_index: Float[Array, " stars"]
 
     def __post_init__(self) -> None:
-        """Refuse what are no stars."""
+        """Raise ValueError unless the stars are valid."""
         shape = real_array("direction", self.direction).shape
         if len(shape) != 2 or shape[1] != 3:
             raise ValueError(f"Argument `direction` must have the shape (n, 3), but has {shape}.")
@@ -204,7 +204,7 @@ def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------

@@ -28,7 +28,7 @@ _HALF_WIDTH = DEVIATION * math.sqrt(3)
 
 
 def check_pattern(pattern: Any, least_rows: int) -> None:
-    """Refuse rows, columns, gaps and colours that make no pattern of swatches."""
+    """Raise ValueError unless rows, columns, gaps and colours make a pattern of swatches."""
     whole_number("rows", pattern.rows, least_rows, _MOST)
     if whole_number("columns", pattern.columns, 2, _MOST) % 2:
         raise ValueError(
@@ -69,7 +69,7 @@ class Checkerboard:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -91,7 +91,7 @@ class Checkerboard:
     along: str = "latitude"
 
     def __post_init__(self) -> None:
-        """Refuse what is no checkerboard."""
+        """Raise ValueError unless the checkerboard is valid."""
         check_pattern(self, least_rows=2)
         one_of("along", self.along, ("latitude", "longitude"))
 

@@ -58,7 +58,7 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -197,7 +197,7 @@ def tone_mapped(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     References
     ----------
@@ -233,7 +233,7 @@ def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Arra
 
 
 def check_response(response: str) -> None:
-    """Refuse what turns no spectrum into a colour."""
+    """Raise ValueError unless the response is valid."""
     one_of("response", response, RESPONSES)
 
 

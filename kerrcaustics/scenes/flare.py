@@ -44,7 +44,7 @@ def flared(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -93,7 +93,7 @@ def halo(share: float, width: float, falloff: float = 3.0, reach: int | None = N
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------

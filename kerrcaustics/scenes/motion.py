@@ -33,7 +33,7 @@ class ShutterMotion:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -53,7 +53,7 @@ class ShutterMotion:
     times: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what are no two moments."""
+        """Raise ValueError unless the two moments are valid."""
         for name, kind in (("cameras", Camera), ("views", View)):
             value = getattr(self, name)
             if not _two(value) or not all(isinstance(one, kind) for one in value):

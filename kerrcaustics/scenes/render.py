@@ -180,7 +180,7 @@ def render(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -255,7 +255,7 @@ def trace_view(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------
@@ -344,7 +344,7 @@ def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------

@@ -49,7 +49,7 @@ class StarField(Shown):
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -77,7 +77,7 @@ class StarField(Shown):
     smooth: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        """Refuse what is no star field."""
+        """Raise ValueError unless the star field is valid."""
         if not isinstance(self.catalogue, StarCatalogue):
             raise ValueError(f"Argument `catalogue` must be a StarCatalogue, but is {type(self.catalogue).__name__}.")
         if not 0 <= real_number("band", self.band) < math.inf:

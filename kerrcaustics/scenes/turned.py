@@ -27,7 +27,7 @@ class TurnedSky:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------
@@ -40,7 +40,7 @@ class TurnedSky:
     angle: float
 
     def __post_init__(self) -> None:
-        """Refuse what is no sky, and an angle that is not finite."""
+        """Raise ValueError unless the sky is valid and the angle finite."""
         check_sky(self.sky, needed=True)
         if not math.isfinite(real_number("angle", self.angle)):
             raise ValueError(f"Argument `angle` must be a finite number, but is {quoted(self.angle)}.")

@@ -47,7 +47,7 @@ class View:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -70,7 +70,7 @@ class View:
     up: Any = quantity("axis", "1", "N of what points up in it", default=(0.0, 0.0, 1.0))
 
     def __post_init__(self) -> None:
-        """Refuse a view that is no picture of the sky; make the axes orthonormal."""
+        """Raise ValueError unless the view is valid; make the axes orthonormal."""
         for name in ("width", "height"):
             object.__setattr__(self, name, whole_number(name, getattr(self, name), 1, _LARGEST))
         one_of("projection", self.projection, PROJECTIONS)

@@ -77,7 +77,7 @@ def sweep(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
     kerrcaustics.workers.losses.WorkersLost
         Workers died again and again without computing anything, a cluster had none for five minutes, or its scheduler
         went away. The store holds what was computed till then.

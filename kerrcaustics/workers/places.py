@@ -13,7 +13,7 @@ Run = Callable[[Compute, list[Job], Losses], Finished]
 
 
 def check_place(workers: int | None, scheduler: str | None) -> None:
-    """Refuse what names no one place."""
+    """Raise ValueError unless the arguments name one place."""
     if workers is not None and scheduler is not None:
         raise ValueError("Arguments `workers` and `scheduler`: only one of them can be given.")
     if workers is not None and workers < 1:

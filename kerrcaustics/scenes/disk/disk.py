@@ -41,7 +41,7 @@ class Disk:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -65,7 +65,7 @@ class Disk:
     brightness: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no disk."""
+        """Raise ValueError unless the disk is valid."""
         check_rims(self.inner, self.outer)
         if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
             raise ValueError(
@@ -80,7 +80,7 @@ class Disk:
         one_of("motion", self.motion, MOTIONS)
 
     def check(self, spin: float) -> None:
-        """Refuse a disk that reaches the horizon of a hole."""
+        """Raise ValueError for a disk that reaches the horizon of a hole."""
         check_above_horizon(self.inner, spin)
 
     @property

@@ -61,7 +61,7 @@ class BlackBody(Glow):
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------
@@ -74,7 +74,7 @@ class BlackBody(Glow):
     response: str = "cie"
 
     def __post_init__(self) -> None:
-        """Refuse what is no temperature, or no response."""
+        """Raise ValueError unless temperature and response are valid."""
         _check_temperature("peak", self.peak)
         check_response(self.response)
 
@@ -100,7 +100,7 @@ class PowerLaw(Glow):
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Examples
     --------
@@ -116,7 +116,7 @@ class PowerLaw(Glow):
     response: str = "cie"
 
     def __post_init__(self) -> None:
-        """Refuse what is no temperature, no law, or no response."""
+        """Raise ValueError unless temperature, law and response are valid."""
         _check_temperature("peak", self.peak)
         check_response(self.response)
         if not math.isfinite(real_number("exponent", self.exponent)):
@@ -143,7 +143,7 @@ class PageThorne(Glow):
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     References
     ----------
@@ -161,7 +161,7 @@ class PageThorne(Glow):
     response: str = "cie"
 
     def __post_init__(self) -> None:
-        """Refuse what is no temperature, or no response."""
+        """Raise ValueError unless temperature and response are valid."""
         _check_temperature("peak", self.peak)
         check_response(self.response)
 
@@ -223,7 +223,7 @@ class Swatches:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -243,7 +243,7 @@ class Swatches:
     gap_colour: str = GAP_COLOUR
 
     def __post_init__(self) -> None:
-        """Refuse what is no pattern."""
+        """Raise ValueError unless the pattern is valid."""
         check_pattern(self, least_rows=1)
 
     @cached_property
@@ -312,7 +312,7 @@ class Texture:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----

@@ -78,7 +78,7 @@ def line_profile(
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Errors
     ------
@@ -118,7 +118,7 @@ def line_profile(
 
 
 def check_request(camera: Camera, inner: float, outer: float, motion: str) -> None:
-    """Refuse cameras that see no ring, and rings that are none."""
+    """Raise ValueError for a camera that sees no ring, and unless the ring is valid."""
     check_camera(camera)
     if camera.on_equator:
         raise ValueError("Argument `camera` must lie off the equatorial plane, but is in it.")

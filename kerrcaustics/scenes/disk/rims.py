@@ -8,7 +8,7 @@ from kerrcaustics.spacetime.checks import apart, quoted, real_number
 
 
 def check_rims(inner: Any, outer: Any) -> None:
-    """Refuse radii that are none, or in the wrong order."""
+    """Raise ValueError unless the radii are valid and in order."""
     for name, value in (("inner", inner), ("outer", outer)):
         if not 0 < real_number(name, value) < math.inf:
             raise ValueError(f"Argument `{name}` must be a positive, finite radius, but is {quoted(value)}.")
@@ -17,13 +17,13 @@ def check_rims(inner: Any, outer: Any) -> None:
 
 
 def check_brightness(brightness: Any) -> None:
-    """Refuse what is no factor of light."""
+    """Raise ValueError unless the factor of light is valid."""
     if not 0 <= real_number("brightness", brightness) < math.inf:
         raise ValueError(f"Argument `brightness` must be a finite number from 0 on, but is {quoted(brightness)}.")
 
 
 def check_above_horizon(inner: float, spin: float) -> None:
-    """Refuse what reaches the horizon of a hole."""
+    """Raise ValueError for an inner rim within the horizon of a hole."""
     horizon = kerr.horizon(spin)
     if not inner > horizon:
         given, least = apart(inner, horizon)

@@ -57,7 +57,7 @@ class Spots:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -80,7 +80,7 @@ class Spots:
     keeps_shape = True
 
     def __post_init__(self) -> None:
-        """Refuse what are no spots."""
+        """Raise ValueError unless the spots are valid."""
         radius, azimuth = numbers("radius", self.radius).ravel(), numbers("azimuth", self.azimuth).ravel()
         if not (len(radius) and np.isfinite(radius).all() and (radius > 0).all()):
             raise ValueError("Argument `radius` must hold positive, finite radii.")

@@ -35,7 +35,7 @@ class VolumeGrid:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -163,7 +163,7 @@ class Volume:
     Raises
     ------
     ValueError
-        Where an argument cannot be; the message names it, and what it must be.
+        If an argument is invalid.
 
     Notes
     -----
@@ -187,7 +187,7 @@ class Volume:
     response: str = "cie"
 
     def __post_init__(self) -> None:
-        """Refuse what is no volume."""
+        """Raise ValueError unless the volume is valid."""
         check_rims(self.inner, self.outer)
         for name in ("density", "temperature"):
             value = getattr(self, name)
@@ -213,7 +213,7 @@ class Volume:
             raise ValueError(f"Argument `scale` must be a positive, finite length, but is {quoted(self.scale)}.")
 
     def check(self, spin: float) -> None:
-        """Refuse a volume that reaches the horizon of a hole."""
+        """Raise ValueError for a volume that reaches the horizon of a hole."""
         check_above_horizon(self.inner, spin)
 
     @property
