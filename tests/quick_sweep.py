@@ -6,10 +6,10 @@ from sweeping import slowly_made_up
 
 from kerrcaustics.__main__ import main
 from kerrcaustics.sweeps import engine
-from kerrcaustics.workers import losses
+from kerrcaustics.workers import worker_failures
 
 engine.computed = slowly_made_up
-losses._WITH_A_JOB = int(os.environ.get("DEATHS", losses._WITH_A_JOB))
+worker_failures._WITH_A_JOB = int(os.environ.get("DEATHS", worker_failures._WITH_A_JOB))
 
 if __name__ == "__main__":
     main()

@@ -8,8 +8,8 @@ from sweeping import PLAIN, written
 
 import kerrcaustics as kc
 from kerrcaustics.sweeps.store import Block
-from kerrcaustics.workers import cluster, losses
-from kerrcaustics.workers.losses import Losses, WorkersLost
+from kerrcaustics.workers import cluster, worker_failures
+from kerrcaustics.workers.worker_failures import WorkerFailures, WorkersLost
 
 FIRST, SECOND, THIRD = (Block(0, (i, i + 1), 0) for i in range(3))
 
@@ -18,13 +18,13 @@ FIRST, SECOND, THIRD = (Block(0, (i, i + 1), 0) for i in range(3))
 def clock(monkeypatch):
     """A clock that stands still until it is set."""
     now = [0.0]
-    monkeypatch.setattr(losses, "monotonic", lambda: now[0])
+    monkeypatch.setattr(worker_failures, "monotonic", lambda: now[0])
     return now
 
 
 def test_no_worker_is_said_after_thirty_seconds_and_borne_for_five_minutes(clock):
     said = []
-    held = Losses(said.append)
+    held = WorkerFailures(said.append)
     for clock[0], workers in ((20, 0), (30, 0), (31, 0), (90, 0), (95, 1), (120, 0), (126, 0)):
         held.there_are(workers)
     assert said == ["no worker for 31 s", "no worker for 90 s", "no worker for 31 s"]
@@ -39,7 +39,7 @@ def test_no_worker_is_said_after_thirty_seconds_and_borne_for_five_minutes(clock
 
 
 def test_a_block_is_given_up_when_twelve_workers_died_with_it():
-    held = Losses(pytest.fail)
+    held = WorkerFailures(pytest.fail)
     for _ in range(11):
         assert held.died(FIRST)
         held.computed()
@@ -51,7 +51,7 @@ def test_a_block_is_given_up_when_twelve_workers_died_with_it():
 
 @pytest.mark.parametrize("block", [None, FIRST])
 def test_deaths_without_anything_computed_end_a_sweep(block):
-    held = Losses(pytest.fail)
+    held = WorkerFailures(pytest.fail)
     held.there_are(2)
     held.there_are(1)
     for _ in range(79):
@@ -67,8 +67,8 @@ def test_deaths_without_anything_computed_end_a_sweep(block):
 def empty_cluster(monkeypatch):
     """A Dask scheduler in this process that has no worker, and a sweep that soon loses patience."""
     distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(losses, "_SAID", 0.1)
-    monkeypatch.setattr(losses, "_BORNE", 1.0)
+    monkeypatch.setattr(worker_failures, "_SAID", 0.1)
+    monkeypatch.setattr(worker_failures, "_BORNE", 1.0)
     monkeypatch.setattr(cluster, "_LOOK", 0.1)
     with distributed.LocalCluster(n_workers=0, processes=False, protocol="tcp", dashboard_address="") as empty:
         yield empty

@@ -75,7 +75,7 @@ def film(
 def filmed(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult":
     """Make a film; whatever is in the way is one line."""
     from kerrcaustics.films.film import frames_folder, make_film
-    from kerrcaustics.workers.losses import WorkersLost
+    from kerrcaustics.workers.worker_failures import WorkersLost
 
     folder = frames_folder(path)
     on_interrupt(lambda: _left_in(folder))

@@ -101,7 +101,7 @@ def _swept(scene: Path, store: Path, workers: int | None, scheduler: str | None,
 
 
 def _run(scene: Path, store: Path, workers: int | None, scheduler: str | None, retry: bool) -> "SweepResult":
-    from kerrcaustics.workers.losses import WorkersLost
+    from kerrcaustics.workers.worker_failures import WorkersLost
 
     try:
         with plain_errors({"path": "output"}), progress(left=True) as report:

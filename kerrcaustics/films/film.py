@@ -25,8 +25,8 @@ from kerrcaustics.films.frame_store import (
 from kerrcaustics.films.video import check_film_path, write_pictures
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.results.stages import stage, with_stages
-from kerrcaustics.workers.losses import Compute, Finished, Losses
 from kerrcaustics.workers.places import Run, check_answer, check_place, place
+from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailures
 
 Progress = Callable[[str, float], None]
 
@@ -151,7 +151,7 @@ def make_film(
 
     Raises
     ------
-    kerrcaustics.workers.losses.WorkersLost
+    kerrcaustics.workers.worker_failures.WorkersLost
         Workers died again and again, or there were none. The frames that were drawn are kept.
 
     Notes
@@ -201,8 +201,8 @@ def _draw(store: FrameStore, job: Compute, missing: list[int], total: int, run: 
     tell()
     if not missing:
         return
-    losses = Losses(lambda what: tell(f", {what}"), "film")
-    with closing(run(job, missing, losses)) as finished:
+    worker_failures = WorkerFailures(lambda what: tell(f", {what}"), "film")
+    with closing(run(job, missing, worker_failures)) as finished:
         for number, known in finished:
             if not known:
                 store.fail(number, _DIED)
@@ -210,7 +210,7 @@ def _draw(store: FrameStore, job: Compute, missing: list[int], total: int, run: 
             tell()
 
 
-def _one_by_one(compute: Compute, numbers: list[int], _losses: Losses) -> Finished:
+def _one_by_one(compute: Compute, numbers: list[int], _worker_failures: WorkerFailures) -> Finished:
     for number in numbers:
         compute(number)
         yield number, True

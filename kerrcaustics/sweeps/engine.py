@@ -15,8 +15,8 @@ from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
 from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, store_at
-from kerrcaustics.workers.losses import Compute, Finished, Losses
 from kerrcaustics.workers.places import check_answer, check_place, place
+from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailures
 
 Progress = Callable[[str, float], None]
 
@@ -78,7 +78,7 @@ def sweep(
     ------
     ValueError
         If an argument is invalid.
-    kerrcaustics.workers.losses.WorkersLost
+    kerrcaustics.workers.worker_failures.WorkersLost
         Workers died again and again without computing anything, a cluster had none for five minutes, or its scheduler
         went away. The store holds what was computed till then.
 
@@ -102,9 +102,9 @@ def sweep(
         before = done = total - sum(map(len, missing))
         progress(f"{done} of {total} points", done / total)
         if missing:
-            losses = Losses(lambda what: progress(f"{done} of {total} points, {what}", done / total))
+            worker_failures = WorkerFailures(lambda what: progress(f"{done} of {total} points, {what}", done / total))
             compute, run = partial(compute_block, str(store.path.absolute())), place(workers, scheduler, _in_threads)
-            with closing(run(compute, missing, losses)) as finished:
+            with closing(run(compute, missing, worker_failures)) as finished:
                 for block, known in finished:
                     if not known:
                         store.write(block, [_DIED] * len(block))
@@ -137,7 +137,7 @@ def compute_block(path: str, block: Block) -> None:
     store.write(block, points)
 
 
-def _in_threads(compute: Compute, blocks: list[Block], _losses: Losses) -> Finished:
+def _in_threads(compute: Compute, blocks: list[Block], _worker_failures: WorkerFailures) -> Finished:
     with ThreadPoolExecutor(cores()) as pool:
         futures = {pool.submit(compute, block): block for block in blocks}
         try:

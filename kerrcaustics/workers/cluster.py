@@ -7,7 +7,7 @@ from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from kerrcaustics.workers.losses import Compute, Finished, Job, Losses
+from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerFailures
 
 # Jobs that the scheduler holds at a time.
 _IN_FLIGHT = 20_000
@@ -15,7 +15,7 @@ _IN_FLIGHT = 20_000
 _LOOK, _FIRST_ANSWER, _ANSWER = 5.0, 30.0, 10.0
 
 
-def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], losses: Losses) -> Finished:
+def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], worker_failures: WorkerFailures) -> Finished:
     """Compute jobs on the workers of a scheduler at this address."""
     waiting = iter(jobs)
     at_work: dict[Any, Job] = {}
@@ -33,12 +33,12 @@ def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], losses: Losses
             try:
                 future = done.get(timeout=_LOOK)
             except Empty:
-                losses.there_are(_workers(client))
+                worker_failures.there_are(_workers(client))
                 continue
-            job, deaths = at_work.pop(future.key), _deaths(future, losses)
+            job, deaths = at_work.pop(future.key), _deaths(future, worker_failures)
             if not deaths:
-                losses.computed()
-            elif losses.died(job, deaths):
+                worker_failures.computed()
+            elif worker_failures.died(job, deaths):
                 submit(job)
                 continue
             yield job, not deaths
@@ -75,12 +75,12 @@ def _workers(client: Any) -> int:
         return 0
 
 
-def _deaths(future: Any, losses: Losses) -> int:
+def _deaths(future: Any, worker_failures: WorkerFailures) -> int:
     """How many workers died with a job before the scheduler gave it up; 0: it is done."""
     from distributed import KilledWorker
 
     if future.status == "cancelled":
-        losses.end("The Dask scheduler went away")
+        worker_failures.end("The Dask scheduler went away")
     # The result is in the store: nothing is asked of the worker, which may be dead.
     error = None if future.status == "finished" else future.exception()
     if isinstance(error, KilledWorker):

@@ -4,12 +4,12 @@ import re
 from collections.abc import Callable
 from functools import partial
 
-from kerrcaustics.workers.losses import Compute, Finished, Job, Losses
+from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerFailures
 
 # Where a scheduler listens; Dask waits for ever for what is none.
 _ADDRESS = re.compile(r"(inproc://.+|((tcp|tls|ucx|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5}))")
 
-Run = Callable[[Compute, list[Job], Losses], Finished]
+Run = Callable[[Compute, list[Job], WorkerFailures], Finished]
 
 
 def check_place(workers: int | None, scheduler: str | None) -> None:

@@ -13,7 +13,7 @@ from threading import Thread
 from typing import cast
 
 from kerrcaustics.files import remove_unfinished
-from kerrcaustics.workers.losses import Compute, Finished, Job, Losses
+from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerFailures
 
 Crew = dict[Connection, BaseProcess]
 
@@ -25,7 +25,7 @@ _LOOK = 1.0
 _ONE_CORE: dict[str, str] = dict.fromkeys(("NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
-def in_processes(workers: int, compute: Compute, jobs: list[Job], losses: Losses) -> Finished:
+def in_processes(workers: int, compute: Compute, jobs: list[Job], worker_failures: WorkerFailures) -> Finished:
     """Compute jobs in so many processes."""
     waiting = deque(jobs)
     # A process that is starting is in the crew, and not at work.
@@ -33,8 +33,8 @@ def in_processes(workers: int, compute: Compute, jobs: list[Job], losses: Losses
     at_work: dict[Connection, Job] = {}
     try:
         while waiting or at_work:
-            _fill_up(crew, min(workers, len(waiting) + len(at_work)), compute, losses)
-            losses.there_are(len(at_work), starting=len(crew) - len(at_work))
+            _fill_up(crew, min(workers, len(waiting) + len(at_work)), compute, worker_failures)
+            worker_failures.there_are(len(at_work), starting=len(crew) - len(at_work))
             for pipe in cast("list[Connection]", wait(list(crew), _LOOK)):
                 job = at_work.pop(pipe, None)
                 if _answered(pipe):
@@ -44,13 +44,13 @@ def in_processes(workers: int, compute: Compute, jobs: list[Job], losses: Losses
                     else:
                         _end(pipe, crew.pop(pipe))
                     if job is not None:
-                        losses.computed()
+                        worker_failures.computed()
                         yield job, True
                 else:
                     status = _end(pipe, crew.pop(pipe))
                     if job is None and status > 0:
-                        losses.end(_NO_START.format(status))
-                    again = losses.died(job)
+                        worker_failures.end(_NO_START.format(status))
+                    again = worker_failures.died(job)
                     if job is not None and again:
                         waiting.append(job)
                     elif job is not None:
@@ -60,14 +60,14 @@ def in_processes(workers: int, compute: Compute, jobs: list[Job], losses: Losses
             _end(pipe, process)
 
 
-def _fill_up(crew: Crew, wanted: int, compute: Compute, losses: Losses) -> None:
+def _fill_up(crew: Crew, wanted: int, compute: Compute, worker_failures: WorkerFailures) -> None:
     """Start processes until there are as many as wanted."""
     while len(crew) < wanted:
         try:
             pipe, process = _started(compute)
         except OSError:
             # No memory for another process; there may be some in a moment.
-            losses.died(None)
+            worker_failures.died(None)
             time.sleep(_LOOK)
             return
         crew[pipe] = process

@@ -28,7 +28,7 @@ class WorkersLost(RuntimeError):
         super().__init__(f"{why}: the {task} ended. What its store holds is kept; start again to go on.")
 
 
-class Losses:
+class WorkerFailures:
     """What is known of the workers of a sweep or a film. Whoever runs jobs tells it what happens.
 
     It says `say` when there has been no worker for a while, and raises WorkersLost when there is no hope.

@@ -1,3 +1,0 @@
-"""How a sweep ends that has lost its workers."""
-
-from kerrcaustics.workers.losses import WorkersLost as WorkersLost
