@@ -8,7 +8,7 @@ from typing import Annotated, Any, NoReturn
 
 import cyclopts
 
-from kerrcaustics.cli.complaints import complaint
+from kerrcaustics.cli.usage import usage_message
 
 _QUIET = cyclopts.Parameter(name=("--quiet", "-q"), negative=(), group="Everywhere", show_default=False)
 _EXIT_STATUS = "Exit status: 0 done; 1 something failed, or is not certified; 2 bad input; 130 interrupted."
@@ -44,7 +44,7 @@ def main() -> None:
     try:
         app.meta(sys.argv[1:], exit_on_error=False, print_error=False)
     except cyclopts.CycloptsError as error:
-        stop(2, complaint(error))
+        stop(2, usage_message(error))
     except BadInput as error:
         stop(2, str(error))
     except Exception as error:

@@ -1,4 +1,4 @@
-"""What a user reads while and after a command works: lines, tables, progress, and complaints about arguments."""
+"""What a user reads while and after a command works: lines, tables, progress, and errors about arguments."""
 
 import math
 import sys
@@ -76,7 +76,7 @@ def sure(certified: bool) -> str:
 
 @contextmanager
 def plain_errors(named: dict[str, str] | None = None) -> Iterator[None]:
-    """Turn the package's own complaints about arguments into those of the command line; named: of other options."""
+    """Turn the package's own errors about arguments into those of the command line; named: of other options."""
     try:
         yield
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""What the parser of the command line complains about, as one line that names the argument and what it must be."""
+"""Errors of usage of the command line, as one line that names the argument and what it must be."""
 
 import difflib
 from collections.abc import Iterable, Sequence
@@ -9,7 +9,7 @@ import cyclopts
 _WORDS = {int: "a whole number", float: "a number", bool: "true or false"}
 
 
-def complaint(error: cyclopts.CycloptsError) -> str:
+def usage_message(error: cyclopts.CycloptsError) -> str:
     """One line about what cannot be parsed."""
     for kind, told in _TOLD.items():
         if isinstance(error, kind):
