@@ -107,7 +107,7 @@ BAD = [
     (("images", "--spin", "0.9", "--radius", "6", "--star", "9", "9", "x"), "--star must be 2 numbers, but is 9 9 x."),
     (("counts", "--spin", "0.9", "--radius", "6", "--empty-star"), "--empty-star is unknown; did you mean --star?"),
     (("counts", "--spin", "0.9", "--radius", "6", "--no-map"), "Argument --no-map is unknown; did you mean --map?"),
-    (("render", "x.toml", "--empty-changes"), "Argument --empty-changes is unknown"),
+    (("render", "x.toml", "--empty-overrides"), "Argument --empty-overrides is unknown"),
     (("render", "x.toml", "--set"), "Argument --set must be followed by a value."),
     (("render", "x.toml", "--frame", "x"), "kerrcaustics: Argument --frame must be a whole number, but is x."),
     (("scene", "x"), "Argument x must be left out: kerrcaustics scene has no place for it."),

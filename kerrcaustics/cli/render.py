@@ -32,7 +32,7 @@ def render(
     frame: WholeNumber = 0,
     quality: Literal["draft", "normal", "high"] | None = None,
     preview: Flag = False,
-    changes: Annotated[list[str] | None, cyclopts.Parameter(name="--set", negative=())] = None,
+    overrides: Annotated[list[str] | None, cyclopts.Parameter(name="--set", negative=())] = None,
     common: CommonOptions = COMMON,
 ) -> None:
     """Render a scene file: hole, camera, sky, disk and light as one picture, or one frame of a film.
@@ -49,7 +49,7 @@ def render(
         How well; by default as the scene says.
     preview
         A small picture, 320 pixels wide, as a draft.
-    changes
+    overrides
         Set an entry otherwise than the file does, as --set camera.radius=5; may be repeated.
     """
     path = output or Path(f"{scene.stem}.png")
@@ -59,7 +59,7 @@ def render(
         raise BadInput(f"Argument --output must name another file than the scene, but both are {path}.")
     began = clock()
     with progress() as report:
-        read = _read(scene, changes or [])
+        read = _read(scene, overrides or [])
         if not 0 <= frame < read.frames:
             raise BadInput(f"Argument --frame must be a whole number from 0 to {read.frames - 1}, but is {frame}.")
         wanted = quality or ("draft" if preview else read.quality)
@@ -106,11 +106,11 @@ def _now(stage: str, before: dict[str, float]) -> str:
     return f"{stage.replace('_', ' ')} ({in_words(before)})" if before else stage.replace("_", " ")
 
 
-def _read(scene: Path, changes: list[str]) -> "SceneFile":
+def _read(scene: Path, overrides: list[str]) -> "SceneFile":
     from kerrcaustics.scene_files.scene_file import SceneFile
 
     try:
-        return SceneFile.read(scene, changes)
+        return SceneFile.read(scene, overrides)
     except ImportError as error:
         raise BadInput(one_line(str(error))) from None
     except ValueError as error:

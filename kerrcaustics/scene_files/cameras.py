@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from kerrcaustics.scene_files.complaints import SceneError, about, refuse
 from kerrcaustics.scene_files.contents import (
     Contents,
     CsvTable,
@@ -28,6 +27,7 @@ from kerrcaustics.scene_files.motion import (
     phi_rate,
     read_places,
 )
+from kerrcaustics.scene_files.validation import SceneError, about, refuse
 from kerrcaustics.spacetime.camera import Camera, Velocity
 
 # Conservation of E, L_z and Q along a geodesic, below which its integration is good.

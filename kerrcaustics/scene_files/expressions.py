@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
-from kerrcaustics.scene_files.complaints import SceneError
+from kerrcaustics.scene_files.validation import SceneError
 
 _LONGEST = 2000
 _ALLOWED = (

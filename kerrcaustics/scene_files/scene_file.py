@@ -13,13 +13,13 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from kerrcaustics.files import reading
+from kerrcaustics.scene_files.builders import disk_of, flared_by, point_spread, sky_of
 from kerrcaustics.scene_files.cameras import CameraWay, value_at, varied, way_of
-from kerrcaustics.scene_files.changes import changed
-from kerrcaustics.scene_files.complaints import SceneError, about, check_numbers, refuse, told_of
 from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, GeodesicTable, OverlaysTable
 from kerrcaustics.scene_files.orientation import axes_of
+from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
-from kerrcaustics.scene_files.things import disk_of, flared_by, point_spread, sky_of
+from kerrcaustics.scene_files.validation import SceneError, about, check_numbers, refuse, told_of
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.motion import ShutterMotion
@@ -53,7 +53,7 @@ class SceneFile:
     folder : Path
         Where files lie that it names.
     name : str
-        Of the file, for complaints.
+        Of the file, for error messages.
     files : tuple of (str, str)
         Files that it names, each with the SHA-256 of what is in it.
 
@@ -82,12 +82,12 @@ class SceneFile:
     files: tuple[tuple[str, str], ...] = ()
 
     @classmethod
-    def read(cls, path: str | Path, changes: Sequence[str] = ()) -> "SceneFile":
-        """The scene in a TOML file. changes: entries to be set otherwise, as "camera.radius=5"."""
+    def read(cls, path: str | Path, overrides: Sequence[str] = ()) -> "SceneFile":
+        """The scene in a TOML file. overrides: entries that replace those of the file, as "camera.radius=5"."""
         path = Path(path)
         table = read_toml(path)
         with told_of(str(path)):
-            table = changed(table, changes)
+            table = with_overrides(table, overrides)
             for entry, value in not_finite(table):
                 refuse(entry, "be a finite number", value)
             contents = as_struct(table, Contents, path, WORDS)

@@ -6,22 +6,22 @@ from typing import Any
 
 import msgspec
 
-from kerrcaustics.scene_files.complaints import SceneError
+from kerrcaustics.scene_files.validation import SceneError
 from kerrcaustics.toml_files import TOO_DEEP, decoded, is_too_deep
 
 _STEP = re.compile(r"([A-Za-z_][\w-]*)((?:\[\d+\])*)")
 
 
-def changed(table: dict[str, Any], changes: Sequence[str]) -> dict[str, Any]:
+def with_overrides(table: dict[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
     """A scene as plain data with some entries set, each given as PATH=VALUE.
 
     VALUE is as in TOML; what is none there is a text, so that words need no quotation marks.
     """
-    for change in changes:
-        path, sign, value = change.partition("=")
+    for override in overrides:
+        path, sign, value = override.partition("=")
         steps = _steps(path.strip())
         if not (sign and steps):
-            raise SceneError(f"a change must be given as KEY=VALUE, as camera.radius=5, but is {change!r}.")
+            raise SceneError(f"an override must be given as KEY=VALUE, such as camera.radius=5, but is {override!r}.")
         _set(table, steps, _value(value.strip()), path.strip())
     if is_too_deep(table):
         raise SceneError(f"{TOO_DEEP}.")
@@ -61,4 +61,4 @@ def _set(table: dict[str, Any], steps: list[str | int], value: Any, path: str) -
 def _check_entry(here: Any, step: str | int, path: str) -> None:
     within = isinstance(here, list) and isinstance(step, int) and step < len(here)
     if not (within or (isinstance(here, dict) and isinstance(step, str))):
-        raise SceneError(f"a change must name an entry of the scene, but {path} is none.")
+        raise SceneError(f"an override must name an entry of the scene, but {path} is none.")

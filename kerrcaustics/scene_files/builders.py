@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from kerrcaustics.scene_files.complaints import about, refuse
 from kerrcaustics.scene_files.contents import (
     BlackBodyTable,
     CheckerboardTable,
@@ -24,6 +23,7 @@ from kerrcaustics.scene_files.contents import (
     TextureTable,
     WispsTable,
 )
+from kerrcaustics.scene_files.validation import about, refuse
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.disk.disk import Disk

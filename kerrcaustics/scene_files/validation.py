@@ -1,4 +1,4 @@
-"""Complaints about a scene file: one line that names the file, the key by its path, and what it must be."""
+"""Checks of a scene file, and their errors: one line that names the file, the key by its path, and what it must be."""
 
 import math
 import re
@@ -28,7 +28,7 @@ def refuse(entry: str, must: str, value: Any) -> NoReturn:
 
 @contextmanager
 def told_of(name: str) -> Iterator[None]:
-    """Tell complaints with the name of the file."""
+    """Errors of scene files with the name of the file."""
     try:
         yield
     except SceneError as error:
@@ -37,7 +37,7 @@ def told_of(name: str) -> Iterator[None]:
 
 @contextmanager
 def about(table: str, **keys: str) -> Iterator[None]:
-    """Tell complaints of the package about arguments as those about the keys of a table.
+    """Errors of the package about arguments as errors about the keys of a table.
 
     keys: where an argument comes from another key than that of its name in the table.
     """
