@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
-from kerrcaustics.scenes.corners import Squares, find, merged
 from kerrcaustics.scenes.footprint import bend, major_axis, pixel_matrix, singular_values, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.patches import CORNERS, doubts, weights
+from kerrcaustics.scenes.quadtree import Squares, find, merged
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge

@@ -15,9 +15,9 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Rays, Status
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
-from kerrcaustics.scenes.corners import Squares, find, merged
 from kerrcaustics.scenes.footprint import pixel_matrix
 from kerrcaustics.scenes.patches import CORNERS, doubt
+from kerrcaustics.scenes.quadtree import Squares, find, merged
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift

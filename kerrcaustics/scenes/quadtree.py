@@ -1,4 +1,4 @@
-"""Corners of cells of a picture, known by one number each: sets of them grow as cells are divided."""
+"""A quadtree of square cells of a picture; corners known by one number each, in sets that grow as cells are split."""
 
 from typing import Any, NamedTuple, TypeVar
 
