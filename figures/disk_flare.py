@@ -25,7 +25,7 @@ def main(output: Path) -> list[Path]:
     light = kc.render(CAMERA, VIEW, disk=disk).light
     # Two lenses, one after the other.
     for share, width in ((0.25, 4), (0.25, 60)):
-        light = kc.flared(light, kc.halo(share, width))
+        light = kc.with_glare(light, kc.glare_kernel(share, width))
     save_picture(output / "disk_flare.png", kc.tone_mapped(light, exposure=7))
     return [output / "disk_flare.png"]
 

@@ -39,7 +39,7 @@ from .scenes.disk.profile import LineProfile as LineProfile, line_profile as lin
 from .scenes.disk.spots import Spots as Spots
 from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid
 from .scenes.disk.wisps import Wisps as Wisps
-from .scenes.flare import flared as flared, halo as halo
+from .scenes.flare import glare_kernel as glare_kernel, with_glare as with_glare
 from .scenes.footprint import Footprint as Footprint
 from .scenes.motion import ShutterMotion as ShutterMotion
 from .scenes.panorama import Panorama as Panorama, save_sky as save_sky

@@ -67,8 +67,8 @@ CALLS = [
     (kc.VolumeGrid, {**RIMS, "values": np.ones((3, 3, 3))}),
     (kc.black_body, {"temperature": 4000.0, "white": 6504.0}),
     (kc.tone_mapped, {"light": LIGHT, "exposure": 1.0, "softening": 30.0}),
-    (kc.flared, {"light": LIGHT, "spread": np.ones((3, 3))}),
-    (kc.halo, {"share": 0.2, "width": 2.0, "falloff": 3.0}),
+    (kc.with_glare, {"light": LIGHT, "spread": np.ones((3, 3))}),
+    (kc.glare_kernel, {"share": 0.2, "width": 2.0, "falloff": 3.0}),
     (kc.PhysicalScale, {"mass": 1e6, "distance": 1e3}),
 ]
 # Of results, files and objects, which hold no numbers of their own.

@@ -32,7 +32,7 @@ from kerrcaustics.scenes.disk.places import Emission
 from kerrcaustics.scenes.disk.rims import check_above_horizon, check_rims
 from kerrcaustics.scenes.disk.spots import Spots
 from kerrcaustics.scenes.disk.wisps import Wisps
-from kerrcaustics.scenes.flare import flared, halo
+from kerrcaustics.scenes.flare import glare_kernel, with_glare
 from kerrcaustics.scenes.panorama import Panorama, read_picture
 from kerrcaustics.scenes.render import Sky
 from kerrcaustics.scenes.star_field import StarField
@@ -123,11 +123,11 @@ def _spots(table: SpotsTable, disk: DiskTable, response: str) -> Spots:
     return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response=response)
 
 
-def flared_by(light: Array, flare: tuple[FlareTable, ...], folder: Path, scale: float) -> Array:
+def add_glare(light: Array, flare: tuple[FlareTable, ...], folder: Path, scale: float) -> Array:
     """Light (h, w, 3) after the halos of the lens, one after the other; scale: of the picture, widths go with it."""
     for i, one in enumerate(flare):
         with about(f"light.flare[{i}]"):
-            light = flared(light, point_spread(one, folder, scale))
+            light = with_glare(light, point_spread(one, folder, scale))
     return light
 
 
@@ -135,4 +135,4 @@ def point_spread(one: FlareTable, folder: Path, scale: float) -> Array:
     """A point spread function. One from a file has the pixels of the whole picture."""
     if one.file is not None:
         return read_picture(folder / one.file)
-    return halo(one.share or 0.0, (one.width or 0.0) * scale, one.falloff)
+    return glare_kernel(one.share or 0.0, (one.width or 0.0) * scale, one.falloff)

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from kerrcaustics.files import reading
-from kerrcaustics.scene_files.builders import disk_of, flared_by, point_spread, sky_of
+from kerrcaustics.scene_files.builders import add_glare, disk_of, point_spread, sky_of
 from kerrcaustics.scene_files.cameras import CameraWay, value_at, varied, way_of
 from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, GeodesicTable, OverlaysTable
 from kerrcaustics.scene_files.orientation import axes_of
@@ -206,7 +206,7 @@ class SceneFile:
 
     def light(self, rendering: Rendering, scale: float = 1.0) -> Float[Array, "height width 3"]:
         """Linear light of a frame, with the flare of the lens; in a picture of this scale."""
-        return np.asarray(flared_by(rendering.light, self.contents.light.flare, self.folder, scale), np.float32)
+        return np.asarray(add_glare(rendering.light, self.contents.light.flare, self.folder, scale), np.float32)
 
     def developed(self, number: int, rendering: Rendering, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
         """The picture of a frame that was rendered: flare, tone curve, overlays."""

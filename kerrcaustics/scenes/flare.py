@@ -20,7 +20,7 @@ _LARGEST = 8192
 
 
 @usual_warnings
-def flared(
+def with_glare(
     light: ArrayLike, spread: ArrayLike | str | os.PathLike[str], framed: bool = False
 ) -> Float[Array, "_height _width 3"]:
     """Light as a lens with flare gives it to a picture: every point of it becomes the point spread function.
@@ -31,8 +31,9 @@ def flared(
         Linear light, as in `Rendering.light`: before `tone_mapped`, which has no place for what is brighter than white.
     spread : (p, q) or (p, q, 3) array, or path of a file
         The point spread function, for all channels or for each of them, any unit: it is divided by its sum. Its pixels
-        are those of the picture, and pixel p // 2, q // 2 stands for the point itself. `halo` makes one. Values of PNG
-        and JPEG files count as sRGB, of which the faint end of a halo is lost, those of OpenEXR as linear.
+        are those of the picture, and pixel p // 2, q // 2 stands for the point itself. `glare_kernel` makes one.
+        Values of PNG and JPEG files count as sRGB, of which the faint end of a halo is lost, those of OpenEXR as
+        linear.
     framed : bool
         Whether what falls beside the picture is returned too, in a frame round it.
 
@@ -61,7 +62,7 @@ def flared(
     >>> import numpy as np
     >>> light = np.zeros((9, 9, 3))
     >>> light[4, 4] = 1.0
-    >>> round(float(kc.flared(light, kc.halo(0.2, 2.0)).sum()), 3)
+    >>> round(float(kc.with_glare(light, kc.glare_kernel(0.2, 2.0)).sum()), 3)
     2.808
     """
     picture = _numbers("light", light)
@@ -76,7 +77,7 @@ def flared(
     return whole if framed else whole[rows, columns]
 
 
-def halo(share: float, width: float, falloff: float = 3.0, reach: int | None = None) -> Float[Array, "n n"]:
+def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | None = None) -> Float[Array, "n n"]:
     """A point spread function (n, n) whose sum is one: most of the light in place, the rest in a round halo about it.
 
     Parameters
@@ -98,7 +99,7 @@ def halo(share: float, width: float, falloff: float = 3.0, reach: int | None = N
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> spread = kc.halo(share=0.2, width=2.0)
+    >>> spread = kc.glare_kernel(share=0.2, width=2.0)
     >>> spread.shape[0] == spread.shape[1]
     True
     """
