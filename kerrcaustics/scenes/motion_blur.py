@@ -14,7 +14,7 @@ from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.disk.crossings import FINEST, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
-from kerrcaustics.scenes.disk.emission import Glow
+from kerrcaustics.scenes.disk.emission import ThermalEmission
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.footprint import turned
@@ -133,7 +133,7 @@ def _added(one: Int[Array, " n"], other: Int[Array, " m"]) -> Int[Array, " most"
 
 def _moments(exposure: Exposure, disk: Disk) -> int:
     """At how many moments a disk is looked at: one for each pixel that anything on it moves."""
-    patterned = callable(disk.opacity) or not isinstance(disk.emission, Glow)
+    patterned = callable(disk.opacity) or not isinstance(disk.emission, ThermalEmission)
     if exposure.still and not patterned:
         return 1
     lattice = Lattice(exposure.middle.camera, exposure.middle.view, False)

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
-from kerrcaustics.scenes.disk.emission import Glow, page_thorne_flux
+from kerrcaustics.scenes.disk.emission import ThermalEmission, page_thorne_flux
 from kerrcaustics.scenes.disk.isoradials import isoradials
 from kerrcaustics.spacetime import kerr
 
@@ -179,7 +179,7 @@ def transfer_checks() -> tuple[Check, list[dict[str, float]]]:
     return Check(name, "Gradus, tests of 2022", max(off[:3]), 2e-3, ""), found
 
 
-class Tolman(Glow):
+class Tolman(ThermalEmission):
     """A disk at rest in thermal equilibrium: its temperature is as much higher as light loses on the way out."""
 
     def temperature(self, spin: float, radius: Array) -> Array:

@@ -26,7 +26,7 @@ _HOTTEST = 1e6
 _LARGEST_PICTURE = 8192
 
 
-class Glow:
+class ThermalEmission:
     """Light of a temperature that depends on the radius alone; it is smooth, so that a pixel needs no division."""
 
     response: str = "cie"
@@ -48,7 +48,7 @@ class Glow:
 
 
 @dataclass(frozen=True)
-class BlackBody(Glow):
+class BlackBody(ThermalEmission):
     """A disk of one temperature.
 
     Parameters
@@ -84,7 +84,7 @@ class BlackBody(Glow):
 
 
 @dataclass(frozen=True)
-class PowerLaw(Glow):
+class PowerLaw(ThermalEmission):
     """A disk whose temperature falls as a power of the radius.
 
     Parameters
@@ -130,7 +130,7 @@ class PowerLaw(Glow):
 
 
 @dataclass(frozen=True)
-class PageThorne(Glow):
+class PageThorne(ThermalEmission):
     """The thin disk that falls in steadily and radiates as a black body what this sets free; dark within the ISCO.
 
     Parameters
