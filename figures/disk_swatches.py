@@ -20,7 +20,7 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.draw.scenes import save_picture
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 
 CAMERA = kc.Camera(spin=0.999, radius=74.1, inclination=math.radians(86.56), velocity="static")
 VIEW = kc.View(1920, 1080, math.radians(40))
@@ -39,8 +39,8 @@ def from_above(size: int) -> np.ndarray:
     width = DISK.outer - DISK.inner
     matrix = np.tile(step * np.eye(2), (len(radius), 1, 1))
     across, still = (radius - DISK.inner) / width, (np.zeros_like(radius), np.zeros_like)
-    places = Places(radius, azimuth, across, matrix, np.ones_like(radius), width, 0.0, *still)
-    light = DISK.emission.light(places, beaming=False, colour_shift=False)
+    samples = DiskSamples(radius, azimuth, across, matrix, np.ones_like(radius), width, 0.0, *still)
+    light = DISK.emission.light(samples, beaming=False, colour_shift=False)
     light[(across < 0) | (across > 1)] = 0
     return light.reshape(size, RAYS, size, RAYS, 3).mean(axis=(1, 3))
 

@@ -9,7 +9,7 @@ import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.lighting import covered_part
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.patches import doubt, weights
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
@@ -43,11 +43,11 @@ def light_of_rays(camera, view, disk, pixels, side, shifts=(False, False), delay
         points, width = np.full((len(here), 2, 2), 1e-12), disk.outer - disk.inner
         spin = -camera.spin if disk.motion == "retrograde" else camera.spin
         across = (radius - disk.inner) / width
-        places = Places(radius, azimuth, across, points, ratio, width, spin, emitted, orbital)
+        samples = DiskSamples(radius, azimuth, across, points, ratio, width, spin, emitted, orbital)
         constants = photon_of(camera.frame(), tuple(sky[here].T))
         cosine = np.sqrt(constants.q) / radius * ratio / sky_redshift(camera.frame(), sky[here])
-        light[here] += through[here, None] * disk.emission.light(places, *shifts)
-        through[here] *= disk.transmitted(places, cosine)
+        light[here] += through[here, None] * disk.emission.light(samples, *shifts)
+        through[here] *= disk.transmitted(samples, cosine)
         live = live[np.isfinite(rays.radius)]
         if not len(live):
             break
@@ -133,7 +133,7 @@ def test_spots_are_those_that_are_near(streak):
     def orbital(r):
         return 1 / (0.5 + r**1.5)
 
-    found = some.light(Places(radius, phi, radius / 9, matrix, g, 3.0, 0.5, time, orbital), True, True)
+    found = some.light(DiskSamples(radius, phi, radius / 9, matrix, g, 3.0, 0.5, time, orbital), True, True)
     across, along = (np.sqrt(0.1**2 + (matrix[:, i] ** 2).sum(axis=1) / 12) for i in range(2))
     moments = (np.arange(400) + 0.5) / 400 * streak
     wanted = np.zeros((count, 3))
@@ -345,8 +345,8 @@ def test_textures_average_and_go_round():
     def light(across, azimuth, size):
         matrix = size * np.array([[[1.0, 0.0], [0.0, 10.0]]])
         place, still = (np.array([10.0]), np.array([azimuth]), np.array([across])), (np.zeros(1), np.zeros_like)
-        places = Places(*place, matrix, np.ones(1), 5.0, 0.5, *still)
-        return texture.light(places, False, False)[0]
+        samples = DiskSamples(*place, matrix, np.ones(1), 5.0, 0.5, *still)
+        return texture.light(samples, False, False)[0]
 
     # Phi to the right from 0, the inner rim at the bottom.
     assert light(0.5 / 16, 2 * math.pi * 0.5 / 64, 1e-9) == pytest.approx(picture[-1, 0], rel=1e-6)

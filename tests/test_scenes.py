@@ -7,7 +7,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.scenes.colour import decoded, encoded, luminance, shifted_light, star_temperature
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.footprint import bend, singular_values
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -258,12 +258,14 @@ def test_film_has_a_white_and_sees_the_hotter_bluer():
 def test_what_shines_goes_by_its_response(response):
     """Disks, spots and stars: seen with a frequency ratio, black bodies are black bodies."""
     ratio, one = np.array([0.6, 1.0, 1.7]), np.ones(3)
-    places = Places(10 * one, 0 * one, 0.5 * one, np.full((3, 2, 2), 1e-12), ratio, 5.0, 0.5, 0 * one, np.zeros_like)
+    samples = DiskSamples(
+        10 * one, 0 * one, 0.5 * one, np.full((3, 2, 2), 1e-12), ratio, 5.0, 0.5, 0 * one, np.zeros_like
+    )
     shining = kc.BlackBody(5000.0, response), kc.PowerLaw(5000.0, response=response)
     for emission in (*shining, kc.Spots([10.0], [0.0], 5000.0, response=response)):
-        seen = emission.light(places, True, True)
+        seen = emission.light(samples, True, True)
         assert seen == pytest.approx(kc.black_body(5000.0 * ratio, response=response), rel=1e-6)
-    assert kc.PageThorne(5000.0, response).light(places, True, True)[0].argmax() == 0
+    assert kc.PageThorne(5000.0, response).light(samples, True, True)[0].argmax() == 0
     both = shifted_light(ratio, True, True, 5000.0, response) * kc.black_body(5000.0, response=response)
     assert both == pytest.approx(kc.black_body(5000.0 * ratio, response=response))
     star = kc.StarCatalogue(np.array([[1.0, 0, 0]]), np.zeros(1), np.full(1, 1.5))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 
 CAMERA = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
 
@@ -16,18 +16,20 @@ def wisps():
     return kc.Wisps(4500, 9.26, 18.70, depth=0.8, contrast=1.0, seed=3)
 
 
-def places_at(radius, azimuth, ratio=1.0):
+def samples_at(radius, azimuth, ratio=1.0):
     radius, azimuth = np.broadcast_arrays(radius, azimuth)
     points, width = np.full((len(radius), 2, 2), 1e-12), 18.70 - 9.26
     still = np.zeros(len(radius)), np.zeros_like
-    return Places(radius, azimuth, (radius - 9.26) / width, points, np.full(len(radius), ratio), width, 0.6, *still)
+    return DiskSamples(
+        radius, azimuth, (radius - 9.26) / width, points, np.full(len(radius), ratio), width, 0.6, *still
+    )
 
 
 def test_it_shines_with_what_it_takes(wisps):
-    places = places_at(np.linspace(9.26, 18.70, 500), np.linspace(-9, 9, 500))
-    opacity = wisps.opacity(places.radius, places.azimuth)
+    samples = samples_at(np.linspace(9.26, 18.70, 500), np.linspace(-9, 9, 500))
+    opacity = wisps.opacity(samples.radius, samples.azimuth)
     assert opacity.min() >= 0 and opacity.max() <= 1 and opacity.std() > 0.1
-    assert wisps.light(places, False, False) == pytest.approx(opacity[:, None] * kc.black_body(4500), abs=1e-6)
+    assert wisps.light(samples, False, False) == pytest.approx(opacity[:, None] * kc.black_body(4500), abs=1e-6)
 
 
 @pytest.mark.slow
@@ -65,8 +67,8 @@ def test_its_depth_is_what_was_asked_for():
 @pytest.mark.parametrize("shifts", [(True, False), (False, True), (True, True)])
 def test_light_shifts_as_that_of_a_black_body(shifts):
     deep = kc.Wisps(4500, 9.26, 18.70, depth=100.0, contrast=0.0)
-    places = places_at(np.linspace(12, 16, 9), np.linspace(0, 6, 9), ratio=0.8)
-    assert deep.light(places, *shifts) == pytest.approx(kc.BlackBody(4500).light(places, *shifts), rel=1e-5)
+    samples = samples_at(np.linspace(12, 16, 9), np.linspace(0, 6, 9), ratio=0.8)
+    assert deep.light(samples, *shifts) == pytest.approx(kc.BlackBody(4500).light(samples, *shifts), rel=1e-5)
 
 
 def test_other_seeds_make_other_wisps(wisps):

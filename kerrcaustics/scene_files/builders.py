@@ -28,8 +28,8 @@ from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_g
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
-from kerrcaustics.scenes.disk.places import Emission
 from kerrcaustics.scenes.disk.rims import check_above_horizon, check_rims
+from kerrcaustics.scenes.disk.samples import Emission
 from kerrcaustics.scenes.disk.spots import Spots
 from kerrcaustics.scenes.disk.wisps import Wisps
 from kerrcaustics.scenes.flare import glare_kernel, with_glare

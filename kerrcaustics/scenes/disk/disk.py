@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.scenes.disk.places import Emission, Places
 from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
+from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number
 
 Array = np.ndarray
@@ -106,9 +106,9 @@ class Disk:
             raise ValueError("Argument `opacity` must be a function whose values lie in 0 to 1.")
         return opacity
 
-    def transmitted(self, places: Places, cosine: Float[Array, " n"]) -> Float[Array, " n"]:
+    def transmitted(self, samples: DiskSamples, cosine: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that comes through; cosine, of the angle from the axis."""
-        opacity = self.opacity_at(places.radius, places.azimuth)
+        opacity = self.opacity_at(samples.radius, samples.azimuth)
         if not self.slanting:
             return 1 - opacity
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar
 
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
 from kerrcaustics.scenes.colour import check_response, from_srgb, seen_black_body, shifted_light
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.panorama import read_picture
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import quoted, real_array, real_number
@@ -35,11 +35,11 @@ class ThermalEmission:
         """In kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
         raise NotImplementedError
 
-    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+    def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """That of a black body; seen with g and both shifts, that of one of g T."""
-        temperature = self.temperature(places.spin, places.radius)
+        temperature = self.temperature(samples.spin, samples.radius)
         shifts = beaming, colour_shift
-        seen = seen_black_body(np.maximum(temperature, 1.0), places.redshift, *shifts, self.response)
+        seen = seen_black_body(np.maximum(temperature, 1.0), samples.redshift, *shifts, self.response)
         return seen * (temperature > 0)[:, None]
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
@@ -251,19 +251,19 @@ class Swatches:
         """The gaps' colour, and those of the brighter swatches of each row."""
         return from_srgb(self.gap_colour), mixed(self.colours, self.rows)
 
-    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+    def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3), as of paint in daylight."""
         background, bright = self._paint
-        half_across, half_turn = places.box()
-        down = _covered(places.across * self.rows, half_across * self.rows, self.gap, self.rows)
-        turns = places.azimuth * (self.columns / (4 * math.pi))
+        half_across, half_turn = samples.box()
+        down = _covered(samples.across * self.rows, half_across * self.rows, self.gap, self.rows)
+        turns = samples.azimuth * (self.columns / (4 * math.pi))
         half = half_turn * (self.columns / (4 * math.pi))
         right = [_share(turns - parity / 2, half, self.gap / 4, (1 - self.gap) / 2) for parity in range(2)]
         light = np.tile(background, (len(turns), 1))
         for row, part in down:
             brightness = (right[row % 2] + DARKER * right[1 - row % 2])[:, None] * bright[row]
             light += part[:, None] * (brightness - (right[0] + right[1])[:, None] * background)
-        return light * shifted_light(places.redshift, beaming, colour_shift)
+        return light * shifted_light(samples.redshift, beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """Many where an edge may be in sight."""
@@ -350,14 +350,14 @@ class Texture:
         """The texture of a PNG, JPEG or OpenEXR file: the first two count as sRGB, OpenEXR as linear."""
         return cls(read_picture(path))
 
-    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+    def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3); for a shift of colours the picture counts as lit by daylight."""
         rows, columns = self.shape
-        half_across, half_turn = places.box()
+        half_across, half_turn = samples.box()
         size = np.maximum(2 * half_across * rows, half_turn * columns / math.pi)
         level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(self._levels) - 1)
         lower = level.astype(int)
-        down, right = 1 - places.across, places.azimuth / (2 * math.pi)
+        down, right = 1 - samples.across, samples.azimuth / (2 * math.pi)
         light = np.empty((len(level), 3), np.float32)
         for k in np.unique(lower):
             which = lower == k
@@ -366,7 +366,7 @@ class Texture:
                 part = (level[which] - k)[:, None].astype(np.float32)
                 fine = fine + part * (bilinear(self._levels[k + 1], down[which], right[which]) - fine)
             light[which] = fine
-        return light * shifted_light(places.redshift, beaming, colour_shift)
+        return light * shifted_light(samples.redshift, beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """So many that a part is as large as a pixel of the picture, to a limit."""

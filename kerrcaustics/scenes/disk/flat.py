@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.disk.disk import Disk
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.sky_light import Sky
@@ -109,7 +109,7 @@ def _disk_light(
     matrix = length[on, None, None] * (frame @ slope[:, :2])
     azimuth, width = np.arctan2(place[:, 1], place[:, 0]), disk.outer - disk.inner
     still = np.zeros(len(on)), np.zeros_like
-    places = Places(radius, azimuth, (radius - disk.inner) / width, matrix, np.ones(len(on)), width, 0.0, *still)
-    light[on] = disk.brightness * disk.emission.light(places, False, False)
-    through[on] = disk.transmitted(places, np.abs(direction[:, 2]))
+    samples = DiskSamples(radius, azimuth, (radius - disk.inner) / width, matrix, np.ones(len(on)), width, 0.0, *still)
+    light[on] = disk.brightness * disk.emission.light(samples, False, False)
+    through[on] = disk.transmitted(samples, np.abs(direction[:, 2]))
     return light, through

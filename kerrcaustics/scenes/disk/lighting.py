@@ -16,7 +16,7 @@ from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.disk.crossings import FINEST, PlaneCells
 from kerrcaustics.scenes.disk.disk import Disk
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.patches import Weights, weights
 
 Array = np.ndarray
@@ -236,16 +236,16 @@ def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m
     radius = np.clip(1 / sight.place[:, 0], disk.inner, disk.outer)
     emitter = EMITTERS[disk.motion]
     ratio = np.asarray(redshift(emitter, looks.spin, (b, q), (radius, 0.0), at_infinity, outward > 0.5))
-    places = _places(disk, sight, looks, radius, ratio)
-    shining = disk.brightness * disk.emission.light(places, looks.beaming, looks.colour_shift)
+    samples = _samples(disk, sight, looks, radius, ratio)
+    shining = disk.brightness * disk.emission.light(samples, looks.beaming, looks.colour_shift)
     if looks.beaming or looks.colour_shift:
         shining = np.where(np.isfinite(ratio)[:, None], shining, 0.0)
     # p . normal over p . u of what shines, which in units of the energy at infinity is a ratio of the two ratios.
     cosine = np.sqrt(np.maximum(q, 0)) / radius * ratio / at_infinity
-    return sight.cover[:, None] * shining, 1 - sight.cover * (1 - disk.transmitted(places, cosine))
+    return sight.cover[:, None] * shining, 1 - sight.cover * (1 - disk.transmitted(samples, cosine))
 
 
-def _places(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Array) -> Places:
+def _samples(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Array) -> DiskSamples:
     """Where the parts are on the disk, or on its pattern, which circles as light travels."""
     along_radius = -(radius**2)[:, None] * sight.slope[:, 0]
     azimuth, along_azimuth = sight.place[:, 1], sight.slope[:, 1]
@@ -262,7 +262,7 @@ def _places(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Array
     width = disk.outer - disk.inner
     spin = -looks.spin if disk.motion == "retrograde" else looks.spin
     across = (radius - disk.inner) / width
-    return Places(radius, azimuth, across, matrix, ratio, width, spin, emitted, partial(disk.orbital, looks.spin))
+    return DiskSamples(radius, azimuth, across, matrix, ratio, width, spin, emitted, partial(disk.orbital, looks.spin))
 
 
 def covered_part(over: Array, x: Array, y: Array) -> Array:

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from scipy.special import ndtr
 
 from kerrcaustics.scenes.colour import check_response, seen_black_body
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number
 
 Array = np.ndarray
@@ -109,22 +109,22 @@ class Spots:
     def _width(self) -> float:
         return float(np.ptp(self.radius) + 1)
 
-    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+    def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3)."""
-        light = np.zeros((len(places.radius), 3))
+        light = np.zeros((len(samples.radius), 3))
         if not len(light):
             return light
         # Deviations with those of the parts, whose sides are boxes.
-        rows = np.moveaxis(places.matrix, 1, 0)
+        rows = np.moveaxis(samples.matrix, 1, 0)
         sizes = [np.minimum(np.hypot(self.size, _of_box(row)), _WIDEST * self.size) for row in rows]
-        time = float(np.median(places.time))
-        rates = places.orbital(self.radius)
+        time = float(np.median(samples.time))
+        rates = samples.orbital(self.radius)
         for ring in self._rings(rates, time):
-            for place, spot in _pairs(self, ring, places, time, sizes):
-                profile = self._profile(places, place, spot, rates[spot], (sizes[0][place], sizes[1][place]))
+            for place, spot in _pairs(self, ring, samples, time, sizes):
+                profile = self._profile(samples, place, spot, rates[spot], (sizes[0][place], sizes[1][place]))
                 bright = profile > _FAINTEST
                 place, spot, profile = place[bright], spot[bright], profile[bright]
-                shifts = places.redshift[place], beaming, colour_shift
+                shifts = samples.redshift[place], beaming, colour_shift
                 seen = seen_black_body(self.temperature[spot], *shifts, self.response)
                 coloured = profile[:, None] * seen
                 for channel in range(3):
@@ -148,12 +148,12 @@ class Spots:
         return rings
 
     def _profile(
-        self, places: Places, place: Array, spot: Array, orbital: Array, sizes: tuple[Array, Array]
+        self, samples: DiskSamples, place: Array, spot: Array, orbital: Array, sizes: tuple[Array, Array]
     ) -> Float[Array, " pairs"]:
         """Light (pairs,) at places of spots, in units of a spot's peak."""
         across, along = sizes
-        radius = places.radius[place]
-        turn = places.azimuth[place] - self.azimuth[spot] - orbital * places.time[place]
+        radius = samples.radius[place]
+        turn = samples.azimuth[place] - self.azimuth[spot] - orbital * samples.time[place]
         length = radius * (np.mod(turn + math.pi, 2 * math.pi) - math.pi)
         fall = np.exp(-(((radius - self.radius[spot]) / across) ** 2) / 2) * self.size**2 / (across * along)
         if self.streak == 0:
@@ -174,15 +174,15 @@ def _of_box(row: Float[Array, "n 2"]) -> Float[Array, " n"]:
 
 
 def _pairs(
-    spots: Spots, ring: _Band, places: Places, time: float, sizes: list[Array]
+    spots: Spots, ring: _Band, samples: DiskSamples, time: float, sizes: list[Array]
 ) -> Iterator[tuple[Int[Array, " pairs"], Int[Array, " pairs"]]]:
     """Places and spots of a ring that may be near each other."""
     first, last = spots.radius[ring.number.min()], spots.radius[ring.number.max()]
     across, along = (_DEVIATIONS * size for size in sizes)
-    near = np.flatnonzero((places.radius > first - across) & (places.radius < last + across))
-    late = places.time[near] - time
-    phase = np.mod(places.azimuth[near] - ring.orbital * late, 2 * math.pi)
-    half = along[near] / places.radius[near] + ring.drift * np.abs(late)
+    near = np.flatnonzero((samples.radius > first - across) & (samples.radius < last + across))
+    late = samples.time[near] - time
+    phase = np.mod(samples.azimuth[near] - ring.orbital * late, 2 * math.pi)
+    half = along[near] / samples.radius[near] + ring.drift * np.abs(late)
     trace = abs(ring.orbital) * spots.streak
     behind, ahead = (half, half + trace) if ring.orbital > 0 else (half + trace, half)
     around = np.concatenate([ring.phase - 2 * math.pi, ring.phase, ring.phase + 2 * math.pi])

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.scenes.disk.disk import Disk
-from kerrcaustics.scenes.disk.places import Emission, Places
+from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 
 Array = np.ndarray
 
@@ -26,9 +26,9 @@ class TurnedEmission:
         """Whether the pattern is one of spots, which circle without being sheared."""
         return getattr(self.emission, "keeps_shape", False)
 
-    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+    def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3)."""
-        return self.emission.light(places._replace(azimuth=places.azimuth - self.angle), beaming, colour_shift)
+        return self.emission.light(samples._replace(azimuth=samples.azimuth - self.angle), beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """As many as the pattern itself wants."""

@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.scenes.colour import black_body, shifted_light
 from kerrcaustics.scenes.disk.emission import BlackBody, Texture, bilinear
-from kerrcaustics.scenes.disk.places import Places
+from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
 
 Array = np.ndarray
@@ -85,10 +85,10 @@ class Wisps(Texture):
         self._opacity = -np.expm1(-tau)[..., None]
         super().__init__(self._opacity * black_body(peak, response=response))
 
-    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+    def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """That of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
-        light = super().light(places, False, False)
-        return light * shifted_light(places.redshift, beaming, colour_shift, self.peak, self.response)
+        light = super().light(samples, False, False)
+        return light * shifted_light(samples.redshift, beaming, colour_shift, self.peak, self.response)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """Half as many as for any picture, whose finest features are stronger."""

@@ -1,4 +1,4 @@
-"""What the parts of pixels see of a disk."""
+"""Samples of a disk in the parts of pixels, and what an emission makes of them."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
@@ -9,8 +9,8 @@ from jaxtyping import Float, Int
 Array = np.ndarray
 
 
-class Places(NamedTuple):
-    """What n parts of pixels see of a disk.
+class DiskSamples(NamedTuple):
+    """Samples of a disk: what n parts of pixels see of it.
 
     radius (n,); azimuth (n,) in the pattern, which circles with the disk, or as it is for an emission that keeps its
     shape; across (n,), 0 at the inner rim and 1 at the outer one; matrix (n, 2, 2), dr and r dphi (rows) along the two
@@ -38,7 +38,7 @@ class Places(NamedTuple):
 class Emission(Protocol):
     """What a disk shines with."""
 
-    def light(self, places: Places, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+    def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3), as intensity, toward the camera, averaged over the parts."""
         ...
 
