@@ -27,7 +27,7 @@ def light_of_rays(camera, view, disk, pixels, side, shifts=(False, False), delay
     within = (np.arange(side) + 0.5) / side - 0.5
     y, x = (place[:, None, None] for place in np.divmod(pixels, view.width))
     sky, _ = view.directions(*(place.ravel() for place in np.broadcast_arrays(x + within, y + within[:, None])))
-    light, through, live = np.zeros((len(sky), 3)), np.ones(len(sky)), np.arange(len(sky))
+    light, transmission, live = np.zeros((len(sky), 3)), np.ones(len(sky)), np.arange(len(sky))
 
     def orbital(radius):
         return EMITTERS[disk.motion](camera.spin, radius, 0.0).orbital + 0 * radius
@@ -46,12 +46,12 @@ def light_of_rays(camera, view, disk, pixels, side, shifts=(False, False), delay
         samples = DiskSamples(radius, azimuth, across, points, ratio, width, spin, emitted, orbital)
         constants = photon_of(camera.frame(), tuple(sky[here].T))
         cosine = np.sqrt(constants.q) / radius * ratio / sky_redshift(camera.frame(), sky[here])
-        light[here] += through[here, None] * disk.emission.light(samples, *shifts)
-        through[here] *= disk.transmitted(samples, cosine)
+        light[here] += transmission[here, None] * disk.emission.light(samples, *shifts)
+        transmission[here] *= disk.transmitted(samples, cosine)
         live = live[np.isfinite(rays.radius)]
         if not len(live):
             break
-    return light.reshape(len(pixels), -1, 3).mean(axis=1), through.reshape(len(pixels), -1).mean(axis=1)
+    return light.reshape(len(pixels), -1, 3).mean(axis=1), transmission.reshape(len(pixels), -1).mean(axis=1)
 
 
 def some_pixels(rendering, count: int):
@@ -81,8 +81,8 @@ def misses(name: str, width: int, count: int, side: int) -> np.ndarray:
     view = kc.View(width, width // 2, math.radians(field), projection)
     rendering = kc.render(camera, view, disk=disk, beaming=shifts[0], colour_shift=shifts[1])
     pixels = some_pixels(rendering, count)
-    light, through = light_of_rays(camera, view, disk, pixels, side, shifts)
-    assert np.abs(rendering.transmission.ravel()[pixels] - through).max() < 0.02
+    light, transmission = light_of_rays(camera, view, disk, pixels, side, shifts)
+    assert np.abs(rendering.transmission.ravel()[pixels] - transmission).max() < 0.02
     wrong = np.abs(rendering.light.reshape(-1, 3)[pixels] - light)
     return (wrong / np.maximum(0.01 * light, max(light.max(), 1e-9) / 255)).max(axis=1)
 
@@ -195,8 +195,8 @@ def test_an_opacity_with_edges_is_averaged_over_pixels(time):
     rendering = kc.render(PAPER, kc.View(120, 60, math.radians(40)), disk=disk, time=time)
     within = np.flatnonzero((rendering.transmission.ravel() < 0.9) & (rendering.transmission.ravel() > 0.05))
     pixels = np.random.default_rng(3).choice(within, 60)
-    _, through = light_of_rays(PAPER, rendering.view, disk, pixels, 16, time=time)
-    wrong = np.abs(rendering.transmission.ravel()[pixels] - through)
+    _, transmission = light_of_rays(PAPER, rendering.view, disk, pixels, 16, time=time)
+    wrong = np.abs(rendering.transmission.ravel()[pixels] - transmission)
     # By 1/16 of the stripes along an edge; 0.004 and 0.007 measured, twice as much where edges are not looked for.
     assert wrong.mean() < 0.01 and wrong.max() < 0.1
 

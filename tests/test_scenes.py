@@ -177,20 +177,20 @@ def test_far_from_a_hole_the_sky_is_itself():
     # The camera basis is (e_r, e_phi, -e_theta), which are x, y, z of the celestial sphere here.
     n, _ = view.directions(x, y)
     assert scene.light[..., 0] == pytest.approx(2 + n[..., 0] + 3 * n[..., 1] * n[..., 2], abs=3e-6)
-    assert scene.open.min() == 1
+    assert scene.visible_fraction.min() == 1
 
 
 def test_pixels_on_the_shadow_edge_are_covered_in_part():
     view = kc.View.toward_hole(NEAR, 96, 96, math.radians(150), "fisheye")
     scene = kc.render(NEAR, view, Plain(lambda n: np.ones(len(n))))
-    assert scene.light[..., 1] == pytest.approx(scene.open, abs=1e-6)
+    assert scene.light[..., 1] == pytest.approx(scene.visible_fraction, abs=1e-6)
     places = view.pixels(kc.shadow_edge(NEAR, 4000))
     x, y = places.T
     area = abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
-    assert (1 - scene.open).sum() == pytest.approx(area, rel=2e-3)
-    partly = (scene.open > 0) & (scene.open < 1)
+    assert (1 - scene.visible_fraction).sum() == pytest.approx(area, rel=2e-3)
+    partly = (scene.visible_fraction > 0) & (scene.visible_fraction < 1)
     assert 100 < partly.sum() < 300
-    assert scene.divided >= partly.sum()
+    assert scene.supersampled >= partly.sum()
 
 
 def test_beaming_is_the_fourth_power_of_the_redshift():

@@ -78,7 +78,7 @@ def test_every_pixel_is_seen_once():
     for place, side, *_ in traced._parts:
         x, y = np.round(place).astype(int).T
         np.add.at(total, y * view.width + x, side**2)
-    assert total.reshape(traced.open.shape) == pytest.approx(traced.open, abs=1e-6)
+    assert total.reshape(traced.visible_fraction.shape) == pytest.approx(traced.visible_fraction, abs=1e-6)
 
 
 def test_a_shadow_within_one_cell_is_seen():
@@ -87,7 +87,7 @@ def test_a_shadow_within_one_cell_is_seen():
     view = kc.View(64, 64, 16 * width)
     scene = kc.render(camera, view, kc.Checkerboard())
     # The shadow is four pixels wide.
-    assert (1 - scene.open).sum() == pytest.approx(math.pi * 4, rel=0.2)
+    assert (1 - scene.visible_fraction).sum() == pytest.approx(math.pi * 4, rel=0.2)
 
 
 @pytest.mark.slow

@@ -94,7 +94,7 @@ def test_many_stars_bring_as_much_light_as_in_parts():
     apart = sum(light(slice(start, start + 2000)) for start in (0, 2000))
     assert light(slice(None)) == pytest.approx(apart, rel=0.005)
     # Light of stars all over the sky is as bright as the sky.
-    assert apart / 4000 == pytest.approx(traced.open.mean(), abs=0.1)
+    assert apart / 4000 == pytest.approx(traced.visible_fraction.mean(), abs=0.1)
 
 
 @pytest.mark.slow

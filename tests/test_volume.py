@@ -104,10 +104,10 @@ def test_captured_rays_are_black_only_behind_the_volume():
     shell = kc.Volume(torus, hot, 8.0, 20.0, scale=2.0)
     bare, found = kc.render(CAMERA, VIEW, sky), kc.render_volume(CAMERA, VIEW, shell, sky)
     alone = kc.render_volume(CAMERA, VIEW, shell)
-    shadow = bare.open == 0
+    shadow = bare.visible_fraction == 0
     assert shadow.sum() > 30 and found.light[shadow].sum(axis=-1).max() > 0.01
-    through = found.transmission[..., None]
-    assert np.allclose(found.light, alone.light + through * bare.light, atol=1e-6)
+    transmission = found.transmission[..., None]
+    assert np.allclose(found.light, alone.light + transmission * bare.light, atol=1e-6)
     assert np.array_equal(found.light[found.transmission == 1], bare.light[found.transmission == 1])
 
 
@@ -261,4 +261,4 @@ def test_the_horizon_is_not_in_the_volume():
     found = kc.render_volume(CAMERA, kc.View(30, 20, math.radians(16)), volume, beaming=True, colour_shift=True)
     assert np.isfinite(found.light).all() and found.transmission.min() < 0.5
     falling = marched(Marching(CAMERA, volume, True, True, 0.5), np.array([[-1.0, 0.0, 0.0]]), np.zeros((1, 3, 2)))
-    assert 0 < falling.through[0] < 0.5 and falling.steps < 80
+    assert 0 < falling.transmission[0] < 0.5 and falling.steps < 80

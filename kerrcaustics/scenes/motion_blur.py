@@ -41,7 +41,7 @@ class DiskLight(NamedTuple):
     """Light (h, w, 3) of a disk, what comes through it (h, w), what it hides (h, w), and beams of each crossing."""
 
     light: Array
-    through: Array
+    transmission: Array
     hidden: Array
     crossings: tuple[int, ...]
 
@@ -55,9 +55,11 @@ def blurred_sky(
     """
     pieces = [exposure] if exposure.still else exposure.pieces(_pieces(exposure))
     lights, seen = zip(*(_piece(piece, sky, shifts, close, hidden) for piece in pieces), strict=True)
-    opened = np.mean([one.open for one in seen], axis=0, dtype=np.float32)
-    divided, error = (max(getattr(one, name) for one in seen) for name in ("divided", "error"))
-    whole = seen[0]._replace(open=opened, divided=divided, beams=sum(one.beams for one in seen), error=error)
+    visible_fraction = np.mean([one.visible_fraction for one in seen], axis=0, dtype=np.float32)
+    supersampled, error = (max(getattr(one, name) for one in seen) for name in ("supersampled", "error"))
+    whole = seen[0]._replace(
+        visible_fraction=visible_fraction, supersampled=supersampled, beams=sum(one.beams for one in seen), error=error
+    )
     return np.asarray(np.mean(lights, axis=0, dtype=np.float32)), whole
 
 
@@ -70,7 +72,7 @@ def _piece(
     moving = None if piece.still else piece
 
     def search() -> StarSearch:
-        return StarSearch(camera, view, seen.cells, seen.open, moving)
+        return StarSearch(camera, view, seen.cells, seen.visible_fraction, moving)
 
     return sky_light(camera, view, sky, seen.cells, seen.parts, search, shifts, turn), seen
 
@@ -110,7 +112,7 @@ def blurred_disk(exposure: Exposure, disk: Disk, shifts: Shifts, delay: bool) ->
     """The mean light of a disk over as many moments as its pattern and its rims move pixels."""
     shape = exposure.middle.view.height, exposure.middle.view.width
     count = _moments(exposure, disk)
-    light, through = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
+    light, transmission = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
     hidden, seen, beams = np.full(shape, disk.opaque), None, np.zeros(0, int)
     for number in range(count):
         now = exposure.at((number + 0.5) / count - 0.5)
@@ -122,8 +124,8 @@ def blurred_disk(exposure: Exposure, disk: Disk, shifts: Shifts, delay: bool) ->
         looks = Looks(now.camera.spin, *shifts, delay, now.time)
         glow, passing = lit(turned_disk(disk, -now.azimuth), seen.cells, shape, looks)
         light += glow / count
-        through += passing / count
-    return DiskLight(light, through, hidden, tuple(beams.tolist()))
+        transmission += passing / count
+    return DiskLight(light, transmission, hidden, tuple(beams.tolist()))
 
 
 def _added(one: Int[Array, " n"], other: Int[Array, " m"]) -> Int[Array, " most"]:

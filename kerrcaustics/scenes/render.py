@@ -31,7 +31,7 @@ Array = np.ndarray
 # How far, in pixels, maps of the sky may be off where they are checked.
 QUALITIES = {"draft": 0.05, "normal": 0.01, "high": 0.0025}
 
-_OPEN = "part of each pixel that is not in the shadow; None where no sky was asked for"
+_VISIBLE = "part of each pixel that is not in the shadow; None where no sky was asked for"
 _ERROR = "how far the map of the sky is off, in pixels, at most; NaN where no sky was asked for"
 _STAGES = "seconds of each stage, by its name: disk_map, sky_map, shadow_edge, sky_light, stars, disk_light"
 _BEAMS = "beams traced for the map, without those that find stars next to the shadow edge"
@@ -47,8 +47,8 @@ class Rendering:
     light: Array = quantity(
         "row column channel", "1", "linear sRGB intensity, float32, in the sky's unit; what sees nothing is 0"
     )
-    open: Array | None = quantity("row column", "1", _OPEN)
-    divided: int = quantity("", "1", "pixels that were divided")
+    visible_fraction: Array | None = quantity("row column", "1", _VISIBLE)
+    supersampled: int = quantity("", "1", "pixels that were supersampled")
     beams: int = quantity("", "1", _BEAMS)
     seconds: float = quantity("", "s", "time it took")
     crossings: tuple[int, ...] = quantity("crossing", "1", _CROSSINGS, default=())
@@ -70,8 +70,8 @@ class TracedView:
 
     camera: Camera = quantity("", "", "the camera", json="", column="")
     view: View = quantity("", "", "the part of its sky that is seen")
-    open: Array | None = quantity("row column", "1", _OPEN)
-    divided: int = quantity("", "1", "pixels that were divided")
+    visible_fraction: Array | None = quantity("row column", "1", _VISIBLE)
+    supersampled: int = quantity("", "1", "pixels that were supersampled")
     beams: int = quantity("", "1", _BEAMS)
     error: float = quantity("", "1", _ERROR)
     seconds: float = quantity("", "s", "time it took")
@@ -79,7 +79,7 @@ class TracedView:
     _disk: tuple[Any, ...] | None = quantity("", "", "rims of the disk, whether it is opaque, whether with travel time")
     _cells: list[tuple[Array, ...]] = quantity("", "", "where it is seen, crossing by crossing")
     _sky: tuple[Array, ...] = quantity("", "", "cells that see the sky")
-    _parts: list[tuple[Any, ...]] = quantity("", "", "those of divided pixels")
+    _parts: list[tuple[Any, ...]] = quantity("", "", "those of supersampled pixels")
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
 
     @with_stages
@@ -101,18 +101,20 @@ class TracedView:
         """
         began = clock()
         shape = self.view.height, self.view.width
-        light, through = np.zeros((*shape, 3), np.float32), None
+        light, transmission = np.zeros((*shape, 3), np.float32), None
         if sky is not None:
             light = self._sky_light(sky, Shifts(beaming, colour_shift), turn)
         if disk is not None:
             self._check_disk(disk, delay)
             looks = Looks(self.camera.spin, beaming, colour_shift, delay, _moment(time))
             with stage("disk_light"):
-                glow, through = lit(disk, tuple(PlaneCells(*parts) for parts in self._cells), shape, looks)
-            light = light * through[..., None] + glow
+                glow, transmission = lit(disk, tuple(PlaneCells(*parts) for parts in self._cells), shape, looks)
+            light = light * transmission[..., None] + glow
         seconds = self.seconds + clock() - began
-        counts = self.divided, self.beams, seconds, self.crossings
-        return Rendering(self.camera, self.view, light, self.open, *counts, through, self.error, self.stages)
+        counts = self.supersampled, self.beams, seconds, self.crossings
+        return Rendering(
+            self.camera, self.view, light, self.visible_fraction, *counts, transmission, self.error, self.stages
+        )
 
     def _check_disk(self, disk: Disk, delay: bool) -> None:
         if self._disk is None or not isinstance(disk, Disk) or (disk.inner, disk.outer, disk.opaque) != self._disk[:3]:
@@ -121,7 +123,7 @@ class TracedView:
             raise ValueError("Argument `delay` needs a view that was traced with it.")
 
     def _sky_light(self, sky: Sky, shifts: Shifts, turn: float) -> Float[Array, "height width 3"]:
-        if self.open is None:
+        if self.visible_fraction is None:
             raise ValueError("Argument `sky` needs a view that was traced with it.")
         parts = [Parts(*part) for part in self._parts]
         cells = SkyCells(*self._sky)
@@ -130,8 +132,8 @@ class TracedView:
     @cached_property
     def _search(self) -> StarSearch:
         """For the images of stars, whichever they are."""
-        assert self.open is not None
-        return StarSearch(self.camera, self.view, SkyCells(*self._sky), self.open)
+        assert self.visible_fraction is not None
+        return StarSearch(self.camera, self.view, SkyCells(*self._sky), self.visible_fraction)
 
 
 @usual_warnings
@@ -184,14 +186,14 @@ def render(
 
     Errors
     ------
-    Beams are good to 1e-7 rad. They are traced where the map of the sky is not smooth, and interpolated elsewhere; that
-    is off by `error` pixels of the result at most, twice what rays found that checked it. A pixel on a critical curve
-    counts by the strip of the sky that it is folded over. A footprint is the linear image of its pixel, filtered with a
-    deviation of half a pixel; pixels at the shadow edge, and those that see more than 0.5 rad, are divided into 16, and
-    into 4 those that see more than 0.2. Stars are drawn where their images lie; in divided pixels, by the footprints of
-    the parts. Disk: the mean over the pixel, to about 1 % or 1/255 of the brightest; beams are interpolated to a
-    hundredth of a pixel, and images that no pixel shows by 1/255 are left out. Where a disk that is not opaque lies
-    over an edge of the sky, the mean of the product is that of the means.
+    Beams are good to 1e-7 rad. They are traced where the map of the sky is not smooth, and interpolated elsewhere;
+    that is off by `error` pixels of the result at most, twice what rays found that checked it. A pixel on a critical
+    curve counts by the strip of the sky that it is folded over. A footprint is the linear image of its pixel, filtered
+    with a deviation of half a pixel; pixels at the shadow edge, and those that see more than 0.5 rad, are supersampled
+    by 16 beams, and by 4 those that see more than 0.2. Stars are drawn where their images lie; in supersampled pixels,
+    by the footprints of the parts. Disk: the mean over the pixel, to about 1 % or 1/255 of the brightest; beams are
+    interpolated to a hundredth of a pixel, and images that no pixel shows by 1/255 are left out. Where a disk that is
+    not opaque lies over an edge of the sky, the mean of the product is that of the means.
 
     References
     ----------
@@ -281,9 +283,9 @@ def trace_view(
     if not sky:
         return TracedView(camera, view, None, 0, on_disk, math.nan, clock() - began, found.beams, about, cells, (), [])
     seen = seen_sky(camera, view, close, hidden)
-    counts = seen.divided, on_disk + seen.beams, seen.error, clock() - began, found.beams
+    counts = seen.supersampled, on_disk + seen.beams, seen.error, clock() - began, found.beams
     parts = [tuple(part) for part in seen.parts]
-    return TracedView(camera, view, seen.open, *counts, about, cells, tuple(seen.cells), parts)
+    return TracedView(camera, view, seen.visible_fraction, *counts, about, cells, tuple(seen.cells), parts)
 
 
 @with_stages
@@ -294,18 +296,18 @@ def _blurred(
     began = clock()
     camera, view, _, _ = exposure.middle
     shape = view.height, view.width
-    glow, through, hidden, beams = np.zeros((*shape, 3), np.float32), None, np.zeros(shape, bool), ()
+    glow, transmission, hidden, beams = np.zeros((*shape, 3), np.float32), None, np.zeros(shape, bool), ()
     if disk is not None:
         _check_disk(disk, camera)
-        glow, through, hidden, beams = blurred_disk(exposure, disk, shifts, delay)
+        glow, transmission, hidden, beams = blurred_disk(exposure, disk, shifts, delay)
     if sky is None:
-        return Rendering(camera, view, glow, None, 0, sum(beams), clock() - began, beams, through)
+        return Rendering(camera, view, glow, None, 0, sum(beams), clock() - began, beams, transmission)
     if getattr(sky, "sweep", 0.0):
         raise ValueError("Argument `sky` must have no `sweep` of its own where `motion` is given.")
     light, seen = blurred_sky(exposure, sky, shifts, close, hidden)
-    light = glow + (light if through is None else light * through[..., None])
-    counts = seen.divided, sum(beams) + seen.beams, clock() - began, beams
-    return Rendering(camera, view, light, seen.open, *counts, through, seen.error)
+    light = glow + (light if transmission is None else light * transmission[..., None])
+    counts = seen.supersampled, sum(beams) + seen.beams, clock() - began, beams
+    return Rendering(camera, view, light, seen.visible_fraction, *counts, transmission, seen.error)
 
 
 def _close(quality: str) -> float:

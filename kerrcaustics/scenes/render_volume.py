@@ -38,7 +38,7 @@ class VolumeRendering:
     light: Array = quantity("row column channel", "1", "linear sRGB intensity, float32; what sees nothing is 0")
     transmission: Array = quantity("row column", "1", "part of the light behind it that the matter lets through")
     error: float = quantity("", "1", "of light, in parts of the brightest luminance, and of transmission, by the steps")
-    divided: int = quantity("", "1", "pixels that were divided")
+    supersampled: int = quantity("", "1", "pixels that were supersampled")
     rays: int = quantity("", "1", "rays marched")
     steps: int = quantity("", "1", "steps that all of them took")
     seconds: float = quantity("", "s", "time it took")
@@ -112,23 +112,25 @@ def render_volume(
     way = _checked(camera, volume, beaming, colour_shift, step)
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
     first = _all_marched(way, view, x[:, None], y[:, None])
-    light, through, steps = first
+    light, transmission, steps = first
     brightest = max(float(luminance(light).max()), 1e-300)
     error = _error(way, view, first, brightest)
-    rough = np.flatnonzero(_rough(luminance(light).reshape(view.height, -1) / brightest, through))
+    rough = np.flatnonzero(_rough(luminance(light).reshape(view.height, -1) / brightest, transmission))
     if len(rough):
         within = (np.arange(_DIVISIONS**2) % _DIVISIONS + 0.5) / _DIVISIONS - 0.5
         down = (np.arange(_DIVISIONS**2) // _DIVISIONS + 0.5) / _DIVISIONS - 0.5
-        light[rough], through[rough], more = _all_marched(way, view, x[rough, None] + within, y[rough, None] + down)
+        light[rough], transmission[rough], more = _all_marched(
+            way, view, x[rough, None] + within, y[rough, None] + down
+        )
         steps += more
     shape = view.height, view.width
-    light, through = light.reshape(*shape, 3), through.reshape(shape)
+    light, transmission = light.reshape(*shape, 3), transmission.reshape(shape)
     if sky is not None:
         behind = render(camera, view, sky, beaming=beaming, colour_shift=colour_shift)
-        light = light + through[..., None] * behind.light
+        light = light + transmission[..., None] * behind.light
     rays = len(x) + len(rough) * _DIVISIONS**2
     seconds = clock() - began
-    pictures = light.astype(np.float32), through.astype(np.float32)
+    pictures = light.astype(np.float32), transmission.astype(np.float32)
     return VolumeRendering(camera, view, *pictures, error, len(rough), rays, steps, seconds)
 
 
@@ -150,36 +152,36 @@ def _all_marched(way: Marching, view: View, x: Float[Array, "n m"], y: Float[Arr
     def part(start: int) -> Marched:
         rows = slice(start, start + count)
         sky, steps = view.directions(x[rows].ravel(), y[rows].ravel())
-        light, through, taken = marched(way, sky, steps)
+        light, transmission, taken = marched(way, sky, steps)
         several = len(x[rows]), x.shape[1]
-        return Marched(light.reshape(*several, 3).mean(axis=1), through.reshape(several).mean(axis=1), taken)
+        return Marched(light.reshape(*several, 3).mean(axis=1), transmission.reshape(several).mean(axis=1), taken)
 
     with ThreadPoolExecutor(cores()) as pool:
         parts = list(pool.map(part, range(0, len(x), count)))
-    light, through, taken = zip(*parts, strict=True)
-    return Marched(np.concatenate(light), np.concatenate(through), sum(taken))
+    light, transmission, taken = zip(*parts, strict=True)
+    return Marched(np.concatenate(light), np.concatenate(transmission), sum(taken))
 
 
 def _error(way: Marching, view: View, found: Marched, brightest: float) -> float:
     """4/3 of the largest change that half the step makes, over a sample of the pixels that see matter."""
-    seen = np.flatnonzero((found.through < 1) | found.light.any(axis=1))
+    seen = np.flatnonzero((found.transmission < 1) | found.light.any(axis=1))
     if not len(seen):
         return 0.0
     which: Int[Array, " sample"] = np.random.default_rng(0).permutation(seen)[:_SAMPLE]
     y, x = np.divmod(which, view.width)
     finer = Marching(way.camera, way.volume, way.beaming, way.colour_shift, way.step / 2)
-    light, through, _ = _all_marched(finer, view, x[:, None], y[:, None])
+    light, transmission, _ = _all_marched(finer, view, x[:, None], y[:, None])
     changes = (
         np.abs(luminance(light) - luminance(found.light[which])) / brightest,
-        np.abs(through - found.through[which]),
+        np.abs(transmission - found.transmission[which]),
     )
     return float(4 / 3 * max(change.max() for change in changes))
 
 
-def _rough(grey: Float[Array, "h w"], through: Float[Array, " pixels"]) -> Bool[Array, "h w"]:
+def _rough(grey: Float[Array, "h w"], transmission: Float[Array, " pixels"]) -> Bool[Array, "h w"]:
     """Pixels that differ much from one beside, above or below them."""
     found = np.zeros(grey.shape, bool)
-    for picture in (grey, through.reshape(grey.shape)):
+    for picture in (grey, transmission.reshape(grey.shape)):
         for axis in (0, 1):
             edge = np.abs(np.diff(picture, axis=axis)) > _ROUGH
             found |= np.pad(edge, [(0, 1 - axis), (0, axis)]) | np.pad(edge, [(1 - axis, 0), (axis, 0)])

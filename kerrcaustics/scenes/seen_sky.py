@@ -1,4 +1,4 @@
-"""What a view sees of the sky: the cells of its map, and the pixels that no cell covers, divided into parts.
+"""What a view sees of the sky: the cells of its map, and the pixels that no cell covers, supersampled.
 
 Those lie on the shadow edge, next to it, and where a pixel sees much of the sky. Each part has a beam of its own; while
 the camera moves, at several moments.
@@ -23,26 +23,26 @@ from kerrcaustics.spacetime.shadow import shadow_edge
 
 Array = np.ndarray
 
-# Pixels that are divided together.
+# Pixels that are supersampled together.
 _CHUNK = 1 << 12
 # Errors of a map are found at some places only: elsewhere they were seen to be 1.1 times larger at most.
 _CAUTION = 2.0
 # While the camera moves, the shadow edge is looked at this often (moments per pixel), within these odd numbers, and
 # pixels are divided into so many parts each way then.
-_PER_PIXEL, _FEWEST, _MOST, _DIVIDED = 2.0, 3, 15, 2
+_PER_PIXEL, _FEWEST, _MOST, _SUPERSAMPLED = 2.0, 3, 15, 2
 _EDGE_POINTS = 360
 
 
 class SeenSky(NamedTuple):
     """Cells that see the sky, parts of the other pixels that do, and the part (h, w) of each pixel that does.
 
-    divided: how many pixels were; beams: how many were traced; error: of the map, in pixels, at most.
+    supersampled: how many pixels were; beams: how many were traced; error: of the map, in pixels, at most.
     """
 
     cells: SkyCells
     parts: list[Parts]
-    open: Float32[Array, "h w"]
-    divided: int
+    visible_fraction: Float32[Array, "h w"]
+    supersampled: int
     beams: int
     error: float
 
@@ -53,10 +53,10 @@ def seen_sky(
 ) -> SeenSky:
     """What a view sees; parameters as for `sky_map`."""
     seen = sky_map(camera, view, close, hidden, exposure)
-    opened, parts = _covered(seen.cells, hidden.shape), []
+    visible_fraction, parts = _covered(seen.cells, hidden.shape), []
     moments, counts = [ExposedMoment(camera, view, 0.0, 0.0)], seen.parts
     if exposure is not None:
-        moments, counts = _moments(exposure), np.full(len(seen.left), _DIVIDED)
+        moments, counts = _moments(exposure), np.full(len(seen.left), _SUPERSAMPLED)
     beams = seen.beams + len(moments) * int((counts**2).sum())
     chunks = [
         (same[start : start + _CHUNK], int(count))
@@ -65,22 +65,24 @@ def seen_sky(
         for start in range(0, len(same), _CHUNK)
     ]
     with stage("shadow_edge"), ThreadPoolExecutor(cores()) as pool:
-        divided = list(pool.map(lambda chunk: [_divided_pixels(moment, *chunk) for moment in moments], chunks))
-    for (which, _), found in zip(chunks, divided, strict=True):
+        supersampled = list(
+            pool.map(lambda chunk: [_supersampled_pixels(moment, *chunk) for moment in moments], chunks)
+        )
+    for (which, _), found in zip(chunks, supersampled, strict=True):
         inside = np.isfinite([direction[..., 0] for _, direction in found])
-        opened.flat[which] = inside.mean(axis=(0, 2, 3))
+        visible_fraction.flat[which] = inside.mean(axis=(0, 2, 3))
         parts += [part._replace(share=1 / len(moments)) for part, _ in found]
     error = max(_CAUTION * float(seen.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
-    return SeenSky(seen.cells, parts, opened, len(seen.left), beams, error)
+    return SeenSky(seen.cells, parts, visible_fraction, len(seen.left), beams, error)
 
 
 def _covered(cells: SkyCells, shape: tuple[int, ...]) -> Float32[Array, "h w"]:
     """1 in pixels that cells cover, 0 elsewhere."""
-    opened = np.zeros(shape, np.float32)
+    visible_fraction = np.zeros(shape, np.float32)
     left, top = np.maximum(cells.x, 0), np.maximum(cells.y, 0)
     for x, y, right, below in zip(left, top, cells.x + cells.size, cells.y + cells.size, strict=True):
-        opened[y : max(below, 0), x : max(right, 0)] = 1
-    return opened
+        visible_fraction[y : max(below, 0), x : max(right, 0)] = 1
+    return visible_fraction
 
 
 def _moments(exposure: Exposure) -> list[ExposedMoment]:
@@ -92,7 +94,7 @@ def _moments(exposure: Exposure) -> list[ExposedMoment]:
     return [exposure.at((number + 0.5) / count - 0.5) for number in range(count)]
 
 
-def _divided_pixels(
+def _supersampled_pixels(
     moment: ExposedMoment, which: Int[Array, " pixels"], count: int
 ) -> tuple[Parts, Float[Array, "pixels h w 3"]]:
     """Parts of pixels that see the sky; n' of all of them, NaN where they do not."""

@@ -97,7 +97,7 @@ def sky_light(
     count = np.where(beside, 1, parts_of(cells))
     with ThreadPoolExecutor(cores()) as pool:
         pieces = [piece for n in (2, PARTS) for piece in places(cells, np.flatnonzero(count == n), n)]
-        divided = [*left, *(_parts(camera, view, cells, piece, shifts) for piece in pieces)]
+        supersampled = [*left, *(_parts(camera, view, cells, piece, shifts) for piece in pieces)]
         drift = 0.0 if getattr(sky, "smooth", False) else turn
         for now, which, moment, share in _sweeps(cells, np.flatnonzero(count == 1), drift):
 
@@ -111,7 +111,7 @@ def sky_light(
 
             list(pool.map(store, places(now, which, 1)))
         points: PointLights | None = getattr(sky, "points", None)
-        for pixel, given in pool.map(lambda part: _given(sky, view, part, shifts, drift), _pieces(divided)):
+        for pixel, given in pool.map(lambda part: _given(sky, view, part, shifts, drift), _pieces(supersampled)):
             for channel in range(3):
                 np.add.at(light[:, channel], pixel, given[:, channel])
         light = light.reshape(view.height, view.width, 3)

@@ -47,12 +47,12 @@ def render_flat(
         _draw_points(camera, view, sky, light.reshape(view.height, view.width, 3))
     if disk is not None:
         within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
-        total, through = np.zeros((len(x), 3)), np.zeros(len(x))
+        total, transmission = np.zeros((len(x), 3)), np.zeros(len(x))
         for right in within:
             for down in within:
                 shining, passing = _disk_light(camera, view, disk, x + right, y + down)
-                total, through = total + shining, through + passing
-        light = (total + through[:, None] * light) / _DIVISIONS**2
+                total, transmission = total + shining, transmission + passing
+        light = (total + transmission[:, None] * light) / _DIVISIONS**2
     return light.reshape(view.height, view.width, 3)
 
 
@@ -100,7 +100,7 @@ def _disk_light(
         place = start + length[:, None] * direction
     radius = np.hypot(place[:, 0], place[:, 1])
     on = np.flatnonzero((length > 0) & (radius >= disk.inner) & (radius <= disk.outer))
-    light, through = np.zeros((len(x), 3)), np.ones(len(x))
+    light, transmission = np.zeros((len(x), 3)), np.ones(len(x))
     direction, place, radius = direction[on], place[on], radius[on]
     # In the plane a direction's displacement is stretched along the ray.
     slope = steps[on] - direction[:, :, None] * (steps[on, 2:] / direction[:, 2:, None])
@@ -111,5 +111,5 @@ def _disk_light(
     still = np.zeros(len(on)), np.zeros_like
     samples = DiskSamples(radius, azimuth, (radius - disk.inner) / width, matrix, np.ones(len(on)), width, 0.0, *still)
     light[on] = disk.brightness * disk.emission.light(samples, False, False)
-    through[on] = disk.transmitted(samples, np.abs(direction[:, 2]))
-    return light, through
+    transmission[on] = disk.transmitted(samples, np.abs(direction[:, 2]))
+    return light, transmission

@@ -53,7 +53,7 @@ def lit(
     disk: Disk, crossings: tuple[PlaneCells, ...], shape: tuple[int, int], looks: Looks
 ) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"]]:
     """Linear light of the pixels of a picture, and the part of the light behind that comes through."""
-    light, through = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
+    light, transmission = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
     parts = np.zeros(shape[0] * shape[1], np.uint8)
     layers = [_layer(disk, cells, shape, looks, parts) for cells in crossings]
     chunks = []
@@ -63,11 +63,11 @@ def lit(
         chunks += [(int(count), pixels[start : start + step]) for start in range(0, len(pixels), step)]
 
     def store(chunk: tuple[int, Array]) -> None:
-        light[chunk[1]], through[chunk[1]] = _chunk_lit(disk, layers, shape[1], looks, *chunk)
+        light[chunk[1]], transmission[chunk[1]] = _chunk_lit(disk, layers, shape[1], looks, *chunk)
 
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(store, chunks))
-    return light.reshape(*shape, 3), through.reshape(shape)
+    return light.reshape(*shape, 3), transmission.reshape(shape)
 
 
 def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
@@ -149,16 +149,16 @@ def _chunk_lit(
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
     """Light and transmission of some pixels, divided into count x count parts."""
     light = np.zeros((len(pixels) * count * count, 3))
-    through = np.ones(len(light))
+    transmission = np.ones(len(light))
     for layer in layers:
         found = [_sight(disk, layer.cells, *group, count) for group in _groups(layer, width, count, pixels)]
         if not any(len(part.target) for part in found):
             continue
         sight = _Sight(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
         shining, passing = _parts_lit(disk, sight, looks)
-        light[sight.target] += through[sight.target, None] * shining
-        through[sight.target] *= passing
-    return light.reshape(len(pixels), -1, 3).mean(axis=1), through.reshape(len(pixels), -1).mean(axis=1)
+        light[sight.target] += transmission[sight.target, None] * shining
+        transmission[sight.target] *= passing
+    return light.reshape(len(pixels), -1, 3).mean(axis=1), transmission.reshape(len(pixels), -1).mean(axis=1)
 
 
 def _sight(

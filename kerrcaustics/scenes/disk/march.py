@@ -53,7 +53,7 @@ class Marched(NamedTuple):
     """Light (n, 3) of n rays, the part (n,) that what is behind sends through, and how many steps all took together."""
 
     light: Array
-    through: Array
+    transmission: Array
     steps: int
 
 
@@ -77,13 +77,13 @@ class _Underway(NamedTuple):
 
 def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Marched:
     """Rays of directions N (n, 3), through the whole volume; steps, of the directions to the pixels' neighbours."""
-    light, through, taken = np.zeros((len(sky), 3)), np.ones(len(sky)), 0
+    light, transmission, taken = np.zeros((len(sky), 3)), np.ones(len(sky)), 0
     rays = _begun(way, sky, steps)
     # Photons that cannot come from infinity have no unit energy to be followed with.
     number = np.flatnonzero(np.isfinite(rays.rate).all(axis=(0, 1)) & (rays.at_infinity > 0))
     rays = rays.part(number)
     for _ in range(_MOST_STEPS):
-        live = _on_the_way(way, rays) & (through[number] > _DARK)
+        live = _on_the_way(way, rays) & (transmission[number] > _DARK)
         if not live.all():
             number, rays = number[live], rays.part(live)
         if not len(number):
@@ -95,9 +95,9 @@ def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"
         within = np.flatnonzero((middle > 1 / way.volume.outer) & (middle < 1 / way.volume.inner))
         if len(within):
             piece = _piece(way.camera.spin, rays.part(within), after.part(within), h[within])
-            _light_up(way, piece, width[within], number[within], light, through)
+            _light_up(way, piece, width[within], number[within], light, transmission)
         rays, taken = after, taken + len(number)
-    return Marched(way.volume.brightness * light, through, taken)
+    return Marched(way.volume.brightness * light, transmission, taken)
 
 
 def _begun(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Underway:
@@ -195,7 +195,7 @@ def _piece(spin: float, before: _Underway, after: _Underway, h: Float[Array, " n
     return _Piece(h / 2, before.constants[4, 0], before.at_infinity, tuple(places))
 
 
-def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: Array, through: Array) -> None:
+def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: Array, transmission: Array) -> None:
     """Add the light of a step, and take away what it absorbs, of the rays with some numbers."""
     spin = way.camera.spin
     for radius, theta, azimuth in piece.places:
@@ -210,8 +210,8 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: 
         kept = np.exp(-density[shines] * energy * sigma * piece.half[shines])
         ratio = piece.at_infinity[shines] / energy
         glow = _glow(way, ratio, hot)
-        light[which] += (through[which] * (1 - kept))[:, None] * glow
-        through[which] *= kept
+        light[which] += (transmission[which] * (1 - kept))[:, None] * glow
+        transmission[which] *= kept
 
 
 def _glow(way: Marching, ratio: Float[Array, " n"], temperature: Float[Array, " n"]) -> Float[Array, "n 3"]:
