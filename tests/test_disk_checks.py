@@ -55,7 +55,7 @@ def test_the_twin_agrees_with_the_closed_form(crossing):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("camera", "image", "motion"),
+    ("camera", "crossing", "motion"),
     [
         (NEAR, 1, "circular"),
         pytest.param(NEAR, 3, "retrograde", marks=pytest.mark.slow),
@@ -64,14 +64,14 @@ def test_the_twin_agrees_with_the_closed_form(crossing):
         (kc.Camera(0.7, 9.0, 2.0, (0.1, 0.3, -0.2)), 1, "static"),
     ],
 )
-def test_isoradials_land_on_their_rings(camera, image, motion):
+def test_isoradials_land_on_their_rings(camera, crossing, motion):
     radius, turn = (part.ravel() for part in np.meshgrid([2.5, 4.5, 11.0], np.arange(12) * math.pi / 6))
-    found = isoradials(camera, radius, turn, image, motion)
-    landed = kc.trace_rays(camera, found.sky, end=kc.EquatorialPlane(image, motion), redshift=True)
+    found = isoradials(camera, radius, turn, crossing, motion)
+    landed = kc.trace_rays(camera, found.sky, end=kc.EquatorialPlane(crossing, motion), redshift=True)
     assert landed.radius == pytest.approx(radius, rel=max(1e-10, 1e-15 * camera.radius))
     assert np.array_equal(np.isnan(found.redshift), np.isnan(landed.redshift))
     step = 1e-4
-    lower, upper = (isoradials(camera, radius * (1 + k * step), turn, image, motion).angle for k in (-1, 1))
+    lower, upper = (isoradials(camera, radius * (1 + k * step), turn, crossing, motion).angle for k in (-1, 1))
     assert found.slope == pytest.approx(2 * step * radius / (upper - lower), rel=1e-5)
 
 
@@ -82,12 +82,12 @@ def test_the_middle_never_meets_the_plane():
         assert b == pytest.approx(camera.spin * camera.sin_theta**2, abs=1e-8 * camera.radius)
 
 
-def histogram(camera, inner, outer, power, edges, image, side, half):
+def histogram(camera, inner, outer, power, edges, crossing, side, half):
     """The same profile from a square of rays about the hole."""
     step = ((np.arange(side) + 0.5) / side * 2 - 1) * half
     x, y = (part.ravel() for part in np.meshgrid(step, step))
     sky = np.stack([-np.ones_like(x), x, y], axis=-1)
-    landed = kc.trace_rays(camera, sky, end=kc.EquatorialPlane(image), redshift=True)
+    landed = kc.trace_rays(camera, sky, end=kc.EquatorialPlane(crossing), redshift=True)
     on = (landed.radius >= inner) & (landed.radius <= outer)
     solid = (2 * half / side) ** 2 / (1 + x[on] ** 2 + y[on] ** 2) ** 1.5
     return np.histogram(
@@ -96,18 +96,18 @@ def histogram(camera, inner, outer, power, edges, image, side, half):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("image", [1, 2])
-def test_profile_is_that_of_many_rays(image):
+@pytest.mark.parametrize("crossing", [1, 2])
+def test_profile_is_that_of_many_rays(crossing):
     edges = np.linspace(0.3, 1.5, 13)
-    found = kc.line_profile(NEAR, 4.0, 12.0, 2.0, image=image, bins=edges)
-    told, _ = histogram(NEAR, 4.0, 12.0, 2.0, edges, image, 350, 0.5)
-    assert np.abs(found.flux - told).max() < (0.01 if image == 1 else 0.03) * found.flux.max()
-    assert found.flux.sum() == pytest.approx(told.sum(), rel=2e-3 if image == 1 else 1e-2)
+    found = kc.line_profile(NEAR, 4.0, 12.0, 2.0, crossing=crossing, bins=edges)
+    told, _ = histogram(NEAR, 4.0, 12.0, 2.0, edges, crossing, 350, 0.5)
+    assert np.abs(found.flux - told).max() < (0.01 if crossing == 1 else 0.03) * found.flux.max()
+    assert found.flux.sum() == pytest.approx(told.sum(), rel=2e-3 if crossing == 1 else 1e-2)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("spin", "inclination", "inner", "outer", "image"),
+    ("spin", "inclination", "inner", "outer", "crossing"),
     [
         (0.6, 60, 4.0, 20.0, 1),
         *(
@@ -116,13 +116,13 @@ def test_profile_is_that_of_many_rays(image):
         ),
     ],
 )
-def test_reported_errors_of_profiles_are_honest_and_fall(spin, inclination, inner, outer, image):
+def test_reported_errors_of_profiles_are_honest_and_fall(spin, inclination, inner, outer, crossing):
     camera = kc.Camera(spin, 1e6, math.radians(inclination), "static")
     bins = np.linspace(0.1, 1.5, 71)
-    best = kc.line_profile(camera, inner, outer, image=image, bins=bins, radii=24, turns=240)
+    best = kc.line_profile(camera, inner, outer, crossing=crossing, bins=bins, radii=24, turns=240)
     errors = []
     for radii, turns in ((8, 40), (16, 120)):
-        found = kc.line_profile(camera, inner, outer, image=image, bins=bins, radii=radii, turns=turns)
+        found = kc.line_profile(camera, inner, outer, crossing=crossing, bins=bins, radii=radii, turns=turns)
         assert (np.abs(found.flux - best.flux) <= found.error + best.error + 1e-12 * best.flux.max()).all()
         errors.append(found.error.max())
     assert best.error.max() < errors[1] < errors[0]
@@ -144,7 +144,7 @@ def test_profiles_of_laws_and_bins():
 @pytest.mark.slow
 def test_a_profile_that_cannot_be_told_is_unknown():
     # The ninth image lies closer to the shadow edge than directions can tell from as far.
-    unknown = kc.line_profile(kc.Camera(0.3, 1e8, 1.0, "static"), 6.0, 7.0, image=9, bins=5, radii=4, turns=4)
+    unknown = kc.line_profile(kc.Camera(0.3, 1e8, 1.0, "static"), 6.0, 7.0, crossing=9, bins=5, radii=4, turns=4)
     assert np.isnan(unknown.flux).all() and np.isinf(unknown.error).all()
 
 
@@ -193,7 +193,7 @@ def test_nodes_tell_what_lies_between():
             {"emissivity": lambda r: -r}, "`emissivity` must be a function whose values", marks=pytest.mark.slow
         ),
         ({"motion": "fast"}, "`motion` must be one of"),
-        ({"image": 0}, "`image` must be a whole number"),
+        ({"crossing": 0}, "`crossing` must be a whole number"),
         ({"bins": 0}, "`bins` must be a whole number"),
         ({"bins": [1.0, 0.5]}, "`bins` must be a whole number, or ascending edges"),
         ({"radii": 7}, "`radii` must be an even"),

@@ -43,7 +43,7 @@ CALLS = [
     (kc.follow_star, {"cameras": [CAMERA], "star": STAR, "max_index": 1}),
     (kc.disk_images, {**SEES, "radii": [6.0], "crossings": 1, "points": 16}),
     (kc.light_curve, {**SEES, "orbit": 8.0, "times": 10, "size": 0.1, "crossings": 1, "power": 4.0, "points": 90}),
-    (kc.line_profile, {**SEES, **RIMS, "emissivity": 3.0, "image": 1, "bins": 10, "radii": 4, "turns": 16}),
+    (kc.line_profile, {**SEES, **RIMS, "emissivity": 3.0, "crossing": 1, "bins": 10, "radii": 4, "turns": 16}),
     (kc.View, {"width": 8, "height": 8, "field_of_view": 1.0, "forward": (-1.0, 0.0, 0.0), "up": (0.0, 0.0, 1.0)}),
     (kc.render, {**SEES, "view": VIEW, "time": 1.0}),
     (kc.render_volume, {**SEES, "view": VIEW, "volume": kc.Volume(1.0, 4000.0, 6.0, 10.0, 0.5), "step": 0.5}),

@@ -74,14 +74,14 @@ class _Ways:
 
 
 def isoradials(
-    camera: Camera, radius: Float[Array, " n"], turn: Float[Array, " n"], image: int, motion: str
+    camera: Camera, radius: Float[Array, " n"], turn: Float[Array, " n"], crossing: int, motion: str
 ) -> Isoradials:
-    """Where the image-th crossing of the plane lies at radii (n,), at turns (n,) about the middle.
+    """Where the crossing of the plane with this number lies at radii (n,), at turns (n,) about the middle.
 
     The radius is taken to grow with the angle from the middle. The angle is bracketed by what falls in and what goes
     beyond, and refined by Newton's method with the beam's Jacobian to 1e-11 of ln r, or as far as doubles go.
     """
-    ways, wanted = _Ways(camera, turn, EquatorialPlane(image, motion)), np.log(radius)
+    ways, wanted = _Ways(camera, turn, EquatorialPlane(crossing, motion)), np.log(radius)
     low, high = np.full(len(turn), math.log(_INNERMOST / camera.radius)), np.full(len(turn), math.log(math.pi))
     at, found = (low + high) / 2, np.full((3, len(turn)), np.nan)
     left, rays, close = np.arange(len(turn)), 0, max(_CLOSE, _DOUBT * camera.radius)

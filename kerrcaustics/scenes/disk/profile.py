@@ -44,13 +44,13 @@ def line_profile(
     outer: float,
     emissivity: Emissivity = 3.0,
     *,
-    image: int = 1,
+    crossing: int = 1,
     motion: str = "circular",
     bins: int | ArrayLike = 100,
     radii: int = 16,
     turns: int = 128,
 ) -> LineProfile:
-    """The profile of a line that a disk emits, as one of its images shows it.
+    """The profile of a line that a disk emits, as one crossing of its plane shows it.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def line_profile(
         Radii of the disk's rims.
     emissivity : float, or function of the radius
         What the disk emits per area dr r dphi, in all frequencies: radius ** -emissivity, or the function's values.
-    image : int
+    crossing : int
         Which crossing of the plane counts, as if no other part of the disk were in the way.
     motion : str
         As for `Disk`.
@@ -98,13 +98,13 @@ def line_profile(
     (1, True)
     """
     check_request(camera, inner, outer, motion)
-    image = whole_number("image", image, 1)
+    crossing = whole_number("crossing", crossing, 1)
     counts = [_even("radii", radii), _even("turns", turns)]
     law, wanted = _law(emissivity), _bins(bins)
     node = np.log(inner) + math.log(outer / inner) * (1 - np.cos(math.pi * np.arange(counts[0] + 1) / counts[0])) / 2
     turn = 2 * math.pi * np.arange(counts[1]) / counts[1]
     places = np.repeat(np.exp(node), counts[1]), np.tile(turn, len(node))
-    found = isoradials(camera, *places, image, motion)
+    found = isoradials(camera, *places, crossing, motion)
     # The solid angle of d ln r and of the turn.
     per_cell = np.sin(found.angle) * places[0] / found.slope
     fields = np.stack([found.redshift, np.log(found.redshift**4 * per_cell)]).reshape(2, len(node), counts[1])
