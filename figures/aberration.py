@@ -30,9 +30,9 @@ from kerrcaustics.draw.scenes import show_critical_curves, show_picture
 from kerrcaustics.scenes.checkerboard import HUES
 
 SPIN, RADIUS = 0.999, 2.6
-SKY = kc.Checkerboard(rows=15, columns=32, colours=HUES, along="longitude")
+SKY = kc.skies.Checkerboard(rows=15, columns=32, colours=HUES, along="longitude")
 # Toward the hole, the spin axis up.
-VIEW = kc.View(960, 480, 2 * math.pi, "equirectangular", forward=(-1, 0, 0), up=(0, 0, 1))
+VIEW = kc.pictures.View(960, 480, 2 * math.pi, "equirectangular", forward=(-1, 0, 0), up=(0, 0, 1))
 DOTS = {"red": (0.0, 1.0, 0.0), "black": (0.0, -1.0, 0.0)}
 
 
@@ -54,7 +54,7 @@ def main(output: Path) -> list[Path]:
 
 def seen(ax: Axes, camera: kc.Camera) -> Axes:
     """The swatches as a camera sees them, critical curves, and the directions along its motion."""
-    show_picture(ax, VIEW, kc.tone_mapped(kc.render(camera, VIEW, SKY).light))
+    show_picture(ax, VIEW, kc.pictures.tone_mapped(kc.render(camera, VIEW, SKY).light))
     show_critical_curves(ax, VIEW, kc.caustics(camera, orders=3), linewidth=0.8)
     for (colour, direction), name in zip(DOTS.items(), ("forward", "backward"), strict=True):
         place = VIEW.pixels(np.array(direction))

@@ -33,24 +33,24 @@ from kerrcaustics.draw.scenes import show_critical_curves, show_curve_names, sho
 from kerrcaustics.scenes.checkerboard import HUES
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
-SKY = kc.Checkerboard(rows=15, columns=32, colours=HUES, along="longitude")
+SKY = kc.skies.Checkerboard(rows=15, columns=32, colours=HUES, along="longitude")
 DASHED = {"color": "black", "linewidth": 0.6, "linestyle": (0, (4, 2))}
 # Of (c).
 FIELD = math.radians(44)
 
 
-def flat_edge(pixels: int) -> kc.View:
+def flat_edge(pixels: int) -> kc.pictures.View:
     """The view that has the prograde end of the shadow edge two thirds to the right."""
-    middle = kc.View.toward_hole(CAMERA, pixels, pixels, FIELD)
+    middle = kc.pictures.View.toward_hole(CAMERA, pixels, pixels, FIELD)
     left = kc.shadow_edge(CAMERA, 4)[0]
     outward = np.cross(np.cross(left, middle.forward), left)
     away = -FIELD / 5
     forward = left * math.cos(away) + outward / np.linalg.norm(outward) * math.sin(away)
-    return kc.View(pixels, pixels, FIELD, forward=forward, up=middle.up)
+    return kc.pictures.View(pixels, pixels, FIELD, forward=forward, up=middle.up)
 
 
 def celestial_panel(ax: Axes) -> None:
-    ax.imshow(kc.tone_mapped(kc.celestial_picture(SKY, 400)), extent=(0, 360, 180, 0))
+    ax.imshow(kc.pictures.tone_mapped(kc.skies.celestial_picture(SKY, 400)), extent=(0, 360, 180, 0))
     for row in range(1, SKY.rows):
         ax.axhline(180 * row / SKY.rows, **DASHED)
     ax.xaxis.set_major_locator(MultipleLocator(90))
@@ -59,13 +59,17 @@ def celestial_panel(ax: Axes) -> None:
 
 
 def seen(
-    ax: Axes, view: kc.View, caustics: Sequence[kc.Caustic], stars: list[kc.StarTracks], whole: kc.View | None
+    ax: Axes,
+    view: kc.pictures.View,
+    caustics: Sequence[kc.Caustic],
+    stars: list[kc.StarTracks],
+    whole: kc.pictures.View | None,
 ) -> Axes:
     """The sky in a view, with tracks and critical curves; whole: the view from whose middle degrees count.
 
     Tracks end at the last of the curves.
     """
-    show_picture(ax, view, kc.tone_mapped(kc.render(CAMERA, view, SKY).light), whole)
+    show_picture(ax, view, kc.pictures.tone_mapped(kc.render(CAMERA, view, SKY).light), whole)
     for track in (track for star in stars for track in star.tracks):
         sky = np.where((track.index < len(caustics))[:, None], track.sky, np.nan)
         show_line(ax, view, np.concatenate([sky, sky[:1]]) if track.closed else sky, **DASHED)
@@ -75,8 +79,8 @@ def seen(
 def main(output: Path) -> list[Path]:
     caustics = kc.caustics(CAMERA, orders=3)
     stars = [kc.star_tracks(CAMERA, math.pi * row / SKY.rows, max_index=2) for row in range(1, SKY.rows)]
-    middle = kc.View.toward_hole(CAMERA, 800, 800, 1.0)
-    whole = kc.View(1440, 720, 2 * math.pi, "equirectangular", middle.forward, middle.up)
+    middle = kc.pictures.View.toward_hole(CAMERA, 800, 800, 1.0)
+    whole = kc.pictures.View(1440, 720, 2 * math.pi, "equirectangular", middle.forward, middle.up)
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 7.0), layout="constrained")
         grid = figure.add_gridspec(2, 2, height_ratios=[1, 1.25])

@@ -16,17 +16,17 @@ import kerrcaustics as kc
 from kerrcaustics.draw.scenes import save_picture
 
 CAMERA = kc.Camera(spin=0.6, radius=74.1, inclination=math.radians(86.56), velocity="static")
-VIEW = kc.View(1600, 900, math.radians(40))
-GAS = kc.Wisps(4500, inner=9.26, outer=18.70, depth=0.8, contrast=1.1)
+VIEW = kc.pictures.View(1600, 900, math.radians(40))
+GAS = kc.disks.Wisps(4500, inner=9.26, outer=18.70, depth=0.8, contrast=1.1)
 
 
 def main(output: Path) -> list[Path]:
-    disk = kc.Disk(GAS.inner, GAS.outer, GAS, opacity=GAS.opacity, slant=False)
+    disk = kc.disks.Disk(GAS.inner, GAS.outer, GAS, opacity=GAS.opacity, slant=False)
     light = kc.render(CAMERA, VIEW, disk=disk).light
     # Two lenses, one after the other.
     for share, width in ((0.25, 4), (0.25, 60)):
-        light = kc.with_glare(light, kc.glare_kernel(share, width))
-    save_picture(output / "disk_flare.png", kc.tone_mapped(light, exposure=7))
+        light = kc.pictures.with_glare(light, kc.pictures.glare_kernel(share, width))
+    save_picture(output / "disk_flare.png", kc.pictures.tone_mapped(light, exposure=7))
     return [output / "disk_flare.png"]
 
 

@@ -17,16 +17,16 @@ import kerrcaustics as kc
 from kerrcaustics.draw.scenes import save_picture
 
 CAMERA = kc.Camera(spin=0.999, radius=74.1, inclination=math.radians(86.56), velocity="static")
-VIEW = kc.View(1600, 900, math.radians(40))
-GAS = kc.Wisps(4500, inner=9.26, outer=18.70, depth=0.8, contrast=1.1)
+VIEW = kc.pictures.View(1600, 900, math.radians(40))
+GAS = kc.disks.Wisps(4500, inner=9.26, outer=18.70, depth=0.8, contrast=1.1)
 # Light of the sky, in stars of magnitude 0 per steradian, that becomes as white as a black body of 6504 K by itself.
 WHITE = 4e4
 
 
 def main(output: Path) -> list[Path]:
-    disk = kc.Disk(GAS.inner, GAS.outer, GAS, opacity=GAS.opacity, slant=False, brightness=WHITE)
-    light = kc.render(CAMERA, VIEW, kc.StarField(), disk=disk).light
-    save_picture(output / "disk_images.png", kc.tone_mapped(light, exposure=4.5 / WHITE))
+    disk = kc.disks.Disk(GAS.inner, GAS.outer, GAS, opacity=GAS.opacity, slant=False, brightness=WHITE)
+    light = kc.render(CAMERA, VIEW, kc.skies.StarField(), disk=disk).light
+    save_picture(output / "disk_images.png", kc.pictures.tone_mapped(light, exposure=4.5 / WHITE))
     return [output / "disk_images.png"]
 
 

@@ -22,9 +22,9 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.files import write_picture
 
 CAMERA = kc.Camera(spin=0.6, radius=74.1, inclination=math.radians(86.56), velocity="static")
-VIEW = kc.View(1400, 630, math.radians(40))
-GAS = kc.Wisps(4500, inner=9.26, outer=18.70, depth=0.8, contrast=1.1)
-DISK = kc.Disk(GAS.inner, GAS.outer, GAS, opacity=GAS.opacity, slant=False)
+VIEW = kc.pictures.View(1400, 630, math.radians(40))
+GAS = kc.disks.Wisps(4500, inner=9.26, outer=18.70, depth=0.8, contrast=1.1)
+DISK = kc.disks.Disk(GAS.inner, GAS.outer, GAS, opacity=GAS.opacity, slant=False)
 
 
 def extremes() -> tuple[float, float]:
@@ -36,7 +36,7 @@ def extremes() -> tuple[float, float]:
 
 
 def main(output: Path) -> list[Path]:
-    traced = kc.trace_view(CAMERA, VIEW, sky=False, disk=DISK)
+    traced = kc.pictures.trace_view(CAMERA, VIEW, sky=False, disk=DISK)
     least, most = extremes()
     span = f"ν(camera)/ν(gas) from {least:.2f} to {most:.2f}"
     # Titles, switches, and what becomes white.
@@ -48,7 +48,7 @@ def main(output: Path) -> list[Path]:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 10.05), layout="constrained")
         for ax, (title, shifts, white) in zip(figure.subplots(3, 1), panels, strict=True):
-            ax.imshow(kc.tone_mapped(traced.show(disk=DISK, **shifts).light, exposure=1 / white))
+            ax.imshow(kc.pictures.tone_mapped(traced.show(disk=DISK, **shifts).light, exposure=1 / white))
             ax.set_axis_off()
             ax.set_title(title)
         place = f"radius {CAMERA.radius}, inclination {math.degrees(CAMERA.inclination):.2f} deg, static"

@@ -20,11 +20,11 @@ from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.scenes.disk.flat import render_flat
 
 CAMERA = kc.Camera(spin=0.6, radius=70, inclination=math.radians(90 - 180 / 46), velocity="static")
-VIEW = kc.View(936, 432, math.radians(39))
-SKY = kc.StarField()
+VIEW = kc.pictures.View(936, 432, math.radians(39))
+SKY = kc.skies.StarField()
 # White paint is somewhat darker than what the exposure of the stars makes white.
 EXPOSURE = 1 / 8_000
-DISK = kc.Disk(inner=4, outer=10, emission=kc.Swatches(rows=4, columns=36), brightness=0.35 / EXPOSURE)
+DISK = kc.disks.Disk(inner=4, outer=10, emission=kc.disks.Swatches(rows=4, columns=36), brightness=0.35 / EXPOSURE)
 
 
 def main(output: Path) -> list[Path]:
@@ -35,7 +35,7 @@ def main(output: Path) -> list[Path]:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 6.9), layout="constrained")
         for ax, (name, light) in zip(figure.subplots(2, 1), lights.items(), strict=True):
-            show_picture(ax, VIEW, kc.tone_mapped(light, EXPOSURE, curve="asinh", softening=20))
+            show_picture(ax, VIEW, kc.pictures.tone_mapped(light, EXPOSURE, curve="asinh", softening=20))
             ax.set_title(name)
     return [write_picture(figure, output / "disk_side_by_side.png")]
 

@@ -23,8 +23,8 @@ from kerrcaustics.draw.scenes import save_picture
 from kerrcaustics.scenes.disk.samples import DiskSamples
 
 CAMERA = kc.Camera(spin=0.999, radius=74.1, inclination=math.radians(86.56), velocity="static")
-VIEW = kc.View(1920, 1080, math.radians(40))
-DISK = kc.Disk(inner=9.26, outer=18.70, emission=kc.Swatches())
+VIEW = kc.pictures.View(1920, 1080, math.radians(40))
+DISK = kc.disks.Disk(inner=9.26, outer=18.70, emission=kc.disks.Swatches())
 INSET, MARGIN = 380, 30
 # Rays in each direction of a pixel of the inset.
 RAYS = 4
@@ -48,7 +48,7 @@ def from_above(size: int) -> np.ndarray:
 def main(output: Path) -> list[Path]:
     light = kc.render(CAMERA, VIEW, disk=DISK).light
     light[MARGIN : MARGIN + INSET, MARGIN : MARGIN + INSET] = from_above(INSET)
-    save_picture(output / "disk_swatches.png", kc.tone_mapped(light))
+    save_picture(output / "disk_swatches.png", kc.pictures.tone_mapped(light))
     return [output / "disk_swatches.png"]
 
 

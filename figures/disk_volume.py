@@ -21,12 +21,12 @@ from kerrcaustics.draw.files import write_picture
 from kerrcaustics.draw.scenes import show_picture
 
 CAMERA = kc.Camera(spin=0.6, radius=74.1, inclination=math.radians(80), velocity="static")
-VIEW = kc.View(560, 320, math.radians(38))
-SKY = kc.StarField()
+VIEW = kc.pictures.View(560, 320, math.radians(38))
+SKY = kc.skies.StarField()
 EXPOSURE = 1 / 8_000
 INNER, OUTER = 6.0, 18.7
 # Kelvin, at r = 10; and optical depth for each M in the torus's middle.
-LAW = kc.PowerLaw(5500, exponent=0.5)
+LAW = kc.disks.PowerLaw(5500, exponent=0.5)
 DENSEST = 0.6
 LIGHT = {"beaming": True, "colour_shift": True}
 
@@ -80,16 +80,18 @@ def temperature(radius: np.ndarray, theta: np.ndarray, azimuth: np.ndarray) -> n
 def main(output: Path) -> list[Path]:
     torus = Torus(INNER, OUTER)
     brightness = 0.8 / EXPOSURE
-    disk = kc.Disk(INNER, OUTER, LAW, brightness=brightness)
-    volume = kc.Volume(torus.density, temperature, INNER, OUTER, scale=1.0, motion=torus.orbital, brightness=brightness)
+    disk = kc.disks.Disk(INNER, OUTER, LAW, brightness=brightness)
+    volume = kc.disks.Volume(
+        torus.density, temperature, INNER, OUTER, scale=1.0, motion=torus.orbital, brightness=brightness
+    )
     lights = {
         "thin disk": kc.render(CAMERA, VIEW, SKY, disk=disk, **LIGHT).light,
-        "thick torus": kc.render_volume(CAMERA, VIEW, volume, SKY, **LIGHT).light,
+        "thick torus": kc.pictures.render_volume(CAMERA, VIEW, volume, SKY, **LIGHT).light,
     }
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 2.5), layout="constrained")
         for ax, (name, light) in zip(figure.subplots(1, 2, sharey=True), lights.items(), strict=True):
-            show_picture(ax, VIEW, kc.tone_mapped(light, EXPOSURE, curve="asinh", softening=6))
+            show_picture(ax, VIEW, kc.pictures.tone_mapped(light, EXPOSURE, curve="asinh", softening=6))
             ax.set_title(name)
             ax.label_outer()
     return [write_picture(figure, output / "disk_volume.png")]

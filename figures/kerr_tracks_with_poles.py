@@ -45,7 +45,7 @@ def main(output: Path) -> list[Path]:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 6.9), layout="constrained")
         ax = figure.add_subplot()
-        axes = tracks_on_stars(ax, stars, caustics, edge, kc.StarField(), VIEW)
+        axes = tracks_on_stars(ax, stars, caustics, edge, kc.skies.StarField(), VIEW)
         for theta, name in ((0.0, "north pole"), (math.pi, "south pole")):
             poles = kc.star_images(CAMERA, (theta, 0.0), max_index=1)
             for place, index in zip(azimuthal_equidistant(poles.sky, axes), poles.index, strict=True):

@@ -31,7 +31,7 @@ COLOURS = "cividis"
 
 
 def panel(ax: Axes, camera: kc.Camera, field: float) -> None:
-    view = kc.View.toward_hole(camera, SIZE, SIZE, math.radians(field), "fisheye")
+    view = kc.pictures.View.toward_hole(camera, SIZE, SIZE, math.radians(field), "fisheye")
     x, y = np.meshgrid(np.arange(SIZE), np.arange(SIZE))
     sky, _ = view.directions(x, y)
     beams = kc.trace_beams(camera, sky, index=False, crossings=False, redshift=False)

@@ -29,21 +29,21 @@ SIZE, FIELD = (200, 160), math.radians(75)
 SAMPLES = 32
 
 
-def seen(moment: float) -> tuple[kc.Camera, kc.View]:
+def seen(moment: float) -> tuple[kc.Camera, kc.pictures.View]:
     """The camera, and a view that turns to the right, at a moment of the exposure (-1/2 to 1/2)."""
     camera = kc.Camera(SPIN, RADIUS - FALL * moment, velocity=VELOCITY)
-    middle = kc.View.toward_hole(kc.Camera(SPIN, RADIUS, velocity=VELOCITY), *SIZE, FIELD)
+    middle = kc.pictures.View.toward_hole(kc.Camera(SPIN, RADIUS, velocity=VELOCITY), *SIZE, FIELD)
     forward = middle.forward * math.cos(TURN * moment) + middle.right * math.sin(TURN * moment)
-    return camera, kc.View(*SIZE, FIELD, forward=forward, up=middle.up)
+    return camera, kc.pictures.View(*SIZE, FIELD, forward=forward, up=middle.up)
 
 
-def lights(sky: kc.Checkerboard | kc.StarField) -> list[np.ndarray]:
+def lights(sky: kc.skies.Checkerboard | kc.skies.StarField) -> list[np.ndarray]:
     """The light of one moment, of swept beams, and of many samples."""
     cameras, views = zip(seen(-0.5), seen(0.5), strict=True)
     moments = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
     return [
         kc.render(*seen(0.0), sky).light,
-        kc.render(*seen(0.0), sky, motion=kc.ShutterMotion(cameras, views)).light,
+        kc.render(*seen(0.0), sky, motion=kc.pictures.ShutterMotion(cameras, views)).light,
         np.mean([kc.render(*seen(float(moment)), sky).light for moment in moments], axis=0),
     ]
 
@@ -54,9 +54,9 @@ def main(output: Path) -> list[Path]:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 0.57 * style.PAGE_WIDTH), layout="constrained")
         rows = figure.subplots(2, 3)
-        for axes, sky, look in zip(rows, (kc.Checkerboard(), kc.StarField()), ({}, stars), strict=True):
+        for axes, sky, look in zip(rows, (kc.skies.Checkerboard(), kc.skies.StarField()), ({}, stars), strict=True):
             for ax, light in zip(axes, lights(sky), strict=True):
-                show_picture(ax, seen(0.0)[1], kc.tone_mapped(light, **look))
+                show_picture(ax, seen(0.0)[1], kc.pictures.tone_mapped(light, **look))
                 ax.set_axis_off()
         for ax, title in zip(rows[0], titles, strict=True):
             ax.set_title(title)

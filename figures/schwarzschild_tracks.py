@@ -43,7 +43,7 @@ def main(output: Path) -> list[Path]:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 6.9), layout="constrained")
         ax = figure.add_subplot()
-        axes = tracks_on_stars(ax, tracks, caustics, edge, kc.StarField(), VIEW)
+        axes = tracks_on_stars(ax, tracks, caustics, edge, kc.skies.StarField(), VIEW)
         marks = [draw_star(ax, axes, *star) for star in STARS]
         figure.legend(handles=[*star_map_legend(1), *marks], loc="outside lower center", ncols=3)
         figure.suptitle(f"stars at θ′ = {' and '.join(str(star[3]) for star in STARS)} deg; {headline(caustics)}")

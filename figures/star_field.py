@@ -27,34 +27,34 @@ from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.scenes import show_critical_curves, show_picture
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
-SKY = kc.StarField()
+SKY = kc.skies.StarField()
 
 
-def flat_edge(width: int, height: int, field: float) -> kc.View:
+def flat_edge(width: int, height: int, field: float) -> kc.pictures.View:
     """The view of a field (radians) that has the prograde end of the shadow edge three quarters to the right."""
-    middle = kc.View.toward_hole(CAMERA, width, height, field)
+    middle = kc.pictures.View.toward_hole(CAMERA, width, height, field)
     left = kc.shadow_edge(CAMERA, 4)[0]
     inward = np.cross(np.cross(left, middle.forward), left)
     away = field / 4
     forward = left * math.cos(away) - inward / np.linalg.norm(inward) * math.sin(away)
-    return kc.View(width, height, field, forward=forward, up=middle.up)
+    return kc.pictures.View(width, height, field, forward=forward, up=middle.up)
 
 
-def seen(ax: Axes, view: kc.View, picture: np.ndarray, whole: kc.View | None = None) -> Axes:
+def seen(ax: Axes, view: kc.pictures.View, picture: np.ndarray, whole: kc.pictures.View | None = None) -> Axes:
     show_picture(ax, view, picture, whole)
     ax.set_facecolor("black")
     return ax
 
 
-def picture_of(view: kc.View) -> np.ndarray:
+def picture_of(view: kc.pictures.View) -> np.ndarray:
     light = kc.render(CAMERA, view, SKY).light
     # One exposure for what one star gives a pixel: the sky's own light then looks alike in all panels.
-    return kc.tone_mapped(light, exposure=1 / 2500, curve="asinh", softening=25)
+    return kc.pictures.tone_mapped(light, exposure=1 / 2500, curve="asinh", softening=25)
 
 
 def main(output: Path) -> list[Path]:
     caustics = kc.caustics(CAMERA, orders=3)
-    whole = kc.View.toward_hole(CAMERA, 640, 456, math.radians(200), "fisheye")
+    whole = kc.pictures.View.toward_hole(CAMERA, 640, 456, math.radians(200), "fisheye")
     near = flat_edge(360, 360, math.radians(24))
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 8.4), layout="constrained")

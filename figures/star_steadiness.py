@@ -30,13 +30,13 @@ def shift(frame: int) -> tuple[float, float]:
     return 3.0 * frame / FRAMES - 1.5, 0.8 - 1.7 * frame / FRAMES
 
 
-def light_of(sky: np.ndarray, star: kc.StarField) -> np.ndarray:
+def light_of(sky: np.ndarray, star: kc.skies.StarField) -> np.ndarray:
     """Of each frame: all light, and that of the pixel in the middle."""
-    found, still = [], kc.View(PIXELS, PIXELS, WIDTH, forward=sky)
+    found, still = [], kc.pictures.View(PIXELS, PIXELS, WIDTH, forward=sky)
     middle = (PIXELS - 1) / 2
     for frame in range(FRAMES):
         right, down = shift(frame)
-        view = kc.View(PIXELS, PIXELS, WIDTH, forward=still.directions(middle + right, middle + down)[0])
+        view = kc.pictures.View(PIXELS, PIXELS, WIDTH, forward=still.directions(middle + right, middle + down)[0])
         light = luminance(kc.render(CAMERA, view, star).light)
         x, y = np.meshgrid(np.arange(PIXELS), np.arange(PIXELS))
         light = light * view.solid_angle(view.directions(x, y)[1])
@@ -53,8 +53,8 @@ def panel(ax: Axes, values: list[np.ndarray], labels: list[str]) -> None:
 
 
 def main(output: Path) -> list[Path]:
-    catalogue = kc.StarCatalogue(from_angles(*STAR)[None], np.zeros(1), np.full(1, 0.65))
-    star = kc.StarField(catalogue, orientation=np.eye(3), band=0)
+    catalogue = kc.skies.StarCatalogue(from_angles(*STAR)[None], np.zeros(1), np.full(1, 0.65))
+    star = kc.skies.StarField(catalogue, orientation=np.eye(3), band=0)
     images = kc.star_images(CAMERA, star=STAR, max_index=1)
     light = [light_of(sky, star) for sky in images.sky]
     labels = [f"magnification {value:.3g}" for value in images.magnification]

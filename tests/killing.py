@@ -18,7 +18,7 @@ GUARD = 3000
 def told(process):
     """What a process says, but for how far it is, which it says now and then."""
     out, _ = process.communicate(timeout=GUARD)
-    return re.sub(r"^(\d+ of \d+ (frames|points)|looking at what is done).*\n", "", out, flags=re.MULTILINE)
+    return re.sub(r"^(\d+ of \d+ (frames|points)|looking at what is done|computing).*\n", "", out, flags=re.MULTILINE)
 
 
 def workers_of(process):
@@ -39,8 +39,7 @@ def kill_at_random(process, wait_for_more, chance):
     workers = workers_of(process)
     assert process.poll() is None, process.communicate()
     process.kill()
-    out, _ = process.communicate()
-    assert out == ""
+    assert told(process) == ""
     # Workers notice that they are alone.
     psutil.wait_procs(workers, timeout=GUARD)
 

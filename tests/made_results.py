@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import get_args, get_type_hints
 
 import numpy as np
+from public import PUBLIC
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import End
@@ -15,7 +16,7 @@ from kerrcaustics.stars.circles import CircleCurve
 from kerrcaustics.stars.counts import CountMap
 
 # Naming them loads the modules of all public names.
-assert all(hasattr(kc, name) for name in kc.__all__)
+assert PUBLIC
 KINDS = sorted({FilmResult, *LAYOUTS}, key=lambda kind: kind.__name__)
 CAMERA = kc.Camera(0.5, 4.0, 1.0, (0.1, -0.2, 0.3))
 GIVEN = {
@@ -26,7 +27,7 @@ GIVEN = {
     kc.CelestialSphere: kc.CelestialSphere(),
     kc.Sphere: kc.Sphere(7.5),
     kc.EquatorialPlane: kc.EquatorialPlane(2, "static"),
-    kc.View: kc.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)),
+    kc.pictures.View: kc.pictures.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)),
     Path: Path("folder/sweep.zarr"),
 }
 SIZES = {"axis": 3, "channel": 3, "angle": 2, "pair": 2, "end_axis": 2, "sky_axis": 2, "place_axis": 2, "pixel_axis": 2}

@@ -126,7 +126,7 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
         viewer_named(c.viewer), directions(c.viewer), time=True, redshift=True, **where(c)
     ),
     "trace_beams": lambda c: kc.trace_beams(viewer_named(c.viewer), directions(c.viewer), time=True, **where(c)),
-    "disk_images": lambda c: kc.disk_images(viewer_named(c.viewer), [9.0], 1, 60, time=True, **own_plane(c)),
+    "isoradials": lambda c: kc.isoradials(viewer_named(c.viewer), [9.0], 1, 60, time=True, **own_plane(c)),
     "light_curve": lambda c: kc.light_curve(viewer_named(c.viewer), 9.0, 8, crossings=1, points=60, **own_plane(c)),
     "line_profile": lambda c: kc.line_profile(viewer_named(c.viewer), 7.0, 9.0, radii=4, turns=16, **own_plane(c)),
     "shadow_edge": lambda c: kc.shadow_edge(viewer_named(c.viewer), 8, **where(c)),
@@ -136,7 +136,7 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
 OF_RESULTS = {"crossings_of_line": "circle_images", "image_derivatives": "star_images"}
 # Fields that are None unless they are asked for; every call here asks for them.
 ASKED = {"time", "time_error", "redshift", "index", "index_certain", "crossings", "crossings_certain"}
-ASKED_OF = ("trace_rays", "trace_beams", "disk_images")
+ASKED_OF = ("trace_rays", "trace_beams", "isoradials")
 
 
 class Refusal(NamedTuple):
@@ -163,7 +163,7 @@ class Gap(NamedTuple):
 
 EVERY = tuple(CALLS)
 OF_SOURCES = ("caustics", "star_images", "image_counts", "count_map", "pair_events", "star_tracks")
-DISKS = ("disk_images", "light_curve", "line_profile")
+DISKS = ("isoradials", "light_curve", "line_profile")
 IN_PLANE = "from within the plane every crossing is a conjugate point of the rays along it: no source has an image"
 REFUSED = (
     Refusal(EVERY, ("beyond",), ("infinity",), None, "nothing lies beyond an observer at infinity"),

@@ -121,10 +121,10 @@ def test_pixels_of_fits_lie_where_the_header_says(fits, tmp_path):
 @pytest.mark.parametrize(("name", "start"), [("sky.fits", b"SIMPLE"), ("sky.fits.gz", b"\x1f\x8b")])
 def test_a_sky_comes_back_from_fits(fits, tmp_path, name, start):
     light, n = made_light(), from_angles(np.linspace(0, math.pi, 50), np.linspace(0, 6.2, 50))
-    kc.save_sky(tmp_path / name, light)
+    kc.skies.save_sky(tmp_path / name, light)
     assert (tmp_path / name).read_bytes().startswith(start)
-    read, size = kc.Panorama.read(tmp_path / name), np.full(50, 0.1)
-    assert np.array_equal(read.around(n, size), kc.Panorama(light).around(n, size))
+    read, size = kc.skies.Panorama.read(tmp_path / name), np.full(50, 0.1)
+    assert np.array_equal(read.around(n, size), kc.skies.Panorama(light).around(n, size))
 
 
 @pytest.mark.parametrize(("wide", "high"), [(180, 90), (181, 91), (180, 91)], ids=["cells", "nodes", "nodes once"])
@@ -140,7 +140,7 @@ def test_skies_of_others_are_read_where_their_header_says(fits, tmp_path, wide, 
     unit.header.update(cards)
     unit.writeto(tmp_path / "galaxy.fits")
     at = from_angles(np.linspace(0.2, 2.9, 200), np.linspace(-7, 7, 200))
-    seen = kc.Panorama.read(tmp_path / "galaxy.fits").around(at, np.full(200, 1e-3))
+    seen = kc.skies.Panorama.read(tmp_path / "galaxy.fits").around(at, np.full(200, 1e-3))
     # Linear between pixels, twice, and smoothed by at most half a pixel: three of (step)^2 / 8 times the values' 1.2.
     assert seen == pytest.approx(np.repeat((2 + at[:, 0] + 0.5 * at[:, 1])[:, None], 3, axis=1), abs=1e-3)
 
@@ -152,15 +152,15 @@ def test_what_is_no_whole_sky_is_refused(fits, tmp_path):
     made_map().to_fits(tmp_path / "part.fits")
     with fits.open(tmp_path / "part.fits", mode="update") as units:
         units[0].header["CDELT1"] = 1.0
-    kc.save_sky(tmp_path / "sky.fits", made_light())
+    kc.skies.save_sky(tmp_path / "sky.fits", made_light())
     for name in ("text", "no_wcs", "empty", "part", "none"):
         with pytest.raises(ValueError, match=r"^Argument `path` must name [^\n]*$"):
-            kc.Panorama.read(tmp_path / f"{name}.fits")
+            kc.skies.Panorama.read(tmp_path / f"{name}.fits")
     for name in ("text", "no_wcs", "sky", "none"):
         with pytest.raises(ValueError, match=r"^Argument `path` must name [^\n]*$"):
             kc.read_count_map(tmp_path / f"{name}.fits")
     with pytest.raises(ValueError, match="Argument `light` must have shape"):
-        kc.save_sky(tmp_path / "none.fits", np.zeros((8, 8, 3)))
+        kc.skies.save_sky(tmp_path / "none.fits", np.zeros((8, 8, 3)))
 
 
 @pytest.mark.parametrize("order", ["ring", "nested"])
@@ -182,7 +182,7 @@ def test_counts_in_healpix_are_those_of_the_cells(healpy, order):
 
 @pytest.mark.parametrize("order", ["ring", "nested"])
 def test_a_sky_goes_to_healpix_and_back(healpy, order):
-    sky = kc.Panorama(made_light(128))
+    sky = kc.skies.Panorama(made_light(128))
     values = sky.to_healpix(32, order)
     theta, phi = healpy.pix2ang(32, np.arange(12 * 32**2), nest=order == "nested")
     x, y, z = from_angles(theta, phi).T
@@ -192,12 +192,12 @@ def test_a_sky_goes_to_healpix_and_back(healpy, order):
     inner = np.sin(theta) > 3 * pixel
     assert values[:, inner] == pytest.approx(wanted[:, inner], abs=2 * pixel**2)
     assert values == pytest.approx(wanted, abs=0.3 * pixel)
-    back = kc.Panorama.from_healpix(values, order)
+    back = kc.skies.Panorama.from_healpix(values, order)
     n = from_angles(np.linspace(0.1, 3.0, 300), np.linspace(0, 20, 300))
     assert back.rows == 128 and back.around(n, np.full(300, 1e-3)) == pytest.approx(
         sky.around(n, np.full(300, 1e-3)), abs=4 * pixel**2
     )
-    grey = kc.Panorama.from_healpix(np.full(48, 0.3), order, rows=8)
+    grey = kc.skies.Panorama.from_healpix(np.full(48, 0.3), order, rows=8)
     assert grey.rows == 8 and grey.around(n, np.full(300, 0.1)) == pytest.approx(0.3, abs=1e-6)
 
 
@@ -208,7 +208,7 @@ def test_what_is_no_healpix_is_refused(healpy):
         made_map().to_healpix(4, "nest")
     for values in (np.ones(11), np.ones((2, 48)), np.ones((2, 2, 48)), 3.0, "map"):
         with pytest.raises(ValueError, match="Argument `values` must"):
-            kc.Panorama.from_healpix(values)
+            kc.skies.Panorama.from_healpix(values)
 
 
 @pytest.mark.parametrize("call", ["to_fits('x.fits')", "to_healpix(4)"])

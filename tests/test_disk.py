@@ -18,8 +18,8 @@ PAPER = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
 NEAR = kc.Camera(0.9, 12.0, 1.2, "fiducial")
 
 
-def noise(rows: int, columns: int) -> kc.Texture:
-    return kc.Texture(np.random.default_rng(1).uniform(0, 1, (rows, columns, 3)))
+def noise(rows: int, columns: int) -> kc.disks.Texture:
+    return kc.disks.Texture(np.random.default_rng(1).uniform(0, 1, (rows, columns, 3)))
 
 
 def light_of_rays(camera, view, disk, pixels, side, shifts=(False, False), delay=False, time=0.0):
@@ -38,7 +38,7 @@ def light_of_rays(camera, view, disk, pixels, side, shifts=(False, False), delay
         on = (rays.radius >= disk.inner) & (rays.radius <= disk.outer)
         here, radius, ratio = live[on], rays.radius[on], rays.redshift[on]
         emitted = time - (rays.time[on] if delay else 0 * radius)
-        keeps = isinstance(disk.emission, kc.Spots)
+        keeps = isinstance(disk.emission, kc.disks.Spots)
         azimuth = rays.azimuth[on] - (0 if keeps else orbital(radius) * emitted)
         points, width = np.full((len(here), 2, 2), 1e-12), disk.outer - disk.inner
         spin = -camera.spin if disk.motion == "retrograde" else camera.spin
@@ -67,18 +67,30 @@ def some_pixels(rendering, count: int):
 
 
 SCENES = {
-    "black body": (PAPER, 40, "pinhole", kc.Disk(9.26, 18.7, kc.BlackBody(6500), 0.9), (True, True)),
-    "swatches": (PAPER, 40, "pinhole", kc.Disk(9.26, 18.7, kc.Swatches()), (False, False)),
-    "picture": (PAPER, 40, "pinhole", kc.Disk(9.26, 18.7, noise(16, 256), 0.5, slant=False), (False, False)),
-    "plunging": (NEAR, 120, "fisheye", kc.Disk(1.6, 10.0, kc.PowerLaw(6500), 0.8, "plunging"), (True, False)),
-    "retrograde": (NEAR, 120, "fisheye", kc.Disk(6.0, 20.0, kc.PageThorne(7000), 0.8, "retrograde"), (True, True)),
+    "black body": (PAPER, 40, "pinhole", kc.disks.Disk(9.26, 18.7, kc.disks.BlackBody(6500), 0.9), (True, True)),
+    "swatches": (PAPER, 40, "pinhole", kc.disks.Disk(9.26, 18.7, kc.disks.Swatches()), (False, False)),
+    "picture": (PAPER, 40, "pinhole", kc.disks.Disk(9.26, 18.7, noise(16, 256), 0.5, slant=False), (False, False)),
+    "plunging": (
+        NEAR,
+        120,
+        "fisheye",
+        kc.disks.Disk(1.6, 10.0, kc.disks.PowerLaw(6500), 0.8, "plunging"),
+        (True, False),
+    ),
+    "retrograde": (
+        NEAR,
+        120,
+        "fisheye",
+        kc.disks.Disk(6.0, 20.0, kc.disks.PageThorne(7000), 0.8, "retrograde"),
+        (True, True),
+    ),
 }
 
 
 def misses(name: str, width: int, count: int, side: int) -> np.ndarray:
     """Errors (n,) of pixels in units of what is allowed: 1 %, or 1/255 of the brightest."""
     camera, field, projection, disk, shifts = SCENES[name]
-    view = kc.View(width, width // 2, math.radians(field), projection)
+    view = kc.pictures.View(width, width // 2, math.radians(field), projection)
     rendering = kc.render(camera, view, disk=disk, beaming=shifts[0], colour_shift=shifts[1])
     pixels = some_pixels(rendering, count)
     light, transmission = light_of_rays(camera, view, disk, pixels, side, shifts)
@@ -104,8 +116,8 @@ def test_light_is_that_of_very_many_rays(name):
 
 @pytest.mark.slow
 def test_an_orbiting_pattern_is_seen_late():
-    view = kc.View(160, 80, math.radians(120), "fisheye")
-    disk = kc.Disk(6.0, 10.0, noise(4, 16))
+    view = kc.pictures.View(160, 80, math.radians(120), "fisheye")
+    disk = kc.disks.Disk(6.0, 10.0, noise(4, 16))
     now = kc.render(NEAR, view, disk=disk, time=30.0)
     late = kc.render(NEAR, view, disk=disk, time=30.0, delay=True)
     pixels = some_pixels(now, 40)
@@ -116,10 +128,10 @@ def test_an_orbiting_pattern_is_seen_late():
     assert not np.allclose(now.light, late.light, atol=0.1)
 
 
-def spots(count: int, size: float, streak: float) -> kc.Spots:
+def spots(count: int, size: float, streak: float) -> kc.disks.Spots:
     rng = np.random.default_rng(5)
     places = rng.uniform(6, 9, count), rng.uniform(0, 2 * math.pi, count)
-    return kc.Spots(*places, rng.uniform(4000, 9000, count), size, streak)
+    return kc.disks.Spots(*places, rng.uniform(4000, 9000, count), size, streak)
 
 
 @pytest.mark.parametrize("streak", [0.0, 6.0])
@@ -143,14 +155,14 @@ def test_spots_are_those_that_are_near(streak):
         weight = 2 * (1 - moments / streak) / 400 if streak else np.full(400, 1 / 400)
         trace = np.exp(-((length / along[:, None]) ** 2) / 2) @ weight
         fall = np.exp(-(((radius - r) / across) ** 2) / 2) * 0.01 / across / along
-        wanted += (fall * trace)[:, None] * kc.black_body(temperature * g)
+        wanted += (fall * trace)[:, None] * kc.pictures.black_body(temperature * g)
     assert np.abs(found - wanted).max() < 0.01 * wanted.max() and wanted.max() > 0.1
 
 
 @pytest.mark.slow
 def test_spots_are_seen_late_through_each_image():
-    view = kc.View(160, 80, math.radians(120), "fisheye")
-    disk = kc.Disk(5.5, 9.5, spots(40, 0.4, 0.0), 0.0)
+    view = kc.pictures.View(160, 80, math.radians(120), "fisheye")
+    disk = kc.disks.Disk(5.5, 9.5, spots(40, 0.4, 0.0), 0.0)
     rendering = kc.render(NEAR, view, disk=disk, beaming=True, colour_shift=True, time=40.0, delay=True)
     pixels = some_pixels(rendering, 40)
     light, _ = light_of_rays(NEAR, view, disk, pixels, 24, (True, True), delay=True, time=40.0)
@@ -159,8 +171,8 @@ def test_spots_are_seen_late_through_each_image():
 
 
 def test_without_a_disk_nothing_is_asked_for():
-    view = kc.View(40, 20, 1.0)
-    rendering = kc.render(NEAR, view, kc.Checkerboard())
+    view = kc.pictures.View(40, 20, 1.0)
+    rendering = kc.render(NEAR, view, kc.skies.Checkerboard())
     assert rendering.crossings == () and rendering.transmission is None
     assert not kc.render(NEAR, view).light.any()
 
@@ -168,19 +180,19 @@ def test_without_a_disk_nothing_is_asked_for():
 @pytest.mark.slow
 def test_a_disk_far_from_the_ways_back_asks_for_no_third_crossing():
     camera = kc.Camera(0.5, 30.0, 0.3, "static")
-    view = kc.View(40, 40, math.radians(30), forward=(0, 0, -1.0), up=(1, 0, 0))
-    rendering = kc.render(camera, view, disk=kc.Disk(20.0, 50.0, kc.BlackBody(5000)))
+    view = kc.pictures.View(40, 40, math.radians(30), forward=(0, 0, -1.0), up=(1, 0, 0))
+    rendering = kc.render(camera, view, disk=kc.disks.Disk(20.0, 50.0, kc.disks.BlackBody(5000)))
     assert rendering.light.any() and len(rendering.crossings) <= 2
 
 
 @pytest.mark.slow
 def test_a_uniform_disk_is_uniform():
     """Black bodies of one temperature, at rest where they are: I / nu^4 is the same on all ways."""
-    disk = kc.Disk(9.0, 20.0, kc.BlackBody(6504), motion="static")
-    rendering = kc.render(PAPER, kc.View(200, 100, math.radians(40)), disk=disk)
+    disk = kc.disks.Disk(9.0, 20.0, kc.disks.BlackBody(6504), motion="static")
+    rendering = kc.render(PAPER, kc.pictures.View(200, 100, math.radians(40)), disk=disk)
     whole = rendering.transmission == 0
     assert whole.sum() > 500
-    assert np.allclose(rendering.light[whole], kc.black_body(6504), rtol=2e-6)
+    assert np.allclose(rendering.light[whole], kc.pictures.black_body(6504), rtol=2e-6)
 
 
 @pytest.mark.slow
@@ -191,8 +203,8 @@ def test_an_opacity_with_edges_is_averaged_over_pixels(time):
     def stripes(radius, azimuth):
         return 0.8 * (np.sin(6 * azimuth) > 0)
 
-    disk = kc.Disk(9.26, 18.7, kc.BlackBody(4500), stripes, slant=False)
-    rendering = kc.render(PAPER, kc.View(120, 60, math.radians(40)), disk=disk, time=time)
+    disk = kc.disks.Disk(9.26, 18.7, kc.disks.BlackBody(4500), stripes, slant=False)
+    rendering = kc.render(PAPER, kc.pictures.View(120, 60, math.radians(40)), disk=disk, time=time)
     within = np.flatnonzero((rendering.transmission.ravel() < 0.9) & (rendering.transmission.ravel() > 0.05))
     pixels = np.random.default_rng(3).choice(within, 60)
     _, transmission = light_of_rays(PAPER, rendering.view, disk, pixels, 16, time=time)
@@ -203,20 +215,20 @@ def test_an_opacity_with_edges_is_averaged_over_pixels(time):
 
 @pytest.mark.slow
 def test_what_the_disk_hides_is_not_traced():
-    view = kc.View(100, 60, math.radians(20), forward=(-0.96, 0.0, -0.28))
-    disk = kc.Disk(9.0, 300.0, kc.BlackBody(5000))
+    view = kc.pictures.View(100, 60, math.radians(20), forward=(-0.96, 0.0, -0.28))
+    disk = kc.disks.Disk(9.0, 300.0, kc.disks.BlackBody(5000))
     camera = kc.Camera(0.5, 50.0, 1.2, "static")
-    alone, both = kc.render(camera, view, disk=disk), kc.render(camera, view, kc.Checkerboard(), disk=disk)
+    alone, both = kc.render(camera, view, disk=disk), kc.render(camera, view, kc.skies.Checkerboard(), disk=disk)
     assert both.beams - alone.beams < 0.5 * 100 * 60
     assert np.array_equal(both.light[both.transmission == 0], alone.light[both.transmission == 0])
 
 
 @pytest.mark.slow
 def test_a_hidden_part_changes_nothing_else():
-    view = kc.View(120, 60, math.radians(40))
-    sky = kc.Checkerboard()
+    view = kc.pictures.View(120, 60, math.radians(40))
+    sky = kc.skies.Checkerboard()
     bare = kc.render(PAPER, view, sky)
-    seen = kc.render(PAPER, view, sky, disk=kc.Disk(9.26, 18.7, kc.BlackBody(4500)))
+    seen = kc.render(PAPER, view, sky, disk=kc.disks.Disk(9.26, 18.7, kc.disks.BlackBody(4500)))
     free = seen.transmission == 1
     assert free.mean() > 0.5
     assert np.array_equal(seen.light[free], bare.light[free])
@@ -224,26 +236,29 @@ def test_a_hidden_part_changes_nothing_else():
 
 @pytest.mark.slow
 def test_a_traced_view_shows_other_disks_between_the_same_rims():
-    view = kc.View(60, 30, math.radians(40))
-    one, other = kc.Disk(9.26, 18.7, kc.BlackBody(4500)), kc.Disk(9.26, 18.7, kc.Swatches())
-    traced = kc.trace_view(PAPER, view, sky=False, disk=one)
+    view = kc.pictures.View(60, 30, math.radians(40))
+    one, other = kc.disks.Disk(9.26, 18.7, kc.disks.BlackBody(4500)), kc.disks.Disk(9.26, 18.7, kc.disks.Swatches())
+    traced = kc.pictures.trace_view(PAPER, view, sky=False, disk=one)
     assert np.array_equal(traced.show(disk=other).light, kc.render(PAPER, view, disk=other).light)
-    for wrong in (kc.Disk(9.0, 18.7, kc.BlackBody(4500)), kc.Disk(9.26, 18.7, kc.BlackBody(4500), 0.5)):
+    for wrong in (
+        kc.disks.Disk(9.0, 18.7, kc.disks.BlackBody(4500)),
+        kc.disks.Disk(9.26, 18.7, kc.disks.BlackBody(4500), 0.5),
+    ):
         with pytest.raises(ValueError, match="`disk` must have the rims"):
             traced.show(disk=wrong)
     with pytest.raises(ValueError, match="`delay` needs"):
         traced.show(disk=one, delay=True)
     with pytest.raises(ValueError, match="`sky` needs"):
-        traced.show(kc.Checkerboard())
+        traced.show(kc.skies.Checkerboard())
 
 
 @pytest.mark.slow
 def test_a_traced_view_is_kept_in_a_file(tmp_path):
-    disk = kc.Disk(9.26, 18.7, kc.BlackBody(4500))
-    traced = kc.trace_view(PAPER, kc.View(30, 16, math.radians(40)), disk=disk)
+    disk = kc.disks.Disk(9.26, 18.7, kc.disks.BlackBody(4500))
+    traced = kc.pictures.trace_view(PAPER, kc.pictures.View(30, 16, math.radians(40)), disk=disk)
     kc.save(tmp_path / "view", traced)
     again = kc.load(tmp_path / "view")
-    shown = [view.show(kc.Checkerboard(), disk=disk) for view in (traced, again)]
+    shown = [view.show(kc.skies.Checkerboard(), disk=disk) for view in (traced, again)]
     assert np.array_equal(shown[0].light, shown[1].light) and shown[0].crossings == shown[1].crossings
 
 
@@ -330,9 +345,9 @@ def test_a_page_thorne_disk_radiates_its_binding_energy(spin):
 
 
 def test_temperature_laws():
-    law = kc.PowerLaw(8000.0, 0.75, 5.0)
+    law = kc.disks.PowerLaw(8000.0, 0.75, 5.0)
     assert law.temperature(0.5, np.array([5.0, 10.0])) == pytest.approx([8000, 8000 * 2**-0.75])
-    thorne = kc.PageThorne(9000.0)
+    thorne = kc.disks.PageThorne(9000.0)
     radius = np.linspace(1.0, 30, 5001)
     assert thorne.temperature(0.5, radius).max() == pytest.approx(9000, rel=1e-5)
     assert not thorne.temperature(0.5, radius[radius < kerr.isco(0.5)]).any()
@@ -340,7 +355,7 @@ def test_temperature_laws():
 
 def test_textures_average_and_go_round():
     picture = np.random.default_rng(4).uniform(0, 1, (16, 64, 3))
-    texture = kc.Texture(picture)
+    texture = kc.disks.Texture(picture)
 
     def light(across, azimuth, size):
         matrix = size * np.array([[[1.0, 0.0], [0.0, 10.0]]])
@@ -360,28 +375,40 @@ def test_textures_average_and_go_round():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: kc.Disk(9.0, 8.0, kc.BlackBody(4500)), "`inner` must be smaller"),
-        (lambda: kc.Disk(-1.0, 8.0, kc.BlackBody(4500)), "`inner` must be a positive, finite radius"),
-        (lambda: kc.Disk(6.0, math.inf, kc.BlackBody(4500)), "`outer` must be a positive, finite radius"),
-        (lambda: kc.Disk(6.0, 8.0, "red"), "`emission` must be"),
-        (lambda: kc.Disk(6.0, 8.0, kc.BlackBody(4500), 1.5), "`opacity` must be"),
-        (lambda: kc.Disk(6.0, 8.0, kc.BlackBody(4500), motion="fast"), "`motion` must be one of"),
-        (lambda: kc.BlackBody(-4500), "`peak` must be a temperature"),
-        (lambda: kc.PageThorne(0), "`peak` must be a temperature"),
-        (lambda: kc.PowerLaw(4500, math.nan), "`exponent` must be"),
-        (lambda: kc.Swatches(columns=7), "`columns` must be an even"),
-        (lambda: kc.Spots([6.0, 7.0], [0.0]), "`azimuth` must hold 2 numbers"),
-        (lambda: kc.Spots([6.0], [0.0], -5.0), "`temperature` must hold"),
-        (lambda: kc.Spots([6.0], [0.0], size=0), "`size` must be a positive, finite length"),
-        (lambda: kc.Spots([6.0], [0.0], streak=-1), "`streak` must be a finite time"),
-        (lambda: kc.Texture(np.zeros((4, 4))), "`light` must have shape"),
-        (lambda: kc.Texture.read(__file__), "`path` must end in"),
-        (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk="thin"), "`disk` must be a Disk"),
-        (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk=kc.Disk(1.2, 8.0, kc.BlackBody(4500))), "horizon radius"),
-        (lambda: kc.render(NEAR, kc.View(8, 8, 1.0), disk=kc.Disk(3, 8, kc.BlackBody(45)), time="now"), "`time` must"),
+        (lambda: kc.disks.Disk(9.0, 8.0, kc.disks.BlackBody(4500)), "`inner` must be smaller"),
+        (lambda: kc.disks.Disk(-1.0, 8.0, kc.disks.BlackBody(4500)), "`inner` must be a positive, finite radius"),
+        (lambda: kc.disks.Disk(6.0, math.inf, kc.disks.BlackBody(4500)), "`outer` must be a positive, finite radius"),
+        (lambda: kc.disks.Disk(6.0, 8.0, "red"), "`emission` must be"),
+        (lambda: kc.disks.Disk(6.0, 8.0, kc.disks.BlackBody(4500), 1.5), "`opacity` must be"),
+        (lambda: kc.disks.Disk(6.0, 8.0, kc.disks.BlackBody(4500), motion="fast"), "`motion` must be one of"),
+        (lambda: kc.disks.BlackBody(-4500), "`peak` must be a temperature"),
+        (lambda: kc.disks.PageThorne(0), "`peak` must be a temperature"),
+        (lambda: kc.disks.PowerLaw(4500, math.nan), "`exponent` must be"),
+        (lambda: kc.disks.Swatches(columns=7), "`columns` must be an even"),
+        (lambda: kc.disks.Spots([6.0, 7.0], [0.0]), "`azimuth` must hold 2 numbers"),
+        (lambda: kc.disks.Spots([6.0], [0.0], -5.0), "`temperature` must hold"),
+        (lambda: kc.disks.Spots([6.0], [0.0], size=0), "`size` must be a positive, finite length"),
+        (lambda: kc.disks.Spots([6.0], [0.0], streak=-1), "`streak` must be a finite time"),
+        (lambda: kc.disks.Texture(np.zeros((4, 4))), "`light` must have shape"),
+        (lambda: kc.disks.Texture.read(__file__), "`path` must end in"),
+        (lambda: kc.render(NEAR, kc.pictures.View(8, 8, 1.0), disk="thin"), "`disk` must be a Disk"),
+        (
+            lambda: kc.render(
+                NEAR, kc.pictures.View(8, 8, 1.0), disk=kc.disks.Disk(1.2, 8.0, kc.disks.BlackBody(4500))
+            ),
+            "horizon radius",
+        ),
+        (
+            lambda: kc.render(
+                NEAR, kc.pictures.View(8, 8, 1.0), disk=kc.disks.Disk(3, 8, kc.disks.BlackBody(45)), time="now"
+            ),
+            "`time` must",
+        ),
         pytest.param(
             lambda: kc.render(
-                NEAR, kc.View(40, 40, 2.0), disk=kc.Disk(3, 8, kc.BlackBody(4500), lambda r, phi: 2 * r / r)
+                NEAR,
+                kc.pictures.View(40, 40, 2.0),
+                disk=kc.disks.Disk(3, 8, kc.disks.BlackBody(4500), lambda r, phi: 2 * r / r),
             ),
             "`opacity` must be a function whose values",
             marks=pytest.mark.slow,

@@ -103,7 +103,7 @@ def on_skies(camera: kc.Camera):
         yield name, *(np.concatenate([getattr(t, field) for t in tracks.tracks]) for field in ("sky", "error"))
     crossings = kc.crossings_of_line(kc.circle_images(camera, (0.8, 0.3), 1), 1.0)
     yield "line", crossings.sky, crossings.error
-    curves = kc.disk_images(camera, [8.0], 2, points=64)
+    curves = kc.isoradials(camera, [8.0], 2, points=64)
     yield "isoradials", *(np.concatenate([getattr(c, field) for c in curves]) for field in ("sky", "error"))
 
 
@@ -152,7 +152,7 @@ def spots(camera: kc.Camera):
         plain = track.parity != 0
         claims = {name: getattr(track, name)[plain] for name in (*values, "index", "time")}
         yield "plane track", track.sky[plain], track.error[plain], PLANE, (6.0, track.azimuth[plain]), claims
-    for curve in kc.disk_images(camera, [8.0], 2, points=64, time=True):
+    for curve in kc.isoradials(camera, [8.0], 2, points=64, time=True):
         end = kc.EquatorialPlane(curve.crossing)
         claims = {"redshift": curve.redshift, "time": curve.time}
         yield "isoradial", curve.sky, curve.error, end, (8.0, curve.azimuth), claims

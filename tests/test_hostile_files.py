@@ -65,9 +65,9 @@ def test_pictures_and_catalogues_are_regular_files(pipe, tmp_path, monkeypatch):
     os.mkfifo("pipe.exr")
     for name in (pipe, "pipe.fits", "pipe.exr"):
         with pytest.raises(ValueError, match=IRREGULAR):
-            kc.Panorama.read(name)
+            kc.skies.Panorama.read(name)
     with pytest.raises(ValueError, match="must name a Tycho-2 index file"):
-        kc.tycho2("pipe.fits")
+        kc.skies.tycho2("pipe.fits")
 
 
 def test_results_are_regular_files(pipe, tmp_path):

@@ -26,7 +26,7 @@ SPOT = kc.Camera(0.6, 50.0, math.radians(70), "static")
 )
 def test_points_of_rims_land_on_them(camera, crossings):
     radii = [2.5, 9.26, 18.7]
-    found = kc.disk_images(camera, radii, crossings, points=60)
+    found = kc.isoradials(camera, radii, crossings, points=60)
     assert [(c.crossing, c.radius) for c in found] == [(n, r) for n in range(1, crossings + 1) for r in radii]
     for curve in found:
         assert curve.closed and len(curve.sky) == 60
@@ -40,20 +40,20 @@ def test_points_of_rims_land_on_them(camera, crossings):
 
 @pytest.mark.slow
 def test_frequencies_of_the_papers_disk_have_the_extremes_of_theory():
-    outer, inner = kc.disk_images(PAPER, [18.70, 9.26], crossings=1, points=720)
+    outer, inner = kc.isoradials(PAPER, [18.70, 9.26], crossings=1, points=720)
     ratio = np.concatenate([outer.redshift, inner.redshift])
     assert ratio.max() == pytest.approx(1.31, abs=0.005) and ratio.min() == pytest.approx(0.61, abs=0.005)
 
 
 @pytest.mark.slow
 def test_from_the_axis_circles_are_round():
-    for curve in kc.disk_images(CAMERAS[2], [4.0, 15.0], crossings=3, points=24):
+    for curve in kc.isoradials(CAMERAS[2], [4.0, 15.0], crossings=3, points=24):
         assert np.ptp(curve.sky[:, 0]) < 1e-12 and np.ptp(curve.redshift) < 1e-12
 
 
 @pytest.mark.slow
 def test_circles_that_are_not_seen_are_left_out():
-    found = kc.disk_images(kc.Camera(0.5, 10.0, 0.4), [1e7], crossings=2, points=16)
+    found = kc.isoradials(kc.Camera(0.5, 10.0, 0.4), [1e7], crossings=2, points=16)
     assert all(curve.error.max() < 1e-6 for curve in found)
 
 
@@ -84,7 +84,7 @@ def direct_sum(curve, orbital, times, power=4.0):
 def test_light_of_a_spot_is_that_of_its_images():
     found = kc.light_curve(SPOT, 8.0, 40, size=0.02, crossings=3)
     orbital = 2 * math.pi / found.period
-    images = kc.disk_images(SPOT, [8.0], 3, 1440, time=True)
+    images = kc.isoradials(SPOT, [8.0], 3, 1440, time=True)
     sums = np.array([direct_sum(curve, orbital, found.time) for curve in images])
     shares = sums[..., 0]
     centroid = sums[..., 1:4].sum(axis=0)
@@ -135,10 +135,10 @@ def test_images_of_a_spot_are_born_where_beams_vanish():
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda: kc.disk_images(SPOT, [1.5]), "`radii` must be finite and larger than the horizon"),
-        (lambda: kc.disk_images(SPOT, []), "`radii` must be"),
-        (lambda: kc.disk_images(SPOT, [8.0], 0), "`crossings` must be a whole number"),
-        (lambda: kc.disk_images(SPOT, [8.0], motion="fast"), "`motion` must be one of"),
+        (lambda: kc.isoradials(SPOT, [1.5]), "`radii` must be finite and larger than the horizon"),
+        (lambda: kc.isoradials(SPOT, []), "`radii` must be"),
+        (lambda: kc.isoradials(SPOT, [8.0], 0), "`crossings` must be a whole number"),
+        (lambda: kc.isoradials(SPOT, [8.0], motion="fast"), "`motion` must be one of"),
         (lambda: kc.light_curve(SPOT, 2.0), "`orbit` must be the radius of a circular orbit"),
         (lambda: kc.light_curve(SPOT, 8.0, size=0.0), "`size` must be a positive, finite length"),
         (lambda: kc.light_curve(SPOT, 8.0, [math.nan]), "`times` must be"),

@@ -78,9 +78,8 @@ class Work:
 
 
 def check_film(work, process):
-    out, _ = process.communicate(timeout=GUARD)
+    out = told(process)
     assert process.returncode == 0 and out.splitlines()[-1] == f"Film: {work.target}", out
-    # But for lines about its progress.
     assert all("frames" in line for line in out.splitlines()[:-1]), out
     assert work.target.read_bytes() == work.good
     assert not [file.name for file in work.target.parent.iterdir() if file.name.startswith(".")]

@@ -31,7 +31,7 @@ STAGES = [
     "report",
     "cli",
 ]
-ENTRY_POINTS = {"__init__", "__main__"}
+ENTRY_POINTS = {"__init__", "__main__", "skies", "disks", "pictures"}
 MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
 HEAVY = {"astropy", "distributed", "jax", "matplotlib", "msgspec", "pyvista", "scipy", "skimage", "xarray", "zarr"}
 STARTS = {

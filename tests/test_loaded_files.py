@@ -15,6 +15,7 @@ import pytest
 from made_results import CAMERA, GIVEN, KINDS, example
 
 import kerrcaustics as kc
+from kerrcaustics.curves.caustic import Cusp
 from kerrcaustics.films.film import FilmResult
 from kerrcaustics.results.declared import stored
 
@@ -176,7 +177,7 @@ def test_what_would_not_load_is_not_saved(name, wrong, told, path):
 
 @pytest.mark.parametrize("change", [{"shape": [2, 3]}, {"shape": [3, 4]}, {"dtype": "<f4"}, {"dtype": "O"}])
 def test_an_array_that_is_not_what_the_header_says_is_refused(change, path):
-    kc.save(path, example(kc.Cusp, 1))
+    kc.save(path, example(Cusp, 1))
     head = head_of(path)
     head["result"]["fields"]["sky"].update(change)
     rewritten(path, head)
@@ -184,7 +185,7 @@ def test_an_array_that_is_not_what_the_header_says_is_refused(change, path):
 
 
 def test_an_array_of_objects_is_refused(path):
-    kc.save(path, example(kc.Cusp, 1))
+    kc.save(path, example(Cusp, 1))
     rewritten(path, array_0=np.array([os.getpid, None, 1], object))
     refused(path)
 
@@ -218,7 +219,7 @@ def huge(shape, kind="<f8"):
 @pytest.mark.parametrize("told", [True, False], ids=["in the header", "not in the header"])
 def test_an_array_is_unpacked_only_where_it_is_what_it_says(says, told, path):
     """The header of the file, the array's own preamble, and the member's length: each may claim much."""
-    kc.save(path, example(kc.Cusp, 1))
+    kc.save(path, example(Cusp, 1))
     head = head_of(path)
     head["result"]["fields"]["sky"].update({"shape": list(says)} if told else {})
     rewritten(path, head)

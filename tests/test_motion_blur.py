@@ -14,11 +14,11 @@ CAMERA = kc.Camera(0.999, 6.03, velocity=VELOCITY)
 SMALL = 48, 30
 MEDIUM = 128, 80
 LARGE = 192, 120
-DISK = kc.Disk(9.26, 18.7, kc.Swatches())
+DISK = kc.disks.Disk(9.26, 18.7, kc.disks.Swatches())
 
 
 def view_of(size):
-    return kc.View.toward_hole(CAMERA, *size, 1.4)
+    return kc.pictures.View.toward_hole(CAMERA, *size, 1.4)
 
 
 def orbiting(moment, middle):
@@ -31,7 +31,7 @@ def falling(moment, middle):
 
 def turning(moment, middle):
     forward = middle.forward * math.cos(0.1 * moment) + middle.right * math.sin(0.1 * moment)
-    view = kc.View(middle.width, middle.height, middle.field_of_view, forward=forward, up=middle.up)
+    view = kc.pictures.View(middle.width, middle.height, middle.field_of_view, forward=forward, up=middle.up)
     return CAMERA, view, 0.0, 0.0
 
 
@@ -40,7 +40,7 @@ def waiting(moment, middle):
 
 
 def motion_of(way, middle):
-    return kc.ShutterMotion(*zip(way(-0.5, middle), way(0.5, middle), strict=True))
+    return kc.pictures.ShutterMotion(*zip(way(-0.5, middle), way(0.5, middle), strict=True))
 
 
 def blurred(way, middle, sky, disk=None):
@@ -51,7 +51,7 @@ def mean_of_moments(way, middle, sky, disk=None, count=64):
     total = []
     for moment in (np.arange(count) + 0.5) / count - 0.5:
         camera, view, azimuth, time = way(float(moment), middle)
-        turned = None if sky is None else kc.TurnedSky(sky, -azimuth)
+        turned = None if sky is None else kc.skies.TurnedSky(sky, -azimuth)
         on_disk = None if disk is None else turned_disk(disk, -azimuth)
         total.append(kc.render(camera, view, turned, disk=on_disk, time=time).light)
     return np.mean(total, axis=0)
@@ -65,7 +65,7 @@ def differences(one, other):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", [orbiting, falling, turning])
-@pytest.mark.parametrize(("sky", "disk", "most"), [(kc.Checkerboard(), None, 0.015), (None, DISK, 0.03)])
+@pytest.mark.parametrize(("sky", "disk", "most"), [(kc.skies.Checkerboard(), None, 0.015), (None, DISK, 0.03)])
 def test_pictures_are_means_of_their_moments(way, sky, disk, most):
     middle = view_of(MEDIUM)
     mean = mean_of_moments(way, middle, sky, disk, 64 if disk is None else 32)
@@ -76,15 +76,15 @@ def test_pictures_are_means_of_their_moments(way, sky, disk, most):
 
 @pytest.mark.slow
 def test_a_sky_that_turns_is_the_mean_of_its_moments():
-    middle, sky = view_of(SMALL), kc.Checkerboard()
+    middle, sky = view_of(SMALL), kc.skies.Checkerboard()
     difference, light = differences(blurred(orbiting, middle, sky), mean_of_moments(orbiting, middle, sky, count=16))
     # Several moments, not swept, differ by 0.0022.
     assert difference < 0.0018 and abs(light) < 0.01
 
 
 def far_star(direction):
-    catalogue = kc.StarCatalogue(direction[None], np.zeros(1), np.full(1, 0.65))
-    return kc.StarField(catalogue, orientation=np.eye(3), band=0)
+    catalogue = kc.skies.StarCatalogue(direction[None], np.zeros(1), np.full(1, 0.65))
+    return kc.skies.StarField(catalogue, orientation=np.eye(3), band=0)
 
 
 # A star beside the hole, in the picture of LARGE pixels, and all pixels in which its first image is.
@@ -127,9 +127,9 @@ def test_a_pattern_that_circles_is_blurred_for_a_camera_that_stays():
 
 
 def test_without_motion_nothing_changes():
-    middle, sky = view_of(SMALL), kc.StarField()
+    middle, sky = view_of(SMALL), kc.skies.StarField()
     plain = kc.render(CAMERA, middle, sky)
-    still = kc.render(CAMERA, middle, sky, motion=kc.ShutterMotion((CAMERA, CAMERA), (middle, middle)))
+    still = kc.render(CAMERA, middle, sky, motion=kc.pictures.ShutterMotion((CAMERA, CAMERA), (middle, middle)))
     assert np.array_equal(plain.light, still.light) and plain.beams == still.beams
 
 
@@ -145,17 +145,20 @@ def test_without_motion_nothing_changes():
 def test_what_is_no_motion_is_refused(values, words):
     middle = view_of(SMALL)
     with pytest.raises(ValueError, match=f"Argument {words}"):
-        kc.ShutterMotion(**{"cameras": (CAMERA, CAMERA), "views": (middle, middle), **values})
+        kc.pictures.ShutterMotion(**{"cameras": (CAMERA, CAMERA), "views": (middle, middle), **values})
 
 
 def test_a_motion_that_does_not_fit_the_picture_is_refused():
     middle = view_of(SMALL)
     for motion, words in (
         (3, "must be a ShutterMotion"),
-        (kc.ShutterMotion((CAMERA, CAMERA), (middle, view_of(LARGE))), "must keep width, height and projection"),
-        (kc.ShutterMotion((kc.Camera(0.5, 6.0), CAMERA), (middle, middle)), "must keep the spin"),
+        (
+            kc.pictures.ShutterMotion((CAMERA, CAMERA), (middle, view_of(LARGE))),
+            "must keep width, height and projection",
+        ),
+        (kc.pictures.ShutterMotion((kc.Camera(0.5, 6.0), CAMERA), (middle, middle)), "must keep the spin"),
     ):
         with pytest.raises(ValueError, match=f"Argument `motion` {words}"):
-            kc.render(CAMERA, middle, kc.Checkerboard(), motion=motion)
+            kc.render(CAMERA, middle, kc.skies.Checkerboard(), motion=motion)
     with pytest.raises(ValueError, match="Argument `sky` must have no `sweep` of its own"):
-        kc.render(CAMERA, middle, kc.StarField(sweep=0.1), motion=motion_of(turning, middle))
+        kc.render(CAMERA, middle, kc.skies.StarField(sweep=0.1), motion=motion_of(turning, middle))

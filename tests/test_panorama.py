@@ -24,12 +24,12 @@ def smooth_light(n):
 
 @pytest.fixture(scope="module")
 def smooth():
-    return kc.Panorama(smooth_light(directions_of(ROWS)))
+    return kc.skies.Panorama(smooth_light(directions_of(ROWS)))
 
 
 def round_footprints(direction, size):
     n = len(direction)
-    return kc.Footprint(direction, size * np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.ones(n))
+    return kc.skies.Footprint(direction, size * np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.ones(n))
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def anywhere():
 
 @pytest.mark.parametrize("size", [1e-4, 0.02, 0.3])
 def test_a_constant_picture_is_constant(anywhere, size):
-    panorama = kc.Panorama(np.full((64, 128, 3), 0.7))
+    panorama = kc.skies.Panorama(np.full((64, 128, 3), 0.7))
     assert panorama.light(round_footprints(anywhere, size), False, False) == pytest.approx(0.7, abs=2e-6)
 
 
@@ -75,7 +75,7 @@ def test_a_wide_look_up_averages_over_a_gaussian(smooth, anywhere, size):
 def test_a_turned_picture(smooth, anywhere):
     c, s = math.cos(0.7), math.sin(0.7)
     turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-    turned = kc.Panorama(smooth_light(directions_of(ROWS)), orientation=turn)
+    turned = kc.skies.Panorama(smooth_light(directions_of(ROWS)), orientation=turn)
     there = turned.light(round_footprints(anywhere @ turn.T, 0.01), False, False)
     assert there == pytest.approx(smooth.light(round_footprints(anywhere, 0.01), False, False), abs=1e-5)
 
@@ -85,7 +85,7 @@ def test_fine_stripes_do_not_alias(theta):
     # Meridians of the finest kind: any footprint of two stripes or more on the sphere sees grey.
     stripes = np.zeros((ROWS, 2 * ROWS, 3))
     stripes[:, ::2] = 1
-    panorama = kc.Panorama(stripes)
+    panorama = kc.skies.Panorama(stripes)
     n = from_angles(theta, np.linspace(0, 0.3, 500))
     assert panorama.light(round_footprints(n, 4 * math.pi / ROWS), False, False) == pytest.approx(0.5, abs=0.01)
 
@@ -94,15 +94,15 @@ def test_a_long_footprint_sees_along_its_major_axis_only():
     # A bright band at the equator, 12 rows wide: footprints along it see it whole, those across it a part.
     band = np.zeros((ROWS, 2 * ROWS, 3))
     band[ROWS // 2 - 6 : ROWS // 2 + 6] = 1
-    panorama = kc.Panorama(band)
+    panorama = kc.skies.Panorama(band)
     n = from_angles(np.full(1, math.pi / 2), np.ones(1))
     along, across = (np.diag(axes)[None] for axes in ((0.02, 0.9), (0.9, 0.02)))
     ones = np.ones(1)
-    assert panorama.light(kc.Footprint(n, along, 0 * ones, ones), False, False)[0, 0] > 0.95
+    assert panorama.light(kc.skies.Footprint(n, along, 0 * ones, ones), False, False)[0, 0] > 0.95
     thickness = 12 * math.pi / ROWS
     # Twice the deviation of the Gaussian is the axis: the middle of a normal distribution, cut at two deviations.
     wanted = math.erf(thickness / 2 / 0.45 / math.sqrt(2)) / math.erf(math.sqrt(2))
-    assert panorama.light(kc.Footprint(n, across, 0 * ones, ones), False, False)[0, 0] == pytest.approx(
+    assert panorama.light(kc.skies.Footprint(n, across, 0 * ones, ones), False, False)[0, 0] == pytest.approx(
         wanted, abs=0.04
     )
 
@@ -110,8 +110,8 @@ def test_a_long_footprint_sees_along_its_major_axis_only():
 def test_a_picture_file(tmp_path):
     values = np.random.default_rng(3).integers(0, 256, (16, 32, 3), dtype=np.uint8)
     Image.fromarray(values).save(tmp_path / "sky.png")
-    seen = kc.Panorama.read(tmp_path / "sky.png")
-    given = kc.Panorama(decoded(values / 255))
+    seen = kc.skies.Panorama.read(tmp_path / "sky.png")
+    given = kc.skies.Panorama(decoded(values / 255))
     n = directions_of(16).reshape(-1, 3)
     assert seen.around(n, np.full(len(n), 1e-3)) == pytest.approx(given.around(n, np.full(len(n), 1e-3)), abs=1e-6)
 
@@ -123,21 +123,21 @@ def test_an_openexr_file_is_linear(tmp_path):
         str(tmp_path / "sky.exr")
     )
     direction, size = from_angles([0.4, 1.2, 2.7], [0.1, 3.0, 6.2]), np.full(3, 0.01)
-    read = kc.Panorama.read(tmp_path / "sky.exr")
-    assert np.array_equal(read.around(direction, size), kc.Panorama(light).around(direction, size))
+    read = kc.skies.Panorama.read(tmp_path / "sky.exr")
+    assert np.array_equal(read.around(direction, size), kc.skies.Panorama(light).around(direction, size))
     (tmp_path / "text.exr").write_text("no picture")
     with pytest.raises(ValueError, match="Argument `path` must name a picture that can be read"):
-        kc.Panorama.read(tmp_path / "text.exr")
+        kc.skies.Panorama.read(tmp_path / "text.exr")
 
 
 def test_refusals(tmp_path):
     for light in (np.zeros((16, 16, 3)), np.zeros((2, 4, 3)), -np.ones((8, 16, 3)), np.full((8, 16, 3), np.nan)):
         with pytest.raises(ValueError, match="Argument `light` must"):
-            kc.Panorama(light)
+            kc.skies.Panorama(light)
     with pytest.raises(ValueError, match="Argument `orientation` must"):
-        kc.Panorama(np.zeros((8, 16, 3)), np.ones((3, 3)))
+        kc.skies.Panorama(np.zeros((8, 16, 3)), np.ones((3, 3)))
     Image.fromarray(np.zeros((8, 8, 3), np.uint8)).save(tmp_path / "square.png")
     (tmp_path / "text.png").write_text("no picture")
     for name in ("square.png", "text.png", "none.png", "none.exr", "sky.tif"):
         with pytest.raises(ValueError, match="Argument `path` must"):
-            kc.Panorama.read(tmp_path / name)
+            kc.skies.Panorama.read(tmp_path / name)

@@ -8,6 +8,7 @@ from beam_equations import Event
 from kerr_rays import followed
 
 import kerrcaustics as kc
+from kerrcaustics.beams.paths import RayPaths
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.frame import photon_of
 
@@ -24,7 +25,7 @@ def sky() -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def paths(sky) -> kc.RayPaths:
+def paths(sky) -> RayPaths:
     return kc.ray_paths(CAMERA, sky, 41)
 
 

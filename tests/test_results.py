@@ -16,6 +16,7 @@ from made_results import CAMERA, GIVEN, KINDS, example
 
 import kerrcaustics as kc
 from kerrcaustics.beams.paths import SpacePoints
+from kerrcaustics.curves.caustic import Cusp
 from kerrcaustics.results.declared import LAYOUTS, quantities, stored
 from kerrcaustics.results.files import HOMES
 from kerrcaustics.results.units import as_in
@@ -188,7 +189,7 @@ def test_a_missing_file_and_another_schema_are_refused(tmp_path):
 
 @pytest.mark.parametrize("change", [("Cusp", "Cuspid"), ("celestial", "place"), ("array_0", "array_7")])
 def test_a_file_of_other_results_or_fields_is_refused(change, tmp_path):
-    kc.save(tmp_path / "cusp", example(kc.Cusp, 1))
+    kc.save(tmp_path / "cusp", example(Cusp, 1))
     with np.load(tmp_path / "cusp") as file:
         arrays = dict(file)
     np.savez(tmp_path / "x.npz", **{**arrays, "head": np.array(str(arrays["head"]).replace(*change))})

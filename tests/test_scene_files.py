@@ -465,7 +465,7 @@ def test_the_view_turns_as_it_is_told(scene):
 
 
 def test_a_turned_disk_is_seen_as_from_another_azimuth():
-    disk = kc.Disk(5, 12, kc.Swatches(), opacity=lambda r, phi: 0.5 + 0.4 * np.sin(phi))
+    disk = kc.disks.Disk(5, 12, kc.disks.Swatches(), opacity=lambda r, phi: 0.5 + 0.4 * np.sin(phi))
     turned = turned_disk(disk, 0.3)
     radius, phi = np.full(50, 8.0), np.linspace(0, 6, 50)
     assert turned.opacity(radius, phi) == pytest.approx(disk.opacity(radius, phi - 0.3))
@@ -702,9 +702,9 @@ def test_a_scene_is_what_python_renders(scene):
     text = PLAIN + DISK + '[sky]\nkind = "checkerboard"\n[light]\nbeaming = true\ndelay = true\n'
     read = scene(text.replace('"black-body", peak = 4500', '"swatches"') + "[film]\nframes = 2\nend = 80\n")
     camera = kc.Camera(0.6, 20.0)
-    view = kc.View.toward_hole(camera, 64, 36, math.radians(60))
+    view = kc.pictures.View.toward_hole(camera, 64, 36, math.radians(60))
     shifts = {"beaming": True, "delay": True}
-    plain = kc.render(camera, view, kc.Checkerboard(), disk=kc.Disk(5, 12, kc.Swatches()), **shifts)
+    plain = kc.render(camera, view, kc.skies.Checkerboard(), disk=kc.disks.Disk(5, 12, kc.disks.Swatches()), **shifts)
     assert np.array_equal(read.rendering(0).light, plain.light)
     assert not np.array_equal(read.rendering(1).light, plain.light)
 

@@ -24,7 +24,7 @@ def test_a_saved_picture_reads_back_equal(tmp_path):
 
 
 def test_degrees_and_curves_lie_on_the_picture():
-    view = kc.View.toward_hole(CAMERA, 300, 200, math.radians(150), "fisheye")
+    view = kc.pictures.View.toward_hole(CAMERA, 300, 200, math.radians(150), "fisheye")
     ax = show_picture(Figure().add_subplot(), view, np.zeros((200, 300, 3), np.uint8))
     labels = {ax.xaxis.get_major_formatter()(place): place for place in ax.xaxis.get_majorticklocs()}
     assert labels["30"] == pytest.approx(149.5 + 60) and labels["−30"] == pytest.approx(149.5 - 60)

@@ -14,9 +14,9 @@ from kerrcaustics.spacetime.sphere import from_angles
 NEAR = kc.Camera(spin=0.999, radius=2.6)
 FAR = kc.Camera(spin=0.0, radius=1e7, velocity="fiducial")
 VIEWS = {
-    "pinhole": kc.View(64, 40, 1.7, "pinhole", (-1, 0.3, 0.2), (0.1, 0, 1)),
-    "fisheye": kc.View(64, 40, 3.0, "fisheye", (-1, 0.3, 0.2), (0.1, 0, 1)),
-    "equirectangular": kc.View(64, 32, 2 * math.pi, "equirectangular", (-1, 0.3, 0.2), (0.1, 0, 1)),
+    "pinhole": kc.pictures.View(64, 40, 1.7, "pinhole", (-1, 0.3, 0.2), (0.1, 0, 1)),
+    "fisheye": kc.pictures.View(64, 40, 3.0, "fisheye", (-1, 0.3, 0.2), (0.1, 0, 1)),
+    "equirectangular": kc.pictures.View(64, 32, 2 * math.pi, "equirectangular", (-1, 0.3, 0.2), (0.1, 0, 1)),
 }
 
 
@@ -34,7 +34,7 @@ class Plain:
 def identity_footprint(direction, size):
     """Round footprints of a size (radians)."""
     n = len(direction)
-    return kc.Footprint(direction, size * np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.ones(n))
+    return kc.skies.Footprint(direction, size * np.tile(np.eye(2), (n, 1, 1)), np.zeros(n), np.ones(n))
 
 
 @pytest.mark.parametrize("name", VIEWS)
@@ -59,13 +59,13 @@ def test_steps_are_the_derivatives(name):
 
 
 def test_pixels_of_a_whole_sky_fill_it():
-    view = kc.View(400, 200, 2 * math.pi, "equirectangular")
+    view = kc.pictures.View(400, 200, 2 * math.pi, "equirectangular")
     x, y = np.meshgrid(np.arange(400), np.arange(200))
     assert view.solid_angle(view.directions(x, y)[1]).sum() == pytest.approx(4 * math.pi, rel=3e-5)
 
 
 def test_view_toward_the_hole_has_the_shadow_in_its_middle():
-    view = kc.View.toward_hole(NEAR, 200, 200, 2.4, "fisheye")
+    view = kc.pictures.View.toward_hole(NEAR, 200, 200, 2.4, "fisheye")
     places = view.pixels(kc.shadow_edge(NEAR, 400))
     assert abs(places[:, 1].max() + places[:, 1].min() - 199) < 0.01
     assert abs(places[:, 0].max() + places[:, 0].min() - 199) < 6
@@ -87,7 +87,7 @@ def test_view_toward_the_hole_has_the_shadow_in_its_middle():
 )
 def test_view_refuses(argument, values):
     with pytest.raises(ValueError, match=f"Argument `{argument}` must"):
-        kc.View(**{"width": 64, "height": 48, "field_of_view": 1.0, **values})
+        kc.pictures.View(**{"width": 64, "height": 48, "field_of_view": 1.0, **values})
 
 
 def test_footprint_axes_are_singular_values():
@@ -113,7 +113,7 @@ def test_bend_of_a_fold():
 
 @pytest.mark.parametrize("along", ["latitude", "longitude"])
 def test_swatches_are_averaged_over_their_box(along):
-    board = kc.Checkerboard(rows=7, columns=10, gap=0.3, along=along)
+    board = kc.skies.Checkerboard(rows=7, columns=10, gap=0.3, along=along)
     centre, size = np.array([1.1, 2.9]), 0.4
     half = size * math.sqrt(3) / 2
     theta = centre[0] + half * (np.arange(400) + 0.5 - 200) / 200
@@ -126,7 +126,7 @@ def test_swatches_are_averaged_over_their_box(along):
 
 @pytest.mark.parametrize("along", ["latitude", "longitude"])
 def test_swatches_have_no_seam_and_no_pinch(along):
-    board = kc.Checkerboard(along=along)
+    board = kc.skies.Checkerboard(along=along)
     theta = np.linspace(0.05, 3.1, 300)
     sides = [
         board.light(identity_footprint(from_angles(theta, phi), 0.03), False, False) for phi in (3.14159, -3.14159)
@@ -137,7 +137,9 @@ def test_swatches_have_no_seam_and_no_pinch(along):
 
 
 def test_hues_run_with_longitude_and_brightness_alternates():
-    board = kc.Checkerboard(rows=6, columns=8, gap=0.2, colours=("#ff0000", "#00ff00", "#0000ff"), along="longitude")
+    board = kc.skies.Checkerboard(
+        rows=6, columns=8, gap=0.2, colours=("#ff0000", "#00ff00", "#0000ff"), along="longitude"
+    )
     theta, phi = (np.arange(6) + 0.5) * math.pi / 6, (np.arange(8) + 0.5) * math.pi / 4
     places = from_angles(*np.meshgrid(theta, phi, indexing="ij")).reshape(-1, 3)
     light = board.light(identity_footprint(places, 1e-6), False, False).reshape(6, 8, 3)
@@ -151,10 +153,10 @@ def test_hues_run_with_longitude_and_brightness_alternates():
 
 
 def test_a_long_footprint_sees_the_mean_of_the_columns():
-    board = kc.Checkerboard(rows=5, columns=60, gap=0.2)
+    board = kc.skies.Checkerboard(rows=5, columns=60, gap=0.2)
     matrix = np.array([[[1e-3, 0.0], [0.0, 0.8]]])
     direction = from_angles(np.array([math.pi / 2]), np.array([1.0]))
-    seen = board.light(kc.Footprint(direction, matrix, np.zeros(1), np.ones(1)), False, False)
+    seen = board.light(kc.skies.Footprint(direction, matrix, np.zeros(1), np.ones(1)), False, False)
     places = from_angles(math.pi / 2, np.linspace(0, 2 * math.pi, 6000))
     around = board.light(identity_footprint(places, 1e-6), False, False)
     assert np.ptp(around, axis=0).max() > 0.2
@@ -166,12 +168,12 @@ def test_a_long_footprint_sees_the_mean_of_the_columns():
 )
 def test_checkerboard_refuses(values):
     with pytest.raises(ValueError, match="must"):
-        kc.Checkerboard(**values)
+        kc.skies.Checkerboard(**values)
 
 
 @pytest.mark.slow
 def test_far_from_a_hole_the_sky_is_itself():
-    view = kc.View(48, 32, 1.2, forward=(1, 0.2, 0.1))
+    view = kc.pictures.View(48, 32, 1.2, forward=(1, 0.2, 0.1))
     scene = kc.render(FAR, view, Plain(lambda n: 2 + n[:, 0] + 3 * n[:, 1] * n[:, 2]))
     x, y = np.meshgrid(np.arange(48), np.arange(32))
     # The camera basis is (e_r, e_phi, -e_theta), which are x, y, z of the celestial sphere here.
@@ -181,7 +183,7 @@ def test_far_from_a_hole_the_sky_is_itself():
 
 
 def test_pixels_on_the_shadow_edge_are_covered_in_part():
-    view = kc.View.toward_hole(NEAR, 96, 96, math.radians(150), "fisheye")
+    view = kc.pictures.View.toward_hole(NEAR, 96, 96, math.radians(150), "fisheye")
     scene = kc.render(NEAR, view, Plain(lambda n: np.ones(len(n))))
     assert scene.light[..., 1] == pytest.approx(scene.visible_fraction, abs=1e-6)
     places = view.pixels(kc.shadow_edge(NEAR, 4000))
@@ -194,7 +196,7 @@ def test_pixels_on_the_shadow_edge_are_covered_in_part():
 
 
 def test_beaming_is_the_fourth_power_of_the_redshift():
-    view = kc.View(12, 8, 1.0, forward=(1, -0.5, 0))
+    view = kc.pictures.View(12, 8, 1.0, forward=(1, -0.5, 0))
     plain = kc.render(NEAR, view, Plain(lambda n: np.ones(len(n))))
     beamed = kc.render(NEAR, view, Plain(lambda n: np.ones(len(n))), beaming=True)
     x, y = np.meshgrid(np.arange(12), np.arange(8))
@@ -203,9 +205,9 @@ def test_beaming_is_the_fourth_power_of_the_redshift():
 
 
 def test_daylight_is_white_and_cooler_is_redder():
-    assert kc.black_body(6504.0) == pytest.approx([1, 1, 1], abs=1e-12)
-    assert kc.black_body(4500.0, white=4500.0) == pytest.approx([1, 1, 1], abs=1e-12)
-    warm, cold = kc.black_body(3000.0), kc.black_body(12000.0)
+    assert kc.pictures.black_body(6504.0) == pytest.approx([1, 1, 1], abs=1e-12)
+    assert kc.pictures.black_body(4500.0, white=4500.0) == pytest.approx([1, 1, 1], abs=1e-12)
+    warm, cold = kc.pictures.black_body(3000.0), kc.pictures.black_body(12000.0)
     assert warm[0] > warm[1] > warm[2] and cold[0] < cold[1] < cold[2]
     assert star_temperature(0.65) == pytest.approx(5778, abs=5)
 
@@ -219,16 +221,16 @@ def test_colour_of_a_black_body_against_the_planckian_locus(temperature, x, y, f
     to_srgb = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
     # The white is that of 6504 K.
     body, white = (to_srgb @ (x, y, 1 - x - y) for x, y in ((x, y), (0.3135, 0.3236)))
-    found, expected = kc.black_body(temperature), body / white
+    found, expected = kc.pictures.black_body(temperature), body / white
     assert found / found[1] == pytest.approx(expected / expected[1], rel=1.4 * fit)
 
 
 def test_shift_of_a_black_body_is_another_black_body():
     ratio = np.array([0.6, 1.0, 1.7])
     both = shifted_light(ratio, True, True, 5000.0)
-    assert both * kc.black_body(5000.0) == pytest.approx(kc.black_body(5000.0 * ratio))
-    colour = shifted_light(ratio, False, True, 5000.0) * kc.black_body(5000.0)
-    assert luminance(colour) == pytest.approx(np.full(3, luminance(kc.black_body(5000.0))))
+    assert both * kc.pictures.black_body(5000.0) == pytest.approx(kc.pictures.black_body(5000.0 * ratio))
+    colour = shifted_light(ratio, False, True, 5000.0) * kc.pictures.black_body(5000.0)
+    assert luminance(colour) == pytest.approx(np.full(3, luminance(kc.pictures.black_body(5000.0))))
     assert shifted_light(ratio, True, False)[:, 1] == pytest.approx(ratio**4)
     assert (shifted_light(ratio, False, False) == 1).all()
 
@@ -241,16 +243,16 @@ def of_film(temperature):
 
 
 def test_film_has_a_white_and_sees_the_hotter_bluer():
-    assert kc.black_body(6504.0, response="film") == pytest.approx([1, 1, 1], abs=1e-12)
-    assert kc.black_body(3200.0, white=3200.0, response="film") == pytest.approx([1, 1, 1], abs=1e-12)
-    light = kc.black_body(np.geomspace(1500, 30000, 40), response="film")
+    assert kc.pictures.black_body(6504.0, response="film") == pytest.approx([1, 1, 1], abs=1e-12)
+    assert kc.pictures.black_body(3200.0, white=3200.0, response="film") == pytest.approx([1, 1, 1], abs=1e-12)
+    light = kc.pictures.black_body(np.geomspace(1500, 30000, 40), response="film")
     assert (light > 0).all() and (np.diff(light[:, 2] / light[:, 0]) > 0).all() and (np.diff(light, axis=0) > 0).all()
     for temperature in (3000.0, 10000.0):
         expected = of_film(temperature) / of_film(6504.0)
         # The sum's edges, and the table of temperatures: 2.3e-4 measured.
-        assert kc.black_body(temperature, response="film") == pytest.approx(expected, rel=4e-4)
+        assert kc.pictures.black_body(temperature, response="film") == pytest.approx(expected, rel=4e-4)
     # Blue is what the eye's functions and the film's tell apart.
-    assert kc.black_body(3000.0, response="film")[2] > 1.15 * kc.black_body(3000.0)[2]
+    assert kc.pictures.black_body(3000.0, response="film")[2] > 1.15 * kc.pictures.black_body(3000.0)[2]
 
 
 @pytest.mark.slow
@@ -261,17 +263,17 @@ def test_what_shines_goes_by_its_response(response):
     samples = DiskSamples(
         10 * one, 0 * one, 0.5 * one, np.full((3, 2, 2), 1e-12), ratio, 5.0, 0.5, 0 * one, np.zeros_like
     )
-    shining = kc.BlackBody(5000.0, response), kc.PowerLaw(5000.0, response=response)
-    for emission in (*shining, kc.Spots([10.0], [0.0], 5000.0, response=response)):
+    shining = kc.disks.BlackBody(5000.0, response), kc.disks.PowerLaw(5000.0, response=response)
+    for emission in (*shining, kc.disks.Spots([10.0], [0.0], 5000.0, response=response)):
         seen = emission.light(samples, True, True)
-        assert seen == pytest.approx(kc.black_body(5000.0 * ratio, response=response), rel=1e-6)
-    assert kc.PageThorne(5000.0, response).light(samples, True, True)[0].argmax() == 0
-    both = shifted_light(ratio, True, True, 5000.0, response) * kc.black_body(5000.0, response=response)
-    assert both == pytest.approx(kc.black_body(5000.0 * ratio, response=response))
-    star = kc.StarCatalogue(np.array([[1.0, 0, 0]]), np.zeros(1), np.full(1, 1.5))
-    colour = kc.black_body(star_temperature(1.5), response=response)
-    field = kc.StarField(star, np.eye(3), band=0, response=response)
-    view = kc.View(16, 16, 0.1, forward=(1, 0, 0))
+        assert seen == pytest.approx(kc.pictures.black_body(5000.0 * ratio, response=response), rel=1e-6)
+    assert kc.disks.PageThorne(5000.0, response).light(samples, True, True)[0].argmax() == 0
+    both = shifted_light(ratio, True, True, 5000.0, response) * kc.pictures.black_body(5000.0, response=response)
+    assert both == pytest.approx(kc.pictures.black_body(5000.0 * ratio, response=response))
+    star = kc.skies.StarCatalogue(np.array([[1.0, 0, 0]]), np.zeros(1), np.full(1, 1.5))
+    colour = kc.pictures.black_body(star_temperature(1.5), response=response)
+    field = kc.skies.StarField(star, np.eye(3), band=0, response=response)
+    view = kc.pictures.View(16, 16, 0.1, forward=(1, 0, 0))
     seen = kc.render(FAR, view, field).light.sum(axis=(0, 1))
     assert seen / seen[1] == pytest.approx(colour / colour[1], rel=1e-5)
 
@@ -279,14 +281,14 @@ def test_what_shines_goes_by_its_response(response):
 @pytest.mark.parametrize(
     "make",
     [
-        lambda response: kc.black_body(5000.0, response=response),
-        lambda response: kc.BlackBody(5000.0, response),
-        lambda response: kc.PageThorne(5000.0, response),
-        lambda response: kc.PowerLaw(5000.0, response=response),
-        lambda response: kc.Spots([10.0], [0.0], response=response),
-        lambda response: kc.Wisps(5000.0, 9.0, 18.0, response=response),
-        lambda response: kc.Volume(1.0, 5000.0, 9.0, 18.0, response=response),
-        lambda response: kc.StarField(response=response),
+        lambda response: kc.pictures.black_body(5000.0, response=response),
+        lambda response: kc.disks.BlackBody(5000.0, response),
+        lambda response: kc.disks.PageThorne(5000.0, response),
+        lambda response: kc.disks.PowerLaw(5000.0, response=response),
+        lambda response: kc.disks.Spots([10.0], [0.0], response=response),
+        lambda response: kc.disks.Wisps(5000.0, 9.0, 18.0, response=response),
+        lambda response: kc.disks.Volume(1.0, 5000.0, 9.0, 18.0, response=response),
+        lambda response: kc.skies.StarField(response=response),
     ],
 )
 def test_other_responses_are_refused(make):
@@ -297,45 +299,50 @@ def test_other_responses_are_refused(make):
 def test_tone_curves():
     values = np.linspace(0, 1, 256)
     assert encoded(decoded(values)) == pytest.approx(values, abs=1e-4)
-    picture = kc.tone_mapped(np.array([[0, 0, 0], [1, 1, 1], [9, 0.5, 0.1]]), curve="asinh", softening=10)
+    picture = kc.pictures.tone_mapped(np.array([[0, 0, 0], [1, 1, 1], [9, 0.5, 0.1]]), curve="asinh", softening=10)
     assert picture.dtype == np.uint8
     assert picture[0].tolist() == [0, 0, 0] and picture[1].tolist() == [255, 255, 255]
     assert picture[2, 0] == 255 and picture[2, 0] >= picture[2, 1] >= picture[2, 2]
-    grey = kc.tone_mapped(np.full((1, 3), 0.01), curve="asinh", softening=10)
+    grey = kc.pictures.tone_mapped(np.full((1, 3), 0.01), curve="asinh", softening=10)
     assert decoded(grey / 255)[0, 0] == pytest.approx(math.asinh(0.1) / math.asinh(10), abs=2e-3)
     for bad in ({"exposure": 0.0}, {"curve": "log"}, {"softening": -1.0}):
         with pytest.raises(ValueError, match="Argument"):
-            kc.tone_mapped(np.zeros((1, 3)), **bad)
+            kc.pictures.tone_mapped(np.zeros((1, 3)), **bad)
 
 
 def test_a_traced_view_serves_many_skies_that_turn():
-    view = kc.View.toward_hole(NEAR, 48, 32, 2.2)
-    traced = kc.trace_view(NEAR, view)
-    angle = 2 * math.pi / kc.Checkerboard().columns
+    view = kc.pictures.View.toward_hole(NEAR, 48, 32, 2.2)
+    traced = kc.pictures.trace_view(NEAR, view)
+    angle = 2 * math.pi / kc.skies.Checkerboard().columns
     # Swatches are in turn light and dark: two of them on, the sky is the same.
-    for sky in (kc.Checkerboard(), kc.TurnedSky(kc.Checkerboard(), 2 * angle)):
-        assert np.allclose(traced.show(sky).light, kc.render(NEAR, view, kc.Checkerboard()).light, atol=1e-6)
-    turned = traced.show(kc.TurnedSky(Plain(lambda direction: direction[:, 0]), 0.3)).light
+    for sky in (kc.skies.Checkerboard(), kc.skies.TurnedSky(kc.skies.Checkerboard(), 2 * angle)):
+        assert np.allclose(traced.show(sky).light, kc.render(NEAR, view, kc.skies.Checkerboard()).light, atol=1e-6)
+    turned = traced.show(kc.skies.TurnedSky(Plain(lambda direction: direction[:, 0]), 0.3)).light
     expected = traced.show(Plain(lambda n: math.cos(0.3) * n[:, 0] + math.sin(0.3) * n[:, 1])).light
     assert np.allclose(turned, expected, atol=1e-6)
     both = {"beaming": True, "colour_shift": True}
     assert np.allclose(
-        traced.show(kc.Checkerboard(), **both).light, kc.render(NEAR, view, kc.Checkerboard(), **both).light
+        traced.show(kc.skies.Checkerboard(), **both).light, kc.render(NEAR, view, kc.skies.Checkerboard(), **both).light
     )
     with pytest.raises(ValueError, match="Argument `sky` needs a view that was traced with it"):
-        kc.trace_view(NEAR, view, sky=False).show(kc.Checkerboard())
+        kc.pictures.trace_view(NEAR, view, sky=False).show(kc.skies.Checkerboard())
     with pytest.raises(ValueError, match="Argument `quality` must be one of draft, normal, high"):
-        kc.trace_view(NEAR, view, quality="best")
+        kc.pictures.trace_view(NEAR, view, quality="best")
 
 
 @pytest.mark.parametrize("along", ["latitude", "longitude"])
 def test_a_checkerboard_is_nowhere_darker_than_black(along):
-    assert kc.celestial_picture(kc.Checkerboard(colours=("#000000", "#ffffff", "#ff0000"), along=along), 64).min() >= 0
+    assert (
+        kc.skies.celestial_picture(
+            kc.skies.Checkerboard(colours=("#000000", "#ffffff", "#ff0000"), along=along), 64
+        ).min()
+        >= 0
+    )
 
 
 def test_a_star_on_the_seam_of_a_whole_sky_keeps_its_light():
     sums = []
     for phi in (0.0, 1.0, -1e-3):
-        star = kc.StarCatalogue(from_angles(np.array([1.4]), phi), np.zeros(1), np.zeros(1))
-        sums.append(kc.celestial_picture(kc.StarField(star, np.eye(3), band=0), 90).sum())
+        star = kc.skies.StarCatalogue(from_angles(np.array([1.4]), phi), np.zeros(1), np.zeros(1))
+        sums.append(kc.skies.celestial_picture(kc.skies.StarField(star, np.eye(3), band=0), 90).sum())
     assert sums == pytest.approx([sums[1]] * 3, rel=1e-12)

@@ -17,13 +17,13 @@ from kerrcaustics.results.declared import quantities, stored
 NO_PLOT = {"CelestialSphere", "EquatorialPlane", "FilmResult", "Sphere", "SweepResult"}
 CAMERA = kc.Camera(0.5, 4.0, 1.0)
 SKIES = [
-    kc.StarField(),
-    kc.hipparcos(),
-    kc.Checkerboard(),
-    kc.TurnedSky(kc.StarField(), 0.1),
-    kc.Panorama(np.ones((8, 16, 3))),
-    kc.Swatches(),
-    kc.Disk(3.0, 9.0, kc.BlackBody(4500)),
+    kc.skies.StarField(),
+    kc.skies.hipparcos(),
+    kc.skies.Checkerboard(),
+    kc.skies.TurnedSky(kc.skies.StarField(), 0.1),
+    kc.skies.Panorama(np.ones((8, 16, 3))),
+    kc.disks.Swatches(),
+    kc.disks.Disk(3.0, 9.0, kc.disks.BlackBody(4500)),
 ]
 
 
@@ -55,7 +55,7 @@ def known(value):
         return np.nan_to_num(value) if value.dtype.kind == "f" else value
     if isinstance(value, tuple):
         return tuple(map(known, value))
-    if type(value) not in KINDS or isinstance(value, kc.Camera | kc.View):
+    if type(value) not in KINDS or isinstance(value, kc.Camera | kc.pictures.View):
         return value
     return replace(value, **{name: known(getattr(value, name)) for name in stored(type(value))})
 
@@ -114,8 +114,8 @@ def test_the_shadow_is_drawn_where_it_is(ax):
 
 
 def test_stars_and_panoramas_are_drawn(ax):
-    assert kc.StarField().plot(ax, brightest=10) is ax and len(ax.collections[0].get_offsets()) == 10
-    assert ElementTree.fromstring(kc.StarField()._repr_html_()).find("img") is not None
+    assert kc.skies.StarField().plot(ax, brightest=10) is ax and len(ax.collections[0].get_offsets()) == 10
+    assert ElementTree.fromstring(kc.skies.StarField()._repr_html_()).find("img") is not None
 
 
 def test_a_sky_that_there_is_not_is_refused(ax):

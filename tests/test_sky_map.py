@@ -16,13 +16,13 @@ from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 NEAR = kc.Camera(spin=0.999, radius=2.6)
 FAR = kc.Camera(spin=0.999, radius=6.03)
 VIEWS = [
-    (NEAR, kc.View.toward_hole(NEAR, 160, 90, math.radians(130), "fisheye")),
-    (FAR, kc.View.toward_hole(FAR, 240, 135, math.radians(90))),
-    (FAR, kc.View(160, 80, 2 * math.pi, "equirectangular")),
-    (kc.Camera(0.9, 30.0, inclination=1.2, velocity="static"), kc.View(160, 120, 0.7)),
+    (NEAR, kc.pictures.View.toward_hole(NEAR, 160, 90, math.radians(130), "fisheye")),
+    (FAR, kc.pictures.View.toward_hole(FAR, 240, 135, math.radians(90))),
+    (FAR, kc.pictures.View(160, 80, 2 * math.pi, "equirectangular")),
+    (kc.Camera(0.9, 30.0, inclination=1.2, velocity="static"), kc.pictures.View(160, 120, 0.7)),
     (
         kc.Camera(0.5, 2.2, inclination=0.3, velocity="fiducial"),
-        kc.View(160, 120, 2.0, forward=(0.6, 0.7, 0.2), up=(0, 1, 0)),
+        kc.pictures.View(160, 120, 2.0, forward=(0.6, 0.7, 0.2), up=(0, 1, 0)),
     ),
 ]
 
@@ -49,10 +49,10 @@ def missed(camera, traced, seed):
 @pytest.mark.parametrize(("camera", "view"), VIEWS[:2])
 @pytest.mark.parametrize("quality", ["draft", "normal", "high"])
 def test_the_map_is_as_good_as_it_says(camera, view, quality):
-    traced = kc.trace_view(camera, view, quality=quality)
+    traced = kc.pictures.trace_view(camera, view, quality=quality)
     error = missed(camera, traced, 1)
     assert error.max() < traced.error <= {"draft": 0.1, "normal": 0.02, "high": 0.005}[quality]
-    assert kc.render(camera, view, kc.Checkerboard(), quality=quality).error == traced.error
+    assert kc.render(camera, view, kc.skies.Checkerboard(), quality=quality).error == traced.error
 
 
 @pytest.mark.slow
@@ -60,14 +60,16 @@ def test_the_map_is_as_good_as_it_says(camera, view, quality):
 @pytest.mark.parametrize("scale", [1, 3, 6])
 def test_large_maps_are_as_good_as_they_say(number, scale):
     camera, view = VIEWS[number]
-    large = kc.View(view.width * scale, view.height * scale, view.field_of_view, view.projection, view.forward, view.up)
-    traced = kc.trace_view(camera, large)
+    large = kc.pictures.View(
+        view.width * scale, view.height * scale, view.field_of_view, view.projection, view.forward, view.up
+    )
+    traced = kc.pictures.trace_view(camera, large)
     assert missed(camera, traced, number).max() < traced.error <= 0.02
 
 
 def test_every_pixel_is_seen_once():
     camera, view = VIEWS[0]
-    traced = kc.trace_view(camera, view)
+    traced = kc.pictures.trace_view(camera, view)
     total = np.zeros(view.width * view.height)
     cells = SkyCells(*traced._sky)
     for n in (1, 2, 4):
@@ -84,8 +86,8 @@ def test_every_pixel_is_seen_once():
 def test_a_shadow_within_one_cell_is_seen():
     camera = kc.Camera(0.9, 1e6, velocity="fiducial")
     width = 2 * 5.2 / 1e6
-    view = kc.View(64, 64, 16 * width)
-    scene = kc.render(camera, view, kc.Checkerboard())
+    view = kc.pictures.View(64, 64, 16 * width)
+    scene = kc.render(camera, view, kc.skies.Checkerboard())
     # The shadow is four pixels wide.
     assert (1 - scene.visible_fraction).sum() == pytest.approx(math.pi * 4, rel=0.2)
 
@@ -93,8 +95,8 @@ def test_a_shadow_within_one_cell_is_seen():
 @pytest.mark.slow
 @pytest.mark.parametrize(("camera", "view"), VIEWS[:3])
 def test_images_of_stars_are_those_that_are_certified(camera, view):
-    view = kc.View(4 * view.width, 4 * view.height, view.field_of_view, view.projection, view.forward, view.up)
-    cells = SkyCells(*kc.trace_view(camera, view)._sky)
+    view = kc.pictures.View(4 * view.width, 4 * view.height, view.field_of_view, view.projection, view.forward, view.up)
+    cells = SkyCells(*kc.pictures.trace_view(camera, view)._sky)
     cells = undivided(cells)
     covered = np.zeros((view.height + 64, view.width + 64), bool)
     for x, y, size in zip(cells.x, cells.y, cells.size, strict=True):
@@ -129,12 +131,12 @@ def test_a_star_shines_steadily_while_it_crosses_pixels():
     """JTFT allow 2 %; over the frames of a slow pan the light of one image hardly varies at all."""
     sky = np.array([-0.5, -0.6, 0.5]) / np.linalg.norm([-0.5, -0.6, 0.5])
     beam = kc.trace_beams(FAR, sky)
-    catalogue = kc.StarCatalogue(beam.direction[None], np.zeros(1), np.full(1, 0.65))
-    field = kc.StarField(catalogue, orientation=np.eye(3), band=0)
+    catalogue = kc.skies.StarCatalogue(beam.direction[None], np.zeros(1), np.full(1, 0.65))
+    field = kc.skies.StarField(catalogue, orientation=np.eye(3), band=0)
     total = []
     for frame in range(100):
-        view = kc.View(24, 24, 0.004, forward=sky)
-        view = kc.View(24, 24, 0.004, forward=view.directions(11.5 + 0.03 * frame, 11.5 - 0.017 * frame)[0])
+        view = kc.pictures.View(24, 24, 0.004, forward=sky)
+        view = kc.pictures.View(24, 24, 0.004, forward=view.directions(11.5 + 0.03 * frame, 11.5 - 0.017 * frame)[0])
         light = luminance(kc.render(FAR, view, field).light)
         x, y = np.meshgrid(np.arange(24), np.arange(24))
         total.append((light * view.solid_angle(view.directions(x, y)[1])).sum())

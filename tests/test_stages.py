@@ -40,10 +40,10 @@ def test_what_fails_is_timed_too():
 @pytest.mark.slow
 def test_stages_of_a_rendering_add_up_to_its_time(tmp_path):
     camera = kc.Camera(0.6, 20.0)
-    view, disk = kc.View.toward_hole(camera, 64, 48, 1.5), kc.Disk(6, 12, kc.BlackBody(5000))
-    traced = kc.trace_view(camera, view, disk=disk)
+    view, disk = kc.pictures.View.toward_hole(camera, 64, 48, 1.5), kc.disks.Disk(6, 12, kc.disks.BlackBody(5000))
+    traced = kc.pictures.trace_view(camera, view, disk=disk)
     assert traced.stages.keys() == {"disk_map", "sky_map", "shadow_edge"}
-    seen = traced.show(kc.StarField(), disk=disk)
+    seen = traced.show(kc.skies.StarField(), disk=disk)
     assert seen.stages.keys() == traced.stages.keys() | {"sky_light", "stars", "disk_light"}
     assert 0.9 * seen.seconds < sum(seen.stages.values()) <= seen.seconds
     kc.save(tmp_path / "seen.npz", seen)

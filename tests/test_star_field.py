@@ -17,8 +17,8 @@ STAR = (1.77, -1.07)
 
 
 def one_star(theta, phi):
-    catalogue = kc.StarCatalogue(from_angles(theta, phi)[None], np.zeros(1), np.full(1, 0.65))
-    return kc.StarField(catalogue, orientation=np.eye(3), band=0)
+    catalogue = kc.skies.StarCatalogue(from_angles(theta, phi)[None], np.zeros(1), np.full(1, 0.65))
+    return kc.skies.StarField(catalogue, orientation=np.eye(3), band=0)
 
 
 def received(scene):
@@ -28,7 +28,7 @@ def received(scene):
 
 
 def test_catalogue_holds_known_stars():
-    stars = kc.hipparcos()
+    stars = kc.skies.hipparcos()
     assert len(stars) == 37622
     assert np.abs(np.linalg.norm(stars.direction, axis=1) - 1).max() < 1e-12
     assert stars.magnitude.max() <= 8 and (np.diff(stars.magnitude) >= 0).all()
@@ -58,15 +58,15 @@ def test_tycho_file_is_read_and_merged(tmp_path):
         for name, (form, values) in tables.items()
     ]
     fits.HDUList([fits.PrimaryHDU(), *columns]).writeto(tmp_path / "index.fits")
-    stars = kc.tycho2(tmp_path / "index.fits")
+    stars = kc.skies.tycho2(tmp_path / "index.fits")
     order = np.argsort(magnitude)
     assert np.abs(stars.direction - direction[order]).max() < 2e-9
     assert np.array_equal(stars.magnitude, magnitude[order].astype(float))
-    half = kc.StarCatalogue(direction[:30], np.zeros(30), np.ones(30))
-    both = kc.merged_catalogues(half, stars)
+    half = kc.skies.StarCatalogue(direction[:30], np.zeros(30), np.ones(30))
+    both = kc.skies.merged_catalogues(half, stars)
     assert len(both) == 60 and (both.magnitude == 0).sum() == 30 and (np.diff(both.magnitude) >= 0).all()
     with pytest.raises(ValueError, match="Argument `path` must name a Tycho-2 index file"):
-        kc.tycho2(tmp_path / "none.fits")
+        kc.skies.tycho2(tmp_path / "none.fits")
 
 
 def test_galactic_axes_point_to_the_centre_and_the_pole():
@@ -74,15 +74,15 @@ def test_galactic_axes_point_to_the_centre_and_the_pole():
     assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-12)
     centre = from_angles(math.radians(90 + 28.936), math.radians(266.405))
     assert axes @ centre == pytest.approx([1, 0, 0], abs=1e-4)
-    turn = kc.tilted_galaxy(0.3, 0.0, 0.0)
+    turn = kc.skies.tilted_galaxy(0.3, 0.0, 0.0)
     assert (turn @ axes.T)[:, 2] == pytest.approx([0, -math.sin(0.3), math.cos(0.3)])
     assert (turn @ axes.T)[:, 0] == pytest.approx([1, 0, 0])
 
 
 def narrow_view(sky, shift):
     """24 x 24 pixels in which a direction lies somewhere between pixels; the sky map is nearly linear over them."""
-    view = kc.View(24, 24, 0.004, forward=sky)
-    return kc.View(24, 24, 0.004, forward=view.directions(11.5 + shift[0], 11.5 + shift[1])[0])
+    view = kc.pictures.View(24, 24, 0.004, forward=sky)
+    return kc.pictures.View(24, 24, 0.004, forward=view.directions(11.5 + shift[0], 11.5 + shift[1])[0])
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.5, 0.25), (0.3, 0.9), (0.1, 0.7)])
@@ -115,11 +115,11 @@ def test_a_moving_star_is_the_mean_of_its_moments():
     sky = np.array([0.9, -0.3, 0.3]) / np.linalg.norm([0.9, -0.3, 0.3])
     beam = kc.trace_beams(CAMERA, sky)
     star = one_star(np.arccos(beam.direction[2]), np.arctan2(beam.direction[1], beam.direction[0]))
-    view = kc.trace_view(CAMERA, narrow_view(sky, (0.3, 0.1)))
+    view = kc.pictures.trace_view(CAMERA, narrow_view(sky, (0.3, 0.1)))
     sweep = 8 * view.view.pixel
     blurred = view.show(replace(star, sweep=sweep))
     parts = (np.arange(400) + 0.5) / 400 - 0.5
-    moments = [view.show(kc.TurnedSky(star, float(sweep * part))).light for part in parts]
+    moments = [view.show(kc.skies.TurnedSky(star, float(sweep * part))).light for part in parts]
     mean = np.mean(moments, axis=0)
     assert luminance(blurred.light).max() < 0.5 * luminance(view.show(star).light).max()
     assert np.abs(blurred.light - mean).max() < 0.02 * mean.max()
@@ -156,11 +156,11 @@ def test_band_lies_along_the_galactic_plane():
 )
 def test_star_field_refuses(values):
     with pytest.raises(ValueError, match="Argument"):
-        kc.StarField(**values)
+        kc.skies.StarField(**values)
 
 
 def test_a_catalogue_of_lists_is_rendered():
-    stars = kc.StarCatalogue([[0.0, 0.0, 1.0]], [2.0], [0.6])
-    assert len(kc.merged_catalogues(stars, stars)) == 1
-    view = kc.View(4, 3, 0.2)
-    assert kc.render(kc.Camera(0.5, 20.0), view, kc.StarField(stars, band=0)).light.shape == (3, 4, 3)
+    stars = kc.skies.StarCatalogue([[0.0, 0.0, 1.0]], [2.0], [0.6])
+    assert len(kc.skies.merged_catalogues(stars, stars)) == 1
+    view = kc.pictures.View(4, 3, 0.2)
+    assert kc.render(kc.Camera(0.5, 20.0), view, kc.skies.StarField(stars, band=0)).light.shape == (3, 4, 3)

@@ -21,7 +21,7 @@ def light_of(camera, star, view):
 def test_an_image_that_its_footprint_misses_is_drawn():
     """Magnification 0.0501, where a pixel sees 0.2 rad of the sky; the images of index 0 and 2 lie outside."""
     star = 1.171385974087865, -0.7258046670745755
-    view = kc.View.toward_hole(NEAR, 640, 480, 1.4)
+    view = kc.pictures.View.toward_hole(NEAR, 640, 480, 1.4)
     images = kc.star_images(NEAR, star, max_index=1)
     scene = kc.render(NEAR, view, study.one_star(star))
     assert study.received(scene) == pytest.approx(images.magnification[1], rel=0.003)
@@ -32,7 +32,7 @@ def test_an_image_that_its_footprint_misses_is_drawn():
 def test_an_image_is_drawn_once():
     camera, star = kc.Camera(0.0123145, 4.71771484, 2.33388671, (0, 0, 0)), (2.18973167, -1.18933297)
     total = kc.star_images(camera, star, max_index=3).magnification.sum()
-    assert light_of(camera, star, kc.View(480, 240, *WHOLE)) == pytest.approx(total, rel=0.001)
+    assert light_of(camera, star, kc.pictures.View(480, 240, *WHOLE)) == pytest.approx(total, rel=0.001)
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_an_image_is_drawn_once():
 def test_a_star_has_its_light_at_any_resolution(camera, star):
     total = kc.star_images(camera, star, max_index=3).magnification.sum()
     for width in (24, 48, 160):
-        view = kc.View(width, width // 2, *WHOLE, forward=(0.3, -0.8, 0.5), up=(0.2, 0.1, 0.9))
+        view = kc.pictures.View(width, width // 2, *WHOLE, forward=(0.3, -0.8, 0.5), up=(0.2, 0.1, 0.9))
         assert light_of(camera, star, view) == pytest.approx(total, rel=0.003), width
 
 
@@ -60,7 +60,7 @@ def test_a_star_has_its_light_at_any_resolution(camera, star):
 )
 def test_light_goes_on_across_the_seam_and_the_poles(place):
     camera = kc.Camera(0.3, 40.0, 1.1, "fiducial")
-    view = kc.View(48, 24, *WHOLE)
+    view = kc.pictures.View(48, 24, *WHOLE)
     beam = kc.trace_beams(camera, view.directions(*place)[0])
     star = math.acos(beam.direction[2]), math.atan2(beam.direction[1], beam.direction[0])
     total = kc.star_images(camera, star, max_index=2).magnification.sum()
@@ -71,7 +71,7 @@ def test_light_goes_on_across_the_seam_and_the_poles(place):
 def test_stars_beside_the_border_shine_into_the_picture(place):
     """As much as the filter of a pixel tells: each of its parts is that of a quadratic B-spline."""
     camera = kc.Camera(0.0, 1e7, velocity="fiducial")
-    view = kc.View(24, 24, 0.004, forward=(0.9, -0.3, 0.3))
+    view = kc.pictures.View(24, 24, 0.004, forward=(0.9, -0.3, 0.3))
     n = kc.trace_beams(camera, view.directions(*place)[0]).direction
     scene = kc.render(camera, view, study.one_star((math.acos(n[2]), math.atan2(n[1], n[0]))))
     sides = [np.abs(np.arange(24) - along) for along in place]
@@ -85,11 +85,11 @@ def test_many_stars_bring_as_much_light_as_in_parts():
     rng = np.random.default_rng(4)
     direction = rng.normal(size=(4000, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    traced = kc.trace_view(NEAR, kc.View(64, 32, *WHOLE))
+    traced = kc.pictures.trace_view(NEAR, kc.pictures.View(64, 32, *WHOLE))
 
     def light(some):
-        catalogue = kc.StarCatalogue(direction[some], np.zeros(4000)[some], np.full(4000, 0.65)[some])
-        return study.received(traced.show(kc.StarField(catalogue, orientation=np.eye(3), band=0)))
+        catalogue = kc.skies.StarCatalogue(direction[some], np.zeros(4000)[some], np.full(4000, 0.65)[some])
+        return study.received(traced.show(kc.skies.StarField(catalogue, orientation=np.eye(3), band=0)))
 
     apart = sum(light(slice(start, start + 2000)) for start in (0, 2000))
     assert light(slice(None)) == pytest.approx(apart, rel=0.005)
@@ -103,9 +103,9 @@ def test_light_of_stars_that_are_not_told_apart_is_even():
     camera, rng = kc.Camera(0.999, 2.6, velocity="circular"), np.random.default_rng(8)
     direction = rng.normal(size=(3000, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    catalogue = kc.StarCatalogue(direction, np.zeros(3000), np.full(3000, 0.65))
-    view = kc.View(100, 75, 0.2, forward=kc.shadow_edge(camera, 4)[0])
-    scene = kc.render(camera, view, kc.StarField(catalogue, orientation=np.eye(3), band=0))
+    catalogue = kc.skies.StarCatalogue(direction, np.zeros(3000), np.full(3000, 0.65))
+    view = kc.pictures.View(100, 75, 0.2, forward=kc.shadow_edge(camera, 4)[0])
+    scene = kc.render(camera, view, kc.skies.StarField(catalogue, orientation=np.eye(3), band=0))
     x, y = (axis.ravel() for axis in np.meshgrid(np.arange(100), np.arange(75)))
     sky = kc.trace_beams(camera, view.directions(x, y)[0])
     wide = (sky.delta_plus * view.pixel > 0.4) & (sky.delta_plus * view.pixel < 4)
@@ -125,8 +125,8 @@ def test_random_pictures_of_the_whole_sky_keep_the_light(seed):
 @pytest.mark.parametrize("number", range(6))
 def test_pictures_hold_the_images_that_lie_in_them(projection, number):
     camera, _, rng = next(sky for i, sky in enumerate(study.whole_skies(5)) if i == number)
-    view = kc.View.toward_hole(camera, 200, 150, 1.5, projection)
-    traced = kc.trace_view(camera, view)
+    view = kc.pictures.View.toward_hole(camera, 200, 150, 1.5, projection)
+    traced = kc.pictures.trace_view(camera, view)
     for star in study.random_stars(rng, 10):
         images = kc.star_images(camera, star, max_index=3)
         place = view.pixels(images.sky)

@@ -15,7 +15,7 @@ from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.sphere import from_angles
 
 CAMERA = kc.Camera(0.6, 74.1, math.radians(80), "static")
-VIEW = kc.View(48, 36, math.radians(38))
+VIEW = kc.pictures.View(48, 36, math.radians(38))
 FAR = kc.Camera(0.0, 1e6, math.pi / 2, "static")
 
 
@@ -27,15 +27,15 @@ def hot(radius, theta, azimuth):
     return 6000 * (radius / 10) ** -0.5 * (1 + 0.2 * np.sin(2 * azimuth))
 
 
-TORUS = kc.Volume(torus, hot, 5.0, 22.0, scale=2.0, motion="fiducial")
+TORUS = kc.disks.Volume(torus, hot, 5.0, 22.0, scale=2.0, motion="fiducial")
 
 
 @pytest.mark.slow
 def test_the_error_is_honest_and_falls_with_the_step():
-    finest = kc.render_volume(CAMERA, VIEW, TORUS, beaming=True, colour_shift=True, step=0.1)
+    finest = kc.pictures.render_volume(CAMERA, VIEW, TORUS, beaming=True, colour_shift=True, step=0.1)
     whole, errors = luminance(finest.light).max(), []
     for step in (2.0, 0.5):
-        found = kc.render_volume(CAMERA, VIEW, TORUS, beaming=True, colour_shift=True, step=step)
+        found = kc.pictures.render_volume(CAMERA, VIEW, TORUS, beaming=True, colour_shift=True, step=step)
         wrong = np.maximum(
             np.abs(luminance(found.light) - luminance(finest.light)) / whole,
             np.abs(found.transmission - finest.transmission),
@@ -46,28 +46,28 @@ def test_the_error_is_honest_and_falls_with_the_step():
 
 
 def test_an_opaque_volume_shows_its_source():
-    volume = kc.Volume(50.0, 5000.0, 4.0, 12.0, motion="static")
-    found = kc.render_volume(CAMERA, VIEW, volume)
+    volume = kc.disks.Volume(50.0, 5000.0, 4.0, 12.0, motion="static")
+    found = kc.pictures.render_volume(CAMERA, VIEW, volume)
     within = found.transmission < 1e-5
     assert within.sum() > 200
-    assert np.allclose(found.light[within], kc.black_body(5000.0), rtol=3e-5)
+    assert np.allclose(found.light[within], kc.pictures.black_body(5000.0), rtol=3e-5)
 
 
 def test_static_matter_shines_with_the_shift_of_its_depth():
     """The first light comes from the surface: a black body of g T, with g by the lapse of a hole without spin."""
     camera = kc.Camera(0.0, 50.0, 1.3, "static")
-    volume = kc.Volume(1e4, 5000.0, 4.0, 12.0, motion="static")
-    view = kc.View(8, 8, math.radians(2))
-    found = kc.render_volume(camera, view, volume, beaming=True, colour_shift=True)
+    volume = kc.disks.Volume(1e4, 5000.0, 4.0, 12.0, motion="static")
+    view = kc.pictures.View(8, 8, math.radians(2))
+    found = kc.pictures.render_volume(camera, view, volume, beaming=True, colour_shift=True)
     ratio = math.sqrt((1 - 2 / 12) / (1 - 2 / 50))
-    assert np.allclose(found.light, kc.black_body(5000.0 * ratio), rtol=2e-4)
+    assert np.allclose(found.light, kc.pictures.black_body(5000.0 * ratio), rtol=2e-4)
 
 
 def test_a_thin_ball_in_flat_space_is_as_bright_as_it_is_long():
     """Far out nothing bends: along a chord of the ball the light is density times length, but for the hole in it."""
     radius, density = 2e5, 1e-9
-    volume = kc.Volume(density, 6504.0, 1e3, radius, motion="static")
-    view = kc.View(200, 1, 2 * math.tan(0.15))
+    volume = kc.disks.Volume(density, 6504.0, 1e3, radius, motion="static")
+    view = kc.pictures.View(200, 1, 2 * math.tan(0.15))
     sky, steps = view.directions(np.arange(100, 200), np.zeros(100))
     found = marched(Marching(FAR, volume, False, False, 0.5), sky, steps)
     offset = 1e6 * np.sqrt(1 - sky[:, 0] ** 2)
@@ -87,8 +87,8 @@ def test_a_thin_cloud_in_flat_space_is_an_integral():
         place = np.stack([s * np.cos(azimuth), s * np.sin(azimuth), radius * np.cos(theta)], axis=-1)
         return 1e-9 * np.exp(-((place - centre) ** 2).sum(axis=-1) / (2 * wide**2))
 
-    volume = kc.Volume(cloud, 6504.0, 1e3, 1e5, scale=5e3, motion="static")
-    view = kc.View(40, 40, 0.12)
+    volume = kc.disks.Volume(cloud, 6504.0, 1e3, 1e5, scale=5e3, motion="static")
+    view = kc.pictures.View(40, 40, 0.12)
     y, x = (place.ravel() for place in np.mgrid[:40, :40])
     sky, steps = view.directions(x, y)
     found = marched(Marching(FAR, volume, False, False, 0.5), sky, steps)
@@ -101,10 +101,10 @@ def test_a_thin_cloud_in_flat_space_is_an_integral():
 
 @pytest.mark.slow
 def test_captured_rays_are_black_only_behind_the_volume():
-    sky = kc.Checkerboard()
-    shell = kc.Volume(torus, hot, 8.0, 20.0, scale=2.0)
-    bare, found = kc.render(CAMERA, VIEW, sky), kc.render_volume(CAMERA, VIEW, shell, sky)
-    alone = kc.render_volume(CAMERA, VIEW, shell)
+    sky = kc.skies.Checkerboard()
+    shell = kc.disks.Volume(torus, hot, 8.0, 20.0, scale=2.0)
+    bare, found = kc.render(CAMERA, VIEW, sky), kc.pictures.render_volume(CAMERA, VIEW, shell, sky)
+    alone = kc.pictures.render_volume(CAMERA, VIEW, shell)
     shadow = bare.visible_fraction == 0
     assert shadow.sum() > 30 and found.light[shadow].sum(axis=-1).max() > 0.01
     transmission = found.transmission[..., None]
@@ -115,7 +115,7 @@ def test_captured_rays_are_black_only_behind_the_volume():
 @pytest.mark.parametrize("camera", [CAMERA, kc.Camera(0.95, 6.0, 1.0, "fiducial")], ids=["far", "near"])
 def test_paths_are_those_of_trace_beams(camera):
     """Rays marched to an opaque shell nearly at infinity, whose temperature tells the place, end where beams do."""
-    view = kc.View.toward_hole(camera, 12, 9, 0.3 if camera is CAMERA else 2.0)
+    view = kc.pictures.View.toward_hole(camera, 12, 9, 0.3 if camera is CAMERA else 2.0)
     y, x = (place.ravel() for place in np.mgrid[:9, :12])
     sky, steps = view.directions(x, y)
     direction = kc.trace_beams(camera, sky).direction
@@ -128,12 +128,12 @@ def test_paths_are_those_of_trace_beams(camera):
         def temperature(radius, theta, azimuth, axis=axis):
             return 6000 + 3000 * from_angles(theta, azimuth)[:, axis]
 
-        shell = kc.Volume(
+        shell = kc.disks.Volume(
             lambda radius, *_: (radius > 1e7).astype(float), temperature, 3.0, 1e8, scale=1e8, motion="static"
         )
         light = luminance(marched(Marching(camera, shell, False, False, 0.5), sky, steps).light)
         assert np.array_equal(light > 0, escaped)
-        found = (np.interp(light, luminance(kc.black_body(warmth)), warmth) - 6000) / 3000
+        found = (np.interp(light, luminance(kc.pictures.black_body(warmth)), warmth) - 6000) / 3000
         wrong = np.hypot(wrong, (found - direction[:, axis])[escaped])
     # Where the beam is narrow the end is as good as the step.
     assert wrong.max() < 2e-3 and np.median(wrong) < 1e-5
@@ -145,13 +145,13 @@ def test_energies_are_those_of_the_emitters():
     for name in ("circular", "fiducial", "static"):
         motion = EMITTERS[name](spin, radius, 0.0)
         expected = (1 - motion.orbital * light.b) / np.sqrt(motion.slowness)
-        volume = kc.Volume(1.0, 5000.0, 3.0, 40.0, motion=name)
+        volume = kc.disks.Volume(1.0, 5000.0, 3.0, 40.0, motion=name)
         found = volume.energy(spin, light.b, radius, np.full(3, math.pi / 2))
         assert np.allclose(found, expected, rtol=1e-13)
-    still = kc.Volume(1.0, 5000.0, 1.5, 40.0, motion="static")
+    still = kc.disks.Volume(1.0, 5000.0, 1.5, 40.0, motion="static")
     assert np.isnan(still.energy(0.9, 0.0, np.array([1.6]), np.array([math.pi / 2]))).all()
-    given = kc.Volume(1.0, 5000.0, 3.0, 40.0, motion=lambda r, theta: 1 / (spin + r**1.5))
-    circle = kc.Volume(1.0, 5000.0, 3.0, 40.0)
+    given = kc.disks.Volume(1.0, 5000.0, 3.0, 40.0, motion=lambda r, theta: 1 / (spin + r**1.5))
+    circle = kc.disks.Volume(1.0, 5000.0, 3.0, 40.0)
     at = spin, light.b, radius, np.full(3, math.pi / 2)
     assert np.allclose(given.energy(*at), circle.energy(*at))
 
@@ -159,15 +159,17 @@ def test_energies_are_those_of_the_emitters():
 def grid_of(law, shape, inner=5.0, outer=22.0):
     sides = [(np.arange(count) + 0.5) / count for count in shape]
     radius = inner * (outer / inner) ** sides[0]
-    return kc.VolumeGrid(law(*np.meshgrid(radius, np.pi * sides[1], 2 * np.pi * sides[2], indexing="ij")), inner, outer)
+    return kc.disks.VolumeGrid(
+        law(*np.meshgrid(radius, np.pi * sides[1], 2 * np.pi * sides[2], indexing="ij")), inner, outer
+    )
 
 
 @pytest.mark.slow
 def test_a_grid_is_seen_as_its_function():
     grid = grid_of(torus, (24, 48, 1))
-    view = kc.View(36, 24, math.radians(38))
-    one = kc.render_volume(CAMERA, view, kc.Volume(grid, 5500.0, 5.0, 22.0))
-    other = kc.render_volume(CAMERA, view, kc.Volume(torus, 5500.0, 5.0, 22.0, scale=2.0))
+    view = kc.pictures.View(36, 24, math.radians(38))
+    one = kc.pictures.render_volume(CAMERA, view, kc.disks.Volume(grid, 5500.0, 5.0, 22.0))
+    other = kc.pictures.render_volume(CAMERA, view, kc.disks.Volume(torus, 5500.0, 5.0, 22.0, scale=2.0))
     wrong = np.abs(one.light - other.light).max(axis=-1) / other.light.max()
     # Beams of pixels 1 degree wide see the coarser grids.
     assert np.median(wrong) < 0.01 and np.quantile(wrong, 0.9) < 0.06 and one.light.max() > 0.1
@@ -175,27 +177,27 @@ def test_a_grid_is_seen_as_its_function():
 
 def test_a_wide_beam_sees_the_mean_of_a_grid():
     rng = np.random.default_rng(3)
-    grid = kc.VolumeGrid(rng.uniform(0, 1, (16, 32, 64)), 5.0, 22.0)
+    grid = kc.disks.VolumeGrid(rng.uniform(0, 1, (16, 32, 64)), 5.0, 22.0)
     place = rng.uniform(6, 20, 400), rng.uniform(0.3, 2.8, 400), rng.uniform(-9, 9, 400)
     fine, coarse = grid.mean(*place), grid.mean(*place, width=16 * grid.cell * place[0])
     assert fine.std() > 0.1 and coarse.std() < 0.02 and abs(coarse.mean() - 0.5) < 0.02
     r, theta, phi = (np.array([value]) for value in (10.0, 1.2, 0.7))
     assert np.allclose(grid.mean(r, theta, phi), grid.mean(r, theta, phi + 2 * np.pi))
     middle = 5.0 * (22 / 5) ** (3.5 / 16), 4.5 * np.pi / 32, 6.5 * np.pi / 32
-    one = kc.VolumeGrid(np.eye(64)[6] * np.eye(32)[4][:, None] * np.eye(16)[3][:, None, None], 5.0, 22.0)
+    one = kc.disks.VolumeGrid(np.eye(64)[6] * np.eye(32)[4][:, None] * np.eye(16)[3][:, None, None], 5.0, 22.0)
     assert math.isclose(float(one.mean(*(np.array([value]) for value in middle))[0]), 1.0, rel_tol=1e-9)
 
 
 def test_far_out_beams_are_as_wide_as_they_are_long():
     """The width at which a grid is asked for, where a ray comes to it: the larger diameter, whatever the pixel."""
 
-    class Asked(kc.VolumeGrid):
+    class Asked(kc.disks.VolumeGrid):
         def mean(self, radius, theta, azimuth, width=0.0):
             places.append((from_angles(theta, azimuth) * radius[:, None], width))
             return super().mean(radius, theta, azimuth, width)
 
-    volume = kc.Volume(Asked(np.ones((16, 16, 1)), 500.0, 1000.0), 5000.0, 500.0, 1000.0)
-    view = kc.View(9, 9, 1e-3)
+    volume = kc.disks.Volume(Asked(np.ones((16, 16, 1)), 500.0, 1000.0), 5000.0, 500.0, 1000.0)
+    view = kc.pictures.View(9, 9, 1e-3)
     x, y = np.array([1, 4, 6]), np.array([2, 4, 8])
     sky, steps = view.directions(x, y)
     steps = steps @ np.array([[[1.0, 0.3], [0.0, 0.5]], [[0.4, 2.0], [-1.0, 0.0]], [[3.0, 0.0], [0.0, 1.0]]])
@@ -209,16 +211,16 @@ def test_far_out_beams_are_as_wide_as_they_are_long():
 
 
 BAD = {
-    "density": lambda: kc.Volume(-1.0, 5000.0, 4.0, 9.0),
-    "temperature": lambda: kc.Volume(1.0, "hot", 4.0, 9.0),
-    "scale": lambda: kc.Volume(torus, 5000.0, 4.0, 9.0),
-    "motion": lambda: kc.Volume(1.0, 5000.0, 4.0, 9.0, motion="falling"),
-    "inner": lambda: kc.Volume(1.0, 5000.0, 9.0, 4.0),
-    "outer": lambda: kc.Volume(1.0, 5000.0, 9.0, math.inf),
-    "brightness": lambda: kc.Volume(1.0, 5000.0, 4.0, 9.0, brightness=math.nan),
-    "values": lambda: kc.VolumeGrid(np.zeros((3, 4)), 4.0, 9.0),
-    "volume": lambda: kc.render_volume(CAMERA, VIEW, kc.BlackBody(5000)),
-    "step": lambda: kc.render_volume(CAMERA, VIEW, TORUS, step=0.0),
+    "density": lambda: kc.disks.Volume(-1.0, 5000.0, 4.0, 9.0),
+    "temperature": lambda: kc.disks.Volume(1.0, "hot", 4.0, 9.0),
+    "scale": lambda: kc.disks.Volume(torus, 5000.0, 4.0, 9.0),
+    "motion": lambda: kc.disks.Volume(1.0, 5000.0, 4.0, 9.0, motion="falling"),
+    "inner": lambda: kc.disks.Volume(1.0, 5000.0, 9.0, 4.0),
+    "outer": lambda: kc.disks.Volume(1.0, 5000.0, 9.0, math.inf),
+    "brightness": lambda: kc.disks.Volume(1.0, 5000.0, 4.0, 9.0, brightness=math.nan),
+    "values": lambda: kc.disks.VolumeGrid(np.zeros((3, 4)), 4.0, 9.0),
+    "volume": lambda: kc.pictures.render_volume(CAMERA, VIEW, kc.disks.BlackBody(5000)),
+    "step": lambda: kc.pictures.render_volume(CAMERA, VIEW, TORUS, step=0.0),
 }
 
 
@@ -231,15 +233,15 @@ def test_bad_input_is_one_line(name):
 
 def test_more_bad_input():
     with pytest.raises(ValueError, match="horizon radius"):
-        kc.render_volume(CAMERA, VIEW, kc.Volume(1.0, 5000.0, 1.0, 9.0))
+        kc.pictures.render_volume(CAMERA, VIEW, kc.disks.Volume(1.0, 5000.0, 1.0, 9.0))
     with pytest.raises(ValueError, match="not negative"):
-        kc.render_volume(CAMERA, VIEW, kc.Volume(lambda r, t, p: -r, 5000.0, 4.0, 9.0, scale=1.0))
+        kc.pictures.render_volume(CAMERA, VIEW, kc.disks.Volume(lambda r, t, p: -r, 5000.0, 4.0, 9.0, scale=1.0))
 
 
 def test_without_a_hole_the_disk_is_an_ellipse_and_the_sky_stays():
     camera = kc.Camera(0.6, 50.0, math.radians(60), "static")
-    view = kc.View(160, 120, math.radians(40))
-    disk = kc.Disk(5.0, 12.0, kc.BlackBody(6504))
+    view = kc.pictures.View(160, 120, math.radians(40))
+    disk = kc.disks.Disk(5.0, 12.0, kc.disks.BlackBody(6504))
     light = render_flat(camera, view, disk=disk)[..., 0]
     # Solid angle of a small disk far away: area times cosine over the square of the distance, corrected by its size.
     y, x = np.mgrid[:120, :160]
@@ -256,19 +258,21 @@ def test_without_a_hole_the_disk_is_an_ellipse_and_the_sky_stays():
 @pytest.mark.slow
 def test_far_from_the_hole_the_flat_picture_is_that_of_render():
     camera = kc.Camera(0.0, 1e7, math.radians(70), "static")
-    view = kc.View(60, 40, math.radians(30), forward=(0.2, 0.9, 0.3))
-    sky = kc.Checkerboard()
+    view = kc.pictures.View(60, 40, math.radians(30), forward=(0.2, 0.9, 0.3))
+    sky = kc.skies.Checkerboard()
     assert np.allclose(render_flat(camera, view, sky), kc.render(camera, view, sky).light, atol=2e-3)
-    view = kc.View(80, 40, 2.4e-2)
-    disk = kc.Disk(3e4, 1e5, kc.Swatches(), opacity=0.7)
+    view = kc.pictures.View(80, 40, 2.4e-2)
+    disk = kc.disks.Disk(3e4, 1e5, kc.disks.Swatches(), opacity=0.7)
     one, other = render_flat(camera, view, disk=disk), kc.render(camera, view, disk=disk).light
     assert other.max() > 0.3 and np.abs(one - other).mean() < 0.003
 
 
 def test_the_horizon_is_not_in_the_volume():
     """Rays that fall in through a volume that reaches down to the horizon end, with finite light."""
-    volume = kc.Volume(0.1, 5000.0, kerr.horizon(0.6) + 1e-3, 12.0, motion="fiducial")
-    found = kc.render_volume(CAMERA, kc.View(30, 20, math.radians(16)), volume, beaming=True, colour_shift=True)
+    volume = kc.disks.Volume(0.1, 5000.0, kerr.horizon(0.6) + 1e-3, 12.0, motion="fiducial")
+    found = kc.pictures.render_volume(
+        CAMERA, kc.pictures.View(30, 20, math.radians(16)), volume, beaming=True, colour_shift=True
+    )
     assert np.isfinite(found.light).all() and found.transmission.min() < 0.5
     falling = marched(Marching(CAMERA, volume, True, True, 0.5), np.array([[-1.0, 0.0, 0.0]]), np.zeros((1, 3, 2)))
     assert 0 < falling.transmission[0] < 0.5 and falling.steps < 80

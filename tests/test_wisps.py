@@ -13,7 +13,7 @@ CAMERA = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
 
 @pytest.fixture(scope="module")
 def wisps():
-    return kc.Wisps(4500, 9.26, 18.70, depth=0.8, contrast=1.0, seed=3)
+    return kc.disks.Wisps(4500, 9.26, 18.70, depth=0.8, contrast=1.0, seed=3)
 
 
 def samples_at(radius, azimuth, ratio=1.0):
@@ -29,15 +29,17 @@ def test_it_shines_with_what_it_takes(wisps):
     samples = samples_at(np.linspace(9.26, 18.70, 500), np.linspace(-9, 9, 500))
     opacity = wisps.opacity(samples.radius, samples.azimuth)
     assert opacity.min() >= 0 and opacity.max() <= 1 and opacity.std() > 0.1
-    assert wisps.light(samples, False, False) == pytest.approx(opacity[:, None] * kc.black_body(4500), abs=1e-6)
+    assert wisps.light(samples, False, False) == pytest.approx(
+        opacity[:, None] * kc.pictures.black_body(4500), abs=1e-6
+    )
 
 
 @pytest.mark.slow
 def test_a_picture_shines_with_what_it_takes(wisps):
-    disk = kc.Disk(9.26, 18.70, wisps, opacity=wisps.opacity, slant=False)
+    disk = kc.disks.Disk(9.26, 18.70, wisps, opacity=wisps.opacity, slant=False)
     left = -math.cos(math.radians(12)), -math.sin(math.radians(12)), 0.0
-    rendering = kc.render(CAMERA, kc.View(120, 60, math.radians(4), forward=left), disk=disk)
-    wanted = (1 - rendering.transmission)[..., None] * kc.black_body(4500)
+    rendering = kc.render(CAMERA, kc.pictures.View(120, 60, math.radians(4), forward=left), disk=disk)
+    wanted = (1 - rendering.transmission)[..., None] * kc.pictures.black_body(4500)
     wrong = np.abs(rendering.light - wanted) / wanted.max()
     assert rendering.transmission.min() < 0.5
     assert np.median(wrong[wanted > 0]) < 0.003 and wrong.max() < 0.08
@@ -55,27 +57,27 @@ def test_it_is_soft_at_the_rims_and_has_no_seam(wisps):
 
 
 def test_its_depth_is_what_was_asked_for():
-    wisps = kc.Wisps(4500, 9.26, 18.70, depth=0.5, contrast=0.8)
+    wisps = kc.disks.Wisps(4500, 9.26, 18.70, depth=0.5, contrast=0.8)
     radius, azimuth = np.meshgrid(np.linspace(11, 17, 200), np.linspace(0, 2 * math.pi, 400))
     depth = -np.log1p(-wisps.opacity(radius.ravel(), azimuth.ravel()))
     assert depth.mean() == pytest.approx(0.5, rel=0.1)
     assert np.log(depth).std() == pytest.approx(0.8, rel=0.1)
-    even = kc.Wisps(4500, 9.26, 18.70, depth=0.5, contrast=0.0)
+    even = kc.disks.Wisps(4500, 9.26, 18.70, depth=0.5, contrast=0.0)
     assert even.opacity(np.array([13.0]), np.array([1.0])) == pytest.approx(1 - math.exp(-0.5), rel=1e-6)
 
 
 @pytest.mark.parametrize("shifts", [(True, False), (False, True), (True, True)])
 def test_light_shifts_as_that_of_a_black_body(shifts):
-    deep = kc.Wisps(4500, 9.26, 18.70, depth=100.0, contrast=0.0)
+    deep = kc.disks.Wisps(4500, 9.26, 18.70, depth=100.0, contrast=0.0)
     samples = samples_at(np.linspace(12, 16, 9), np.linspace(0, 6, 9), ratio=0.8)
-    assert deep.light(samples, *shifts) == pytest.approx(kc.BlackBody(4500).light(samples, *shifts), rel=1e-5)
+    assert deep.light(samples, *shifts) == pytest.approx(kc.disks.BlackBody(4500).light(samples, *shifts), rel=1e-5)
 
 
 def test_other_seeds_make_other_wisps(wisps):
     radius, azimuth = np.full(300, 14.0), np.linspace(0, 6, 300)
     here = wisps.opacity(radius, azimuth)
-    assert np.array_equal(here, kc.Wisps(4500, 9.26, 18.70, 0.8, 1.0, 3).opacity(radius, azimuth))
-    assert np.abs(here - kc.Wisps(4500, 9.26, 18.70, 0.8, 1.0, 4).opacity(radius, azimuth)).max() > 0.2
+    assert np.array_equal(here, kc.disks.Wisps(4500, 9.26, 18.70, 0.8, 1.0, 3).opacity(radius, azimuth))
+    assert np.abs(here - kc.disks.Wisps(4500, 9.26, 18.70, 0.8, 1.0, 4).opacity(radius, azimuth)).max() > 0.2
 
 
 @pytest.mark.parametrize(
@@ -91,5 +93,5 @@ def test_other_seeds_make_other_wisps(wisps):
 )
 def test_bad_input_is_one_line(values, words):
     with pytest.raises(ValueError, match=words) as told:
-        kc.Wisps(**{"peak": 4500, "inner": 9.26, "outer": 18.70, **values})
+        kc.disks.Wisps(**{"peak": 4500, "inner": 9.26, "outer": 18.70, **values})
     assert "\n" not in str(told.value)

@@ -19,8 +19,8 @@ import kerrcaustics as kc
 from kerrcaustics.draw.scenes import show_critical_curves
 
 camera = kc.Camera(spin=0.999, radius=6.03)
-view = kc.View.toward_hole(camera, width=480, height=400, field_of_view=2.6, projection="fisheye")
-stars = kc.render(camera, view, kc.StarField())
+view = kc.pictures.View.toward_hole(camera, width=480, height=400, field_of_view=2.6, projection="fisheye")
+stars = kc.render(camera, view, kc.skies.StarField())
 ax = stars.plot(exposure=1 / 2500)
 show_critical_curves(ax, view, kc.caustics(camera, orders=2))
 plt.show()
@@ -35,7 +35,7 @@ plt.show()
 #
 # A chess board in place of stars shows how the sky is stretched.
 
-board = kc.render(camera, view, kc.Checkerboard())
+board = kc.render(camera, view, kc.skies.Checkerboard())
 ax = board.plot(exposure=1.0, curve="linear")
 show_critical_curves(ax, view, kc.caustics(camera, orders=2))
 plt.show()
@@ -51,8 +51,8 @@ plt.show()
 # that plane.
 
 far = kc.Camera(spin=0.6, radius=74.1, inclination=1.51, velocity="static")
-disk = kc.Disk(inner=9.26, outer=18.70, emission=kc.BlackBody(4500))
-rendering = kc.render(far, kc.View(480, 200, 0.7), disk=disk)
+disk = kc.disks.Disk(inner=9.26, outer=18.70, emission=kc.disks.BlackBody(4500))
+rendering = kc.render(far, kc.pictures.View(480, 200, 0.7), disk=disk)
 rendering.plot()
 plt.show()
 
@@ -60,6 +60,6 @@ plt.show()
 # The arch over the shadow is the far part of the disk, whose light is bent over the hole; below is its underside.
 # Gas that comes toward us is brighter and bluer:
 
-shifted = kc.render(far, kc.View(480, 200, 0.7), disk=disk, beaming=True, colour_shift=True)
+shifted = kc.render(far, kc.pictures.View(480, 200, 0.7), disk=disk, beaming=True, colour_shift=True)
 shifted.plot()
 plt.show()

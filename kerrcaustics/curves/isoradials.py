@@ -53,15 +53,15 @@ class Isoradial:
         return f"<Isoradial r = {self.radius:g}, crossing {self.crossing}, {len(self.sky)} points, {what}>"
 
 
-@result("disk-images/1", record="isoradials")
-class DiskImages(Items[Isoradial]):
-    """The images of a disk's rims, crossing by crossing: what `disk_images` returns, a sequence of `Isoradial`."""
+@result("isoradials/1", record="isoradials")
+class IsoradialSet(Items[Isoradial]):
+    """The images of a disk's rims, crossing by crossing: what `isoradials` returns, a sequence of `Isoradial`."""
 
     isoradials: tuple[Isoradial, ...] = quantity("curve", "", "inner and outer rim of the first image, then the next")
 
 
 @usual_warnings
-def disk_images(
+def isoradials(
     camera: Viewer,
     radii: ArrayLike,
     crossings: int = 4,
@@ -69,7 +69,7 @@ def disk_images(
     motion: str = "circular",
     *,
     time: bool = False,
-) -> DiskImages:
+) -> IsoradialSet:
     """Where circles in the equatorial plane are seen: the rims of a disk's images, or any isoradials.
 
     Parameters
@@ -88,7 +88,7 @@ def disk_images(
 
     Returns
     -------
-    DiskImages
+    IsoradialSet
         For each crossing, the images of all circles. Circles that are not seen at a crossing are left out.
 
     Raises
@@ -108,7 +108,7 @@ def disk_images(
     --------
     >>> import kerrcaustics as kc
     >>> camera = kc.Camera(spin=0.9, radius=10)
-    >>> [(curve.crossing, curve.radius, curve.closed) for curve in kc.disk_images(camera, [20.0], 2)]
+    >>> [(curve.crossing, curve.radius, curve.closed) for curve in kc.isoradials(camera, [20.0], 2)]
     [(1, 20.0, True), (2, 20.0, True)]
     """
     circles = check_circles(camera, "radii", radii)
@@ -119,7 +119,7 @@ def disk_images(
     for crossing in range(1, crossings + 1):
         lines = Lines(camera, edge_phase, EquatorialPlane(crossing, motion))
         found += [curve for radius in circles for curve in lines.curves(float(radius), time=time)]
-    return DiskImages(tuple(found))
+    return IsoradialSet(tuple(found))
 
 
 def check_circles(camera: Viewer, name: str, radii: ArrayLike) -> Float[Array, " circles"]:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.curves.isoradials import Isoradial, disk_images
+from kerrcaustics.curves.isoradials import Isoradial, isoradials
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import Backdrop, Film, blank_frame
 from kerrcaustics.draw.light_curves import crossing_colour, in_degrees_about_hole, show_flux, show_orbit
@@ -38,7 +38,7 @@ class SpotFrames:
         self.light = light
         self.times = light.time.min() + light.period * np.arange(frames) / frames
         self._orbital = float(EMITTERS[motion](light.camera.spin, light.radius, 0.0).orbital)
-        curves = disk_images(light.camera, [light.radius], len(light.shares), _POINTS, motion, time=True)
+        curves = isoradials(light.camera, [light.radius], len(light.shares), _POINTS, motion, time=True)
         self._rings = [(curve.crossing, *_ring(curve, self._orbital, light)) for curve in curves]
         self._brightest = max(float(np.quantile(ring[3], 0.99)) for ring in self._rings)
         order = np.argsort(light.time)

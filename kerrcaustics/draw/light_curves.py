@@ -9,7 +9,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kerrcaustics.curves.isoradials import disk_images
+from kerrcaustics.curves.isoradials import isoradials
 from kerrcaustics.draw import style
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -60,7 +60,7 @@ def show_orbit(ax: Axes, light: "LightCurve") -> None:
     """The images of the orbit about the shadow; creations (circles), annihilations (crosses), the centroid (grey)."""
     crossings = len(light.shares)
     ax.fill(*in_degrees_about_hole(shadow_edge(light.camera, 400)).T, color="0.85")
-    for curve in disk_images(light.camera, [light.radius], crossings, _POINTS):
+    for curve in isoradials(light.camera, [light.radius], crossings, _POINTS):
         ax.plot(
             *in_degrees_about_hole(np.append(curve.sky, curve.sky[:1], axis=0)).T,
             color=crossing_colour(curve.crossing),

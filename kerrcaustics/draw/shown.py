@@ -28,7 +28,7 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "CircleImages": sky_results.circle_curves,
     "CountMap": lambda ax, counts, **settings: _on_surface(counts, _MAPS)(ax, counts, **settings),
     "Cusp": sky_results.cusp_place,
-    "DiskImages": sky_results.isoradials,
+    "IsoradialSet": sky_results.isoradials,
     "FollowedStar": sky_results.followed_images,
     "Footprint": sky_results.footprint_places,
     "ImageCounts": lambda ax, counts: _on_surface(counts, _COUNTS)(ax, counts),

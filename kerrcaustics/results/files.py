@@ -28,7 +28,7 @@ HOMES = {
     "beams.ends": "CelestialSphere Sphere EquatorialPlane",
     "beams.paths": "SpacePoints RayPaths",
     "curves.caustic": "Cusp Caustic CausticSet",
-    "curves.isoradials": "Isoradial DiskImages",
+    "curves.isoradials": "Isoradial IsoradialSet",
     "curves.light_curves": "SpotEvent LightCurve",
     "curves.tubes": "CausticTube",
     "curves.plane_caustics": "PlaneCaustic PlaneCausticSet",

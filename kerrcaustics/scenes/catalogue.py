@@ -48,7 +48,7 @@ class StarCatalogue(Shown):
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.StarCatalogue(direction=[[0.0, 0.0, 1.0]], magnitude=[2.0], colour_index=[0.6]).magnitude
+    >>> kc.skies.StarCatalogue(direction=[[0.0, 0.0, 1.0]], magnitude=[2.0], colour_index=[0.6]).magnitude
     array([2.])
     """
 
@@ -85,7 +85,7 @@ def hipparcos() -> StarCatalogue:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> len(kc.hipparcos())
+    >>> len(kc.skies.hipparcos())
     37622
     """
     with np.load(_FILE, allow_pickle=False) as stored:
@@ -116,7 +116,7 @@ def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.tycho2("index-tycho2-10.littleendian.fits")  # doctest: +SKIP
+    >>> kc.skies.tycho2("index-tycho2-10.littleendian.fits")  # doctest: +SKIP
     """
     try:
         from astropy.io import fits
@@ -161,8 +161,8 @@ def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalog
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> stars = kc.hipparcos()
-    >>> len(kc.merged_catalogues(stars, stars)) == len(stars)
+    >>> stars = kc.skies.hipparcos()
+    >>> len(kc.skies.merged_catalogues(stars, stars)) == len(stars)
     True
     """
     instance_of("first", first, StarCatalogue)
@@ -209,7 +209,7 @@ def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.tilted_galaxy(tilt=0.4, node=-1.0, centre=1.0).shape
+    >>> kc.skies.tilted_galaxy(tilt=0.4, node=-1.0, centre=1.0).shape
     (3, 3)
     """
     for name, value in (("tilt", tilt), ("node", node), ("centre", centre)):

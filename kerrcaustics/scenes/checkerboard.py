@@ -79,7 +79,7 @@ class Checkerboard:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.Checkerboard(rows=9, columns=18).gap
+    >>> kc.skies.Checkerboard(rows=9, columns=18).gap
     0.16
     """
 

@@ -72,7 +72,7 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> red, green, blue = kc.black_body(3000.0)
+    >>> red, green, blue = kc.pictures.black_body(3000.0)
     >>> bool(red > green > blue)
     True
     """
@@ -206,7 +206,7 @@ def tone_mapped(
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.tone_mapped([[0.0, 0.5, 1.0]]).tolist()
+    >>> kc.pictures.tone_mapped([[0.0, 0.5, 1.0]]).tolist()
     [[0, 188, 255]]
     """
     one_of("curve", curve, CURVES)

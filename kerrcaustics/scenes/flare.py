@@ -62,7 +62,7 @@ def with_glare(
     >>> import numpy as np
     >>> light = np.zeros((9, 9, 3))
     >>> light[4, 4] = 1.0
-    >>> round(float(kc.with_glare(light, kc.glare_kernel(0.2, 2.0)).sum()), 3)
+    >>> round(float(kc.pictures.with_glare(light, kc.pictures.glare_kernel(0.2, 2.0)).sum()), 3)
     2.808
     """
     picture = _numbers("light", light)
@@ -99,7 +99,7 @@ def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | 
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> spread = kc.glare_kernel(share=0.2, width=2.0)
+    >>> spread = kc.pictures.glare_kernel(share=0.2, width=2.0)
     >>> spread.shape[0] == spread.shape[1]
     True
     """

@@ -43,8 +43,8 @@ class ShutterMotion:
     --------
     >>> import kerrcaustics as kc
     >>> cameras = [kc.Camera(0.9, radius, velocity=(-0.3, 0, 0.2)) for radius in (6.1, 6.0)]
-    >>> views = [kc.View.toward_hole(camera, 64, 36, 1.4) for camera in cameras]
-    >>> motion = kc.ShutterMotion(cameras, views, azimuths=(-0.02, 0.02), times=(-0.2, 0.2))
+    >>> views = [kc.pictures.View.toward_hole(camera, 64, 36, 1.4) for camera in cameras]
+    >>> motion = kc.pictures.ShutterMotion(cameras, views, azimuths=(-0.02, 0.02), times=(-0.2, 0.2))
     """
 
     cameras: tuple[Camera, Camera]

@@ -56,7 +56,7 @@ class Panorama:
     --------
     >>> import kerrcaustics as kc
     >>> import numpy as np
-    >>> kc.Panorama(np.ones((16, 32, 3)))
+    >>> kc.skies.Panorama(np.ones((16, 32, 3)))
     <Panorama of 32 x 16 pixels>
     """
 
@@ -163,8 +163,8 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.save_sky("sky.fits", kc.celestial_picture(kc.Checkerboard(), 32))
-    >>> kc.Panorama.read("sky.fits").rows
+    >>> kc.skies.save_sky("sky.fits", kc.skies.celestial_picture(kc.skies.Checkerboard(), 32))
+    >>> kc.skies.Panorama.read("sky.fits").rows
     32
     """
     picture = real_array("light", light, np.float32)

@@ -203,8 +203,8 @@ def render(
     --------
     >>> import kerrcaustics as kc
     >>> camera = kc.Camera(spin=0.9, radius=10)
-    >>> view = kc.View.toward_hole(camera, width=64, height=36, field_of_view=1.0)
-    >>> rendering = kc.render(camera, view, kc.Checkerboard())
+    >>> view = kc.pictures.View.toward_hole(camera, width=64, height=36, field_of_view=1.0)
+    >>> rendering = kc.render(camera, view, kc.skies.Checkerboard())
     >>> rendering.light.shape, rendering.error < 0.1
     ((36, 64, 3), True)
     """
@@ -263,9 +263,9 @@ def trace_view(
     --------
     >>> import kerrcaustics as kc
     >>> camera = kc.Camera(spin=0.9, radius=10)
-    >>> view = kc.View.toward_hole(camera, width=64, height=36, field_of_view=1.0)
-    >>> traced = kc.trace_view(camera, view)
-    >>> traced.show(kc.Checkerboard()).light.shape
+    >>> view = kc.pictures.View.toward_hole(camera, width=64, height=36, field_of_view=1.0)
+    >>> traced = kc.pictures.trace_view(camera, view)
+    >>> traced.show(kc.skies.Checkerboard()).light.shape
     (36, 64, 3)
     """
     began = clock()
@@ -351,7 +351,7 @@ def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.celestial_picture(kc.Checkerboard(), 90).shape
+    >>> kc.skies.celestial_picture(kc.skies.Checkerboard(), 90).shape
     (90, 180, 3)
     """
     check_sky(sky, needed=True)

@@ -101,8 +101,8 @@ def render_volume(
     --------
     >>> import kerrcaustics as kc
     >>> camera = kc.Camera(spin=0.9, radius=30, inclination=1.3)
-    >>> glow = kc.Volume(0.1, 6504.0, inner=5.0, outer=8.0)
-    >>> kc.render_volume(camera, kc.View(16, 9, 0.8), glow).light.shape
+    >>> glow = kc.disks.Volume(0.1, 6504.0, inner=5.0, outer=8.0)
+    >>> kc.pictures.render_volume(camera, kc.pictures.View(16, 9, 0.8), glow).light.shape
     (9, 16, 3)
     """
     began = clock()

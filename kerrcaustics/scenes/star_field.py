@@ -62,7 +62,7 @@ class StarField(Shown):
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> sky = kc.StarField(band=0.5)
+    >>> sky = kc.skies.StarField(band=0.5)
     >>> len(sky.catalogue)
     37622
     """

@@ -32,7 +32,7 @@ class TurnedSky:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.TurnedSky(kc.Checkerboard(), angle=0.1).angle
+    >>> kc.skies.TurnedSky(kc.skies.Checkerboard(), angle=0.1).angle
     0.1
     """
 

@@ -56,7 +56,7 @@ class View:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> view = kc.View(width=640, height=360, field_of_view=1.2)
+    >>> view = kc.pictures.View(width=640, height=360, field_of_view=1.2)
     >>> sky, steps = view.directions(319.5, 179.5)
     >>> sky.round(12).tolist()
     [-1.0, 0.0, 0.0]

@@ -40,7 +40,7 @@ class Light(NamedTuple):
     name: str
 
 
-def whole_skies(seed: int) -> Iterator[tuple[kc.Camera, kc.View, np.random.Generator]]:
+def whole_skies(seed: int) -> Iterator[tuple[kc.Camera, kc.pictures.View, np.random.Generator]]:
     """Random cameras, pictures of their whole sky, and a source of stars."""
     for number in range(1 << 30):
         rng = np.random.default_rng((seed, number))
@@ -52,13 +52,13 @@ def whole_skies(seed: int) -> Iterator[tuple[kc.Camera, kc.View, np.random.Gener
         camera = kc.Camera(spin, radius, inclination, tuple((speed * way / np.linalg.norm(way)).tolist()))
         width = int(rng.choice(_WIDTHS))
         forward, up = rng.normal(size=(2, 3))
-        yield camera, kc.View(width, width // 2, 2 * math.pi, "equirectangular", forward, up), rng
+        yield camera, kc.pictures.View(width, width // 2, 2 * math.pi, "equirectangular", forward, up), rng
 
 
-def one_star(star: tuple[float, float]) -> kc.StarField:
+def one_star(star: tuple[float, float]) -> kc.skies.StarField:
     """A sky of one star of magnitude 0."""
-    catalogue = kc.StarCatalogue(from_angles(*star)[None], np.zeros(1), np.full(1, 0.65))
-    return kc.StarField(catalogue, orientation=np.eye(3), band=0)
+    catalogue = kc.skies.StarCatalogue(from_angles(*star)[None], np.zeros(1), np.full(1, 0.65))
+    return kc.skies.StarField(catalogue, orientation=np.eye(3), band=0)
 
 
 def received(scene: Rendering) -> float:
@@ -67,9 +67,9 @@ def received(scene: Rendering) -> float:
     return float((luminance(scene.light) * scene.view.solid_angle(scene.view.directions(x, y)[1])).sum())
 
 
-def star_light(camera: kc.Camera, view: kc.View, stars: list[tuple[float, float]]) -> list[Light]:
+def star_light(camera: kc.Camera, view: kc.pictures.View, stars: list[tuple[float, float]]) -> list[Light]:
     """How far off the light of stars is in a picture; of those whose images are certified."""
-    traced, found = kc.trace_view(camera, view), []
+    traced, found = kc.pictures.trace_view(camera, view), []
     for star in stars:
         images = _images(camera, star)
         if images is None or not images.certified:

@@ -94,7 +94,7 @@ def ring(spin: float, inclination: float, inner: float = 6.0, outer: float = 6.0
     return Check(f"profile of a ring at r = 6, a = {spin:g}, {inclination:g}°", "quadrature", miss, 3e-4, "of its peak")
 
 
-def line() -> kc.LineProfile:
+def line() -> kc.disks.LineProfile:
     """The line of a disk from the ISCO to 250 whose emissivity falls as the cube of the radius, in another's bins."""
     told = OTHERS["disk"]["line_profile_edges"]
     camera = screen.observer(told["spin"], told["inclination_deg"], FAR)
@@ -190,12 +190,12 @@ class Tolman(ThermalEmission):
 def uniform(width: int = 120) -> Check:
     """Matter in equilibrium shines alike from everywhere, through every image: I_nu / nu^3 is kept."""
     camera = kc.Camera(0.9, 30.0, math.radians(80), "static")
-    view = kc.View(width, width // 2, math.radians(60))
-    disk = kc.Disk(3.0, 14.0, Tolman(), motion="static")
+    view = kc.pictures.View(width, width // 2, math.radians(60))
+    disk = kc.disks.Disk(3.0, 14.0, Tolman(), motion="static")
     rendering = kc.render(camera, view, disk=disk, beaming=True, colour_shift=True)
     whole = rendering.transmission == 0
     # The camera itself sees it as hot as anything at its place.
     sigma = camera.radius**2 + (camera.spin * camera.cos_theta) ** 2
-    told = kc.black_body(5000 / math.sqrt(1 - 2 * camera.radius / sigma))
+    told = kc.pictures.black_body(5000 / math.sqrt(1 - 2 * camera.radius / sigma))
     miss = float(np.abs(rendering.light[whole] / told - 1).max())
     return Check(f"light of matter in equilibrium, {int(whole.sum())} pixels", "a uniform sky", miss, 1e-6, "of it")

@@ -29,7 +29,7 @@ class Case:
     law: Callable[[Array], Array]
     bins: Array
 
-    def profile(self, radii: int, turns: int) -> kc.LineProfile:
+    def profile(self, radii: int, turns: int) -> kc.disks.LineProfile:
         """From beams at nodes."""
         camera = screen.observer(SPIN, INCLINATION, DISTANCE)
         disk = self.inner, self.outer, self.law
@@ -86,7 +86,7 @@ def measured(
             seconds[turn, i] = time.perf_counter() - began if turn else math.inf
     found = []
     for (method, size), least, answer in zip(settings, seconds.min(axis=0), answers, strict=True):
-        known = isinstance(answer, kc.LineProfile)
+        known = isinstance(answer, kc.disks.LineProfile)
         flux, rays = (answer.flux, answer.rays) if known else (answer, size[0] ** 2)
         reported = float(answer.error.max() / best.max()) if known else math.nan
         miss = float(np.abs(flux - best).max() / best.max())

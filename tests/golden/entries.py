@@ -101,7 +101,7 @@ SURFACES = {
 }
 SPHERES, PLANES = ("sky", "beyond", "within"), ("plane1", "plane2")
 
-VIEW = kc.View(24, 16, math.radians(40))
+VIEW = kc.pictures.View(24, 16, math.radians(40))
 save = kc.save
 
 
@@ -191,21 +191,21 @@ def line_profile(viewer: Any) -> Any:
     return kc.line_profile(viewer, 3.0, 12.0, bins=20)
 
 
-def disk_images(viewer: Any) -> Any:
-    return kc.disk_images(viewer, [6.0, 12.0], 3, 60, time=True)
+def isoradials(viewer: Any) -> Any:
+    return kc.isoradials(viewer, [6.0, 12.0], 3, 60, time=True)
 
 
 def disk() -> Any:
-    return kc.Disk(4.5, 18.0, kc.PageThorne(6500), opacity=0.8)
+    return kc.disks.Disk(4.5, 18.0, kc.disks.PageThorne(6500), opacity=0.8)
 
 
 def render(viewer: Any) -> Any:
     shifts = {"beaming": True, "colour_shift": True}
-    return kc.render(viewer, VIEW, kc.Checkerboard(), disk=disk(), delay=True, time=20.0, **shifts)
+    return kc.render(viewer, VIEW, kc.skies.Checkerboard(), disk=disk(), delay=True, time=20.0, **shifts)
 
 
 def trace_view(viewer: Any) -> Any:
-    return kc.trace_view(viewer, VIEW, disk=disk(), delay=True)
+    return kc.pictures.trace_view(viewer, VIEW, disk=disk(), delay=True)
 
 
 def render_volume(viewer: Any) -> Any:
@@ -215,7 +215,9 @@ def render_volume(viewer: Any) -> Any:
     def temperature(radius: Any, theta: Any, azimuth: Any) -> Any:
         return 5000 * (1 + 0.2 * np.sin(2 * azimuth)) + 0 * radius
 
-    return kc.render_volume(viewer, VIEW, kc.Volume(density, temperature, 5.0, 12.0, scale=2.0, motion="fiducial"))
+    return kc.pictures.render_volume(
+        viewer, VIEW, kc.disks.Volume(density, temperature, 5.0, 12.0, scale=2.0, motion="fiducial")
+    )
 
 
 def functional(viewer: Any) -> Any:
@@ -254,7 +256,7 @@ ALONE = (
     (shadow_edge, VIEWERS),
     (light_curve, ("moving", "far", "observer")),
     (line_profile, ("moving", "far", "infinity")),
-    (disk_images, ("moving", "far", "infinity")),
+    (isoradials, ("moving", "far", "infinity")),
     (render, ("moving", "orbiting", "observer")),
     (trace_view, ("orbiting",)),
     (render_volume, ("orbiting",)),

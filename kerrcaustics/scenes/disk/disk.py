@@ -51,7 +51,7 @@ class Disk:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> disk = kc.Disk(inner=9.26, outer=18.70, emission=kc.BlackBody(4500))
+    >>> disk = kc.disks.Disk(inner=9.26, outer=18.70, emission=kc.disks.BlackBody(4500))
     >>> disk.opaque
     True
     """

@@ -66,7 +66,7 @@ class BlackBody(ThermalEmission):
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.BlackBody(4500).temperature(0.9, [6.0, 12.0]).tolist()
+    >>> kc.disks.BlackBody(4500).temperature(0.9, [6.0, 12.0]).tolist()
     [4500.0, 4500.0]
     """
 
@@ -106,7 +106,7 @@ class PowerLaw(ThermalEmission):
     --------
     >>> import kerrcaustics as kc
     >>> import numpy as np
-    >>> kc.PowerLaw(6000, exponent=0.75, at=10.0).temperature(0.9, np.array([10.0])).tolist()
+    >>> kc.disks.PowerLaw(6000, exponent=0.75, at=10.0).temperature(0.9, np.array([10.0])).tolist()
     [6000.0]
     """
 
@@ -152,7 +152,7 @@ class PageThorne(ThermalEmission):
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> hot, cool = kc.PageThorne(6000).temperature(0.9, [4.0, 40.0])
+    >>> hot, cool = kc.disks.PageThorne(6000).temperature(0.9, [4.0, 40.0])
     >>> bool(hot > cool)
     True
     """
@@ -232,7 +232,7 @@ class Swatches:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.Swatches(rows=3, columns=12).rows
+    >>> kc.disks.Swatches(rows=3, columns=12).rows
     3
     """
 
@@ -323,7 +323,7 @@ class Texture:
     --------
     >>> import kerrcaustics as kc
     >>> import numpy as np
-    >>> kc.Texture(np.ones((4, 8, 3)))
+    >>> kc.disks.Texture(np.ones((4, 8, 3)))
     <Texture of 8 x 4 pixels>
     """
 

@@ -66,7 +66,7 @@ class Spots:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.Spots(radius=[8.0, 9.0], azimuth=[0.0, 2.0], size=0.2).size
+    >>> kc.disks.Spots(radius=[8.0, 9.0], azimuth=[0.0, 2.0], size=0.2).size
     0.2
     """
 

@@ -46,7 +46,7 @@ class VolumeGrid:
     --------
     >>> import kerrcaustics as kc
     >>> import numpy as np
-    >>> kc.VolumeGrid(np.ones((4, 4, 1)), inner=5.0, outer=8.0)
+    >>> kc.disks.VolumeGrid(np.ones((4, 4, 1)), inner=5.0, outer=8.0)
     <VolumeGrid of 4 x 4 x 1 cells>
     """
 
@@ -173,7 +173,7 @@ class Volume:
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.Volume(0.1, 6504.0, inner=5.0, outer=8.0).motion
+    >>> kc.disks.Volume(0.1, 6504.0, inner=5.0, outer=8.0).motion
     'circular'
     """
 

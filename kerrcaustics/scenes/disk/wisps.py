@@ -55,7 +55,7 @@ class Wisps(Texture):
     Examples
     --------
     >>> import kerrcaustics as kc
-    >>> kc.Wisps(peak=4500.0, inner=6.0, outer=20.0, seed=3).inner
+    >>> kc.disks.Wisps(peak=4500.0, inner=6.0, outer=20.0, seed=3).inner
     6.0
     """
 

@@ -1,0 +1,14 @@
+# The names of `kerrcaustics.disks`, as in the stub file of the package.
+
+from .scenes.disk.disk import Disk as Disk
+from .scenes.disk.emission import (
+    BlackBody as BlackBody,
+    PageThorne as PageThorne,
+    PowerLaw as PowerLaw,
+    Swatches as Swatches,
+    Texture as Texture,
+)
+from .scenes.disk.profile import LineProfile as LineProfile
+from .scenes.disk.spots import Spots as Spots
+from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid
+from .scenes.disk.wisps import Wisps as Wisps

@@ -1,0 +1,15 @@
+# The names of `kerrcaustics.skies`, as in the stub file of the package.
+
+from .scenes.catalogue import (
+    StarCatalogue as StarCatalogue,
+    hipparcos as hipparcos,
+    merged_catalogues as merged_catalogues,
+    tilted_galaxy as tilted_galaxy,
+    tycho2 as tycho2,
+)
+from .scenes.checkerboard import Checkerboard as Checkerboard
+from .scenes.footprint import Footprint as Footprint
+from .scenes.panorama import Panorama as Panorama, save_sky as save_sky
+from .scenes.render import celestial_picture as celestial_picture
+from .scenes.star_field import StarField as StarField
+from .scenes.turned import TurnedSky as TurnedSky
