@@ -4,6 +4,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,10 +32,12 @@ def healpy():
     return pytest.importorskip("astropy_healpix.healpy", reason="astropy-healpix is not installed")
 
 
-def made_map(radius=math.inf):
+def made_map(radius=math.inf, viewer=None):
     theta, phi = (np.arange(ROWS) + 0.5) * math.pi / ROWS, (np.arange(2 * ROWS) + 0.5) * math.pi / ROWS
     counts = np.random.default_rng(1).integers(0, 9, (ROWS, 2 * ROWS, 3))
-    return CountMap(theta, phi, counts, counts[..., 0] > 6, radius)
+    viewer = viewer or kc.Camera(0.1 + 0.2, 7.7, 1.1, (0.1, -0.2, 0.3))
+    surface = kc.CelestialSphere() if radius == math.inf else kc.Sphere(radius)
+    return CountMap(viewer, surface, theta, phi, counts, counts[..., 0] > 6, np.zeros(counts.shape[:2], bool))
 
 
 def made_light(rows=32):
@@ -98,6 +101,14 @@ def test_a_count_map_comes_back_from_fits(fits, tmp_path, radius):
     counts = made_map(radius)
     counts.to_fits(tmp_path / "counts.fits")
     assert kc.read_count_map(tmp_path / "counts.fits") == counts
+
+
+def test_a_map_of_an_observer_comes_back_and_one_over_the_plane_is_refused(fits, tmp_path):
+    counts = made_map(viewer=kc.Observer(spin=0.5, inclination=1.0))
+    counts.to_fits(tmp_path / "counts.fits")
+    assert kc.read_count_map(tmp_path / "counts.fits") == counts
+    with pytest.raises(ValueError, match="must be a map over a sphere, but is one over crossing 1"):
+        replace(counts, surface=kc.EquatorialPlane(1)).to_fits(tmp_path / "plane.fits")
 
 
 def test_pixels_of_fits_lie_where_the_header_says(fits, tmp_path):
@@ -215,8 +226,9 @@ def test_what_is_no_healpix_is_refused(healpy):
 def test_missing_packages_are_told_by_name(call):
     code = (
         "import sys; sys.modules.update({'astropy': None, 'astropy_healpix': None})\n"
-        "import numpy as np; from kerrcaustics.stars.counts import CountMap\n"
-        "a = np.zeros(1); m = CountMap(a, a, np.zeros((4, 8, 1), int), np.zeros((4, 8), bool))\n"
+        "import numpy as np, kerrcaustics as kc; from kerrcaustics.stars.counts import CountMap\n"
+        "a, b, at = np.zeros(1), np.zeros((4, 8), bool), (kc.Camera(0.5, 10), kc.CelestialSphere())\n"
+        "m = CountMap(*at, a, a, np.zeros((4, 8, 1), int), b, b)\n"
         f"try: m.{call}\nexcept ImportError as error: print(error)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
