@@ -69,6 +69,7 @@ def test_what_never_arrives_is_lost():
     assert isinstance(truth.known(PLACE, inward, 3.0), truth.Known)
 
 
+@pytest.mark.slow
 def test_a_result_that_lies_is_found_out():
     camera = kc.Camera(0.9, 6.0, 1.2, "fiducial")
     case = hard.Case(camera, np.array([[0.2, 0.9, 0.3], [-0.1, 0.95, 0.3]]), ["whole sky"] * 2, math.inf)
@@ -91,6 +92,7 @@ def test_a_result_that_lies_is_found_out():
         assert (claims.ratios(result, ends, math.inf, 1e-10)[claim] > 1).all(), claim
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(case=hard_cases(ends=False))
 def test_hard_cases_are_directions_whose_ends_are_directions(case):

@@ -26,6 +26,10 @@ EVENTS = [
 ]
 
 
+FAST = [EVENTS[1], EVENTS[4]]
+SLOW = [pytest.param(event, marks=pytest.mark.slow) for event in EVENTS if event not in FAST]
+
+
 def random_directions(count: int, seed: int) -> np.ndarray:
     directions = np.random.default_rng(seed).normal(size=(count, 3))
     return directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -82,7 +86,7 @@ def runge_kutta_step(force: np.ndarray, path: np.ndarray, h: np.ndarray) -> np.n
     return path + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
-@pytest.mark.parametrize("event", EVENTS, ids=str)
+@pytest.mark.parametrize("event", FAST + SLOW, ids=str)
 def test_capture_against_integration(event):
     spin, radius, inclination = event[0], event[1], math.radians(event[2])
     camera = Camera(spin, radius, inclination, "fiducial")
@@ -122,7 +126,7 @@ def distance_to_edge(camera: Camera, n: np.ndarray) -> float:
     return float(np.linalg.norm(np.cross(gap, tangent / np.linalg.norm(tangent))))
 
 
-@pytest.mark.parametrize("event", [*EVENTS, (0.5, 50.0, 25), (0.95, 8.0, 120)], ids=str)
+@pytest.mark.parametrize("event", [*FAST, *SLOW, (0.5, 50.0, 25), (0.95, 8.0, 120)], ids=str)
 def test_edge_parts_captured_from_escaping(event):
     camera = Camera(event[0], event[1], math.radians(event[2]), "fiducial")
     turn = np.random.default_rng(7).uniform(0, 2 * math.pi, 64)

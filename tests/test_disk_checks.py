@@ -17,10 +17,11 @@ light, rays, schwarzschild, screen, twin = (
     STUDIES.module(f"disk_checks.{name}") for name in ("light", "rays", "schwarzschild", "screen", "twin")
 )
 NEAR = kc.Camera(0.9, 30.0, math.radians(75), "static")
-FAST = (rays.landings, rays.long_ray, light.iscos, light.peaks, light.flux, light.efficiency)
+FAST = (light.iscos, light.peaks, light.flux, light.efficiency)
+SLOW = [pytest.param(check, marks=pytest.mark.slow) for check in (rays.landings, rays.long_ray)]
 
 
-@pytest.mark.parametrize("check", FAST)
+@pytest.mark.parametrize("check", [*FAST, *SLOW])
 def test_check_holds(check):
     assert check().verdict == "holds"
 

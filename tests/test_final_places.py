@@ -56,6 +56,7 @@ def test_star_images_of_moving_cameras_report_errors_on_their_own_sky():
         assert (found.error >= 0.999 * true).all() and (found.error <= 1.001 * true + 14 * ROUNDING).all()
 
 
+@pytest.mark.slow
 def test_values_of_refined_images_belong_to_their_final_place():
     """Next to the axis an image may move far while it is refined."""
     camera = kc.Camera(0.5, 10.0, 1e-4, (0.1, 0.2, 0.3))

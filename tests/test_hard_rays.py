@@ -100,6 +100,7 @@ def test_times_to_a_finite_end(camera, sky, end, time):
     ],
     ids=["both outer roots at the camera", "far and brief"],
 )
+@pytest.mark.slow
 def test_errors_are_numbers(camera, sky, end):
     assert np.isfinite(kc.trace_rays(camera, [sky], "closed-form", end=end).error[0])
 

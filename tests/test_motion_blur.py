@@ -126,6 +126,7 @@ def test_a_pattern_that_circles_is_blurred_for_a_camera_that_stays():
     assert found.beams == kc.render(CAMERA, middle, disk=DISK).beams
 
 
+@pytest.mark.slow
 def test_without_motion_nothing_changes():
     middle, sky = view_of(SMALL), kc.skies.StarField()
     plain = kc.render(CAMERA, middle, sky)

@@ -29,6 +29,7 @@ def test_an_image_that_its_footprint_misses_is_drawn():
     assert luminance(scene.light[y - 1 : y + 2, x - 1 : x + 2]).sum() > 0.99 * luminance(scene.light).sum()
 
 
+@pytest.mark.slow
 def test_an_image_is_drawn_once():
     camera, star = kc.Camera(0.0123145, 4.71771484, 2.33388671, (0, 0, 0)), (2.18973167, -1.18933297)
     total = kc.star_images(camera, star, max_index=3).magnification.sum()
