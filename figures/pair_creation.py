@@ -50,9 +50,9 @@ def main(output: Path) -> list[Path]:
     bare = replace(tracks, tracks=(), ends=())
     created, annihilated = tracks.events
     moments = {
-        f"{SOON:g} M before the creation": created.time - SOON,
-        f"{SOON:g} M after the creation": created.time + SOON,
-        f"{SOON:g} M before the annihilation": annihilated.time - SOON,
+        f"{SOON:g} M before the creation": created.moment - SOON,
+        f"{SOON:g} M after the creation": created.moment + SOON,
+        f"{SOON:g} M before the annihilation": annihilated.moment - SOON,
     }
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 8.6), layout="constrained")
@@ -96,7 +96,7 @@ def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
 
 def draw_star(ax: Axes, tracks: kc.StarTracks, time: float, caustics: kc.CausticSet) -> Axes:
     """The caustics and the star on its way, phi' relative to the camera."""
-    theta, phi = np.degrees(tracks.theta), np.degrees(tracks.azimuth_at(time)) % 360
+    theta, phi = np.degrees(tracks.level), np.degrees(tracks.azimuth_at(time)) % 360
     ax.plot([0, 360], [theta, theta], color=style.GUIDE_COLOUR, zorder=0.5)
     ax.annotate("", (phi - 45, theta), (phi, theta), arrowprops={"arrowstyle": "->", "linewidth": 0.8})
     for caustic in caustics:

@@ -186,8 +186,6 @@ REFUSED = (
 GAPS = (
     # The plane has classes of its own.
     Gap(("caustics",), ("plane",), OFF_PLANE, "class PlaneCausticSet"),
-    Gap(("pair_events",), ("plane",), OFF_PLANE, "class PlanePairEvents"),
-    Gap(("star_tracks",), ("plane",), OFF_PLANE, "class PlaneTracks"),
     # Sources at infinity alone.
     Gap(("circle_images", "crossings_of_line"), ("beyond", "within"), OFF_PLANE, "no `end`"),
     Gap(("follow_star", "caustic_derivatives"), FINITE, OFF_PLANE, "no `end`"),

@@ -177,7 +177,7 @@ def test_events_are_where_counts_change(end):
     assert len(events) == 2 and [event.kind for event in events] == ["creation", "annihilation"]
     for event in events:
         before, after = (kc.star_images(OBSERVER, (1.2, event.longitude + step), 2, end=end) for step in (-1e-3, 1e-3))
-        assert before.certified and after.certified and math.isnan(event.time)
+        assert before.certified and after.certified and math.isnan(event.moment)
         assert len(after) - len(before) == (2 if event.kind == "creation" else -2)
         assert event.sky.shape == (2,) and np.linalg.norm(event.sky) < 8
 

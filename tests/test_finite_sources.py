@@ -66,7 +66,7 @@ def test_ends_that_are_none(wrong, complaint):
     for function in (kc.star_images, kc.image_counts):
         with pytest.raises(ValueError, match=complaint):
             function(CAMERA, STARS[0] if function is kc.star_images else STARS, **wrong)
-    with pytest.raises(ValueError, match="`theta` must lie between 0 and pi for a star within the camera's radius"):
+    with pytest.raises(ValueError, match="`level` must lie between 0 and pi for a star within the camera's radius"):
         kc.star_tracks(kc.Camera(0.9, 10.0), 0.0, end=5.0)
 
 

@@ -37,7 +37,7 @@ def test_many_sources_must_be_finite_too(phi):
 @pytest.mark.parametrize("function", [kc.star_tracks, kc.pair_events])
 @pytest.mark.parametrize("radius", [1.2, math.inf, math.nan, "far"])
 def test_circles_that_are_none(function, radius):
-    with pytest.raises(ValueError, match="`theta` must be, in the equatorial plane, a finite radius larger than"):
+    with pytest.raises(ValueError, match="`level` must be, in the equatorial plane, a finite radius larger than"):
         function(CAMERA, radius, end=kc.EquatorialPlane(1))
 
 

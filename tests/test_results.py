@@ -21,7 +21,7 @@ from kerrcaustics.results.declared import LAYOUTS, quantities, stored
 from kerrcaustics.results.files import HOMES
 from kerrcaustics.results.units import as_in
 from kerrcaustics.stars.events import PairEvents
-from kerrcaustics.stars.tracks import Track
+from kerrcaustics.stars.track import Track
 
 NOT_OURS = "Argument `path` must name a file that `kerrcaustics.save` wrote, but "
 
@@ -113,7 +113,7 @@ def test_datasets_pad_what_is_shorter():
     assert np.isnan(data.track_sky[1, 1]).all()
     np.testing.assert_array_equal(data.track_index, [[-1, 0], [-1, -1]])
     assert data.track_event_kind.values.tolist() == [["a word", "a word"], ["", ""]]
-    assert data.event_star.dims == ("event", "angle") and data.end_time.attrs["units"] == "GM/c^3"
+    assert data.event_star.dims == ("event", "angle") and data.end_moment.attrs["units"] == "GM/c^3"
     assert data.track_turns.dims == ("track",) and data.attrs["period"] == 0.1 + 0.2
     quiet = kc.to_xarray(replace(example(kc.StarTracks, 1), events=example(PairEvents, 0)))
     assert quiet.event_indices.shape == (0, 2) and quiet.event_sky.shape == (0, 3) and quiet.sizes["track_event"] == 1

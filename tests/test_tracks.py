@@ -144,7 +144,7 @@ def test_counts_change_by_a_pair_at_every_event(name, theta):
 def test_events_lie_on_the_caustics_and_tell_their_error(name, theta):
     tracks = tracked(name, theta)
     events = kc.pair_events(tracks.camera, theta, tracks.max_index)
-    assert [e.time for e in events] == sorted(e.time for e in events)
+    assert [e.moment for e in events] == sorted(e.moment for e in events)
     for one, other in zip(events, tracks.events, strict=True):
         assert one.kind == other.kind and abs(one.azimuth - other.azimuth) <= one.error + other.error
     for event in (*events, *tracks.ends):
@@ -153,8 +153,8 @@ def test_events_lie_on_the_caustics_and_tell_their_error(name, theta):
         assert abs(polar_angle(beams.direction)[0] - theta) <= 10 * beams.error[0] + 10 * event.error * math.sin(theta)
         assert abs(wrapped(beams.azimuth[0] - event.azimuth)) <= 10 * (beams.error[0] / math.sin(theta) + event.error)
         assert event.star == (theta, event.azimuth % (2 * math.pi)) and event.indices == (event.order - 1, event.order)
-        phase = event.azimuth + tracks.angular_velocity * event.time
-        assert abs(wrapped(phase)) < 1e-9 and 0 <= event.time < tracks.period
+        phase = event.azimuth + tracks.angular_velocity * event.moment
+        assert abs(wrapped(phase)) < 1e-9 and 0 <= event.moment < tracks.period
 
 
 def test_extremes_of_theta_bound_the_events():
@@ -207,8 +207,8 @@ def test_star_followed_through_an_orbit_is_the_star_of_the_tracks():
     followed = kc.follow_star([tracks.camera] * len(times), places, 2)
     assert followed.certified and len(followed) == len(times)
     for i in range(1, len(times)):
-        inside = [e for e in tracks.events if times[i - 1] < e.time <= times[i]]
-        ends = [e for e in tracks.ends if times[i - 1] < e.time <= times[i]]
+        inside = [e for e in tracks.events if times[i - 1] < e.moment <= times[i]]
+        ends = [e for e in tracks.ends if times[i - 1] < e.moment <= times[i]]
         born, gone = ([e for e in inside if e.kind == kind] for kind in ("creation", "annihilation"))
         single = [sum(e.kind == kind for e in ends) for kind in ("creation", "annihilation")]
         assert len(followed.created[i]) == 2 * len(born) + single[0]
@@ -233,10 +233,10 @@ def test_star_followed_by_a_falling_camera():
 @pytest.mark.parametrize(
     ("change", "name"),
     [
-        ({"theta": -0.1}, "theta"),
-        ({"theta": 3.2}, "theta"),
-        ({"theta": math.nan}, "theta"),
-        ({"theta": "up"}, "theta"),
+        ({"level": -0.1}, "level"),
+        ({"level": 3.2}, "level"),
+        ({"level": math.nan}, "level"),
+        ({"level": "up"}, "level"),
         ({"max_index": -1}, "max_index"),
         ({"max_index": 1.5}, "max_index"),
         ({"camera": kc.Camera(0.9, 8.0, 1.0, "static")}, "camera"),
@@ -248,7 +248,7 @@ def test_star_followed_by_a_falling_camera():
     ],
 )
 def test_bad_input_is_named(function, change, name):
-    request = {"camera": kc.Camera(0.999, 6.03), "theta": 1.2, "max_index": 2, **change}
+    request = {"camera": kc.Camera(0.999, 6.03), "level": 1.2, "max_index": 2, **change}
     with pytest.raises(ValueError, match=rf"Argument `{name}` must") as caught:
         function(**request)
     assert "\n" not in str(caught.value)

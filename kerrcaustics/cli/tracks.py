@@ -3,7 +3,7 @@
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from rich.console import Console
 
@@ -21,12 +21,12 @@ from kerrcaustics.cli.options import (
 )
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, sure
+from kerrcaustics.cli.terminal import place_cells, place_heads, place_of, plain_errors, progress, say, sure
 
 if TYPE_CHECKING:
+    from kerrcaustics.beams.ends import Spherical
     from kerrcaustics.curves.caustic import CausticSet
     from kerrcaustics.spacetime.viewer import Viewer
-    from kerrcaustics.stars.plane_tracks import PlaneTracks
     from kerrcaustics.stars.tracks import StarTracks
 
 
@@ -81,7 +81,7 @@ def tracks(
         if math.isinf(seen_from.radius) and picture is not None:
             raise BadInput(f"Argument {argument} must be left out for an observer at infinity.")
     began = time.perf_counter()
-    with plain_errors({"theta": "star-theta"}), progress() as report:
+    with plain_errors({"level": "star-theta"}), progress() as report:
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.tracks import star_tracks
 
@@ -127,21 +127,19 @@ def _in_plane(
     if orbit is None:
         raise BadInput("Argument --orbit must be given with --plane.")
     began = time.perf_counter()
-    with plain_errors({"theta": "orbit"}), progress() as report:
+    with plain_errors({"level": "orbit"}), progress() as report:
         from kerrcaustics.results.records import record
-        from kerrcaustics.stars.plane_tracks import PlaneTracks
         from kerrcaustics.stars.tracks import star_tracks
 
         found = star_tracks(camera, orbit, max_index, end=source.end())
-        assert isinstance(found, PlaneTracks)
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 0.9)
             from kerrcaustics.draw.plane_tracks import plane_tracks_figure
 
             write_figure(plane_tracks_figure(found), figure)
-    common.write_found(record(found, camera=camera), seconds, None)
-    _print_plane(found, common.console())
+    common.write_found(record(found), seconds, None)
+    _print_tracks(found, common.console())
     if not found.certified:
         stop(1, "The tracks are not certified: see the remarks.")
 
@@ -149,7 +147,7 @@ def _in_plane(
 def _caustics(found: "StarTracks") -> "CausticSet":
     from kerrcaustics.curves.caustic import caustics
 
-    return caustics(found.camera, found.max_index + 1, end=found.source_radius)
+    return caustics(found.camera, found.max_index + 1, end=cast("Spherical", found.surface))
 
 
 def _draw(found: "StarTracks", path: Path) -> None:
@@ -180,7 +178,8 @@ def _check_orbit(camera: "Viewer") -> None:
 
 
 def _print_tracks(found: "StarTracks", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: tracks of a star at theta' = {math.degrees(found.theta):z.12g} deg")
+    head, cell = place_heads(found.surface)[0], place_cells(found.surface, (found.level, 0.0), 12)[0]
+    say(out, f"{place_of(found.camera)}: tracks of a source at {head} = {cell} on {found.surface.in_words()}")
     _print_curves(found, out)
     if found.events:
         _print_events(found, out)
@@ -188,13 +187,13 @@ def _print_tracks(found: "StarTracks", out: Console) -> None:
         say(out, remark)
     total = f"{len(found.tracks)} tracks, {len(found.events)} events"
     if not found.angular_velocity:
-        say(out, f"{total} in one turn of phi': {sure(found.certified)}; errors are those of phi' in radians")
+        say(out, f"{total} in one turn of phi: {sure(found.certified)}; errors are those of phi in radians")
         return
     say(out, f"{total} in a period of {found.period:.9g}: {sure(found.certified)};")
     say(out, "time 0 is when the star's phi' is that of the camera; errors are those of phi' in radians")
 
 
-def _print_curves(found: "StarTracks | PlaneTracks", out: Console) -> None:
+def _print_curves(found: "StarTracks", out: Console) -> None:
     table = PlainTable(("track", "index", "points", "turns in phi'", "events"))
     for i, track in enumerate(found.tracks, start=1):
         # At the ends of an open track the index is that of the images beyond.
@@ -211,7 +210,7 @@ def _print_events(found: "StarTracks", out: Console) -> None:
     table = PlainTable((*timed, "event", "of index", "phi' (deg)", found.camera.sky_coordinates, "error"))
     for event in found.events:
         table.add_row(
-            *(f"{event.time:z.9g}" for _ in timed),
+            *(f"{event.moment:z.9g}" for _ in timed),
             event.kind,
             f"{event.indices[0]}, {event.indices[1]}",
             f"{math.degrees(event.azimuth):z.8f}",
@@ -219,17 +218,3 @@ def _print_events(found: "StarTracks", out: Console) -> None:
             f"{event.error:.0e}",
         )
     out.print(table)
-
-
-def _print_plane(found: "PlaneTracks", out: Console) -> None:
-    say(
-        out,
-        f"{place_of(found.camera)}: tracks of a circle r = {found.radius:g}, crossing {found.crossing} of the plane",
-    )
-    _print_curves(found, out)
-    for event in (*found.events, *found.ends):
-        pair = f"{event.kind} of images of index {event.indices[0]}, {event.indices[1]}"
-        say(out, f"{pair} at phi = {math.degrees(event.azimuth):z.8f} deg, off by {event.error:.0e} rad")
-    for remark in found.remarks:
-        say(out, remark)
-    say(out, f"{len(found.tracks)} tracks, {len(found.events)} events, as phi grows: {sure(found.certified)}")

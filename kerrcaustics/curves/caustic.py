@@ -8,7 +8,7 @@ from typing import overload
 
 import numpy as np
 
-from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.ends import EquatorialPlane, Spherical, Wherever
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.features import Features, find_features
@@ -138,7 +138,7 @@ def caustics(
     tolerance: float = ...,
     progress: Progress | None = ...,
     *,
-    end: float = ...,
+    end: float | Spherical = ...,
 ) -> CausticSet: ...
 @usual_warnings
 def caustics(
@@ -148,7 +148,7 @@ def caustics(
     tolerance: float = 1e-12,
     progress: Progress | None = None,
     *,
-    end: float | EquatorialPlane = math.inf,
+    end: Wherever = math.inf,
 ) -> CausticSet | PlaneCausticSet:
     """Critical curves and caustics of order 1 to `orders` seen by a camera, primary first.
 

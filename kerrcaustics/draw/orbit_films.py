@@ -103,7 +103,7 @@ class Orbit:
                 dots.set_offsets(picture)
                 dots.set_sizes(_area(bright))
         phi = math.degrees(self.tracks.azimuth_at(self.times[number]))
-        self._star.set_data([(phi + 180) % 360 - 180], [math.degrees(self.tracks.theta)])
+        self._star.set_data([(phi + 180) % 360 - 180], [math.degrees(self.tracks.level)])
         self._flash(number)
         self._caption.set_text(self.caption(number))
 
@@ -162,7 +162,7 @@ class Orbit:
         sky.set_title("what the camera sees, looking at the hole")
         near.set_title("the same, near the shadow (its edge is at the bottom)")
         sphere.set_title("where the star is, and the caustics")
-        sphere.axhline(math.degrees(self.tracks.theta), color=_STAR["color"], linewidth=0.8, zorder=1)
+        sphere.axhline(math.degrees(self.tracks.level), color=_STAR["color"], linewidth=0.8, zorder=1)
         celestial_sphere_axes(sphere, "φ′ from the camera (deg)", 45)
         (self._star,) = sphere.plot([], [], **_STAR)
         self._dots = [
@@ -171,7 +171,7 @@ class Orbit:
         ]
         self._rings = [ax.plot([], [], **_RING)[0] for ax in self.axes]
         self._legend()
-        star = f"star at θ′ = {math.degrees(self.tracks.theta):.6g} deg; {headline(self.caustics)}"
+        star = f"star at θ′ = {math.degrees(self.tracks.level):.6g} deg; {headline(self.caustics)}"
         self.figure.text(0.5, 0.993, star, ha="center", va="top")
         self._caption = self.figure.text(0.03, 0.115, "", fontsize=12.5, va="top", linespacing=1.35)
 
@@ -211,7 +211,7 @@ class Orbit:
             age = number - shown
             phi = math.degrees(self.events[shown].star[1])
             places = [picture[0] for picture in self._event_places[shown]]
-            places.append(np.array([(phi + 180) % 360 - 180, math.degrees(self.tracks.theta)]))
+            places.append(np.array([(phi + 180) % 360 - 180, math.degrees(self.tracks.level)]))
             for ring, place in zip(self._rings, places, strict=True):
                 ring.set_data(place[:1], place[1:])
                 ring.set_markersize(12 + 1.6 * age)
@@ -236,9 +236,9 @@ def orbit_film(tracks: StarTracks, caustics: CausticSet, frames: int = 600, rate
         "radius": camera.radius,
         "inclination": camera.inclination,
         "velocity": camera.velocity,
-        "theta": tracks.theta,
+        "theta": tracks.level,
         "max_index": tracks.max_index,
-        "source_radius": tracks.source_radius,
+        "surface": tracks.surface.in_words(),
     }
     return Film("orbit", settings, frames, rate, Orbit(tracks, caustics, frames).frame)
 
@@ -257,8 +257,8 @@ def _area(magnification: Float[Array, " n"]) -> Float[Array, " n"]:
 def _moments(tracks: StarTracks, frames: int) -> tuple[Float[Array, " frames"], dict[int, PairEvent]]:
     """Times of the frames of one orbit, slower at events, and the frames that show an event itself."""
     period = tracks.period
-    events = sorted((*tracks.events, *tracks.ends), key=lambda event: event.time)
-    at = np.array([event.time for event in events])
+    events = sorted((*tracks.events, *tracks.ends), key=lambda event: event.moment)
+    at = np.array([event.moment for event in events])
     start = _longest_pause(at, period)
     time = start + np.linspace(0, period, 20_001)
     away = np.abs((time[:, None] - at + period / 2) % period - period / 2) / period
@@ -269,7 +269,7 @@ def _moments(tracks: StarTracks, frames: int) -> tuple[Float[Array, " frames"], 
     times = np.interp(np.arange(frames) / frames * run[-1], run, time)
     shown = {}
     for event in events:
-        moment = start + (event.time - start) % period
+        moment = start + (event.moment - start) % period
         number = int(np.abs(times - moment).argmin())
         times[number], shown[number] = moment, event
     return times, shown

@@ -18,7 +18,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.stars.counts import CountMap, ImageCounts
-from kerrcaustics.stars.plane_tracks import PlanePairEvent
+from kerrcaustics.stars.events import PairEvent
 
 Array = np.ndarray
 
@@ -43,15 +43,10 @@ def plane_count_map(ax: Axes, counts: CountMap) -> Axes:
     return _plane_axes(ax)
 
 
-def plane_event(ax: Axes, event: PlanePairEvent) -> Axes:
-    """Where the source is in the equatorial plane."""
-    return plane_events(ax, [event])
-
-
-def plane_events(ax: Axes, events: Iterable[PlanePairEvent]) -> Axes:
+def plane_events(ax: Axes, events: Iterable[PairEvent]) -> Axes:
     """Where the source is when its images are created (up) or annihilated (down), one colour an order."""
     for event in events:
-        x, y = _in_plane(np.array([[event.radius, event.azimuth]]))
+        x, y = _in_plane(np.array([event.star]))
         mark: dict[str, Any] = {
             "marker": style.EVENTS.get(event.kind, "o"),
             "color": style.order_colour(event.order),

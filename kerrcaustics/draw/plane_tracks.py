@@ -15,7 +15,8 @@ from kerrcaustics.draw.projection import axes_about, azimuthal_equidistant
 from kerrcaustics.draw.sky_axes import camera_sky_axes
 from kerrcaustics.draw.tracks import stretches
 from kerrcaustics.spacetime.shadow import shadow_edge
-from kerrcaustics.stars.plane_tracks import PlanePairEvent, PlaneTracks
+from kerrcaustics.stars.events import PairEvent
+from kerrcaustics.stars.tracks import StarTracks
 
 Array = np.ndarray
 
@@ -25,7 +26,7 @@ _ABOVE_USUAL = 30.0
 _TURNS = (-720, -360, 0, 360, 720)
 
 
-def plane_tracks_figure(tracks: PlaneTracks) -> Figure:
+def plane_tracks_figure(tracks: StarTracks) -> Figure:
     """Tracks on the camera sky beside the magnification of each image by the azimuth of the source; 7 inches wide."""
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 3.7), layout="constrained")
@@ -37,11 +38,11 @@ def plane_tracks_figure(tracks: PlaneTracks) -> Figure:
         where = (
             f"spin {camera.spin:g}, $r_c$ = {camera.radius:g}, inclination {math.degrees(camera.inclination):.4g} deg"
         )
-        figure.suptitle(f"circle r = {tracks.radius:g} in the plane, crossing {tracks.crossing}; {where}")
+        figure.suptitle(f"circle r = {tracks.level:g}, {tracks.surface.in_words()}; {where}")
     return figure
 
 
-def plane_tracks_on_sky(ax: Axes, tracks: PlaneTracks) -> Axes:
+def plane_tracks_on_sky(ax: Axes, tracks: StarTracks) -> Axes:
     """Tracks about the shadow, as the camera sees them looking at the hole, one colour an index, in degrees."""
     edge = shadow_edge(tracks.camera, _EDGE_POINTS)
     axes = axes_about(tracks.camera, edge, [])
@@ -61,7 +62,7 @@ def plane_tracks_on_sky(ax: Axes, tracks: PlaneTracks) -> Axes:
     return camera_sky_axes(ax, style.tick_step(2 * limit, 7))
 
 
-def plane_brightness(ax: Axes, tracks: PlaneTracks) -> Axes:
+def plane_brightness(ax: Axes, tracks: StarTracks) -> Axes:
     """Magnification of every image against the azimuth of the source, degrees; verticals are the events."""
     usual = [1e-300]
     for track in tracks.tracks:
@@ -94,11 +95,11 @@ def _line(index: int) -> dict[str, Any]:
     return {**style.order_line(index + 1), "linewidth": 1.0}
 
 
-def _events(tracks: PlaneTracks) -> tuple[PlanePairEvent, ...]:
+def _events(tracks: StarTracks) -> tuple[PairEvent, ...]:
     return (*tracks.events, *tracks.ends)
 
 
-def _legend(tracks: PlaneTracks) -> list[Line2D]:
+def _legend(tracks: StarTracks) -> list[Line2D]:
     seen = sorted({index for track in tracks.tracks for index, _ in stretches(track)})
     lines = [Line2D([], [], label=f"index {index}", **_line(index)) for index in seen]
     kinds = sorted({event.kind for event in _events(tracks)}, reverse=True)

@@ -15,6 +15,7 @@ _SMALL = (4.4, 2.9)
 
 # By the first coordinate of the surface.
 _COUNTS: dict[str, Callable[..., Axes]] = {"theta": sky_results.star_counts, "radius": plane_results.plane_counts}
+_EVENTS: dict[str, Callable[..., Axes]] = {"theta": sky_results.event_places, "radius": plane_results.plane_events}
 _MAPS: dict[str, Callable[..., Axes]] = {"theta": sky_results.count_map, "radius": plane_results.plane_count_map}
 
 _PLOTS: dict[str, Callable[..., Axes]] = {
@@ -38,14 +39,10 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "LineCrossings": sky_results.line_crossings,
     "LineProfile": light_results.line_profile,
     "Observer": sky_results.shadow,
-    "PairEvent": sky_results.one_event,
-    "PairEvents": sky_results.event_places,
+    "PairEvent": lambda ax, event: _event_places(ax, [event]),
+    "PairEvents": lambda ax, events: _event_places(ax, events),
     "PlaneCaustic": plane_results.plane_caustic,
     "PlaneCausticSet": plane_results.plane_caustic_set,
-    "PlanePairEvent": plane_results.plane_event,
-    "PlanePairEvents": plane_results.plane_events,
-    "PlaneTrack": sky_results.one_track,
-    "PlaneTracks": sky_results.all_tracks,
     "RayPaths": plane_results.space_points,
     "Rays": sky_results.ray_ends,
     "Rendering": light_results.rendering,
@@ -71,6 +68,12 @@ def plot(result: Any, ax: Axes | None = None, **settings: Any) -> Axes:
         return _PLOTS[name](ax, result, **settings)
     with rc_context(style.RC):
         return _PLOTS[name](plt.figure(layout="constrained").add_subplot(), result, **settings)
+
+
+def _event_places(ax: Axes, events: Any) -> Axes:
+    """Where sources are when their images meet."""
+    place = next((event.surface.coordinates[0].name for event in events), "theta")
+    return _EVENTS[place](ax, events)
 
 
 def _on_surface(result: Any, plots: dict[str, Callable[..., Axes]]) -> Callable[..., Axes]:

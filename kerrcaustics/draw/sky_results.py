@@ -32,7 +32,6 @@ from kerrcaustics.stars.events import PairEvent
 from kerrcaustics.stars.following import FollowedStar
 from kerrcaustics.stars.images import StarImages
 from kerrcaustics.stars.lines import LineCrossings
-from kerrcaustics.stars.plane_tracks import PlaneTrack, PlaneTracks
 from kerrcaustics.stars.tracks import StarTracks, Track
 
 Array = np.ndarray
@@ -70,11 +69,6 @@ def caustic_set(ax: Axes, caustics: CausticSet, *, sky: str = "celestial") -> Ax
 def cusp_place(ax: Axes, cusp: Cusp) -> Axes:
     """The cusp on the celestial sphere."""
     return _on_sphere(ax, cusp.celestial[None], marker="o")
-
-
-def one_event(ax: Axes, event: PairEvent) -> Axes:
-    """Where the star is, relative to the camera."""
-    return event_places(ax, [event])
 
 
 def event_places(ax: Axes, events: Iterable[PairEvent]) -> Axes:
@@ -126,7 +120,7 @@ def followed_images(ax: Axes, star: FollowedStar) -> Axes:
     return ax
 
 
-def one_track(ax: Axes, track: Track | PlaneTrack) -> Axes:
+def one_track(ax: Axes, track: Track) -> Axes:
     """On the camera sky about the hole, one colour an index."""
     for k, which in stretches(track):
         _on_sky(ax, track.sky[which], label=f"index {k}", **style.order_line(k + 1))
@@ -135,7 +129,7 @@ def one_track(ax: Axes, track: Track | PlaneTrack) -> Axes:
     return _legend(ax)
 
 
-def all_tracks(ax: Axes, tracks: StarTracks | PlaneTracks) -> Axes:
+def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
     """All tracks round the shadow; triangles are creations (up) and annihilations (down)."""
     shadow(ax, tracks.camera)
     for track in tracks.tracks:

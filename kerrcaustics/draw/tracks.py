@@ -23,7 +23,6 @@ from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.stars.events import PairEvent
 from kerrcaustics.stars.images import StarImages
-from kerrcaustics.stars.plane_tracks import PlaneTrack
 from kerrcaustics.stars.tracks import StarTracks, Track
 
 Array = np.ndarray
@@ -256,7 +255,7 @@ def tracks_figure(tracks: StarTracks, caustics: CausticSet) -> Figure:
             zoom.set_title(f"creation of images of index {first.indices[0]} and {first.indices[1]}", pad=9)
         handles = tracks_legend(tracks.max_index)
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
-        figure.suptitle(f"star at θ′ = {math.degrees(tracks.theta):.12g} deg; {headline(caustics)}")
+        figure.suptitle(f"star at θ′ = {math.degrees(tracks.level):.12g} deg; {headline(caustics)}")
     return figure
 
 
@@ -269,10 +268,10 @@ def tracks_legend(max_index: int) -> list[Line2D]:
 
 def _window(tracks: StarTracks, event: PairEvent) -> tuple[float, float]:
     """A twentieth of an orbit about an event, less where another one of the same order is near."""
-    times = np.array([e.time for e in tracks.events if e.order == event.order and e is not event])
-    away = np.abs((times - event.time + tracks.period / 2) % tracks.period - tracks.period / 2)
+    times = np.array([e.moment for e in tracks.events if e.order == event.order and e is not event])
+    away = np.abs((times - event.moment + tracks.period / 2) % tracks.period - tracks.period / 2)
     half = min(0.025 * tracks.period, 0.5 * away.min(initial=tracks.period))
-    return event.time - half, event.time + half
+    return event.moment - half, event.moment + half
 
 
 def _all_events(tracks: StarTracks) -> tuple[PairEvent, ...]:
@@ -283,9 +282,9 @@ def _events_between(tracks: StarTracks, start: float, end: float) -> list[tuple[
     """Events with start < time < end, in the order of time, period after period."""
     found = []
     for event in _all_events(tracks):
-        first = math.floor((start - event.time) / tracks.period) + 1
-        last = math.ceil((end - event.time) / tracks.period)
-        found += [(event.time + turn * tracks.period, event) for turn in range(first, last)]
+        first = math.floor((start - event.moment) / tracks.period) + 1
+        last = math.ceil((end - event.moment) / tracks.period)
+        found += [(event.moment + turn * tracks.period, event) for turn in range(first, last)]
     return sorted(found, key=lambda pair: pair[0])
 
 
@@ -319,9 +318,7 @@ def _steps(picture: Float[Array, "n 2"], closed: bool) -> Float[Array, "n 2"]:
     return steps
 
 
-def stretches(
-    track: Track | PlaneTrack, broken: Bool[Array, " n"] | None = None
-) -> Iterator[tuple[int, Int[Array, " _"]]]:
+def stretches(track: Track, broken: Bool[Array, " n"] | None = None) -> Iterator[tuple[int, Int[Array, " _"]]]:
     """Points of the pieces of a track that have one index, each with the events at its ends; and that index.
 
     broken (n,): True where the step after a point is not to be drawn.

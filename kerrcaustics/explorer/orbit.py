@@ -74,7 +74,7 @@ def _event(event: PairEvent, period: float) -> dict[str, object]:
     return {
         "kind": event.kind,
         "order": event.order,
-        "part": event.time / period,
+        "part": event.moment / period,
         "phi": math.degrees(event.star[1]),
         "sky": event.sky.tolist(),
         "error": finite(np.degrees([event.error]))[0],

@@ -31,6 +31,10 @@ def as_in(result: Any, about: Quantity) -> Quantity:
         units = [coordinate.unit for coordinate in chosen]
         names = [coordinate.name + "_deg" * (coordinate.unit == "rad") for coordinate in chosen]
         alike = set(units) == {"rad"}
-        name = f"{about.json or about.name}_deg" if alike and about.unit == "place" else " ".join(names)
+        name = " ".join(names)
+        if about.unit == "place" and alike:
+            name = f"{about.json or about.name}_deg"
+        elif about.unit == "level" and about.json:
+            name = f"{about.json}_{name}"
         return replace(about, unit="rad" if alike else ", ".join(units), json=name)
     return about

@@ -137,7 +137,7 @@ def circle_images(camera: Viewer, normal: ArrayLike | str, max_index: int = 2) -
     sheets = checked_sheets(camera, max_index)
     branches = Branches(sheets, camera, Circle.great(*angles))
     found = branches.meetings
-    events = pair_events_of(camera, found)
+    events = pair_events_of(camera, SKY, found)
     lens_map = LensMap(camera, SKY)
     at = lens_map.seen(branches.nodes.sky)
     error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, found.error))
@@ -150,7 +150,7 @@ def circle_images(camera: Viewer, normal: ArrayLike | str, max_index: int = 2) -
         normal=angles,
         curves=tuple(curves),
         per_index={k: sum(curve.index == k for curve in curves) for k in range(len(sheets.sheets))},
-        events=PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks),
+        events=PairEvents(in_time(e for e in events if e.order <= max_index), not remarks, remarks),
         certified=not remarks,
         remarks=remarks,
     )

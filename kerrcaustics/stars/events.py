@@ -2,36 +2,42 @@
 
 import math
 from collections.abc import Iterable
-from typing import overload
+from functools import singledispatch
 
 import numpy as np
+from jaxtyping import Float
 
-from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.curves.search_sky import shown_line_of_sight
+from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever, end_of
+from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
+from kerrcaustics.curves.search_sky import search_sky, shown_line_of_sight
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
+from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.images import checked_index, checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
-from kerrcaustics.stars.plane_tracks import PlanePairEvents, plane_pair_events
 
 Array = np.ndarray
 
 _TURN = 2 * math.pi
 
 
-@result("event/1", record="kind order indices star azimuth longitude sky time error at_cusp remarks")
+@result("event/1", record="kind order indices star azimuth longitude sky moment error at_cusp remarks")
 class PairEvent:
-    """Two images of a star appear or vanish: the star crosses a caustic."""
+    """Two images of a source appear or vanish: the source crosses a caustic."""
 
+    surface: End = quantity("", "", "where the source lies", column="")
     kind: str = quantity(
         "",
         "",
-        '"creation" or "annihilation", as time goes on; on a great circle and for an Observer, as longitude grows',
+        '"creation" or "annihilation", as time goes on for a camera that orbits; for others, on great circles and in '
+        "the plane, as longitude grows",
     )
     star: tuple[float, float] = quantity(
-        "angle", "rad", "theta', phi' of the star relative to the camera at that moment, phi' in [0, 2 pi)"
+        "angle",
+        "place",
+        "theta', phi' of the source relative to the camera at that moment, phi' in [0, 2 pi); in the plane r, phi",
     )
     sky: Array = quantity(
         "axis", "1", "direction N on the camera sky where the two images meet; of an Observer (alpha, beta)"
@@ -42,11 +48,11 @@ class PairEvent:
     longitude: float = quantity(
         "", "rad", "longitude of the star on its circle, in [0, 2 pi): its phi' where that is about the spin axis"
     )
-    time: float = quantity(
+    moment: float = quantity(
         "",
         "GM/c^3",
-        "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; NaN on great circles "
-        "and for an Observer",
+        "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; NaN for a camera that "
+        "does not orbit, on great circles and in the plane",
     )
     error: float = quantity("", "rad", "error of longitude", json="error_rad")
     at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
@@ -54,7 +60,7 @@ class PairEvent:
 
     def __repr__(self) -> str:
         """One line: what, which images, when."""
-        when = f"longitude {self.longitude:.9g}" if math.isnan(self.time) else f"time {self.time:.9g}"
+        when = f"longitude {self.longitude:.9g}" if math.isnan(self.moment) else f"time {self.moment:.9g}"
         return f"<PairEvent: {self.kind} of images of index {self.indices} at {when}>"
 
 
@@ -63,17 +69,12 @@ class PairEvents(Items[PairEvent]):
     """Pair events in the order of time: a sequence."""
 
     events: tuple[PairEvent, ...] = quantity("event", "", "the events", column="")
-    remarks: tuple[str, ...] = quantity("", "", "what could not be told")
+    certified: bool = quantity("", "1", "True when nothing is in doubt")
+    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
 
 
-@overload
-def pair_events(camera: Viewer, theta: float, max_index: int = ..., *, end: EquatorialPlane) -> PlanePairEvents: ...
-@overload
-def pair_events(camera: Viewer, theta: float, max_index: int = ..., *, end: float = ...) -> PairEvents: ...
 @usual_warnings
-def pair_events(
-    camera: Viewer, theta: float, max_index: int = 2, *, end: float | EquatorialPlane = math.inf
-) -> PairEvents | PlanePairEvents:
+def pair_events(camera: Viewer, level: float, max_index: int = 2, *, end: Wherever | End = math.inf) -> PairEvents:
     """When pairs of images of a star are created and annihilated, over one orbit of the camera.
 
     Parameters
@@ -81,18 +82,18 @@ def pair_events(
     camera : Camera or Observer
         A camera on a circular orbit about the spin axis: its velocity has no component but the azimuthal one. For an
         Observer the star moves, and events are in the order of its phi'.
-    theta : float
+    level : float
         theta' of the star in radians; in the plane its r.
     max_index : int
         0 to 6: pairs whose images have index up to it.
-    end : float
+    end : float or surface
         Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source circles in the plane,
-        seen by any camera that does not lie in it, and events are told by its azimuth.
+        seen by any camera that does not lie in it, and events are in the order of its azimuth.
 
     Returns
     -------
     PairEvents
-        A sequence of PairEvent, in the order of time. For the plane `PlanePairEvents`.
+        A sequence of PairEvent, in the order of time.
 
     Raises
     ------
@@ -107,45 +108,105 @@ def pair_events(
     --------
     >>> import kerrcaustics as kc
     >>> camera = kc.Camera(spin=0.999, radius=6.03)
-    >>> events = kc.pair_events(camera, theta=1.34)
+    >>> events = kc.pair_events(camera, level=1.34)
     >>> [(event.kind, event.indices) for event in events]
     [('creation', (1, 2)), ('annihilation', (1, 2))]
     """
-    if isinstance(end, EquatorialPlane):
-        check_viewer(camera)
-        return plane_pair_events(camera, theta, checked_index(max_index), end)
     check_viewer(camera)
-    angular_velocity = camera.orbital_velocity()
-    height = checked_theta(theta)
-    found = meetings(checked_sheets(camera, max_index, end), Circle.about_spin_axis(height))
-    events = pair_events_of(camera, found, height, angular_velocity)
-    return PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks)
+    surface, highest = end_of(camera, end), checked_index(max_index)
+    return _events_on(surface, camera, level, highest)
+
+
+@singledispatch
+def _events_on(surface: End, camera: Viewer, level: float, max_index: int) -> PairEvents:
+    """Events of a source that circles on a surface."""
+    angular_velocity, height = camera.orbital_velocity(), checked_level(surface, camera, level)
+    found = meetings(checked_sheets(camera, max_index, surface), Circle.about_spin_axis(height))
+    events = pair_events_of(camera, surface, found, height, angular_velocity)
+    chosen = [(event, known) for event, known in zip(events, found.known, strict=True) if event.order <= max_index]
+    sure = not found.remarks and all(known for _, known in chosen)
+    return PairEvents(in_time(event for event, _ in chosen), sure, found.remarks)
+
+
+@_events_on.register
+def _events_in_plane(surface: EquatorialPlane, camera: Viewer, level: float, max_index: int) -> PairEvents:
+    arcs = arcs_of(camera, surface.crossing, checked_level(surface, camera, level))
+    found = [event for event in arc_events(camera, arcs, surface).values() if event.order <= max_index]
+    return PairEvents(in_time(found), not arcs.doubts, arcs.doubts)
 
 
 def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
     """Events in the order of time, or of longitude."""
-    return tuple(sorted(events, key=lambda event: event.longitude if math.isnan(event.time) else event.time))
+    return tuple(sorted(events, key=lambda event: event.longitude if math.isnan(event.moment) else event.moment))
 
 
-def checked_theta(theta: float) -> float:
-    """The polar angle of a star, in [0, pi]."""
-    number = real_number("theta", theta)
-    if not 0 <= number <= math.pi:
+def checked_level(surface: End, camera: Viewer, level: object) -> float:
+    """The first coordinate of a circle about the spin axis on a surface: theta, in the plane r."""
+    number, first = real_number("level", level), surface.coordinates[0]
+    least, most = (0.0, math.pi) if first.unit == "rad" else (kerr.horizon(camera.spin), math.inf)
+    if first.unit == "rad" and not least <= number <= most:
         raise ValueError(
-            f"Argument `theta` must be a number in [0, pi] radians (0 to 180 degrees), but is {quoted(theta)}."
+            f"Argument `level` must be a theta' in [0, pi] radians (0 to 180 degrees), but is {quoted(level)}."
+        )
+    if first.unit != "rad" and not least < number < most:
+        raise ValueError(
+            "Argument `level` must be, in the equatorial plane, a finite radius larger than the horizon's "
+            f"{least:.12g}, but is {quoted(level)}."
         )
     return number
 
 
+def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]:
+    """The events of a circle in the plane, by the arc that begins there."""
+    which = np.flatnonzero(arcs.folded)
+    folds = arcs.low[which]
+    sky, error = search_sky(camera).shown(folds.sky), _arc_errors(arcs, folds.edge_phase, folds.distance)
+    orders = np.maximum(arcs.index, np.roll(arcs.index, 1))[which].tolist()
+    return {
+        arc: PairEvent(
+            surface=surface,
+            kind="creation" if arcs.sense[arc] > 0 else "annihilation",
+            star=(arcs.radius, float(folds.azimuth[i] % _TURN)),
+            sky=sky[i],
+            order=order,
+            indices=(order - 1, order),
+            azimuth=float(folds.azimuth[i]),
+            longitude=float(folds.azimuth[i] % _TURN),
+            moment=math.nan,
+            error=float(error[i]),
+            at_cusp=False,
+            remarks=(),
+        )
+        for i, (arc, order) in enumerate(zip(which.tolist(), orders, strict=True))
+    }
+
+
+def _arc_errors(
+    arcs: Arcs, edge_phase: Float[Array, " folds"], distance: Float[Array, " folds"]
+) -> Float[Array, " folds"]:
+    """Errors of azimuth: that of the rays, and what they miss the circle by, times the slope of the caustic there.
+
+    The beams are flat, so that J's rows, (dr, r dphi), are along the caustic.
+    """
+    if not len(edge_phase):
+        return edge_phase
+    _, beams = arcs.circles.beams(edge_phase, distance)
+    along_r, along_phi = np.linalg.norm(beams.jacobian, axis=-1).T
+    miss = np.abs(np.log(np.asarray(beams.radius) / arcs.radius))
+    return np.asarray(beams.error + (beams.error + miss) * along_phi / along_r)
+
+
 def pair_events_of(
-    camera: Viewer, found: Meetings, theta: float | None = None, angular_velocity: float = 0.0
+    camera: Viewer, surface: End, found: Meetings, theta: float | None = None, angular_velocity: float = 0.0
 ) -> list[PairEvent]:
     """The meetings as events, in the same order; theta and angular velocity: of a star, and of its camera's orbit."""
     sky = shown_line_of_sight(camera, found.points.line_of_sight)
-    return [_event(found, i, sky[i], theta, angular_velocity) for i in range(len(found.order))]
+    return [_event(surface, found, i, sky[i], theta, angular_velocity) for i in range(len(found.order))]
 
 
-def _event(found: Meetings, i: int, sky: Array, theta: float | None, angular_velocity: float) -> PairEvent:
+def _event(
+    surface: End, found: Meetings, i: int, sky: Array, theta: float | None, angular_velocity: float
+) -> PairEvent:
     """One of the meetings."""
     order, azimuth = int(found.order[i]), float(found.points.azimuth[i])
     # The star's azimuth falls while the camera runs ahead.
@@ -158,6 +219,7 @@ def _event(found: Meetings, i: int, sky: Array, theta: float | None, angular_vel
     if not found.known[i]:
         remarks.append("the image counts on both sides do not differ by this pair: its kind is uncertain")
     return PairEvent(
+        surface=surface,
         kind="creation" if found.side[i] * sense > 0 else "annihilation",
         star=(float(found.points.theta[i]) if theta is None else theta, azimuth % _TURN),
         sky=sky,
@@ -165,7 +227,7 @@ def _event(found: Meetings, i: int, sky: Array, theta: float | None, angular_vel
         indices=(order - 1, order),
         azimuth=azimuth,
         longitude=float(found.longitude[i]),
-        time=time,
+        moment=time,
         error=float(found.error[i]),
         at_cusp=bool(found.at_cusp[i]),
         remarks=tuple(remarks),

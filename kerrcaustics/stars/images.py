@@ -238,7 +238,7 @@ def _deepened(images: StarImages, found: ImageSearch, camera: Viewer, end: Spher
     return replace(refined, time=with_deep(refined.time, time), time_error=with_deep(refined.time_error, late))
 
 
-def checked_sheets(camera: Viewer, max_index: int, end: float | Spherical = SKY) -> Sheets:
+def checked_sheets(camera: Viewer, max_index: int, end: Wherever | End = SKY) -> Sheets:
     """The sheets of a camera; bad input is refused with one ValueError."""
     check_viewer(camera)
     return sheets_of(camera, checked_index(max_index), spherical(camera, end))

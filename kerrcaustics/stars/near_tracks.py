@@ -54,7 +54,7 @@ def branches_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> 
     """The level curve of the camera, as a star on a sphere within its radius sees it."""
     if math.sin(theta) < 1e-12:
         raise ValueError(
-            "Argument `theta` must lie between 0 and pi for a star within the camera's radius, whose tracks are "
+            "Argument `level` must lie between 0 and pi for a star within the camera's radius, whose tracks are "
             f"followed from the star, but is {quoted(theta)}."
         )
     if camera.on_axis:

@@ -2,42 +2,32 @@
 
 import math
 from dataclasses import field
-from typing import overload
+from functools import singledispatch
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import EquatorialPlane, Sphere, Spherical
+from kerrcaustics.beams.ends import End, EquatorialPlane, Sphere, Spherical, Wherever, end_of
+from kerrcaustics.curves.circle_arcs import arcs_of
 from kerrcaustics.curves.lens_map import LensMap
-from kerrcaustics.curves.source_map import spherical
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.stars.arc_tracks import arc_tracks
 from kerrcaustics.stars.certificates import certificate_of
-from kerrcaustics.stars.events import (
-    PairEvent,
-    PairEvents,
-    checked_theta,
-    in_time,
-    pair_events_of,
-)
-from kerrcaustics.stars.images import (
-    StarImages,
-    checked_index,
-    checked_sheets,
-    images_of,
-)
+from kerrcaustics.stars.events import PairEvent, PairEvents, arc_events, checked_level, in_time, pair_events_of
+from kerrcaustics.stars.images import StarImages, checked_index, checked_sheets, images_of
 from kerrcaustics.stars.level_curves.branches import Branches, Cubics
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
 from kerrcaustics.stars.near_tracks import SeenNodes, branches_from, seen_from
 from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.plane_tracks import PlaneTracks, plane_tracks
 from kerrcaustics.stars.search import Candidates, found_of, search
+from kerrcaustics.stars.track import Track
 
 Array = np.ndarray
 
@@ -50,62 +40,21 @@ _SAME = 1e-9
 _TOGETHER = 256
 
 
-@result("track/1", record="closed turns places sky azimuth index parity magnification redshift error")
-class Track:
-    """One connected curve on the camera sky along which images of a star move, through regions of several indices.
-
-    Its points are in the order of the curve; a closed one does not repeat its first point. It leads through the events,
-    where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
-    """
-
-    sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
-    azimuth: Array = quantity(
-        "point",
-        "rad",
-        "phi' of the star relative to the camera at which there is an image here, continuous along the curve. The time "
-        "is -azimuth / angular velocity, and any number of periods more",
-        json="phi_deg",
-    )
-    index: Array = quantity("point", "1", "Morse index")
-    parity: Array = quantity("point", "1", "(-1)^index")
-    magnification: Array = quantity("point", "1", "1 / |det J|; of an Observer (GM/c^2)^2 by solid angle")
-    redshift: Array = quantity("point", "1", "nu_camera / nu_source")
-    error: Array = quantity("point", "rad", "error of sky; of an Observer in GM/c^2", json="error_rad")
-    closed: bool = quantity(
-        "",
-        "1",
-        "True for a closed curve; else both ends are events of order max_index + 1, beyond which the images have a "
-        "higher index, or lie next to a ring",
-    )
-    turns: int = quantity("", "1", "whole turns by which the azimuth grows along a closed track; 0 for others")
-    events: tuple[PairEvent, ...] = quantity("track_event", "", "events in the order of the curve")
-    places: tuple[int, ...] = quantity("track_event", "1", "which point each event is", json="event_points")
-
-    def __len__(self) -> int:
-        """Number of points."""
-        return len(self.index)
-
-    def __repr__(self) -> str:
-        """One line: how long, which indices, how many events."""
-        indices = sorted(set(self.index.tolist()))
-        shape = "closed" if self.closed else "open"
-        return f"<Track of {len(self)} points, {shape}, index {indices}, {len(self.events)} events>"
-
-
 @result(
     "tracks/1",
-    record="camera theta source_radius max_index angular_velocity period certified remarks tracks events ends",
+    record="camera surface level max_index angular_velocity period certified remarks tracks events ends",
 )
 class StarTracks:
-    """All tracks of a star with a given theta' over one orbit of the camera."""
+    """All tracks of a source that circles about the spin axis, or rests while the camera does."""
 
-    camera: Viewer = quantity("", "", "the camera", json="", column="")
-    theta: float = quantity("", "rad", "theta' of the star", json="star_theta_deg", given=True)
+    camera: Viewer = quantity("", "", "who sees them", json="", column="")
+    surface: End = quantity("", "", "where the source lies", json="", column="")
+    level: float = quantity("", "level", "theta' of the source; in the plane r", json="star", given=True)
     max_index: int = quantity("", "1", "highest Morse index that was asked for")
     angular_velocity: float = quantity(
-        "", "c^3/GM", "of the camera: coordinate azimuth per coordinate time; 0 of an Observer"
+        "", "c^3/GM", "of the camera: coordinate azimuth per coordinate time; 0 where the source moves instead"
     )
-    period: float = quantity("", "GM/c^3", "time of one orbit of the camera; infinite for an Observer")
+    period: float = quantity("", "GM/c^3", "time of one orbit of the camera; infinite where the source moves instead")
     tracks: tuple[Track, ...] = quantity("track", "", "tracks, those with images of low index first")
     events: PairEvents = quantity(
         "event", "", "pair creations and annihilations of images up to max_index, in the order of time"
@@ -118,20 +67,18 @@ class StarTracks:
     certified: bool = quantity(
         "",
         "1",
-        "True when the number of images of each index is at all azimuths what the caustics tell, and nothing is in "
-        "doubt",
+        "True when the number of images of each index is at all azimuths what the certificate says (see `StarImages`), "
+        "and nothing is in doubt",
     )
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
-    _branches: Branches = field(repr=False)
-    _cubics: Cubics = field(repr=False)
-    source_radius: float = quantity(
-        "", "GM/c^2", "radius of the star, infinite on the celestial sphere", default=math.inf
-    )
+    _branches: Branches | None = field(repr=False, default=None)
+    _cubics: Cubics | None = field(repr=False, default=None)
 
     def __repr__(self) -> str:
         """One line: the star, how many tracks and events."""
         doubt = "" if self.certified else ", not certified"
-        return f"<StarTracks of theta' = {self.theta:g}: {len(self.tracks)} tracks, {len(self.events)} events{doubt}>"
+        where = f"{self.surface.coordinates[0].symbol} = {self.level:g}"
+        return f"<StarTracks of {where}: {len(self.tracks)} tracks, {len(self.events)} events{doubt}>"
 
     def azimuth_at(self, time: ArrayLike) -> HostReals:
         """phi' of the star relative to the camera, radians, if it is 0 at time 0."""
@@ -153,8 +100,8 @@ class StarTracks:
         Returns
         -------
         StarImages, or a tuple of them for arrays
-            As `star_images` gives them: found from the tracks where the counts agree, else by a full search. Tracks
-            that were loaded from a file are found anew each time.
+            As `star_images` gives them: from tracks on the celestial sphere, or on one beyond the camera, where the
+            counts agree; else, and from tracks that were loaded from a file, by a full search.
         """
         if (time is None) == (azimuth is None):
             raise ValueError("Arguments `time` and `azimuth`: exactly one of them must be given.")
@@ -167,26 +114,18 @@ class StarTracks:
                 f"Argument `{name}` must be a finite number or a one-dimensional array, but is {quoted(value)}."
             )
         phi = (moments if time is None else self.azimuth_at(moments)).reshape(-1)
-        whole = self if self._within or self._branches is not None else self._anew()
-        parts = [whole._images(phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]
+        parts = [self._images(phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]
         images = tuple(image for part in parts for image in part)
         return images if moments.ndim else images[0]
 
-    @property
-    def _within(self) -> bool:
-        return self.source_radius < self.camera.radius
-
-    def _anew(self) -> "StarTracks":
-        return star_tracks(self.camera, self.theta, self.max_index, end=self.source_radius)
-
     def _images(self, phi: Float[Array, " moments"]) -> list[StarImages]:
         """The images at several azimuths."""
-        if self._within:
+        branches, theta = self._branches, self.level
+        if branches is None:
             return self._searched(phi)
-        branches, theta = self._branches, self.theta
         sheets, found = branches.sheets, branches.meetings
         phi = found.gap_low[0] + (phi - found.gap_low[0]) % _TURN
-        images = Candidates.arriving(*self._interpolated(phi))
+        images = Candidates.arriving(*self._interpolated(branches, phi))
         counts = images.counts((len(phi), self.max_index + 1))
         expected = found.counts[np.searchsorted(found.gap_low, phi, side="right") - 1]
         away = np.abs((phi[:, None] - found.longitude + math.pi) % _TURN - math.pi)
@@ -207,18 +146,16 @@ class StarTracks:
         return whole
 
     def _searched(self, phi: Float[Array, " moments"]) -> list[StarImages]:
-        """The images of a star within the camera's radius: each by a search."""
-        end = spherical(self.camera, self.source_radius)
-        stars = [(self.theta, angle) for angle in (phi % _TURN).tolist()]
-        angles = np.array(stars)
-        found = certificate_of(end, self.camera, self.max_index).searched(angles)
-        return images_of(self.camera, end, stars, found)
+        """The images at several azimuths, each by a search."""
+        stars = [(self.level, angle) for angle in (phi % _TURN).tolist()]
+        found = certificate_of(self.surface, self.camera, self.max_index).searched(np.array(stars))
+        return images_of(self.camera, self.surface, stars, found)
 
     def _interpolated(
-        self, phi: Float[Array, " moments"]
+        self, branches: Branches, phi: Float[Array, " moments"]
     ) -> tuple[Int[Array, " images"], Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
         """Images on the links that span the azimuths: which azimuth, index, direction on the sky at rest, its error."""
-        branches = self._branches
+        assert self._cubics is not None
         links = branches.links
         low, high = links.longitude(links.p_0), links.longitude(links.p_1)
         where = [
@@ -239,14 +176,8 @@ class StarTracks:
         return moment[order], index[order], sky[order], error[order]
 
 
-@overload
-def star_tracks(camera: Viewer, theta: float, max_index: int = ..., *, end: EquatorialPlane) -> PlaneTracks: ...
-@overload
-def star_tracks(camera: Viewer, theta: float, max_index: int = ..., *, end: float = ...) -> StarTracks: ...
 @usual_warnings
-def star_tracks(
-    camera: Viewer, theta: float, max_index: int = 2, *, end: float | EquatorialPlane = math.inf
-) -> StarTracks | PlaneTracks:
+def star_tracks(camera: Viewer, level: float, max_index: int = 2, *, end: Wherever | End = math.inf) -> StarTracks:
     """The tracks of all images of a star over one whole orbit of the camera.
 
     Parameters
@@ -254,19 +185,18 @@ def star_tracks(
     camera : Camera or Observer
         A camera on a circular orbit about the spin axis: its velocity has no component but the azimuthal one. For an
         Observer the star moves, once round.
-    theta : float
+    level : float
         theta' of the star in radians. The images of a star at a pole stand still: tracks of one point. In the plane its
         r.
     max_index : int
         0 to 6: images with Morse index up to it.
-    end : float
+    end : float or surface
         Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source
         circles in the plane, seen by any camera that does not lie in it.
 
     Returns
     -------
     StarTracks
-        For the plane `PlaneTracks`, by the source's azimuth.
 
     Raises
     ------
@@ -281,37 +211,63 @@ def star_tracks(
     --------
     >>> import kerrcaustics as kc
     >>> camera = kc.Camera(spin=0.9, radius=10)
-    >>> tracks = kc.star_tracks(camera, theta=1.5, max_index=1)
+    >>> tracks = kc.star_tracks(camera, level=1.5, max_index=1)
     >>> len(tracks.tracks), len(tracks.events), tracks.certified
     (2, 0, True)
     """
     check_viewer(camera)
-    max_index = checked_index(max_index)
-    if isinstance(end, EquatorialPlane):
-        return plane_tracks(camera, theta, max_index, end)
-    angular_velocity = camera.orbital_velocity()
-    height = checked_theta(theta)
-    surface = spherical(camera, end)
-    surface.check_apart("theta", np.array([[height, 0.0]]), camera)
+    surface, highest = end_of(camera, end), checked_index(max_index)
+    return _tracks_on(surface, camera, level, highest)
+
+
+@singledispatch
+def _tracks_on(surface: End, camera: Viewer, level: float, max_index: int) -> StarTracks:
+    """Tracks of a source on a surface."""
+    assert isinstance(surface, Spherical)
+    angular_velocity, height = camera.orbital_velocity(), checked_level(surface, camera, level)
+    surface.check_apart("level", np.array([[height, 0.0]]), camera)
     found, branches, at = _followed(camera, height, max_index, surface)
-    events = pair_events_of(camera, found, height, angular_velocity)
+    events = pair_events_of(camera, surface, found, height, angular_velocity)
     doubts = tuple(r for i in np.flatnonzero(~found.known) for r in events[i].remarks)
     differ = ("the events that camera and star see are not the same: tracks cannot be joined",)
     remarks = (*found.remarks, *branches.remarks, *doubts, *(at.remarks if at else differ))
+    chosen = in_time(e for e in events if e.order <= max_index)
+    # The level curve of a source within the camera's radius is one on the source's sky.
+    own = branches.sheets.end == surface
     return StarTracks(
         camera=camera,
-        theta=height,
+        surface=surface,
+        level=height,
         max_index=max_index,
         angular_velocity=angular_velocity,
         period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
-        tracks=_tracks(branches, events, at) if at else (),
-        events=PairEvents(in_time(e for e in events if e.order <= max_index), found.remarks),
+        tracks=_tracks(camera, surface, branches, events, at) if at else (),
+        events=PairEvents(chosen, not (found.remarks or doubts), found.remarks),
         ends=in_time(e for e in events if e.order > max_index),
         certified=not remarks,
         remarks=remarks,
-        source_radius=float(surface.radius),
-        _branches=branches,
-        _cubics=branches.cubics(branches.links),
+        _branches=branches if own else None,
+        _cubics=branches.cubics(branches.links) if own else None,
+    )
+
+
+@_tracks_on.register
+def _tracks_in_plane(surface: EquatorialPlane, camera: Viewer, level: float, max_index: int) -> StarTracks:
+    arcs = arcs_of(camera, surface.crossing, checked_level(surface, camera, level))
+    events = arc_events(camera, arcs, surface)
+    chosen = in_time(event for event in events.values() if event.order <= max_index)
+    return StarTracks(
+        camera=camera,
+        surface=surface,
+        level=arcs.radius,
+        max_index=max_index,
+        angular_velocity=0.0,
+        period=math.inf,
+        tracks=arc_tracks(camera, arcs, events, max_index, surface),
+        events=PairEvents(chosen, not arcs.doubts, arcs.doubts),
+        ends=in_time(event for event in events.values() if event.order == max_index + 1),
+        certified=not arcs.doubts,
+        remarks=arcs.doubts,
     )
 
 
@@ -333,13 +289,17 @@ def _followed(
     return branches.meetings, branches, SeenNodes(light, error, eastward, nodes.event)
 
 
-def _tracks(branches: Branches, events: list[PairEvent], at: SeenNodes) -> tuple[Track, ...]:
+def _tracks(
+    camera: Viewer, surface: End, branches: Branches, events: list[PairEvent], at: SeenNodes
+) -> tuple[Track, ...]:
     """The chains of links, as the camera sees them."""
-    tracks = [_track(chain, branches, events, at) for chain in chains(branches, over_events=True)]
+    tracks = [
+        _track(LensMap(camera, surface), chain, branches, events, at) for chain in chains(branches, over_events=True)
+    ]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
-def _track(chain: Chain, branches: Branches, events: list[PairEvent], at: SeenNodes) -> Track:
+def _track(lens_map: LensMap, chain: Chain, branches: Branches, events: list[PairEvent], at: SeenNodes) -> Track:
     """One of the chains."""
     chosen, light = chain.nodes, at.light
     index, event = branches.nodes.index[chosen], at.events[chosen]
@@ -348,12 +308,16 @@ def _track(chain: Chain, branches: Branches, events: list[PairEvent], at: SeenNo
     turns = np.round((light.beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
     places = np.flatnonzero(event >= 0)
     return Track(
+        camera=lens_map.viewer,
+        surface=lens_map.surface,
         sky=light.sky[chosen],
         azimuth=chain.longitude + _TURN * turns,
         index=index,
         parity=np.where(event >= 0, 0, 1 - 2 * (index % 2)),
         magnification=np.where(event >= 0, np.inf, light.magnification[chosen]),
         redshift=light.redshift[chosen],
+        time=light.time[chosen],
+        time_error=light.time_error[chosen],
         error=at.error[chosen],
         closed=chain.closed,
         turns=round(chain.sweep / _TURN) if chain.closed else 0,
