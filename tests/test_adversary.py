@@ -108,6 +108,7 @@ def broken(found: list, asked: tuple) -> str:
     return "\n".join(str(one) for one in counted.broken(HONEST))
 
 
+@pytest.mark.slow
 def test_nothing_lies_in_a_few_hard_cases():
     # Programs that other tests compile too.
     asked = tuple(trial._replace(timed=False) for trial in trials.TRIALS if trial.tolerance == 1e-10 and trial.beams)

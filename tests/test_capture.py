@@ -26,7 +26,7 @@ EVENTS = [
 ]
 
 
-FAST = [EVENTS[1], EVENTS[4]]
+FAST = [EVENTS[4]]
 SLOW = [pytest.param(event, marks=pytest.mark.slow) for event in EVENTS if event not in FAST]
 
 

@@ -45,6 +45,7 @@ def assert_agree(camera: Camera, sky: np.ndarray, end: float = math.inf) -> int:
     return int(used.sum())
 
 
+@pytest.mark.slow
 def test_random_cameras():
     rng = np.random.default_rng(1882)
     traced = 0

@@ -215,5 +215,5 @@ def test_derivatives_take_images_alone():
 def test_derivatives_of_stars_at_a_finite_radius_are_refused():
     camera = kc.Camera(0.9, 10.0)
     near = replace(kc.star_images(camera, (1.4, 2.9), max_index=0), surface=kc.Sphere(50.0))
-    with pytest.raises(ValueError, match="`images` must be of a star at infinity, but it is at r = 50"):
+    with pytest.raises(ValueError, match="`images` must be of a star at infinity, but it is on the sphere r = 50"):
         kc.image_derivatives(camera, near)

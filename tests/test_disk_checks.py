@@ -76,6 +76,7 @@ def test_isoradials_land_on_their_rings(camera, crossing, motion):
     assert found.slope == pytest.approx(2 * step * radius / (upper - lower), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_middle_never_meets_the_plane():
     for camera in (NEAR, kc.Camera(0.998, 1e6, 0.4, "static"), kc.Camera(0.7, 9.0, 2.0, (0.1, 0.3, -0.2))):
         assert kc.trace_rays(camera, middle(camera), end=kc.EquatorialPlane(1)).status == kc.Status.CAPTURED

@@ -55,6 +55,7 @@ def exported(page, name):
     return download.value.path()
 
 
+@pytest.mark.slow
 def test_session(page, address):
     state = ExplorerState(orders=2, theta=60.0, phi=150.0)
     page.goto(f"{address}#{state.address()}")

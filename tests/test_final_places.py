@@ -74,7 +74,7 @@ def at_the_camera():
     yield "star", lambda: kc.star_images(orbit, (there[0] * (1 + 2e-16), 1e-15), end=end * (1 + 4e-16))
     yield "stars", lambda: kc.image_counts(orbit, [(1.0, 1.0), there], end=end)
     yield "stars", lambda: kc.image_counts(orbit, [there], end=end, find=False)
-    yield "theta", lambda: kc.star_tracks(orbit, there[0], end=end)
+    yield "level", lambda: kc.star_tracks(orbit, there[0], end=end)
     far = kc.Camera(0.9, 1e6, 1.2, "fiducial")
     yield "star", lambda: kc.star_images(far, there, end=1e6)
 

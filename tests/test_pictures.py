@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from packaging.version import Version
 
+from kerrcaustics.beams.ends import CelestialSphere
 from kerrcaustics.draw import plots, style
 from kerrcaustics.draw.count_map import count_map_figure
 from kerrcaustics.draw.multiples import multiples_figure
@@ -27,6 +28,7 @@ from kerrcaustics.stars.tracks import StarTracks, Track
 
 # Even empty text has a height, and matplotlib 3.11 measures it anew.
 pytestmark = pytest.mark.skipif(Version(matplotlib.__version__) < Version("3.11"), reason="made with matplotlib 3.11")
+SKY = CelestialSphere()
 # Another colour of one order makes 4 or so of it, lines broader by a fifth 2.
 picture = pytest.mark.mpl_image_compare(savefig_kwargs={"dpi": 60}, tolerance=0.8)
 
@@ -51,19 +53,20 @@ def made_track(index, radius, events=()):
     parity[list(places)] = 0
     ones = np.ones(60)
     azimuth = 2 * math.pi * np.arange(60) / 60
-    return Track(sky, azimuth, indices, parity, ones, ones, 0 * ones, True, 1, events, places)
+    columns = ones, ones, ones, 0 * ones, 0 * ones
+    return Track(CAMERA, SKY, sky, azimuth, indices, parity, *columns, True, 1, events, places)
 
 
 def made_event(kind, point_of_ring, radius):
     sky = ring(radius, 60)[point_of_ring]
-    return PairEvent(kind, (1.0, 0.0), sky, 2, (1, 2), 0.0, 0.0, 0.0, 0.0, False, ())
+    return PairEvent(SKY, kind, (1.0, 0.0), sky, 2, (1, 2), 0.0, 0.0, 0.0, 0.0, False, ())
 
 
 def made_tracks():
     events = made_event("creation", 5, 43), made_event("annihilation", 25, 43)
     inner = np.where((np.arange(60) >= 5) & (np.arange(60) < 25), 2, 1)
     tracks = made_track(0, 60), made_track(inner, 43, events)
-    return StarTracks(CAMERA, 1.0, 2, 0.05, 125.0, tracks, PairEvents(events, ()), (), True, (), None, None)
+    return StarTracks(CAMERA, SKY, 1.0, 2, 0.05, 125.0, tracks, PairEvents(events, True, ()), (), True, ())
 
 
 @picture
@@ -91,7 +94,8 @@ def test_tracks():
 def test_count_map():
     theta, phi = (np.arange(n) * math.pi / 45 for n in (45, 90))
     stripes = np.stack(np.broadcast_arrays(np.ones((45, 1), int), np.arange(90) // 30 + (np.arange(45) // 15)[:, None]))
-    counts = CountMap(theta, phi, np.moveaxis(stripes, 0, -1), np.zeros((45, 90), bool))
+    nowhere = np.zeros((45, 90), bool)
+    counts = CountMap(CAMERA, SKY, theta, phi, np.moveaxis(stripes, 0, -1), nowhere, nowhere)
     return without_text(count_map_figure(counts, astroids(3)))
 
 

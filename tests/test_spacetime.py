@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from kerrcaustics.curves.search_sky import as_seen
-from kerrcaustics.spacetime import camera as cameras, kerr
+from kerrcaustics.spacetime import frame as frames, kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.frame import fido_from_sky, line_of_sight_from_sky, sky_from_fido, sky_from_line_of_sight
@@ -186,7 +186,7 @@ def test_aberration_crowds_the_sky_ahead():
 @pytest.mark.parametrize("ray", RAYS, ids=lambda ray: f"{ray['tag']}-{ray['a']}-{ray['r_c']:g}")
 def test_redshift_of_reference_rays(ray):
     camera = Camera(ray["a"], ray["r_c"], math.radians(ray["theta_c_deg"]), (0.0, 0.0, ray["beta"]))
-    ratio = float(cameras.redshift(camera.frame(), np.array(ray["N"])))
+    ratio = float(frames.redshift(camera.frame(), np.array(ray["N"])))
     assert ratio == pytest.approx(ray["redshift_fc_over_fprime"], rel=1e-13)
 
 
@@ -195,7 +195,7 @@ def test_redshift_of_reference_rays(ray):
 def test_photon_is_null_and_has_its_constants(camera, sky):
     """g^ab p_a p_b = 0 and Carter's constant, by the inverse metric typed in afresh."""
     frame = camera.frame()
-    light = cameras.photon_of(frame, tuple(sky))
+    light = frames.photon_of(frame, tuple(sky))
     a, r, s, c = camera.spin, camera.radius, camera.sin_theta, camera.cos_theta
     if s < 1e-3 or abs(light.energy_ratio) < 1e-3:
         # Spherical coordinates fail on the axis, and so does unit energy for photons that have none.

@@ -65,7 +65,7 @@ def test_store_holds_what_the_functions_return(at_603):
         assert np.array_equal(stored, whole[np.arange(filled) * len(whole) // filled])
     world = kc.count_map(camera, 2, 8)
     assert np.array_equal(at_603.image_count, world.counts)
-    assert np.allclose(np.radians(at_603.theta), world.theta, rtol=0, atol=1e-15)
+    assert np.allclose(np.radians(at_603.theta), world.level, rtol=0, atol=1e-15)
     assert np.array_equal(at_603.image_count_on_caustic, world.on_caustic)
     assert np.allclose(np.radians(at_603.phi), world.phi, rtol=0, atol=1e-15)
 

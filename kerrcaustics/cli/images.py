@@ -19,8 +19,8 @@ from kerrcaustics.cli.options import (
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import (
     counted,
-    place_cells,
     place_heads,
+    place_in_words,
     place_of,
     plain_errors,
     progress,
@@ -71,10 +71,7 @@ def images(
 
 def _print_images(found: "StarImages", out: Console) -> None:
     surface, camera = found.surface, found.camera
-    place = ", ".join(
-        f"{head} = {cell}"
-        for head, cell in zip(place_heads(surface), place_cells(surface, found.star, 12), strict=True)
-    )
+    place = place_in_words(surface, found.star)
     say(out, f"{place_of(camera)}: images of the source at {place} on {surface.in_words()}")
     table = PlainTable(
         (

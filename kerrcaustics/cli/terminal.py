@@ -58,6 +58,16 @@ def place_heads(surface: "End") -> tuple[str, ...]:
     return tuple(each.symbol + " (deg)" * (each.unit == "rad") for each in surface.coordinates)
 
 
+def place_in_words(surface: "End", place: Iterable[float]) -> str:
+    """A place on a surface, angles in degrees; its first coordinate alone where no other is given."""
+    pairs = zip(surface.coordinates, place, strict=False)
+    parts = (
+        f"{each.symbol} = {math.degrees(x):z.12g} deg" if each.unit == "rad" else f"{each.symbol} = {x:.12g}"
+        for each, x in pairs
+    )
+    return ", ".join(parts)
+
+
 def place_cells(surface: "End", place: Iterable[float], digits: int = 8) -> list[str]:
     """A place on a surface, angles in degrees, as cells of a table."""
     pairs = zip(surface.coordinates, place, strict=True)

@@ -21,7 +21,7 @@ from kerrcaustics.cli.options import (
 )
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import place_cells, place_heads, place_of, plain_errors, progress, say, sure
+from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, sure
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import Spherical
@@ -178,8 +178,8 @@ def _check_orbit(camera: "Viewer") -> None:
 
 
 def _print_tracks(found: "StarTracks", out: Console) -> None:
-    head, cell = place_heads(found.surface)[0], place_cells(found.surface, (found.level, 0.0), 12)[0]
-    say(out, f"{place_of(found.camera)}: tracks of a source at {head} = {cell} on {found.surface.in_words()}")
+    place = place_in_words(found.surface, [found.level])
+    say(out, f"{place_of(found.camera)}: tracks of a source at {place} on {found.surface.in_words()}")
     _print_curves(found, out)
     if found.events:
         _print_events(found, out)
