@@ -148,7 +148,9 @@ def test_axis_camera_sees_points_on_the_axis():
         assert np.abs(curve.celestial[:, 0] - pole).max() < 10 * curve.error + 1e-15
 
 
-@pytest.mark.parametrize("velocity", ["circular", "static", (0.5, -0.3, 0.2), (0.0, 0.9, 0.0)])
+@pytest.mark.parametrize(
+    "velocity", [pytest.param("circular", marks=pytest.mark.slow), "static", (0.5, -0.3, 0.2), (0.0, 0.9, 0.0)]
+)
 def test_velocity_moves_the_sky_and_leaves_the_caustics(velocity):
     camera = kc.Camera(0.999, 6.03, velocity=velocity)
     for curve, at_rest in zip(kc.caustics(camera, 2), found(0.999, 6.03, velocity="fiducial", orders=2), strict=True):

@@ -83,7 +83,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [pytest.param(c, marks=[pytest.mark.slow] * ("equat" in c)) for c in CASES])
 def test_special_rays(case):
     spin, inclination, sky = CASES[case]
     camera = Camera(spin, 6.03, inclination, "fiducial")
@@ -125,7 +125,7 @@ SMALL_K = {
 }
 
 
-@pytest.mark.parametrize("place", SMALL_K)
+@pytest.mark.parametrize("place", [pytest.param(p, marks=[pytest.mark.slow] * ("horizon" in p)) for p in SMALL_K])
 def test_rays_of_small_k(place):
     camera = SMALL_K[place]
     sky = directions_of_small_k(camera, 256, np.random.default_rng(12))

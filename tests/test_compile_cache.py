@@ -1,20 +1,26 @@
 """Programs are made once, kept in files, and made anew where a file is of no use."""
 
+import hashlib
 import os
 import pickle
 import stat
 import threading
 import warnings
 import zlib
+from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from kerrcaustics.beams import compile_cache
 from kerrcaustics.beams.compile_cache import Program, cache_root, unsafe_cache
 from kerrcaustics.spacetime.settings import own_settings
 
 TRACED = []
+# Of the rooms whose functions are compiled. A change of one byte there makes all programs of all users anew, which takes
+# each of them seconds: change it knowingly, and this number with it.
+DIGEST = "8c6b3a646bedde9d"
 
 
 def doubled(parts, *, twice):
@@ -277,3 +283,9 @@ def test_no_cache_in_the_current_folder(monkeypatch):
     assert cache_root() is None
     ask(Program(doubled))
     assert TRACED == [True]
+
+
+def test_rooms_of_compiled_functions_change_knowingly():
+    package = Path(compile_cache.__file__).parents[1]
+    files = [path for room in compile_cache._SOURCES for path in sorted((package / room).rglob("*.py"))]
+    assert hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16] == DIGEST

@@ -96,6 +96,7 @@ def test_session(page, address):
     assert again[0] == counts and ExplorerState.of(again[1]).address() == ExplorerState.of(here).address()
 
 
+@pytest.mark.slow
 def test_keys_move_the_star_and_change_the_spin(page, address):
     page.goto(f"{address}#spin=0.5&orders=2&theta=80&phi=100")
     settled(page)

@@ -105,6 +105,7 @@ def test_errors_are_numbers(camera, sky, end):
     assert np.isfinite(kc.trace_rays(camera, [sky], "closed-form", end=end).error[0])
 
 
+@pytest.mark.slow
 def test_the_azimuth_of_a_ray_from_the_axis_along_the_cut_is_known_modulo_a_turn():
     """Of -0.0 and 0.0 one is pi, the other - pi."""
     rays = kc.trace_rays(kc.Camera(0.0, 8.0, math.pi, (0.7, 0.0, 0.0)), [[0.0, 0.0, -1.0], [-0.0, 0.0, -1.0]], end=5.3)

@@ -127,7 +127,8 @@ BEYOND = {
 
 # Beams to a sphere have a program of their own, which takes long to compile.
 LIMITS = [
-    pytest.param(known, id=name, marks=[pytest.mark.slow] * (known.end < math.inf)) for name, known in KNOWN.items()
+    pytest.param(known, id=name, marks=[pytest.mark.slow] * (known.end < math.inf or "fast" in name))
+    for name, known in KNOWN.items()
 ]
 
 

@@ -69,29 +69,29 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: Meetings, e
     partners = _partners(branches, own)
     if partners is None:
         return None
-    lens = search_camera(camera)
+    rest = search_camera(camera)
     place = from_angles(np.full(len(nodes.longitude), theta), nodes.longitude)
     photon = photon_of(branches.sheets.frame, tuple(nodes.sky.T))
     # Of photons that come in at the star the ways lead on inward, and out again.
     second_arrival = np.asarray(photon.rate[0]) > 0
-    sky = _nearest(lens, np.asarray(photon.b), np.asarray(photon.q), second_arrival, place, end)
+    sky = _nearest(rest, np.asarray(photon.b), np.asarray(photon.q), second_arrival, place, end)
     at_event = nodes.event >= 0
     which = np.where(at_event, partners[nodes.event] if len(partners) else -1, -1)
     error, lost = np.full(len(sky), np.nan), 0
     for leaf in (False, True):
         these = np.flatnonzero((second_arrival == leaf) & ~at_event)
         found, there, off = find_roots(
-            lens, place[these], nodes.index[these], sky[these], _FEW_STEPS, end=replace(end, second_arrival=leaf)
+            rest, place[these], nodes.index[these], sky[these], _FEW_STEPS, end=replace(end, second_arrival=leaf)
         )
         sky[these[found]], error[these[found]] = there, off
         lost += len(these) - len(found)
     events = which[at_event]
-    sky[at_event] = sky_from_line_of_sight(lens.frame(), own.points.line_of_sight[events])
+    sky[at_event] = sky_from_line_of_sight(rest.frame(), own.points.line_of_sight[events])
     lens_map = LensMap(camera, end)
     at = lens_map.seen(sky, second_arrival)
     along = own.error[events] * math.sin(theta) + at.beams.error[at_event]
     error[at_event] = along / at.spread[at_event] + at.beams.jacobian_error[at_event]
-    eastward = line_of_sight_from_sky(lens.frame(), sky)[:, 2] < 0
+    eastward = line_of_sight_from_sky(rest.frame(), sky)[:, 2] < 0
     remarks = (f"{lost} points of tracks could not be found on the camera's sky",) if lost else ()
     return SeenNodes(at, lens_map.errors(sky, error), eastward, which, remarks)
 
