@@ -18,8 +18,8 @@ from kerrcaustics.beams.compile_cache import Program, cache_root, unsafe_cache
 from kerrcaustics.spacetime.settings import own_settings
 
 TRACED = []
-# Of the rooms whose functions are compiled. A change of one byte there makes all programs of all users anew, which takes
-# each of them seconds: change it knowingly, and this number with it.
+# Of the rooms whose functions are compiled. A change of one byte there makes all programs of all users anew, which
+# takes each of them seconds: change it knowingly, and this number with it.
 DIGEST = "8c6b3a646bedde9d"
 
 
