@@ -25,7 +25,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unrolled
 

@@ -26,7 +26,7 @@ from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.spacetime.frame import photon_of
 
 CAMERA = kc.Camera(spin=0.0, radius=6.03, velocity=(0.0, 0.0, 1e-3))

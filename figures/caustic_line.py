@@ -27,7 +27,7 @@ from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.solids import CAMERA_COLOUR, HORIZON_COLOUR, Model, SpaceCurve, Surface
 from kerrcaustics.draw.space import write_model

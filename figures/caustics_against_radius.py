@@ -13,8 +13,8 @@ they are made where light circles the hole; close in, their prograde cusp runs a
 from pathlib import Path
 
 import kerrcaustics as kc
-from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.multiples import multiples_figure
+from kerrcaustics.draw.picture_files import write_line_art
 
 SPIN = 0.999
 RADII = (50.0, 15.0, 6.03, 2.6, 1.5)

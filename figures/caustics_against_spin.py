@@ -14,8 +14,8 @@ again.
 from pathlib import Path
 
 import kerrcaustics as kc
-from kerrcaustics.draw.files import write_line_art
 from kerrcaustics.draw.multiples import multiples_figure
+from kerrcaustics.draw.picture_files import write_line_art
 
 RADIUS = 6.03
 SPINS = (0.3, 0.6, 0.9, 0.99, 0.999)

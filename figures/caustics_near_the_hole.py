@@ -18,7 +18,7 @@ import math
 from pathlib import Path
 
 import kerrcaustics as kc
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import overview
 
 CAMERAS = {

@@ -27,7 +27,7 @@ from matplotlib.ticker import MultipleLocator
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.scenes import show_critical_curves, show_curve_names, show_line, show_picture
 from kerrcaustics.scenes.checkerboard import HUES

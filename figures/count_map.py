@@ -13,7 +13,7 @@ from pathlib import Path
 
 import kerrcaustics as kc
 from kerrcaustics.draw.count_map import count_map_figure
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 
 SPIN = 0.999
 RADII = (6.03, 2.6)

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.spacetime import kerr
 
 SPIN, RADIUS = 0.998, 1000.0

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.picture_files import write_picture
 
 CAMERA = kc.Camera(spin=0.6, radius=74.1, inclination=math.radians(86.56), velocity="static")
 VIEW = kc.pictures.View(1400, 630, math.radians(40))

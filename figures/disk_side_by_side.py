@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.scenes.disk.flat import render_flat
 

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.scenes import show_picture
 
 CAMERA = kc.Camera(spin=0.6, radius=74.1, inclination=math.radians(80), velocity="static")

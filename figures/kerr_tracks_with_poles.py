@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant
 from kerrcaustics.draw.star_maps import DARK_RIM, INDEX_COLOURS, star_map_legend, tracks_on_stars

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.scenes import show_critical_curves, show_picture
 
 SPIN = 0.999

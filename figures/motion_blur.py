@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.scenes import show_picture
 
 SPIN, RADIUS, FALL, TURN = 0.999, 6.03, 0.1, 0.05

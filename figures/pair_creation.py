@@ -28,7 +28,7 @@ from matplotlib.ticker import MultipleLocator
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.draw.tracks import draw_motion, moving_lines, number_images, tracks_legend, tracks_on_sky

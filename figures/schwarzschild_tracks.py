@@ -25,7 +25,7 @@ from matplotlib.lines import Line2D
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant
 from kerrcaustics.draw.star_maps import star_map_legend, tracks_on_stars

@@ -12,8 +12,8 @@ import math
 from pathlib import Path
 
 import kerrcaustics as kc
-from kerrcaustics.draw.files import write_picture
 from kerrcaustics.draw.light_curves import light_curve_figure
+from kerrcaustics.draw.picture_files import write_picture
 
 CAMERA = kc.Camera(spin=0.998, radius=50.0, inclination=math.radians(75), velocity="static")
 

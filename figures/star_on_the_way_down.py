@@ -21,7 +21,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.projection import azimuthal_equidistant
 from kerrcaustics.draw.sky_axes import camera_sky_axes
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_picture
+from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.spacetime.sphere import from_angles
 

@@ -24,7 +24,7 @@ from matplotlib.ticker import MultipleLocator
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline, primary_zoom
 from kerrcaustics.stars.events import PairEvents
 

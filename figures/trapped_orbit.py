@@ -25,7 +25,7 @@ from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.draw.files import write_line_art
+from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of

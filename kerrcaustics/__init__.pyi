@@ -11,11 +11,11 @@ from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet, causti
 from .curves.isoradials import isoradials as isoradials
 from .curves.light_curves import light_curve as light_curve
 from .curves.tubes import caustic_tubes as caustic_tubes
-from .draw.shown import show as show
+from .draw.result_plots import show as show
 from .explorer.widget import explore as explore
 from .results.datasets import to_xarray as to_xarray
-from .results.files import load as load, save as save
 from .results.records import record as record
+from .results.storage import load as load, save as save
 from .scene_files.reading import read_scene as read_scene
 from .scene_files.scene_file import SceneFile as SceneFile
 from .scenes.disk.profile import line_profile as line_profile
@@ -32,6 +32,6 @@ from .stars.following import follow_star as follow_star
 from .stars.images import StarImages as StarImages, star_images as star_images
 from .stars.lines import crossings_of_line as crossings_of_line
 from .stars.tracks import StarTracks as StarTracks, star_tracks as star_tracks
-from .sweeps.engine import sweep as sweep
+from .sweeps.run import sweep as sweep
 
 __version__: str

@@ -12,4 +12,4 @@ from .scenes.footprint import Footprint as Footprint
 from .scenes.panorama import Panorama as Panorama, save_sky as save_sky
 from .scenes.render import celestial_picture as celestial_picture
 from .scenes.star_field import StarField as StarField
-from .scenes.turned import TurnedSky as TurnedSky
+from .scenes.turned_sky import TurnedSky as TurnedSky

@@ -5,7 +5,7 @@ import os
 from sweeping import slowly_made_up
 
 from kerrcaustics.__main__ import main
-from kerrcaustics.sweeps import engine
+from kerrcaustics.sweeps import run as engine
 from kerrcaustics.workers import worker_failures
 
 engine.computed = slowly_made_up

@@ -11,7 +11,7 @@ import numpy as np
 import xarray
 
 import kerrcaustics as kc
-from kerrcaustics.sweeps import engine
+from kerrcaustics.sweeps import run as engine
 from kerrcaustics.sweeps.quantities import dimensions, variables
 
 PLAIN = "spin = [0.5, 0.9]\nradius = [3.0, 4.0, 6.0]\norders = 1\nblock = 2\ncompute = ['areas']\ntitle = 'Schön'\n"

@@ -8,8 +8,8 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
-from kerrcaustics.scenes.disk.isoradials import isoradials, middle
 from kerrcaustics.scenes.disk.profile import barycentric, binned, round_about
+from kerrcaustics.scenes.disk.ring_images import isoradials, middle
 from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime import kerr
 

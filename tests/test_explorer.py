@@ -25,8 +25,8 @@ from packaging.version import Version
 
 import kerrcaustics as kc
 from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, question
+from kerrcaustics.explorer.page_data import view_of
 from kerrcaustics.explorer.state import PRESETS, ExplorerState
-from kerrcaustics.explorer.view import view_of
 
 STATE = ExplorerState(spin=0.9, orders=2, theta=80.0, phi=250.0)
 

@@ -209,7 +209,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from kerrcaustics.report.records import write_record, write_text
+from kerrcaustics.report.study_records import write_record, write_text
 
 
 def main(output: Path) -> list[Path]:

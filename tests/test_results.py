@@ -18,7 +18,7 @@ import kerrcaustics as kc
 from kerrcaustics.beams.paths import SpacePoints
 from kerrcaustics.curves.caustic import Cusp
 from kerrcaustics.results.declared import LAYOUTS, quantities, stored
-from kerrcaustics.results.files import HOMES
+from kerrcaustics.results.storage import HOMES
 from kerrcaustics.results.units import as_in
 from kerrcaustics.stars.events import PairEvents
 from kerrcaustics.stars.track import Track

@@ -17,9 +17,9 @@ from scipy.integrate import solve_ivp
 import kerrcaustics as kc
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scene_files import contents, renderer, scene_file
+from kerrcaustics.scene_files.camera_motion import fido_velocity
 from kerrcaustics.scene_files.expressions import Moment, formula
 from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
-from kerrcaustics.scene_files.motion import fido_velocity
 from kerrcaustics.scene_files.templates import first_lines, template_text
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.spacetime import kerr

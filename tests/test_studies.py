@@ -10,7 +10,7 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.engine import ENGINES
-from kerrcaustics.report.records import find_records
+from kerrcaustics.report.study_records import find_records
 from kerrcaustics.report.tables import Table
 from kerrcaustics.scripts import STUDIES, ScriptFolder
 from kerrcaustics.sweeps.scene import Range

@@ -11,7 +11,7 @@ from command_line import run
 from sweeping import PLAIN, files, made_up, opened, written
 
 import kerrcaustics as kc
-from kerrcaustics.sweeps import engine
+from kerrcaustics.sweeps import run as engine
 from kerrcaustics.sweeps.scene import Range, Scene
 from kerrcaustics.sweeps.store import store_at
 

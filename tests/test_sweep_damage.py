@@ -12,7 +12,7 @@ from harming import HARM, hold_a_folder, restored
 from sweeping import PLAIN, files, made_up, opened, sweep_in_step, written
 
 import kerrcaustics as kc
-from kerrcaustics.sweeps import engine
+from kerrcaustics.sweeps import run as engine
 
 
 @pytest.fixture(autouse=True)

@@ -79,13 +79,13 @@ def caustics(
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic import caustics as find
         from kerrcaustics.curves.plane_caustics import PlaneCausticSet
-        from kerrcaustics.results import files
+        from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
         found = find(seen_from, orders, engine, tolerance, progress=report, end=end)
     common.write(record(found, points=points), None if points else 2)
     if save is not None:
-        files.save(save, found)
+        storage.save(save, found)
     if isinstance(found, PlaneCausticSet):
         _print_plane(found, common.console())
         return

@@ -72,13 +72,13 @@ def light_curve(
     began = time.perf_counter()
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.light_curves import light_curve as follow
-        from kerrcaustics.results import files
+        from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
         found = follow(seen_from, orbit, times, size=size, crossings=crossings, motion=motion, power=power)
         seconds = time.perf_counter() - began
         if save is not None:
-            files.save(save, found)
+            storage.save(save, found)
         if figure is not None:
             report("drawing", 0.9)
             from kerrcaustics.draw.light_curves import light_curve_figure

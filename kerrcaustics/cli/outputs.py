@@ -110,6 +110,6 @@ def write_json(entry: dict[str, Any], target: str, indent: int | None = 2, priva
 
 def write_figure(picture: "Figure", path: Path) -> None:
     """Write a picture in the format that the file's ending names."""
-    from kerrcaustics.draw.files import write_picture
+    from kerrcaustics.draw.picture_files import write_picture
 
     write_picture(picture, path)

@@ -116,7 +116,7 @@ def report(
 
 def _records(folder: Path) -> dict:
     """Records of studies by name."""
-    from kerrcaustics.report.records import find_records
+    from kerrcaustics.report.study_records import find_records
 
     try:
         return {record.name: record for record in find_records(folder)}

@@ -13,7 +13,7 @@ from kerrcaustics.cli.terminal import plain_errors, progress, say
 from kerrcaustics.interrupts import NOTHING_LEFT, on_interrupt
 
 if TYPE_CHECKING:
-    from kerrcaustics.sweeps.engine import SweepResult
+    from kerrcaustics.sweeps.run import SweepResult
 
 # Lines about failed points that are printed; the store has them all.
 _SHOWN = 20
@@ -105,7 +105,7 @@ def _run(scene: Path, store: Path, workers: int | None, scheduler: str | None, r
 
     try:
         with plain_errors({"path": "output"}), progress(left=True) as report:
-            from kerrcaustics.sweeps.engine import sweep as run
+            from kerrcaustics.sweeps.run import sweep as run
             from kerrcaustics.sweeps.scene import read_scene
 
             return run(read_scene(scene), store, workers=workers, scheduler=scheduler, retry=retry, progress=report)

@@ -4,8 +4,8 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+from kerrcaustics.explorer.page_data import Message, view_of
 from kerrcaustics.explorer.state import PRESETS, ExplorerState
-from kerrcaustics.explorer.view import Message, view_of
 
 LONGEST_QUESTION = 4096
 """Bytes of a question at most."""

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float
 from PIL import Image
 
+from kerrcaustics.explorer.page_data import Message, curves_of
 from kerrcaustics.explorer.state import ExplorerState
-from kerrcaustics.explorer.view import Message, curves_of
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.render import celestial_picture, trace_view

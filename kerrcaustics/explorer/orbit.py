@@ -5,8 +5,8 @@ import time
 
 import numpy as np
 
+from kerrcaustics.explorer.page_data import Message, finite
 from kerrcaustics.explorer.state import ExplorerState
-from kerrcaustics.explorer.view import Message, finite
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.stars.events import PairEvent
 from kerrcaustics.stars.images import StarImages

@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from kerrcaustics.explorer.orbit import orbit_of
+from kerrcaustics.explorer.page_data import Message, view_of
 from kerrcaustics.explorer.state import ExplorerState
-from kerrcaustics.explorer.view import Message, view_of
 from kerrcaustics.files import writing
 
 PAGE = Path(__file__).parent / "page"

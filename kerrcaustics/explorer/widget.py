@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.explorer.answers import answer, greeting, question, refusal
+from kerrcaustics.explorer.page_data import Message
 from kerrcaustics.explorer.state import ExplorerState
-from kerrcaustics.explorer.view import Message
 
 if TYPE_CHECKING:
     from anywidget import AnyWidget

@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from kerrcaustics.report.records import StudyRecord, write_text
+from kerrcaustics.report.study_records import StudyRecord, write_text
 from kerrcaustics.report.tables import Table
 
 # What comes first, and what it is about; the others follow by name.

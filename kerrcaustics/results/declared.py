@@ -147,7 +147,7 @@ class Shown:
         settings
             Of the plot of this class, as [Plots](plots.md) tells.
         """
-        return import_module("kerrcaustics.draw.shown").plot(self, ax, **settings)
+        return import_module("kerrcaustics.draw.result_plots").plot(self, ax, **settings)
 
 
 class Items(Sequence[T]):

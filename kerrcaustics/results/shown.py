@@ -188,7 +188,7 @@ def _line(cells: list[str], kind: str, text: str = "") -> str:
 
 def _picture(result: Any) -> str:
     """The plot of a result as a PNG within the page; nothing where it has none."""
-    drawn = import_module("kerrcaustics.draw.shown").small_picture(result)
+    drawn = import_module("kerrcaustics.draw.result_plots").small_picture(result)
     if drawn is None:
         return ""
     file = io.BytesIO()

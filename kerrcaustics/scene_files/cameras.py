@@ -6,17 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kerrcaustics.scene_files.contents import (
-    Contents,
-    CsvTable,
-    ExpressionsTable,
-    GeodesicTable,
-    KeyframesTable,
-    Varied,
-)
-from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
-from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
-from kerrcaustics.scene_files.motion import (
+from kerrcaustics.scene_files.camera_motion import (
     PLACE_NAMES,
     CameraMotion,
     Formulated,
@@ -27,6 +17,16 @@ from kerrcaustics.scene_files.motion import (
     phi_rate,
     read_places,
 )
+from kerrcaustics.scene_files.contents import (
+    Contents,
+    CsvTable,
+    ExpressionsTable,
+    GeodesicTable,
+    KeyframesTable,
+    Varied,
+)
+from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
+from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
 from kerrcaustics.scene_files.validation import SceneError, about, refuse
 from kerrcaustics.spacetime.camera import Camera, Velocity
 

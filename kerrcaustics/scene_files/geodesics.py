@@ -16,7 +16,7 @@ from jaxtyping import Float
 from scipy.integrate import DenseOutput
 from scipy.optimize import brentq
 
-from kerrcaustics.scene_files.motion import Place
+from kerrcaustics.scene_files.camera_motion import Place
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 

@@ -18,10 +18,10 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.films import pixels
 from kerrcaustics.draw.scenes import show_critical_curves
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
+from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraWay
 from kerrcaustics.scene_files.contents import OverlaysTable
 from kerrcaustics.scene_files.expressions import Moment
-from kerrcaustics.scene_files.motion import PLACE_NAMES
 from kerrcaustics.scene_files.validation import SceneError, about, refuse
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.view import View

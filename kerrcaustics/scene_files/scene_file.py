@@ -24,7 +24,7 @@ from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.render import Rendering
-from kerrcaustics.scenes.turned import TurnedSky
+from kerrcaustics.scenes.turned_sky import TurnedSky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number

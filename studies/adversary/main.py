@@ -22,7 +22,7 @@ The worst of each broken claim is written as Python, with simple numbers where t
 import time
 from pathlib import Path
 
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
 
 from . import cases as hard

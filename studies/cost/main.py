@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 import kerrcaustics as kc
 from kerrcaustics.draw.style import PALETTE, RC, SMALLEST_TEXT
 from kerrcaustics.report.machine import core_seconds, one_core
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
 
 from ..directions import whole_sky

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
 from kerrcaustics.scenes.disk.emission import ThermalEmission, page_thorne_flux
-from kerrcaustics.scenes.disk.isoradials import isoradials
+from kerrcaustics.scenes.disk.ring_images import isoradials
 from kerrcaustics.spacetime import kerr
 
 from . import screen, twin

@@ -25,9 +25,9 @@ from matplotlib.ticker import NullFormatter
 
 import kerrcaustics as kc
 from kerrcaustics.draw.style import PAGE_WIDTH, PALETTE, RC
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
-from kerrcaustics.scenes.disk.isoradials import isoradials
+from kerrcaustics.scenes.disk.ring_images import isoradials
 
 from . import light, rays, schwarzschild, screen, twin, work
 from .verdict import Check

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.scenes.disk.isoradials import isoradials
+from kerrcaustics.scenes.disk.ring_images import isoradials
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.sphere import tangent_basis
 

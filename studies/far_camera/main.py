@@ -19,7 +19,7 @@ import xarray
 from scipy.optimize import brentq
 
 import kerrcaustics as kc
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.sweeps.scene import Range, Scene
 

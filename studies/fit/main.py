@@ -23,7 +23,7 @@ from scipy.optimize import least_squares
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.spacetime.sphere import from_angles
 

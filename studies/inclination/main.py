@@ -25,7 +25,7 @@ from matplotlib.lines import Line2D
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.draw import style
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.sweeps.scene import Scene
 

@@ -27,7 +27,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import EquatorialPlane, Sphere
 from kerrcaustics.draw import style
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.spacetime import kerr
 

@@ -21,7 +21,7 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import HIGHEST_ORDER
 from kerrcaustics.curves.critical_points import Search
 from kerrcaustics.draw import style
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido

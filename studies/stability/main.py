@@ -28,7 +28,7 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.beams.engine import ENGINES
-from kerrcaustics.report.records import write_study
+from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
 
 from . import checks

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.scenes.disk.disk import MOTIONS
-from kerrcaustics.scenes.disk.isoradials import isoradials
 from kerrcaustics.scenes.disk.lighting import covered_part
+from kerrcaustics.scenes.disk.ring_images import isoradials
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number

@@ -47,7 +47,7 @@ HOMES = {
     "scenes.render_volume": "VolumeRendering",
     "scenes.disk.profile": "LineProfile",
     "films.film": "FilmResult",
-    "sweeps.engine": "SweepResult",
+    "sweeps.run": "SweepResult",
 }
 """What a file can hold: the classes of each module. It is loaded when a file asks for it."""
 

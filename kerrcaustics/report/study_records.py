@@ -63,7 +63,7 @@ def write_study(folder: Path, name: str, about: str, figure: "Figure", tables: s
 
     The record comes last: where there is one, the study is whole.
     """
-    from kerrcaustics.draw.files import write_picture
+    from kerrcaustics.draw.picture_files import write_picture
 
     beside = [write_picture(figure, folder / f"{name}.png"), write_text(folder / f"{name}.md", tables)]
     return [write_record(folder / f"{name}.json", name, about, **content), *beside]
