@@ -87,6 +87,19 @@ def test_angles_are_degrees_in_records_and_rows_have_names():
     assert [row["index"] for row in entry["images"]] == [-1, 0, 1]
 
 
+def test_units_and_names_belong_to_viewer_and_surface():
+    seen = example(kc.StarImages, 3)
+    far = kc.Observer(spin=0.5, inclination=1.0)
+    plane = replace(seen, camera=far, surface=kc.EquatorialPlane(2), star=(8.0, math.radians(30)))
+    entry, sphere = kc.record(plane), kc.record(seen)
+    assert (entry["star_radius"], entry["star_phi_deg"], entry["crossing"], entry["radius"]) == (8.0, 30.0, 2, None)
+    assert "star_deg" in sphere and sphere["radius"] == CAMERA.radius and sphere["source_radius"] == 7.5
+    assert "error" in entry["images"][0] and "error_rad" in sphere["images"][0]
+    units = [kc.to_xarray(one).magnification.attrs["units"] for one in (seen, plane, replace(seen, camera=far))]
+    assert units == ["1", "1", "(GM/c^2)^2"]
+    assert kc.to_xarray(replace(plane, camera=CAMERA)).magnification.attrs["units"] == "c^4/(GM)^2"
+
+
 @pytest.mark.parametrize("count", [0, 1, 3])
 def test_a_dataset_holds_every_number(kind, count, tmp_path):
     made = example(kind, count)

@@ -26,15 +26,18 @@ def as_in(result: Any, about: Quantity) -> Quantity:
     if about.unit == "magnification":
         powers = (result.camera.sky_unit != "rad") - (result.surface.coordinates[0].unit != "rad")
         return replace(about, unit={0: "1", 1: "(GM/c^2)^2", -1: "c^4/(GM)^2"}[powers])
-    if about.unit in ("place", "level"):
-        chosen = result.surface.coordinates[: 1 if about.unit == "level" else 2]
-        units = [coordinate.unit for coordinate in chosen]
-        names = [coordinate.name + "_deg" * (coordinate.unit == "rad") for coordinate in chosen]
+    if about.unit == "place":
+        units = [coordinate.unit for coordinate in result.surface.coordinates]
+        base = about.json or about.name
+        names = [f"{base}_{c.name}" + "_deg" * (c.unit == "rad") for c in result.surface.coordinates]
         alike = set(units) == {"rad"}
-        name = " ".join(names)
-        if about.unit == "place" and alike:
-            name = f"{about.json or about.name}_deg"
-        elif about.unit == "level" and about.json:
-            name = f"{about.json}_{name}"
-        return replace(about, unit="rad" if alike else ", ".join(units), json=name)
+        return replace(
+            about, unit="rad" if alike else ", ".join(units), json=f"{base}_deg" if alike else " ".join(names)
+        )
+    if about.unit == "level":
+        first = result.surface.coordinates[0]
+        angle = first.unit == "rad"
+        # Without a base the radius would stand under the name of the camera's.
+        name = f"{about.json}_{first.name}" if about.json else first.name if angle else about.name
+        return replace(about, unit=first.unit, json=name + "_deg" * angle)
     return about
