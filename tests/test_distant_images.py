@@ -188,7 +188,7 @@ def test_tracks_are_of_the_star():
     assert tracks.certified and len(tracks.events) == 2 and math.isinf(tracks.period)
     single, together = kc.star_images(OBSERVER, (1.2, 2.0), 2), tracks.images_at(azimuth=2.0)
     np.testing.assert_allclose(together.sky, single.sky, atol=1e-10)
-    with pytest.raises(ValueError, match="Argument `time` must be left out for an Observer"):
+    with pytest.raises(ValueError, match="Argument `time` must be left out where the camera does not orbit"):
         tracks.images_at(0.0)
 
 

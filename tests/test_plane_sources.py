@@ -147,9 +147,9 @@ def test_tracks_in_the_plane_hold_all_images(crossing, radius):
         np.testing.assert_allclose(beams.time, track.time[plain], rtol=1e-8)
         assert track.turns == (-1 if track.closed else 0)
         assert (track.index[list(track.places)] == [event.order for event in track.events]).all()
-    for images in found.images_at(np.linspace(0, 6.2, 13)):
+    for images in found.images_at(azimuth=np.linspace(0, 6.2, 13)):
         assert images.certified
-        passed = sum(_passes(track, images.phi) for track in found.tracks)
+        passed = sum(_passes(track, images.star[1]) for track in found.tracks)
         assert passed == len(images)
 
 
