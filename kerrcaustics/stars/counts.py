@@ -154,7 +154,7 @@ def image_counts(
     find : bool
         Whether to find every image too, which certifies the counts; else only the winding of the caustics about the
         star counts them, a hundred times faster. In the plane both are one.
-    end : float or surface
+    end : float, Sphere or EquatorialPlane
         Radius of the stars; math.inf is the celestial sphere. Of stars nearer to the hole than the camera each takes a
         search of its own to be certified. An `EquatorialPlane`: stars are (r, phi) in the plane.
 
@@ -209,7 +209,7 @@ def count_map(
         0 to 6.
     rows : int
         Cells from pole to pole; twice as many go round.
-    end : float or surface
+    end : float, Sphere or EquatorialPlane
         Radius of the stars; math.inf is the celestial sphere. An `EquatorialPlane`: a map over r and phi, in which
         rows are circles, of about a second each.
     radii : array

@@ -86,7 +86,7 @@ def pair_events(camera: Viewer, level: float, max_index: int = 2, *, end: Wherev
         theta' of the star in radians; in the plane its r.
     max_index : int
         0 to 6: pairs whose images have index up to it.
-    end : float or surface
+    end : float, Sphere or EquatorialPlane
         Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source circles in the plane,
         seen by any camera that does not lie in it, and events are in the order of its azimuth.
 

@@ -121,7 +121,7 @@ def star_images(
         Radians, on the surface of `end`; in the plane (r, phi).
     max_index : int
         0 to 6. The image counts need the critical curves to order max_index + 1.
-    end : float or surface
+    end : float, Sphere or EquatorialPlane
         Radius of the star; math.inf is the celestial sphere. One that is nearer to the hole than the camera takes a
         search of its own, as the sky is searched from there (docs/near_sources.md). An `EquatorialPlane`: images by
         rays that cross the plane at the source for the n-th time, seen by cameras that do not lie in it.

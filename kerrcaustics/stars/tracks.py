@@ -190,7 +190,7 @@ def star_tracks(camera: Viewer, level: float, max_index: int = 2, *, end: Wherev
         r.
     max_index : int
         0 to 6: images with Morse index up to it.
-    end : float or surface
+    end : float, Sphere or EquatorialPlane
         Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source
         circles in the plane, seen by any camera that does not lie in it.
 
