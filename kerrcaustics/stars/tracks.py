@@ -106,7 +106,7 @@ class StarTracks:
         if (time is None) == (azimuth is None):
             raise ValueError("Arguments `time` and `azimuth`: exactly one of them must be given.")
         if azimuth is None and not self.angular_velocity:
-            raise ValueError("Argument `time` must be left out where the camera does not orbit the hole: give `azimuth`.")
+            raise ValueError("Argument `time` must be left out where the camera does not orbit: give `azimuth`.")
         name, value = ("azimuth", azimuth) if time is None else ("time", time)
         moments = numbers(name, value)
         if moments.ndim > 1 or not np.isfinite(moments).all():
