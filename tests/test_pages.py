@@ -22,7 +22,8 @@ MADE = {"gallery/index.rst", "tutorial/index.rst", "explorer.html"}
 BEFORE = {
     "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",
     "units.md": "import numpy as np\nimport kerrcaustics as kc\ncamera = kc.Camera(0.9, 20)\n"
-    "values = np.ones(12 * 64**2)\nkc.save_sky('sky.fits', kc.skies.celestial_picture(kc.skies.Checkerboard(), 64))\n",
+    "values = np.ones(12 * 64**2)\n"
+    "kc.skies.save_sky('sky.fits', kc.skies.celestial_picture(kc.skies.Checkerboard(), 64))\n",
     "sweeps.md": "import numpy as np, xarray\n"
     "axes = {'spin': [0.5, 0.9], 'radius': [3.0, 6.0, 12.0], 'inclination': [60, 90], 'order': [1, 2, 3]}\n"
     "circuits = np.random.default_rng(1).random((2, 3, 2, 3))\n"
