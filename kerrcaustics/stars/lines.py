@@ -10,6 +10,7 @@ from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.lens_map import TOLERANCE
 from kerrcaustics.curves.search_sky import as_seen, search_sky
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
@@ -18,7 +19,7 @@ from kerrcaustics.spacetime.sphere import flattened, tangent_basis
 from kerrcaustics.stars.circles import CircleImages
 from kerrcaustics.stars.images import checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
-from kerrcaustics.stars.sheets import TOLERANCE, Sheets
+from kerrcaustics.stars.sheets import Sheets
 
 Array = np.ndarray
 

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End, Sphere
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.lens_map import LensMap, SeenLight
+from kerrcaustics.curves.lens_map import TOLERANCE, LensMap, SeenLight
 from kerrcaustics.curves.search_sky import magnified, search_camera
 from kerrcaustics.curves.source_map import on_leaves
 from kerrcaustics.spacetime.checks import quoted
@@ -26,7 +26,6 @@ from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.reciprocal import motion, sheets_from
-from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
 

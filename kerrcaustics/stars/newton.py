@@ -6,10 +6,10 @@ from jaxtyping import Float, Int
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Sphere, Spherical
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.lens_map import TOLERANCE
 from kerrcaustics.curves.sky_chart import chart_of, straight
 from kerrcaustics.spacetime.sphere import flattened
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.stars.sheets import TOLERANCE
 
 Array = np.ndarray
 

@@ -22,6 +22,7 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.warm_up import warm_up
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.curves.lens_map import TOLERANCE
 from kerrcaustics.curves.ring_at_infinity import check_index, with_ring_at_infinity
 from kerrcaustics.curves.search_sky import search_camera
 from kerrcaustics.curves.source_map import SourceMap
@@ -58,9 +59,8 @@ _INSIDE = 0.002
 _LINEAR = 0.25
 # Circles whose radii differ by less than this factor share a tree.
 _ALIKE = 1.5
-TOLERANCE = 1e-12
-"""Wanted error of the beams in all that is said of stars, radians."""
-# The same of the grids' rays, which show where to look: what the closed form loses next to an extremal hole is less.
+# Wanted error of the rays of the grids, radians, which show where to look: what the closed form loses next to an
+# extremal hole is less.
 _OF_GRID = 1e-8
 # Directions where images are counted on the grids, in no special place.
 _REFERENCES = from_angles([0.4, 0.9, 1.3, 2.1, 2.6], [1.0, 4.0, 2.5, 5.5, 0.3])

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.lens_map import TOLERANCE
 from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.spacetime.frame import Frame
@@ -24,7 +25,7 @@ from kerrcaustics.stars.level_curves.links import DOUBT, Linker, Links, Nodes, l
 from kerrcaustics.stars.level_curves.meetings import STILL, meetings
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
-from kerrcaustics.stars.sheets import TOLERANCE, Sheets
+from kerrcaustics.stars.sheets import Sheets
 
 Array = np.ndarray
 # Of images, one entry each.
