@@ -7,7 +7,8 @@ from .beams.beam import Beams as Beams, Rays as Rays, Status as Status
 from .beams.ends import CelestialSphere as CelestialSphere, EquatorialPlane as EquatorialPlane, Sphere as Sphere
 from .beams.paths import ray_paths as ray_paths, trapped_orbit as trapped_orbit
 from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
-from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet, caustics as caustics
+from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet
+from .curves.caustic_search import caustics as caustics
 from .curves.isoradials import isoradials as isoradials
 from .curves.light_curves import light_curve as light_curve
 from .curves.tubes import caustic_tubes as caustic_tubes

@@ -168,6 +168,13 @@ IN_PLANE = "from within the plane every crossing is a conjugate point of the ray
 REFUSED = (
     Refusal(EVERY, ("beyond",), ("infinity",), None, "nothing lies beyond an observer at infinity"),
     Refusal(("circle_images", "crossings_of_line"), ("plane",), ALL, "end", "great circles are circles of a sphere"),
+    Refusal(
+        ("circle_images", "crossings_of_line"),
+        ("within",),
+        OFF_PLANE,
+        "end",
+        "the camera circles as the source sees it only if the source circles about the spin axis",
+    ),
     Refusal(("shadow_edge",), FINITE, ALL, "end", "light of the shadow's edge winds onto photon orbits for ever"),
     Refusal(("caustic_tubes",), FINITE, ALL, "end", "tubes are surfaces in space; their sections are caustics"),
     Refusal(DISKS, SPHERES, OFF_PLANE, "end", "disks, and circular orbits of spots, lie in the equatorial plane"),
@@ -184,15 +191,11 @@ REFUSED = (
     Refusal(("follow_star",), ("plane",), (EQUATORIAL,), "cameras", IN_PLANE),
 )
 GAPS = (
-    # The plane has classes of its own.
-    Gap(("caustics",), ("plane",), OFF_PLANE, "class PlaneCausticSet"),
     # Sources at infinity alone.
-    Gap(("circle_images", "crossings_of_line"), ("beyond", "within"), OFF_PLANE, "no `end`"),
     Gap(("follow_star", "caustic_derivatives"), FINITE, OFF_PLANE, "no `end`"),
     Gap(("image_derivatives",), FINITE, OFF_PLANE, "refuses `images`"),
     Gap(("ray_paths",), ("plane",), ALL, "refuses `end`"),
     # Cameras alone.
-    Gap(("circle_images", "crossings_of_line"), SPHERES, OBSERVERS, "refuses `camera`"),
     Gap(
         ("follow_star", "image_derivatives", "caustic_derivatives", "ray_paths"),
         SURFACES,

@@ -179,7 +179,7 @@ def test_anything_else_is_exit_status_1_and_one_line(capsys, monkeypatch):
     def fail(*_, **__):
         raise RuntimeError("the sky\nis falling")
 
-    monkeypatch.setattr("kerrcaustics.curves.caustic.caustics", fail)
+    monkeypatch.setattr("kerrcaustics.curves.caustic_search.caustics", fail)
     status, _, err = caustics(capsys)
     assert status == 1 and err.count("\n") == 1 and "RuntimeError: the sky is falling" in err
 
@@ -190,7 +190,7 @@ def test_interrupt_leaves_no_file(tmp_path):
     # The command says when it has begun, and then takes far longer than a test waits.
     code = (
         "import sys; from kerrcaustics.__main__ import main\n"
-        "import kerrcaustics.curves.caustic as c; find = c.find_features\n"
+        "import kerrcaustics.curves.caustic_search as c; find = c.find_features\n"
         "def slow(*a):\n    print('begun', flush=True)\n    import time; time.sleep(60)\n    return find(*a)\n"
         f"c.find_features = slow; sys.argv = {command[2:]!r}; main()"
     )

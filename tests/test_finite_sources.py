@@ -10,7 +10,7 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
-from kerrcaustics.curves.source_map import SourceMap
+from kerrcaustics.curves.domains import domain_of
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.sphere import flattened, from_angles, moved
 from kerrcaustics.stars.sheets import sheets_of
@@ -29,7 +29,7 @@ STARS = [(0.6, 2.0), (1.7, 3.1), (2.6, 5.5)]
 def test_lines_meet_the_rim_where_rays_turn_on_the_sphere():
     """On both sides of the rim R(r) of the line's rays vanishes at the sphere's radius, as the square of the depth."""
     radius, turn = 6.0, np.linspace(0, 6, 7)
-    source = SourceMap(CAMERA.at_rest(), Sphere(radius))
+    source = domain_of(Sphere(radius), CAMERA.at_rest())
     depth = np.linspace(0.5, 6, 4001)
     for t in turn:
         line_of_sight, second_arrival = source.line_of_sight(np.full_like(depth, t), depth)
@@ -290,7 +290,7 @@ def test_lines_are_followed_as_far_down_as_doubles_reach(radius, recwarn):
     """Far below all depths that a direction can tell, where a search may look, they end on the shadow edge."""
     camera = CAMERA.at_rest()
     depth = np.array([1.0, 30.0, 700.0, 1500.0])
-    line_of_sight = SourceMap(camera, Sphere(radius)).line_of_sight(np.full(4, 0.7), depth)[0]
+    line_of_sight = domain_of(Sphere(radius), camera).line_of_sight(np.full(4, 0.7), depth)[0]
     assert (
         np.isfinite(line_of_sight).all()
         and line_of_sight[2] == pytest.approx(line_of_sight[3], abs=1e-15)

@@ -122,7 +122,7 @@ def fold_crossings(camera: kc.Camera, count: int, seed: int) -> None:
         if find:
             found = search(sheets, sides)
             counts, sure = found.counts, found.certified
-            assert (sure | found.touching.any(axis=1)).all()
+            assert (sure | found.on_caustic.any(axis=1)).all()
             assert sure.mean() > 0.8
         here = sure[: len(place)] & sure[len(place) :]
         change = counts[len(place) :] - counts[: len(place)]

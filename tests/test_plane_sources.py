@@ -252,7 +252,8 @@ def test_caustics_in_the_plane_by_the_engine_asked_for():
     """The integrator finds the same curves; its errors are of the size that was asked for."""
     end = kc.EquatorialPlane(2)
     usual, other = kc.caustics(CAMERA, 2, end=end), kc.caustics(CAMERA, 2, "integrated", 1e-8, end=end)
-    assert (usual.engine, usual.tolerance, other.engine, other.tolerance) == ("auto", 1e-12, "integrated", 1e-8)
+    assert "closed-form" in usual.engine and other.engine == "integrated" and usual.beams > 0 < other.beams
+    assert (usual.tolerance, other.tolerance) == (1e-12, 1e-8)
     assert len(usual) == len(other) == 2
     for one, two in zip(usual, other, strict=True):
         assert (one.order, one.ends) == (two.order, two.ends) and one.lost == two.lost == 0

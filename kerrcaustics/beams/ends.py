@@ -22,13 +22,15 @@ from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.checks import apart, numbers, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.frame import Frame, Photon
 from kerrcaustics.spacetime.polar import mino_time_to_plane
-from kerrcaustics.spacetime.sphere import flattened, from_angles
+from kerrcaustics.spacetime.sphere import flattened, from_angles, polar_angle
 from kerrcaustics.spacetime.viewer import Viewer
 
 # A source closer to the viewer than this part of its radius has no direction: rounding leaves a radian of it open.
 _AT_VIEWER = 1e-14
 # Round-off of the radius of an end, relative, as it enters the distance from a turning point.
 _OF_RADIUS = 4e-16
+# Radii of a map of the plane: from so many horizon radii to so many camera radii, and the largest.
+_LOWEST, _HIGHEST, _FROM_AFAR = 1.05, 2.0, 100.0
 
 Row = tuple[Reals, ...]
 Jacobian = tuple[Row, ...]
@@ -80,11 +82,12 @@ class Arriving(NamedTuple):
 class End:
     """A surface on which rays end, for compiled code too; the methods here are those of a sphere of finite radius.
 
-    finite, whether it lies at a finite radius; coordinate, which of (u, x, y, z) is constant on it; coordinates, those
-    of places on it.
+    finite, whether it lies at a finite radius; axes, rows from whose third theta' and from whose first phi' is counted
+    on spheres; coordinate, which of (u, x, y, z) is constant on it; coordinates, those of places on it.
     """
 
     finite: ClassVar[bool] = True
+    axes: ClassVar[np.ndarray] = np.eye(3)
     coordinate: ClassVar[int] = 0
     coordinates: ClassVar[tuple[Coordinate, Coordinate]] = (
         Coordinate("theta", "theta'", "rad"),
@@ -123,12 +126,29 @@ class End:
         self.check_apart(name, given.reshape(-1, 2), viewer)
         return given
 
+    def checked_level(self, name: str, level: object, viewer: Viewer) -> float:
+        """The first coordinate of a circle on the surface, which the user gave as the argument `name`."""
+        number = real_number(name, level)
+        if not 0 <= number <= math.pi:
+            raise ValueError(
+                f"Argument `{name}` must be a theta' in [0, pi] radians (0 to 180 degrees), but is {quoted(level)}."
+            )
+        return number
+
+    def levels(self, viewer: Viewer, rows: int) -> np.ndarray:
+        """First coordinates of the rows of a map of the surface."""
+        return (np.arange(rows) + 0.5) * math.pi / rows
+
     def check_apart(self, name: str, places: np.ndarray, viewer: Viewer) -> None:
         """Raise ValueError if a place (n, 2) cannot be told from the viewer's own, and is seen in no direction."""
 
     def vectors(self, places: np.ndarray) -> np.ndarray:
         """Places (n, 2) as vectors (n, axes) that are close where the places are."""
         return from_angles(places[:, 0], places[:, 1])
+
+    def angles(self, direction: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places (theta', phi') of directions n', phi' unwrapped; azimuth: about the spin axis, unwrapped."""
+        return polar_angle(direction), azimuth
 
     def ends(self, rays: Rays) -> np.ndarray:
         """The ends of rays as such vectors."""
@@ -449,6 +469,20 @@ class EquatorialPlane(End):
             told, limit = apart(float(least), horizon)
             raise ValueError(f"Argument `{name}` must have an r larger than the horizon's {limit}, but is {told}.")
         return given
+
+    def checked_level(self, name: str, level: object, viewer: Viewer) -> float:
+        """The radius of a circle in the plane."""
+        number, horizon = real_number(name, level), kerr.horizon(viewer.spin)
+        if not horizon < number < math.inf:
+            raise ValueError(
+                f"Argument `{name}` must be, in the equatorial plane, a finite radius larger than the horizon's "
+                f"{horizon:.12g}, but is {quoted(level)}."
+            )
+        return number
+
+    def levels(self, viewer: Viewer, rows: int) -> np.ndarray:
+        """Radii in equal ratios, from next to the horizon to beyond the camera, or as far as most disks reach."""
+        return np.geomspace(_LOWEST * kerr.horizon(viewer.spin), min(_FROM_AFAR, _HIGHEST * viewer.radius), rows)
 
     def vectors(self, places: np.ndarray) -> np.ndarray:
         """(r cos phi, r sin phi)."""

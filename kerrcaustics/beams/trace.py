@@ -177,7 +177,7 @@ def _traced(
 
     def block(start: int) -> RayEnd[np.ndarray]:
         unit = normalised(directions[start : start + _BLOCK])
-        ends = followed(camera, unit, chosen, tolerance, surface, wanted, many=many or count > _BLOCK)
+        ends = followed(camera, unit, chosen, tolerance, surface.bare(), wanted, many=many or count > _BLOCK)
         if redshift:
             ends = replace(ends, redshift=_redshift(camera, unit, surface, ends))
         return ends.finished(tolerance)

@@ -23,7 +23,6 @@ from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
-    from kerrcaustics.curves.plane_caustics import PlaneCausticSet
 
 # The unrolled sky shows distances from the edge down to 1e-9 rad: a spline through as many points is good to 1e-15.
 _EDGE_POINTS = 6000
@@ -77,8 +76,7 @@ def caustics(
     if math.isinf(seen_from.radius) and figure is not None:
         raise BadInput("Argument --figure must be left out for an observer at infinity.")
     with plain_errors(), progress() as report:
-        from kerrcaustics.curves.caustic import caustics as find
-        from kerrcaustics.curves.plane_caustics import PlaneCausticSet
+        from kerrcaustics.curves.caustic_search import caustics as find
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
@@ -86,12 +84,9 @@ def caustics(
     common.write(record(found, points=points), None if points else 2)
     if save is not None:
         storage.save(save, found)
-    if isinstance(found, PlaneCausticSet):
-        _print_plane(found, common.console())
-        return
     if figure is not None:
         _draw(found, figure)
-    _print_table(found, common.console())
+    (_print_table if source.plane is None else _print_plane)(found, common.console())
     if found.lost:
         names = ", ".join(map(str, found.lost))
         stop(1, f"Orders not found within double precision: {names}.")
@@ -113,7 +108,7 @@ def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> 
     records = []
     for radius, picture in zip(_DEMO_RADII, pictures, strict=True):
         with progress(f"r = {radius}: ") as report:
-            from kerrcaustics.curves.caustic import caustics as find
+            from kerrcaustics.curves.caustic_search import caustics as find
             from kerrcaustics.results.records import record
             from kerrcaustics.spacetime.camera import Camera
 
@@ -137,8 +132,7 @@ def _draw(found: "CausticSet", path: Path) -> None:
 
 
 def _print_table(found: "CausticSet", out: Console) -> None:
-    where = "" if math.isinf(found.end) else f" at r = {found.end:.12g}"
-    say(out, f"{place_of(found.camera)}: full extents of the caustics{where}")
+    say(out, f"{place_of(found.camera)}: full extents of the caustics on {found.surface.in_words()}")
     heads = ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)")
     table = PlainTable(heads, words=("kind",))
     for curve in found:
@@ -171,8 +165,8 @@ def _sized(angle: float, error: float) -> str:
     return f"{value:.{max(digits, 0)}f}"
 
 
-def _print_plane(found: "PlaneCausticSet", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: where caustics meet crossing {found.crossing} of the equatorial plane")
+def _print_plane(found: "CausticSet", out: Console) -> None:
+    say(out, f"{place_of(found.camera)}: caustics on {found.surface.in_words()}")
     table = PlainTable(("order", "r from", "to", "phi from", "to (deg)", "ends", "error"), words=("ends",))
     for curve in found:
         phi = (f"{math.degrees(angle):z.4f}" for angle in (curve.phi_min, curve.phi_max))

@@ -152,7 +152,7 @@ def _map(
         found = count_map(camera, max_index, rows, end=end)
         if figure is not None:
             report("drawing", 0.9)
-            from kerrcaustics.curves.caustic import caustics
+            from kerrcaustics.curves.caustic_search import caustics
             from kerrcaustics.draw.count_map import count_map_figure
 
             write_figure(count_map_figure(found, caustics(camera, max_index + 1, end=end)), figure)

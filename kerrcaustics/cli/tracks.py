@@ -145,7 +145,7 @@ def _in_plane(
 
 
 def _caustics(found: "StarTracks") -> "CausticSet":
-    from kerrcaustics.curves.caustic import caustics
+    from kerrcaustics.curves.caustic_search import caustics
 
     return caustics(found.camera, found.max_index + 1, end=cast("Spherical", found.surface))
 

@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
-from kerrcaustics.curves.circles_in_plane import Circles, PlanePoints, circles_of
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.curves.circles_in_plane import Circles, Crossings
+from kerrcaustics.curves.domains import Ring
 
 Array = np.ndarray
 
@@ -36,17 +36,17 @@ class Arcs:
 
     low, high: the points at both ends of each arc, in the order of edge phase, each row followed by the next one and
     the last by the first; index of each arc; folds: the points between arcs of different index, where the azimuth turns
-    back. doubts: what is not sure, in words; empty where the arcs are the whole circle.
+    back. remarks: what is not sure, in words; empty where the arcs are the whole circle.
     """
 
     circles: Circles
     radius: float
     distance: CubicSpline | None
-    low: PlanePoints
-    high: PlanePoints
+    low: Crossings
+    high: Crossings
     index: Int[Array, " arcs"]
-    folds: PlanePoints
-    doubts: tuple[str, ...]
+    folds: Crossings
+    remarks: tuple[str, ...]
 
     @property
     def folded(self) -> Bool[Array, " arcs"]:
@@ -58,7 +58,7 @@ class Arcs:
         """1 where the azimuth grows with the edge phase, -1 where it falls: as the index says."""
         return _sense(self.circles, self.index)
 
-    def at(self, edge_phase: Float[Array, " points"]) -> PlanePoints:
+    def at(self, edge_phase: Float[Array, " points"]) -> Crossings:
         """Points of the circle, of index -1 where they could not be found."""
         assert self.distance is not None
         points = self.circles.on_circle(edge_phase, np.full(len(edge_phase), self.radius), self.distance(edge_phase))
@@ -71,22 +71,22 @@ class Arcs:
             points = replace(points, index=np.where(self._astray(points), -1, points.index))
         return points
 
-    def _astray(self, points: PlanePoints) -> Bool[Array, " points"]:
+    def _astray(self, points: Crossings) -> Bool[Array, " points"]:
         """True for points that are not on the circle."""
         miss = np.abs(np.log(points.radius / self.radius))
         return ~(miss <= _ERRORS * points.error + _ROUND_OFF) | (points.index < 0)
 
 
-def arcs_of(camera: Viewer, crossing: int, radius: float) -> Arcs:
-    """The arcs of a circle, on more lines where few do not tell; kept for the next source on it."""
-    circles_of(camera, crossing)
-    return _arcs_at_rest(camera.at_rest(), crossing, float(radius))
+def arcs_of(domain: Ring, radius: float) -> Arcs:
+    """The arcs of a circle, on more lines if few do not suffice; kept for the next source on it."""
+    domain.check()
+    return _kept_arcs(Ring(domain.camera.at_rest(), domain.surface.bare()), float(radius))
 
 
 @lru_cache(maxsize=8)
-def _arcs_at_rest(camera: Viewer, crossing: int, radius: float) -> Arcs:
-    arcs = _arcs(circles_of(camera, crossing), radius)
-    return _arcs(circles_of(camera, crossing, many=True), radius) if arcs.doubts else arcs
+def _kept_arcs(domain: Ring, radius: float) -> Arcs:
+    arcs = _arcs(domain.circles(), radius)
+    return _arcs(domain.circles(many=True), radius) if arcs.remarks else arcs
 
 
 def _arcs(circles: Circles, radius: float) -> Arcs:
@@ -101,33 +101,33 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
     known = points.index >= 0
     points, lost = points[known], int((~known).sum())
     if len(points) < 2:
-        return replace(blank, doubts=(f"{lost} places on the circle could not be found",))
+        return replace(blank, remarks=(f"{lost} places on the circle could not be found",))
     following = points[np.roll(np.arange(len(points)), -1)]
     change = points.index != following.index
     folds = _folds(blank, points[change], following[change])
-    doubts = (*_lost(lost, folds), *_doubts(blank, points, following), *touching)
+    remarks = (*_lost(lost, folds), *_unresolved(blank, points, following), *touching)
     low, high, index = points[~change], following[~change], points.index[~change]
     # Both halves of a step with a fold.
     one, other = points[change], following[change]
     low, high = low.joined(one, folds), high.joined(folds, other)
     index = np.concatenate([index, one.index, other.index])
     order = np.argsort(low.edge_phase, kind="stable")
-    return Arcs(circles, radius, distance, low[order], high[order], index[order], folds, doubts)
+    return Arcs(circles, radius, distance, low[order], high[order], index[order], folds, remarks)
 
 
-def is_flat(points: PlanePoints) -> Bool[Array, " points"]:
+def is_flat(points: Crossings) -> Bool[Array, " points"]:
     """True where beams are flat, so far as folds are found."""
     return np.abs(points.ratio) <= _FLAT
 
 
-def _lost(places: int, folds: PlanePoints) -> tuple[str, ...]:
+def _lost(places: int, folds: Crossings) -> tuple[str, ...]:
     """What is missing, in words."""
     bent = int((~is_flat(folds)).sum())
     said = [f"{places} places on the circle could not be found"] if places else []
     return (*said, *([f"{bent} events could not be found: the index changes where no beam is flat"] if bent else []))
 
 
-def _thinnest(arcs: Arcs, points: PlanePoints) -> tuple[PlanePoints, tuple[str, ...]]:
+def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]]:
     """The points, and those between two of one index where a flat beam may hide; in words, where that is not certain.
 
     A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed down to where it
@@ -157,7 +157,7 @@ def _thinnest(arcs: Arcs, points: PlanePoints) -> tuple[PlanePoints, tuple[str, 
     return joined[np.argsort(joined.edge_phase, kind="stable")], _touching(arcs, added)
 
 
-def _touching(arcs: Arcs, points: PlanePoints) -> tuple[str, ...]:
+def _touching(arcs: Arcs, points: Crossings) -> tuple[str, ...]:
     """In words, at which points a flat beam cannot be told from one that is not."""
     beside = arcs.circles.on_circle(points.edge_phase, points.radius * math.exp(_BESIDE), points.distance)
     slope = np.abs(beside.ratio - points.ratio) / _BESIDE
@@ -168,7 +168,7 @@ def _touching(arcs: Arcs, points: PlanePoints) -> tuple[str, ...]:
     )
 
 
-def _sampled(arcs: Arcs, points: PlanePoints) -> PlanePoints:
+def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
     """Points so dense that what lies between them is known."""
     for number in range(_ROUNDS):
         following = points[np.roll(np.arange(len(points)), -1)]
@@ -186,7 +186,7 @@ def _sampled(arcs: Arcs, points: PlanePoints) -> PlanePoints:
     return points
 
 
-def _plain(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> Array:
+def _plain(arcs: Arcs, one: Crossings, other: Crossings) -> Array:
     """True for short steps on which the azimuth runs as the index says, or that hold one fold."""
     step = step_between(one, other)
     known = (one.index >= 0) & (other.index >= 0)
@@ -201,12 +201,12 @@ def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
     return circles.side * (2 * ((index + circles.end.crossing - 1) % 2) - 1)
 
 
-def step_between(one: PlanePoints, other: PlanePoints) -> Float[Array, " points"]:
+def step_between(one: Crossings, other: Crossings) -> Float[Array, " points"]:
     """Steps in azimuth, without whole turns."""
     return (other.azimuth - one.azimuth + math.pi) % _TURN - math.pi
 
 
-def _doubts(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> tuple[str, ...]:
+def _unresolved(arcs: Arcs, one: Crossings, other: Crossings) -> tuple[str, ...]:
     wrong = int((~_plain(arcs, one, other)).sum())
     if wrong:
         return (f"{wrong} of {len(one)} steps along the circle could not be resolved",)
@@ -214,7 +214,7 @@ def _doubts(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> tuple[str, ...]
     return () if round(turns) == -1 else (f"the circle is seen {-turns:.3g} times round, not once",)
 
 
-def _folds(arcs: Arcs, one: PlanePoints, other: PlanePoints) -> PlanePoints:
+def _folds(arcs: Arcs, one: Crossings, other: Crossings) -> Crossings:
     """The points where the beams are flat, between others of different index."""
     if not len(one):
         return one

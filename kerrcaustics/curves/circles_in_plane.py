@@ -18,16 +18,14 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.isoradials import Lines
-from kerrcaustics.curves.search_sky import search_camera
+from kerrcaustics.curves.search_sky import TOLERANCE, search_camera
 from kerrcaustics.curves.sky_lines import line_reach
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import tangent_basis
-from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-TOLERANCE = 1e-12
-"""Wanted error of the beams, radians and relative to the radius."""
 _LINES, _MANY_LINES = 256, 1024
 # Newton steps to a circle along a line; a step is no longer than this part of the way to the next known place.
 _MOST_STEPS = 12
@@ -38,7 +36,7 @@ _STEP = 1e-6
 
 
 @dataclass(frozen=True)
-class PlanePoints(Rows):
+class Crossings(Rows):
     """Rays that cross the plane, one entry each.
 
     edge_phase, distance: place on the sky, radians; sky: direction N; radius, azimuth (unwrapped along the ray) of the
@@ -65,6 +63,7 @@ class Circles:
         """Look at all lines."""
         self.camera, self.end = camera, EquatorialPlane(crossing)
         self._engine, self._tolerance = engine, tolerance
+        self.beams_traced, self.engines_used = 0, set[str]()
         # From below the plane circles are seen to run the other way round.
         self.side = 1 if camera.cos_theta > 0 else -1
         edge_phase = 2 * math.pi * (np.arange(lines) + 0.5) / lines
@@ -98,13 +97,14 @@ class Circles:
     ) -> tuple[Array, Beams]:
         """Directions N and their beams; least, the tolerance where a larger one than usual will do."""
         sky, tolerance = self._lines.sky(edge_phase, distance), max(least, self._tolerance)
-        return sky, trace_beams(
-            self.camera, sky, self._engine, tolerance, end=self.end, crossings=False, redshift=False
-        )
+        beams = trace_beams(self.camera, sky, self._engine, tolerance, end=self.end, crossings=False, redshift=False)
+        self.beams_traced += len(sky)
+        self.engines_used.update(beams.engines)
+        return sky, beams
 
     def on_circle(
         self, edge_phase: Float[Array, " points"], radius: Float[Array, " points"], distance: Float[Array, " points"]
-    ) -> PlanePoints:
+    ) -> Crossings:
         """Where lines meet circles, from guesses of the distance; NaN where that is not found."""
         reach, distance = line_reach(self.camera, edge_phase), distance.copy()
         active = np.arange(len(edge_phase))
@@ -123,7 +123,7 @@ class Circles:
 
     def searched(
         self, edge_phase: Float[Array, " points"], radius: float, distance: Float[Array, " points"]
-    ) -> PlanePoints:
+    ) -> Crossings:
         """Where lines meet a circle, each searched from end to end; lines that do not meet it once, from guesses."""
         lines = Lines(self.camera, edge_phase, self.end, self._engine)
         above = lines.level > 1 / radius
@@ -145,10 +145,10 @@ class Circles:
         rate = j[:, 0] * np.einsum("ij,ij->i", e_1, along) + j[:, 1] * np.einsum("ij,ij->i", e_2, along)
         return rate / np.asarray(beams.radius)
 
-    def points(self, edge_phase: Float[Array, " points"], distance: Float[Array, " points"]) -> PlanePoints:
+    def points(self, edge_phase: Float[Array, " points"], distance: Float[Array, " points"]) -> Crossings:
         """The rays at places on lines."""
         sky, beams = self.beams(edge_phase, distance)
-        return PlanePoints(
+        return Crossings(
             edge_phase=edge_phase,
             distance=distance,
             sky=sky,
@@ -171,10 +171,4 @@ def circles_of(
     camera: Viewer, crossing: int, *, many: bool = False, engine: str = "auto", tolerance: float = TOLERANCE
 ) -> Circles:
     """The circles of a camera, kept for the next source: they depend on its place alone. many: on many lines."""
-    check_viewer(camera)
-    if camera.on_equator:
-        raise ValueError(
-            "Argument `camera` must not lie in the equatorial plane where sources do (from within, every crossing is a "
-            f"conjugate point of the rays along the plane), but its inclination is {camera.inclination:g}."
-        )
     return _circles(search_camera(camera), crossing, _MANY_LINES if many else _LINES, engine, tolerance)

@@ -5,17 +5,19 @@ once, kept, and never change.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from kerrcaustics.beams.ends import SKY, Spherical
+from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import check_request
-from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search
-from kerrcaustics.curves.source_map import check_domain
+from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search, leaves
+from kerrcaustics.curves.domains import OneLeaf
+from kerrcaustics.curves.search_map import SearchMap
+from kerrcaustics.curves.search_sky import TOLERANCE
 from kerrcaustics.spacetime.sphere import angle_between
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -89,16 +91,12 @@ class CriticalCurve:
 
 @dataclass(frozen=True, eq=False)
 class CriticalCurves:
-    """The critical curves at one event, primary first; those that could not be found are left out.
+    """The critical curves of one map, primary first; those that could not be found are left out.
 
-    camera: at rest at the event; end: where sources lie; engine, tolerance: of the beams; orders: how many were asked
-    for; curves; beams: how many were traced, and engines: by what.
+    orders: number that was wanted; curves; beams: number of those traced; engines: what traced them.
     """
 
-    camera: Viewer
-    end: Spherical
-    engine: str
-    tolerance: float
+    map: SearchMap
     orders: int
     curves: tuple[CriticalCurve, ...]
     beams: int
@@ -108,9 +106,21 @@ class CriticalCurves:
         """The curves one by one."""
         return iter(self.curves)
 
+    @property
+    def domain(self) -> OneLeaf:
+        """The part of the sky whose rays reach the surface."""
+        return leaves(self.map)
+
+    def on(self, surface: End) -> "CriticalCurves":
+        """The same curves, their caustics in the coordinates of a surface of the same shape."""
+        if surface == self.map.surface:
+            return self
+        curves = tuple(replace(curve, points=curve.points.on(surface)) for curve in self.curves)
+        return replace(self, map=replace(self.map, surface=surface), curves=curves)
+
     def search(self) -> Search:
         """A new search at the same event, for points between those of the curves."""
-        return Search(self.camera, self.engine, self.tolerance, self.end)
+        return Search(self.map)
 
     @property
     def missing(self) -> tuple[int, ...]:
@@ -126,24 +136,23 @@ class CriticalCurves:
 
 
 def critical_curves(
-    camera: Viewer, orders: int, engine: str = "auto", tolerance: float = 1e-12, end: Spherical = SKY
+    camera: Viewer, orders: int, engine: str = "auto", tolerance: float = TOLERANCE, *, surface: End = SKY
 ) -> CriticalCurves:
     """Critical curves of order 1 .. orders of a camera at some event, as far as they can be found; kept for the next.
 
-    Parameters as for `caustics`; end: a sphere that rays reach for the first time. The camera's velocity does not
+    Parameters as for `caustics`; surface: a sphere, as a first arrival. The camera's velocity does not
     matter.
     """
     _, wanted = check_request(camera, engine, tolerance)
-    check_domain(camera, end)
-    return _found(camera.at_rest(), orders, engine, wanted, end)
+    return _found(SearchMap(camera.at_rest(), surface.bare(), engine, wanted), orders).on(surface)
 
 
 @lru_cache(maxsize=8)
-def _found(camera: Viewer, orders: int, engine: str, tolerance: float, end: Spherical) -> CriticalCurves:
-    search = Search(camera, engine, tolerance, end)
+def _found(search_map: SearchMap, orders: int) -> CriticalCurves:
+    search = Search(search_map)
+    search.domain.check()
     curves = tuple(_followed(search, orders))
-    used = frozenset(search.engines_used)
-    return CriticalCurves(search.camera, end, engine, tolerance, orders, curves, search.beams_traced, used)
+    return CriticalCurves(search_map, orders, curves, search.beams_traced, frozenset(search.engines_used))
 
 
 def forget() -> None:

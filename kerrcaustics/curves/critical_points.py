@@ -13,14 +13,13 @@ from skimage.measure import label
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.closed_form.formula import LEAST_K
-from kerrcaustics.beams.ends import SKY, Spherical
-from kerrcaustics.beams.trace import check_request
+from kerrcaustics.beams.ends import End
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.source_map import SourceMap
+from kerrcaustics.curves.domains import OneLeaf
+from kerrcaustics.curves.search_map import SearchMap
 from kerrcaustics.spacetime.frame import Photon, photon_of, sky_from_fido
 from kerrcaustics.spacetime.rows import Rows
-from kerrcaustics.spacetime.sphere import polar_angle, polar_basis
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
 
@@ -84,6 +83,11 @@ class Points(Rows):
         """The same points, named by parameters that are whole turns larger."""
         return replace(self, edge_phase=self.edge_phase + 2 * np.pi * turns)
 
+    def on(self, surface: End) -> "Points":
+        """The same points in the coordinates of a surface."""
+        theta, azimuth = surface.angles(self.direction, self.azimuth)
+        return replace(self, theta=theta, azimuth=azimuth)
+
     def mirrored(self) -> "Points":
         """The points reflected in the equatorial plane, phase -> 2 pi - phase, in the order of `edge_phase`."""
         flip = np.array([1.0, 1.0, -1.0])
@@ -99,15 +103,11 @@ class Points(Rows):
 
 
 class Search:
-    """Traces beams for the search at one event, and counts them."""
+    """Traces beams for the search on one map, and counts them."""
 
-    def __init__(self, camera: Viewer, engine: str, tolerance: float, end: Spherical = SKY) -> None:
-        """Search with the camera at rest at the same event."""
-        check_request(camera, engine, tolerance)
-        self.camera = camera.at_rest()
-        self.map = SourceMap(self.camera, end)
-        self.engine = engine
-        self.tolerance = tolerance
+    def __init__(self, search_map: SearchMap) -> None:
+        """Search on the map, which is one of a sphere."""
+        self.map, self.domain, self.camera = search_map, leaves(search_map), search_map.camera
         self.engines_used: set[str] = set()
         self.beams_traced = 0
         self._frame = self.camera.frame()
@@ -122,11 +122,11 @@ class Search:
         conjugate point: they are not traced, and their ratio is given as 1. So are those that never come down again to
         the camera's own radius, and those far out on a screen.
         """
-        line_of_sight, second_arrival = self.map.line_of_sight(edge_phase, depth)
+        line_of_sight, second_arrival = self.domain.line_of_sight(edge_phase, depth)
         index, ratio = np.zeros(line_of_sight.shape[:-1], int), np.ones(line_of_sight.shape[:-1])
         photon = self._photon(line_of_sight)
         bent = (photon.k >= LEAST_K) & (1 - line_of_sight[..., 0] > self._straight)
-        if self.map.level:
+        if self.domain.level:
             bent &= photon.rate[0] > 0
         beams = self._trace(line_of_sight[bent], second_arrival[bent], _COARSE_TOLERANCE)
         captured = ~beams.escaped
@@ -138,17 +138,19 @@ class Search:
         self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
     ) -> Points:
         """Everything about beams at (edge phase, depth) that are taken to lie on the curve of the given order."""
-        line_of_sight, second_arrival = self.map.line_of_sight(edge_phase, depth)
-        beams = self._trace(line_of_sight, second_arrival, self.tolerance)
+        line_of_sight, second_arrival = self.domain.line_of_sight(edge_phase, depth)
+        beams = self._trace(line_of_sight, second_arrival)
         e_theta, e_phi = polar_basis(beams.direction)
         angle = beams.position_angle[..., None]
+        azimuth = joined_azimuth(beams.azimuth, self._photon(line_of_sight).b, order)
+        theta, azimuth = self.map.surface.angles(beams.direction, azimuth)
         return Points(
             edge_phase=edge_phase,
             depth=depth,
             line_of_sight=line_of_sight,
             direction=beams.direction,
-            theta=polar_angle(beams.direction),
-            azimuth=joined_azimuth(beams.azimuth, self._photon(line_of_sight).b, order),
+            theta=theta,
+            azimuth=azimuth,
             major=np.cos(angle) * e_theta + np.sin(angle) * e_phi,
             ratio=beams.delta_minus / beams.delta_plus,
             error=beams.error,
@@ -169,7 +171,7 @@ class Search:
             found = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
             index, depths = np.concatenate([index, found]), np.concatenate([depths, depth])
             passed = (index >= orders).all(axis=1)
-            if passed.any() or depths[-1] >= sky_lines.DEEPEST + self.map.sunk:
+            if passed.any() or depths[-1] >= sky_lines.DEEPEST + self.domain.sunk:
                 break
             depth = depths[-1] + np.arange(1, 5) * _SEARCH_STEP
         if passed.any():
@@ -271,7 +273,7 @@ class Search:
 
         No step where beams beyond double precision leave no slope.
         """
-        difference = _DIFFERENCE + _DEEP_DIFFERENCE * np.exp(depth - self.map.sunk)
+        difference = _DIFFERENCE + _DEEP_DIFFERENCE * np.exp(depth - self.domain.sunk)
         places = np.concatenate([depth, depth - difference, depth + difference])
         ratio, outer, inner = np.split(self._ratio(np.tile(edge_phase, 3), places), 3)
         slope, bend = (inner - outer) / (2 * difference), (inner + outer - 2 * ratio) / difference**2
@@ -304,16 +306,27 @@ class Search:
         return photon_of(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2]))
 
     def _ratio(self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"]) -> Float[Array, " points"]:
-        beams = self._trace(*self.map.line_of_sight(edge_phase, depth), self.tolerance)
+        beams = self._trace(*self.domain.line_of_sight(edge_phase, depth))
         return beams.delta_minus / beams.delta_plus
 
     def _trace(
-        self, line_of_sight: Float[Array, "points 3"], second_arrival: Bool[Array, " points"], tolerance: float
+        self,
+        line_of_sight: Float[Array, "points 3"],
+        second_arrival: Bool[Array, " points"],
+        tolerance: float | None = None,
     ) -> Beams:
         self.beams_traced += line_of_sight.size // 3
-        beams = self.map.beams(line_of_sight, second_arrival, self.engine, tolerance)
+        beams = self.map.beams(line_of_sight, second_arrival, tolerance)
         self.engines_used.update(beams.engines)
         return beams
+
+
+def leaves(search_map: SearchMap) -> OneLeaf:
+    """The domain of a map of a sphere."""
+    domain = search_map.domain
+    if not isinstance(domain, OneLeaf):
+        raise TypeError(f"no critical curves by lines on {search_map.surface.in_words()}")
+    return domain
 
 
 def _islands(index: Int[Array, "depths lines"], orders: int) -> dict[int, list[str]]:

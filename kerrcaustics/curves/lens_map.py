@@ -8,14 +8,11 @@ from jaxtyping import Bool, Float
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.search_sky import SearchSky, search_sky
-from kerrcaustics.curves.source_map import on_leaves
+from kerrcaustics.curves.search_map import on_leaves
+from kerrcaustics.curves.search_sky import TOLERANCE, SearchSky, search_sky
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
-
-TOLERANCE = 1e-12
-"""Wanted error of the beams in all that is said of sources, radians."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +20,13 @@ class SeenLight:
     """Light on the sky of a viewer: places, beams, magnification, redshift and travel times as the viewer has them.
 
     The beams belong to the viewer if that shares the engines' sky, else to the search camera; places of their ends are
-    the viewer's too. spread: major diameters of beams of unit size on the search sky.
+    the viewer's too. azimuth: unwrapped second coordinate of the places on the surface. spread: major diameters of
+    beams of unit size on the search sky.
     """
 
     sky: Float[Array, "n axes"]
     beams: Beams
+    azimuth: Float[Array, " n"]
     magnification: Float[Array, " n"]
     redshift: Float[Array, " n"]
     time: Float[Array, " n"]
@@ -59,12 +58,13 @@ class LensMap:
             return trace_beams(viewer, directions, "auto", TOLERANCE, end=end, time=True)
 
         beams = on_leaves(self.surface, place if own else sky, second_arrival, traced)
+        _, azimuth = self.surface.angles(beams.direction, beams.azimuth)
         redshift = np.asarray(beams.redshift)
         times = searched.viewer_time(np.asarray(beams.time), np.asarray(beams.time_error))
         if own:
-            return SeenLight(place, beams, beams.magnification, redshift, *times, beams.delta_plus * size)
+            return SeenLight(place, beams, azimuth, beams.magnification, redshift, *times, beams.delta_plus * size)
         magnification = beams.magnification * (searched.still_lengths(sky) * size) ** 2
-        return SeenLight(place, beams, magnification, redshift / size, *times, beams.delta_plus)
+        return SeenLight(place, beams, azimuth, magnification, redshift / size, *times, beams.delta_plus)
 
     def errors(self, sky: Float[Array, "n 3"], error: Float[Array, " n"]) -> Float[Array, " n"]:
         """Errors of directions on the search sky, radians, as the viewer has them."""

@@ -1,7 +1,6 @@
 """Where caustics meet the equatorial plane: sections of the caustic tubes by the n-th crossing, as curves."""
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,10 +11,10 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 from skimage.measure import find_contours
 
-from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.curves.circles_in_plane import Circles, PlanePoints, circles_of
+from kerrcaustics.beams.ends import End
+from kerrcaustics.curves.caustic import Caustic
+from kerrcaustics.curves.circles_in_plane import Circles, Crossings
 from kerrcaustics.curves.search_sky import search_sky
-from kerrcaustics.results.declared import Items, derived, quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.viewer import Viewer
@@ -35,61 +34,7 @@ _COARSE, _THIN = 1e-6, 0.1
 _NODES, _FEWEST, _WORST = 9, 8, 1e-3
 # A radius is that of the last circle within this part of it.
 _EDGE = 1e-9
-# So many curves are told in one line.
-_TOLD = 6
 _TIGHT = {"xatol": 1e-14, "xrtol": 1e-14}
-
-
-@result(
-    "plane-caustic/1",
-    record="order crossing r_min r_max phi_min phi_max ends closed error lost residual",
-    points="sky place",
-)
-class PlaneCaustic:
-    """One connected piece of the section of a caustic tube by the equatorial plane, as a curve."""
-
-    order: int = quantity("", "1", "1 primary, 2 secondary, and on")
-    crossing: int = quantity("", "1", "which crossing of the plane, from 1")
-    sky: Array = quantity(
-        "point axis",
-        "1",
-        "directions N of the critical curve of the plane, in order along it; of an Observer (alpha, beta)",
-    )
-    place: Array = quantity("point place_axis", "1", "r in GM/c^2, unwrapped phi in radians")
-    ends: tuple[str, ...] = quantity(
-        "", "", 'where an open curve leaves the radii that were looked at: "horizon" or "infinity"; empty if closed'
-    )
-    r_min: float = quantity("", "GM/c^2", "least radius")
-    r_max: float = quantity("", "GM/c^2", "largest radius")
-    phi_min: float = quantity("", "rad", "least azimuth of the points, unwrapped")
-    phi_max: float = quantity("", "rad", "largest azimuth of the points, unwrapped")
-    error: float = quantity("", "rad", "largest error of place, relative in r")
-    lost: int = quantity("", "1", "points that could not be pinned down, and are left out")
-    residual: float = quantity("", "1", "largest delta_minus / delta_plus of the points")
-
-    @property
-    @derived("", "1")
-    def closed(self) -> bool:
-        """Whether the curve returns to its first point, which is not repeated."""
-        return not self.ends
-
-
-@result("plane-caustics/1", record="camera crossing engine tolerance seconds curves")
-class PlaneCausticSet(Items[PlaneCaustic]):
-    """Where the caustics of one camera meet the equatorial plane: a sequence of curves, by order."""
-
-    curves: tuple[PlaneCaustic, ...] = quantity("curve", "", "the curves", column="")
-    camera: Viewer = quantity("", "", "the camera", json="", column="")
-    crossing: int = quantity("", "1", "which crossing of the plane, from 1")
-    engine: str = quantity("", "", "which engine was asked for")
-    tolerance: float = quantity("", "rad", "wanted error of a beam", json="tolerance_rad")
-    seconds: float = quantity("", "s", "time it took")
-
-    def __repr__(self) -> str:
-        """One line: the camera and the curves."""
-        curves = ", ".join(f"{c.order} from r = {c.r_min:.4g} to {c.r_max:.4g}" for c in self[:_TOLD])
-        curves += f" and {len(self) - _TOLD} more" if len(self) > _TOLD else ""
-        return f"<PlaneCausticSet of {self.camera}, crossing {self.crossing}: {curves or 'none'}>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +57,7 @@ class _Grid:
         low, high = self.rims(edge_phase).T
         return low + part * (high - low)
 
-    def places(self, points: PlanePoints) -> "_Places":
+    def places(self, points: Crossings) -> "_Places":
         """Places of points."""
         low, high = self.rims(points.edge_phase).T
         return _Places(points.edge_phase, (points.distance - low) / (high - low))
@@ -127,27 +72,24 @@ class _Places(Rows):
 
 
 def plane_caustics(
-    camera: Viewer, orders: int, end: EquatorialPlane, engine: str, tolerance: float, report: Progress
-) -> PlaneCausticSet:
-    """The curves of order 1 to `orders` in which caustic tubes meet the n-th crossing of the plane."""
-    began = time.perf_counter()
+    camera: Viewer, surface: End, circles: Callable[..., Circles], orders: int, report: Progress
+) -> tuple[tuple[Caustic, ...], int, set[str]]:
+    """Curves of order 1 to `orders` in which caustic tubes meet a crossing of the plane, and what beams it took.
+
+    circles: the circles of the crossing, on many lines or few.
+    """
     report("sky searched", 0.1)
+    used: list[tuple[Circles, int]] = []
     grid = None
     for many in (False, True):
-        grid = grid or _grid(circles_of(camera, end.crossing, many=many, engine=engine, tolerance=tolerance))
-    found: list[PlaneCaustic] = []
+        if grid is None:
+            used.append((circles(many=many), circles(many=many).beams_traced))
+            grid = _grid(used[-1][0])
+    curves: list[Caustic] = []
     for order in range(1, orders + 1):
         report(f"order {order}", 0.3 + 0.7 * (order - 1) / orders)
-        found += _curves(camera, grid, order) if grid else []
-    report("done", 1.0)
-    return PlaneCausticSet(
-        tuple(found),
-        camera=camera,
-        crossing=end.crossing,
-        engine=str(engine),
-        tolerance=tolerance,
-        seconds=time.perf_counter() - began,
-    )
+        curves += _curves(camera, surface, grid, order) if grid else []
+    return tuple(curves), sum(each.beams_traced - before for each, before in used), used[-1][0].engines_used
 
 
 def _grid(circles: Circles) -> _Grid | None:
@@ -211,12 +153,12 @@ def _uneven(index: Int[Array, "places lines"], ratio: Float[Array, "places lines
     return np.asarray(around(uneven).any(axis=0))
 
 
-def _curves(camera: Viewer, grid: _Grid, order: int) -> list[PlaneCaustic]:
+def _curves(camera: Viewer, surface: End, grid: _Grid, order: int) -> list[Caustic]:
     """All curves of one order."""
     inside = grid.index >= order
     around = np.concatenate([inside, inside[:, :1]], axis=1).astype(float)
     chains = _joined([np.round(2 * c).astype(int) for c in find_contours(around, 0.5)], 2 * inside.shape[1])
-    curves = [_curve(camera, grid, chain, order) for chain in chains]
+    curves = [_curve(camera, surface, grid, chain, order) for chain in chains]
     return [curve for curve in curves if curve is not None]
 
 
@@ -247,7 +189,7 @@ def _meet(one: Array, other: Array, width: int) -> bool:
     return bool(one[0] == other[0] and {int(one[1]), int(other[1])} == {0, width})
 
 
-def _curve(camera: Viewer, grid: _Grid, chain: Int[Array, "_ 2"], order: int) -> PlaneCaustic | None:
+def _curve(camera: Viewer, surface: End, grid: _Grid, chain: Int[Array, "_ 2"], order: int) -> Caustic | None:
     """The curve along one contour; None where the contour is noise of the index, and hardly a point is flat."""
     closed = bool((chain[0] == chain[-1]).all()) or _meet(chain[0], chain[-1], 2 * len(grid.edge_phase))
     chain = chain[:-1] if closed else chain
@@ -262,12 +204,17 @@ def _curve(camera: Viewer, grid: _Grid, chain: Int[Array, "_ 2"], order: int) ->
     points = points[good]
     place = np.stack([points.radius, np.unwrap(points.azimuth)], axis=-1)
     extremes = [_extreme(grid, points, sign) for sign in (-1, 1)]
-    return PlaneCaustic(
+    return Caustic(
         order=order,
-        crossing=grid.circles.end.crossing,
+        surface=surface,
         sky=search_sky(camera).shown(points.sky),
         place=place,
+        cusps=(),
+        kind="section",
         ends=ends,
+        closed=closed,
+        theta_min=math.pi / 2,
+        theta_max=math.pi / 2,
         r_min=extremes[0],
         r_max=extremes[1],
         phi_min=float(place[:, 1].min()),
@@ -275,10 +222,11 @@ def _curve(camera: Viewer, grid: _Grid, chain: Int[Array, "_ 2"], order: int) ->
         error=float(points.error.max()),
         lost=int((~good).sum()),
         residual=float(np.abs(points.ratio).max()),
+        remarks=(),
     )
 
 
-def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> PlanePoints:
+def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> Crossings:
     """Points of the caustic between neighbours on the grid, the first and the last one of an open curve on a circle."""
     shape = grid.index.shape
     start, stop = (
@@ -293,10 +241,10 @@ def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> Pla
     return at_ends[:1].joined(_flat(grid, start[1:-1], stop[1:-1]), at_ends[1:])
 
 
-def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " points"] | None = None) -> PlanePoints:
+def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " points"] | None = None) -> Crossings:
     """The points between neighbours where the beams are flat; radius, of the circles on which they are to lie."""
 
-    def at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> PlanePoints:
+    def at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> Crossings:
         edge_phase = (edge_phase + step * width) % _TURN
         distance = grid.distance(edge_phase, part + step * change)
         return (
@@ -312,7 +260,7 @@ def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " poi
     return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 
-def _extreme(grid: _Grid, points: PlanePoints, sign: int) -> float:
+def _extreme(grid: _Grid, points: Crossings, sign: int) -> float:
     """The least or largest radius, from a polynomial in the edge phase through points around the best one."""
     best = int(np.argmax(sign * points.radius))
     if best in (0, len(points) - 1):

@@ -12,35 +12,35 @@ import numpy as np
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.curves.source_map import SourceMap
+from kerrcaustics.curves.domains import Domain
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
 # Points that stand for it, and the distance (radians) from its caustic within which rays are not followed to stars.
 _POINTS, _UNKNOWN = 64, 1e-6
 
 
-def check_index(source: SourceMap, max_index: int) -> None:
-    """Refuse to look for nothing but images at infinity."""
-    if source.unbounded and max_index == 0:
+def check_index(domain: Domain, max_index: int) -> None:
+    """Raise ValueError if only images at infinity are wanted."""
+    if domain.unbounded and max_index == 0:
         raise ValueError(
             "Argument `max_index` must be at least 1 for an observer and stars at infinity (images of index 0 lie at "
             "infinite (alpha, beta)), but is 0."
         )
 
 
-def with_ring_at_infinity(source: SourceMap, curves: CriticalCurves) -> CriticalCurves:
-    """The curves, where there is such a ring with it as the first one: a point."""
-    if not source.unbounded:
+def with_ring_at_infinity(curves: CriticalCurves) -> CriticalCurves:
+    """The curves, with such a ring as the first one if there is one: a point."""
+    domain, camera = curves.domain, curves.map.camera
+    if not domain.unbounded:
         return curves
-    camera = curves.camera
     edge_phase = 2 * math.pi * np.arange(_POINTS) / _POINTS
-    depth, ones = source.first(edge_phase), np.ones(_POINTS)
+    depth, ones = domain.first(edge_phase), np.ones(_POINTS)
     theta = math.pi - camera.inclination
     opposite = np.tile(from_angles(theta, math.pi), (_POINTS, 1))
     ring = Points(
         edge_phase=edge_phase,
         depth=depth,
-        line_of_sight=source.line_of_sight(edge_phase, depth)[0],
+        line_of_sight=domain.line_of_sight(edge_phase, depth)[0],
         direction=opposite,
         theta=theta * ones,
         azimuth=math.pi * ones,

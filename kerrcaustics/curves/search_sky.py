@@ -19,6 +19,9 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
+TOLERANCE = 1e-12
+"""Wanted error of the beams in all that is said of sources: radians, in the plane relative to the radius."""
+
 # Radius from which on an observer searches for cameras.
 _FAR = 1e5
 # Of a direction that is moved from one sky to another.
@@ -42,6 +45,10 @@ class SearchSky:
     def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n axes"]:
         """Directions on the search sky, as places on the viewer's."""
         raise NotImplementedError
+
+    def searched(self, place: Float[Array, "n axes"]) -> Float[Array, "n 3"]:
+        """Directions on the search sky of places on the viewer's: the inverse of `shown`."""
+        return as_seen(self.viewer.directions(place), self.viewer.frame(), self.search_camera.frame())
 
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """By how much a radian on the search sky is longer for a viewer at rest."""
@@ -114,6 +121,10 @@ class FarCameraSky(CameraSky):
         viewer = self.viewer
         return Camera(viewer.spin, viewer.radius, viewer.inclination, "fiducial")
 
+    def searched(self, place: Float[Array, "n axes"]) -> Float[Array, "n 3"]:
+        """Directions on the search sky of places on the viewer's: the inverse of `shown`."""
+        return as_seen(self.viewer.directions(place), self.viewer.frame(), self.search_camera.frame())
+
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Radians at a camera at rest."""
         return radians_of(self.viewer.radius, sky, _screen_lengths(sky))
@@ -132,6 +143,10 @@ class ScreenSky(SearchSky):
     def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (alpha, beta)."""
         return on_screen(sky)
+
+    def searched(self, place: Float[Array, "n axes"]) -> Float[Array, "n 3"]:
+        """Directions on the search sky of places on the viewer's: the inverse of `shown`."""
+        return as_seen(self.viewer.directions(place), self.viewer.frame(), self.search_camera.frame())
 
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Lengths in M."""

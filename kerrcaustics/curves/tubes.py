@@ -14,7 +14,7 @@ from scipy.interpolate import PchipInterpolator
 
 from kerrcaustics.beams.paths import SpacePoints, ray_paths
 from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.caustic import check_orders
+from kerrcaustics.curves.caustic_search import check_orders
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.results.declared import quantity, result, usual_warnings

@@ -33,13 +33,13 @@ _TURN = 2 * np.pi
 class Winding:
     """What a caustic tells of stars, one entry a star.
 
-    count: signed crossings of the meridian from the star to the north pole; touching: True where the star cannot be
+    count: signed crossings of the meridian from the star to the north pole; on_caustic: True where the star cannot be
     told from the caustic; distance: from the nearest known place of it; star, points: the points that were put
     between those of the curve, and the star for which each was.
     """
 
     count: Int[Array, " stars"]
-    touching: Bool[Array, " stars"]
+    on_caustic: Bool[Array, " stars"]
     distance: Float[Array, " stars"]
     star: Int[Array, " points"]
     points: Points
@@ -49,7 +49,7 @@ class Winding:
         number = np.full(len(self.count), -1)
         number[chosen] = np.arange(len(chosen))
         owner = number[self.star]
-        stars = self.count[chosen], self.touching[chosen], self.distance[chosen]
+        stars = self.count[chosen], self.on_caustic[chosen], self.distance[chosen]
         return Winding(*stars, owner[owner >= 0], self.points[owner >= 0])
 
 
@@ -144,7 +144,7 @@ class CausticPolygon:
 
     def _divided(self, star: Float[Array, "stars 3"]) -> Winding:
         """The winding, with the sides close to a star halved for it."""
-        count, touching, distance = self._crossings(star), np.zeros(len(star), bool), self.nearest(star)
+        count, on_caustic, distance = self._crossings(star), np.zeros(len(star), bool), self.nearest(star)
         number, which = self._close(star)
         sides = self.sides[number]
         np.add.at(count, which, -sides.crossings(star[which]))
@@ -152,8 +152,8 @@ class CausticPolygon:
         for _ in range(_MOST_HALVINGS):
             if not len(sides):
                 break
-            touching[which[sides.height <= sides.error]] = True
-            split = ~touching[which]
+            on_caustic[which[sides.height <= sides.error]] = True
+            split = ~on_caustic[which]
             split[split], middle = self._middles(sides[split])
             np.add.at(count, which[~split], sides[~split].crossings(star[which[~split]]))
             sides, which = _halves(sides[split], middle), which[split]
@@ -166,9 +166,9 @@ class CausticPolygon:
             np.add.at(count, which[~near], sides[~near].crossings(star[which[~near]]))
             sides, which = sides[near], which[near]
         # What no halving settled.
-        touching[which] = True
+        on_caustic[which] = True
         np.add.at(count, which, sides.crossings(star[which]))
-        return Winding(count, touching, distance, np.concatenate(owners), points[0].joined(*points[1:]))
+        return Winding(count, on_caustic, distance, np.concatenate(owners), points[0].joined(*points[1:]))
 
     def _middles(self, sides: _Sides) -> tuple[Bool[Array, " sides"], Points]:
         """Which sides have a point of the caustic halfway along their parameter, maybe a shared one; and these."""

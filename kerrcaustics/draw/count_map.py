@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
-from kerrcaustics.curves.plane_caustics import PlaneCausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.plane_maps import plane_count_map_figure
 from kerrcaustics.draw.plots import headline
@@ -75,9 +74,9 @@ def _point_out(ax: Axes, caustic: Caustic) -> None:
     ax.annotate(style.order_name(caustic.order), tuple(place), (0, 30), arrowprops=arrow, **text)
 
 
-def count_map_figure(counts: CountMap, caustics: CausticSet | PlaneCausticSet, most: int = 0) -> Figure:
+def count_map_figure(counts: CountMap, caustics: CausticSet, most: int = 0) -> Figure:
     """Figure of the counts over their surface, 7 inches wide, with the camera in its title; most: as above."""
-    if isinstance(caustics, PlaneCausticSet):
+    if counts.surface.coordinates[0].unit != "rad":
         return plane_count_map_figure(counts, caustics)
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 4.1), layout="constrained")

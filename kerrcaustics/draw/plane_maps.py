@@ -10,7 +10,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator, NullLocator
 
-from kerrcaustics.curves.plane_caustics import PlaneCausticSet
+from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.stars.counts import CountMap
 
@@ -21,7 +21,7 @@ _COLOURS = ("YlGnBu", 0.0, 0.66)
 _TURNS = np.arange(-3, 4) * 360
 
 
-def plane_count_map_axes(ax: Axes, counts: CountMap, caustics: PlaneCausticSet) -> Axes:
+def plane_count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet) -> Axes:
     """Total image counts by azimuth (degrees, -180 to 180) and radius (logarithmic), and the caustics in the plane.
 
     caustics: of the same camera and crossing. A colour bar is put beside the axes.
@@ -62,7 +62,7 @@ def _draw_counts(ax: Axes, counts: CountMap) -> None:
     bar.set_label(f"images of index 0 to {counts.max_index}")
 
 
-def plane_count_map_figure(counts: CountMap, caustics: PlaneCausticSet) -> Figure:
+def plane_count_map_figure(counts: CountMap, caustics: CausticSet) -> Figure:
     """Figure of `plane_count_map_axes`, 7 inches wide, with the camera in its title."""
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 4.1), layout="constrained")
@@ -76,7 +76,7 @@ def plane_count_map_figure(counts: CountMap, caustics: PlaneCausticSet) -> Figur
         where = (
             f"spin {camera.spin:g}, $r_c$ = {camera.radius:g}, inclination {math.degrees(camera.inclination):.4g} deg"
         )
-        figure.suptitle(f"{where}; crossing {caustics.crossing}")
+        figure.suptitle(f"{where}; {counts.surface.in_words()}")
     return figure
 
 

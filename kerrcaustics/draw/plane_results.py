@@ -12,7 +12,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Circle
 
 from kerrcaustics.beams.paths import SpacePoints
-from kerrcaustics.curves.plane_caustics import PlaneCaustic
+from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import whole_line
@@ -55,12 +55,12 @@ def plane_events(ax: Axes, events: Iterable[PairEvent]) -> Axes:
     return _plane_axes(ax)
 
 
-def plane_caustic(ax: Axes, caustic: PlaneCaustic) -> Axes:
+def plane_caustic(ax: Axes, caustic: Caustic) -> Axes:
     """The curve seen along the spin axis, as far as 20 M."""
     return plane_caustic_set(ax, [caustic])
 
 
-def plane_caustic_set(ax: Axes, caustics: Iterable[PlaneCaustic]) -> Axes:
+def plane_caustic_set(ax: Axes, caustics: Iterable[Caustic]) -> Axes:
     """The curves seen along the spin axis, as far as 20 M."""
     for caustic in caustics:
         near = np.where(caustic.place[:, :1] < _REACH, caustic.place, np.nan)

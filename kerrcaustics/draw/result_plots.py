@@ -14,6 +14,11 @@ from kerrcaustics.draw import derivative_results, light_results, plane_results, 
 _SMALL = (4.4, 2.9)
 
 # By the first coordinate of the surface.
+_CAUSTIC: dict[str, Callable[..., Axes]] = {"theta": sky_results.one_caustic, "radius": plane_results.plane_caustic}
+_CAUSTICS: dict[str, Callable[..., Axes]] = {
+    "theta": sky_results.caustic_set,
+    "radius": plane_results.plane_caustic_set,
+}
 _COUNTS: dict[str, Callable[..., Axes]] = {"theta": sky_results.star_counts, "radius": plane_results.plane_counts}
 _EVENTS: dict[str, Callable[..., Axes]] = {"theta": sky_results.event_places, "radius": plane_results.plane_events}
 _MAPS: dict[str, Callable[..., Axes]] = {"theta": sky_results.count_map, "radius": plane_results.plane_count_map}
@@ -21,9 +26,9 @@ _MAPS: dict[str, Callable[..., Axes]] = {"theta": sky_results.count_map, "radius
 _PLOTS: dict[str, Callable[..., Axes]] = {
     "Beams": sky_results.ray_ends,
     "Camera": sky_results.shadow,
-    "Caustic": sky_results.one_caustic,
+    "Caustic": lambda ax, caustic, **settings: _on_surface(caustic, _CAUSTIC)(ax, caustic, **settings),
     "CausticDerivatives": derivative_results.caustic_derivatives,
-    "CausticSet": sky_results.caustic_set,
+    "CausticSet": lambda ax, caustics, **settings: _on_surface(caustics, _CAUSTICS)(ax, caustics, **settings),
     "CausticTube": plane_results.tube_rows,
     "CircleCurve": sky_results.circle_curve,
     "CircleImages": sky_results.circle_curves,
@@ -41,8 +46,6 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "Observer": sky_results.shadow,
     "PairEvent": lambda ax, event: _event_places(ax, [event]),
     "PairEvents": lambda ax, events: _event_places(ax, events),
-    "PlaneCaustic": plane_results.plane_caustic,
-    "PlaneCausticSet": plane_results.plane_caustic_set,
     "RayPaths": plane_results.space_points,
     "Rays": sky_results.ray_ends,
     "Rendering": light_results.rendering,

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.beams.ends import SKY
-from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
+from kerrcaustics.curves.caustic import Caustic, CausticSet
+from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.curves.critical_points import Points, Search
+from kerrcaustics.curves.search_map import SearchMap
 from kerrcaustics.explorer.state import ExplorerState
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.camera import Camera
@@ -202,7 +204,7 @@ def finite(values: Array) -> list[float | None]:
 
 def _add_coarse(record: dict[str, Any], arrays: dict[str, Array], camera: Camera, orders: int) -> None:
     """Critical curves by few points, which lie on them, and their images."""
-    search = Search(camera, "auto", _COARSE_TOLERANCE)
+    search = Search(SearchMap(camera.at_rest(), tolerance=_COARSE_TOLERANCE))
     half = search.camera.on_equator
     line = np.linspace(0, np.pi, _COARSE_LINES // 2 + 1) if half else np.linspace(0, 2 * np.pi, _COARSE_LINES + 1)[:-1]
     low, high, _ = search.brackets(line, orders)

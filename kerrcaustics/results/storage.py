@@ -31,7 +31,6 @@ HOMES = {
     "curves.isoradials": "Isoradial IsoradialSet",
     "curves.light_curves": "SpotEvent LightCurve",
     "curves.tubes": "CausticTube",
-    "curves.plane_caustics": "PlaneCaustic PlaneCausticSet",
     "stars.images": "StarImages",
     "stars.derivatives": "ImageDerivatives CausticDerivatives",
     "stars.events": "PairEvent PairEvents",

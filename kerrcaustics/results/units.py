@@ -28,9 +28,11 @@ def as_in(result: Any, about: Quantity) -> Quantity:
         return replace(about, unit={0: "1", 1: "(GM/c^2)^2", -1: "c^4/(GM)^2"}[powers])
     if about.unit == "place":
         units = [coordinate.unit for coordinate in result.surface.coordinates]
-        base = about.json or about.name
-        names = [f"{base}_{c.name}" + "_deg" * (c.unit == "rad") for c in result.surface.coordinates]
         alike = set(units) == {"rad"}
+        # Two names in one: that of angles, and that of other coordinates.
+        bases = (about.json or about.name).split()
+        base = bases[0] if alike else bases[-1]
+        names = [f"{base}_{c.name}" + "_deg" * (c.unit == "rad") for c in result.surface.coordinates]
         return replace(
             about, unit="rad" if alike else ", ".join(units), json=f"{base}_deg" if alike else " ".join(names)
         )

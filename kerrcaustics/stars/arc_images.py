@@ -6,11 +6,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.optimize import elementwise
 
-from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
-from kerrcaustics.curves.circles_in_plane import TOLERANCE
-from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.stars.search import ImageSearch, found_together
+from kerrcaustics.curves.domains import Ring
+from kerrcaustics.curves.search_sky import TOLERANCE
+from kerrcaustics.stars.search import ImageSearch, SkyImages, searched_together
 
 Array = np.ndarray
 
@@ -19,13 +18,13 @@ _TURN = 2 * math.pi
 _ERRORS = 10.0
 
 
-def searched(viewer: Viewer, places: Float[Array, "sources 2"], max_index: int, end: EquatorialPlane) -> ImageSearch:
+def searched(domain: Ring, places: Float[Array, "sources 2"], max_index: int) -> ImageSearch:
     """All images of sources (r, phi), by rays at their n-th crossing."""
-    return found_together([_one(viewer, radius, phi, max_index, end) for radius, phi in places.tolist()])
+    return searched_together([_one(domain, radius, phi, max_index) for radius, phi in places.tolist()])
 
 
-def _one(viewer: Viewer, radius: float, phi: float, max_index: int, end: EquatorialPlane) -> ImageSearch:
-    arcs = arcs_of(viewer, end.crossing, radius)
+def _one(domain: Ring, radius: float, phi: float, max_index: int) -> ImageSearch:
+    arcs = arcs_of(domain, radius)
     edge_phase, index = _seen(arcs, phi)
     kept = index <= max_index
     edge_phase, index = edge_phase[kept], index[kept]
@@ -34,40 +33,36 @@ def _one(viewer: Viewer, radius: float, phi: float, max_index: int, end: Equator
     found, index = found[order], index[order]
     miss = np.hypot(np.log(found.radius / radius), _away(found.azimuth, phi))
     counts = np.bincount(index, minlength=max_index + 1)[None]
-    touching = _touching(arcs, phi, max_index)
+    error = radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor)
     return ImageSearch(
-        star=np.zeros(len(index), int),
-        index=index,
-        sky=found.sky,
-        error=radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor),
+        images=SkyImages.arriving(np.zeros(len(index), int), index, found.sky, error),
         counts=counts,
         expected=counts,
-        touching=touching[None],
+        on_caustic=_touched(arcs, phi, max_index)[None],
         ring=np.zeros((1, max_index + 1), bool),
-        second_arrival=np.zeros(len(index), bool),
         coarse=(0.0,) * (max_index + 1),
-        doubts=(arcs.doubts,),
+        remarks=(arcs.remarks,),
         certificate="arcs",
     )
 
 
 def counted(
-    viewer: Viewer, places: Float[Array, "sources 2"], max_index: int, end: EquatorialPlane
+    domain: Ring, places: Float[Array, "sources 2"], max_index: int
 ) -> tuple[Int[Array, "sources indices"], Bool[Array, " sources"], Bool[Array, " sources"]]:
     """Counts of the images of sources, which lie on a caustic, which are certified: quick for many on one circle."""
     counts = np.zeros((len(places), max_index + 1), int)
     near, certified = np.zeros((2, len(places)), bool)
     for radius in np.unique(places[:, 0]).tolist():
-        arcs = arcs_of(viewer, end.crossing, radius)
+        arcs = arcs_of(domain, radius)
         for i in np.flatnonzero(places[:, 0] == radius).tolist():
             holds = _holding(arcs, places[i, 1])
             counts[i] = np.bincount(arcs.index[holds], minlength=max_index + 1)[: max_index + 1]
-            near[i] = _touching(arcs, places[i, 1], max_index).any()
-            certified[i] = not (arcs.doubts or near[i])
+            near[i] = _touched(arcs, places[i, 1], max_index).any()
+            certified[i] = not (arcs.remarks or near[i])
     return counts, near, certified
 
 
-def _touching(arcs: Arcs, phi: float, max_index: int) -> Bool[Array, " orders"]:
+def _touched(arcs: Arcs, phi: float, max_index: int) -> Bool[Array, " orders"]:
     """By order, to max_index + 1, whether a source cannot be told from that caustic."""
     which = np.flatnonzero(arcs.index != np.roll(arcs.index, 1))
     folds = arcs.low[which]

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.circle_arcs import Arcs, step_between
 from kerrcaustics.curves.lens_map import LensMap, SeenLight
 from kerrcaustics.spacetime.viewer import Viewer
@@ -23,12 +23,12 @@ _TURN = 2 * math.pi
 
 
 def arc_tracks(
-    camera: Viewer, arcs: Arcs, events: dict[int, PairEvent], max_index: int, end: EquatorialPlane
+    camera: Viewer, arcs: Arcs, events: dict[int, PairEvent], max_index: int, surface: End
 ) -> tuple[Track, ...]:
     """The image of a circle, as far as its index is at most max_index."""
     if not len(arcs.index):
         return ()
-    lens_map = LensMap(camera, end)
+    lens_map = LensMap(camera, surface)
     light = lens_map.seen(arcs.low.sky)
     error = lens_map.errors(arcs.low.sky, _errors_on_sky(arcs, light.beams))
     chains = _chains(arcs.index <= max_index)

@@ -1,17 +1,19 @@
-"""All images of sources on a surface, with the argument that none is missing: one certificate for each kind of surface.
+"""All images of sources on a surface, with the argument that none is missing: one certificate for each domain.
 
-Beyond the viewer the sky is cut into sheets, and the winding of the caustics counts the images on each (sheets.py,
-search.py). Sources on a sphere within the viewer's radius change places with the viewer (reciprocal.py). In
+On one leaf, beyond the viewer, the sky is cut into sheets, and the winding of the caustics counts the images on each
+(sheets.py, search.py). Sources on a sphere within the viewer's radius change places with the viewer (reciprocal.py). In
 the equatorial plane the image of the source's circle is cut into arcs (arc_images.py).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import singledispatch
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from kerrcaustics.beams.ends import CelestialSphere, End, EquatorialPlane, Sphere, Spherical
+from kerrcaustics.beams.ends import End
+from kerrcaustics.curves.domains import Domain, OneLeaf, Ring, TwoLeaves, domain_of
 from kerrcaustics.curves.search_sky import search_sky
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars import arc_images
@@ -35,35 +37,44 @@ class Counts:
 
 @dataclass(frozen=True)
 class SheetsCertificate:
-    """The degree of the sphere, sheet by sheet."""
+    """The degree of the sphere, sheet by sheet.
+
+    follows: True if images between the nodes of a level curve can be found from them.
+    """
 
     viewer: Viewer
-    surface: Spherical
+    domain: OneLeaf
     max_index: int
+    follows: ClassVar[bool] = True
 
     def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
         """All images of sources."""
-        vectors = self.surface.vectors(places)
-        found = search(sheets_of(self.viewer, self.max_index, self.surface), vectors)
-        return sharpened(search_sky(self.viewer), found, vectors, self.surface)
+        surface = self.domain.surface
+        vectors = surface.vectors(places)
+        images = search(sheets_of(self.viewer, self.max_index, surface), vectors)
+        return sharpened(search_sky(self.viewer), images, vectors, surface)
 
     def counted(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
-        """How many images there are; find: by a search too, which certifies them."""
+        """Numbers of images. find: also by a search, which certifies them."""
         if find:
             found = self.searched(places)
-            return Counts(found.counts, found.expected, np.asarray(found.touching.any(axis=1)), found.certified)
-        told = sheets_of(self.viewer, self.max_index, self.surface).counted(self.surface.vectors(places))
-        return Counts(told.expected, told.expected, told.on_caustic, np.zeros(len(places), bool))
+            return Counts(found.counts, found.expected, np.any(found.on_caustic, axis=1), found.certified)
+        surface = self.domain.surface
+        counted = sheets_of(self.viewer, self.max_index, surface).counted(surface.vectors(places))
+        certified = np.zeros(len(places), bool)
+        return Counts(counted.expected, counted.expected, np.any(counted.on_caustic, axis=1), certified)
 
 
 @dataclass(frozen=True)
 class ExchangeCertificate(SheetsCertificate):
     """The same of the viewer, as the source sees it."""
 
+    domain: TwoLeaves
+    follows: ClassVar[bool] = False
+
     def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
         """All images of sources."""
-        assert isinstance(self.surface, Sphere)
-        return search_within(self.viewer, places, self.max_index, self.surface)
+        return search_within(self.viewer, places, self.max_index, self.domain.surface)
 
 
 @dataclass(frozen=True)
@@ -71,39 +82,30 @@ class ArcsCertificate:
     """The degree of the circle: its azimuth runs once round."""
 
     viewer: Viewer
-    surface: EquatorialPlane
+    domain: Ring
     max_index: int
+    follows: ClassVar[bool] = False
 
     def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
         """All images of sources."""
-        return arc_images.searched(self.viewer, places, self.max_index, self.surface)
+        return arc_images.searched(self.domain, places, self.max_index)
 
     def counted(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
-        """How many images there are."""
-        counts, near, certified = arc_images.counted(self.viewer, places, self.max_index, self.surface)
+        """Numbers of images."""
+        counts, near, certified = arc_images.counted(self.domain, places, self.max_index)
         return Counts(counts, counts, near, certified)
 
 
 Certificate = SheetsCertificate | ArcsCertificate
 
+_CERTIFICATES: dict[type[Domain], Callable[..., Certificate]] = {
+    OneLeaf: SheetsCertificate,
+    TwoLeaves: ExchangeCertificate,
+    Ring: ArcsCertificate,
+}
 
-@singledispatch
+
 def certificate_of(surface: End, viewer: Viewer, max_index: int) -> Certificate:
-    """The certificate of a surface: the one place that knows which surface it is."""
-    raise TypeError(f"no certificate of {type(surface).__name__}")
-
-
-@certificate_of.register
-def _at_infinity(surface: CelestialSphere, viewer: Viewer, max_index: int) -> Certificate:
-    return SheetsCertificate(viewer, surface, max_index)
-
-
-@certificate_of.register
-def _on_sphere(surface: Sphere, viewer: Viewer, max_index: int) -> Certificate:
-    within = surface.radius < viewer.radius
-    return (ExchangeCertificate if within else SheetsCertificate)(viewer, surface, max_index)
-
-
-@certificate_of.register
-def _in_plane(surface: EquatorialPlane, viewer: Viewer, max_index: int) -> Certificate:
-    return ArcsCertificate(viewer, surface, max_index)
+    """The certificate that belongs to the domain of a surface."""
+    domain = domain_of(surface, viewer)
+    return _CERTIFICATES[type(domain)](viewer, domain, max_index)

@@ -10,12 +10,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import SKY
+from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.curves.lens_map import LensMap
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import check_camera
 from kerrcaustics.spacetime.checks import quoted
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.stars.certificates import certificate_of
 from kerrcaustics.stars.events import PairEvents, in_time, pair_events_of
 from kerrcaustics.stars.images import checked_place, checked_sheets
 from kerrcaustics.stars.level_curves.branches import Branches
@@ -32,15 +32,17 @@ GALACTIC_POLE = (math.radians(90 - 27.12825), math.radians(192.85948))
 class CircleCurve:
     """One image of a great circle, or of a part of it: a curve on the camera sky."""
 
+    camera: Viewer = quantity("", "", "who sees it", column="")
+    surface: End = quantity("", "", "where the circle lies", column="")
     index: int = quantity("", "1", "Morse index")
-    sky: Array = quantity("point axis", "1", "directions N")
+    sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
     longitude: Array = quantity("point", "rad", "longitude on the circle, unwrapped, growing")
     closed: bool = quantity(
         "",
         "1",
         "True where the curve returns to its first point (not repeated), else it ends at critical curves",
     )
-    error: float = quantity("", "rad", "the largest error of the points on the sky", json="error_rad")
+    error: float = quantity("", "sky", "the largest error of the points on the sky")
 
     @property
     @derived("", "rad")
@@ -57,7 +59,7 @@ class CircleCurve:
     @property
     @derived("curve_end axis", "1")
     def ends(self) -> Array:
-        """Directions N of both ends of an open curve."""
+        """Both ends of an open curve."""
         return self.sky[:0] if self.closed else self.sky[[0, -1]]
 
     @property
@@ -67,7 +69,7 @@ class CircleCurve:
         return 2 * math.pi * math.ceil(swept / (2 * math.pi)) if self.closed else swept
 
 
-@result("counts/1", record="camera kind=circle max_index normal certified remarks per_index curves events")
+@result("counts/1", record="camera surface kind=circle max_index normal certified remarks per_index curves events")
 class CircleImages:
     """The images of a great circle, by Morse index.
 
@@ -76,6 +78,7 @@ class CircleImages:
     """
 
     camera: Viewer = quantity("", "", "the camera", json="", column="")
+    surface: End = quantity("", "", "where the circle lies", json="", column="")
     normal: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the circle's normal", given=True)
     curves: tuple[CircleCurve, ...] = quantity("curve", "", "its images, by index")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many curves of each index")
@@ -99,17 +102,22 @@ class CircleImages:
 
 
 @usual_warnings
-def circle_images(camera: Viewer, normal: ArrayLike | str, max_index: int = 2) -> CircleImages:
+def circle_images(
+    camera: Viewer, normal: ArrayLike | str, max_index: int = 2, *, end: Wherever | End = math.inf
+) -> CircleImages:
     """The images of a great circle with Morse index 0 to `max_index`, as curves on the camera sky.
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
     normal : (theta', phi') or "galactic plane"
         Of the circle's normal, radians; the galactic plane is that of stars with theta' = 90 deg - declination and
         phi' = right ascension.
     max_index : int
         0 to 6.
+    end : float or Sphere
+        Radius of the circle, that of the camera or a larger one; math.inf is the celestial sphere. Within the camera's
+        radius images are followed from the source, and great circles cannot be.
 
     Returns
     -------
@@ -132,21 +140,28 @@ def circle_images(camera: Viewer, normal: ArrayLike | str, max_index: int = 2) -
     >>> circle.per_index, circle.certified
     ({0: 1}, True)
     """
-    check_camera(camera)
+    check_viewer(camera)
+    surface = end_of(camera, end)
+    if not certificate_of(surface, camera, 0).follows:
+        raise ValueError(
+            f"Argument `end` must be math.inf or at least the camera's radius {camera.radius:.12g} for a great circle, "
+            f"but is {quoted(end)}."
+        )
     angles = _checked_normal(normal, camera)
-    sheets = checked_sheets(camera, max_index)
+    sheets = checked_sheets(camera, max_index, surface)
     branches = Branches(sheets, camera, Circle.great(*angles))
     found = branches.meetings
-    events = pair_events_of(camera, SKY, found)
-    lens_map = LensMap(camera, SKY)
+    events = pair_events_of(camera, surface, found)
+    lens_map = LensMap(camera, surface)
     at = lens_map.seen(branches.nodes.sky)
     error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, found.error))
-    curves = [_curve(chain, branches, at.sky, error) for chain in chains(branches, over_events=False)]
+    curves = [_curve(lens_map, chain, branches, at.sky, error) for chain in chains(branches, over_events=False)]
     curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))
     unsure = (remark for i in np.flatnonzero(~found.known) for remark in events[i].remarks)
     remarks = (*found.remarks, *branches.remarks, *unsure)
     return CircleImages(
         camera=camera,
+        surface=surface,
         normal=angles,
         curves=tuple(curves),
         per_index={k: sum(curve.index == k for curve in curves) for k in range(len(sheets.sheets))},
@@ -156,14 +171,20 @@ def circle_images(camera: Viewer, normal: ArrayLike | str, max_index: int = 2) -
     )
 
 
-def _curve(chain: Chain, branches: Branches, sky: Array, error: Array) -> CircleCurve:
+def _curve(lens_map: LensMap, chain: Chain, branches: Branches, sky: Array, error: Array) -> CircleCurve:
     """One of the chains; sky and error of the nodes."""
     chosen, nodes = chain.nodes, branches.nodes
     # At both ends lie events, whose nodes do not tell on which of the two sheets the curve is.
     inner = chosen[nodes.event[chosen] < 0]
     turns = 2 * math.pi * np.ceil((chain.longitude[0] - math.pi) / (2 * math.pi))
     return CircleCurve(
-        int(nodes.index[inner[0]]), sky[chosen], chain.longitude - turns, chain.closed, float(error[chosen].max())
+        camera=lens_map.viewer,
+        surface=lens_map.surface,
+        index=int(nodes.index[inner[0]]),
+        sky=sky[chosen],
+        longitude=chain.longitude - turns,
+        closed=chain.closed,
+        error=float(error[chosen].max()),
     )
 
 

@@ -4,7 +4,6 @@ import json
 import math
 import os
 from dataclasses import asdict
-from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
-from kerrcaustics.beams.ends import CelestialSphere, End, EquatorialPlane, Sphere, Wherever, end_of
+from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever, end_of
 from kerrcaustics.files import check_name
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
@@ -26,8 +25,6 @@ from kerrcaustics.stars.images import checked_index
 Array = np.ndarray
 
 _MOST_ROWS = 4096
-# Radii of circles in the plane: from so many horizon radii to so many camera radii, and the largest.
-_LOWEST, _HIGHEST, _FROM_AFAR = 1.05, 2.0, 100.0
 _FITS_AXIS = "MORSE"
 
 
@@ -236,7 +233,7 @@ def count_map(
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
     check_viewer(camera)
     surface, highest = end_of(camera, end), checked_index(max_index)
-    levels = _levels(surface, camera, rows, radii)
+    levels = surface.levels(camera, rows) if radii is None else _checked_radii(surface, camera, radii)
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
     grid = np.stack(np.meshgrid(levels, phi, indexing="ij"), axis=-1)
     told = certificate_of(surface, camera, highest).counted(grid.reshape(-1, 2), find=False)
@@ -245,20 +242,11 @@ def count_map(
     return CountMap(camera, surface, levels, phi, told.expected.reshape(*shape, -1), near, certified)
 
 
-@singledispatch
-def _levels(surface: End, camera: Viewer, rows: int, radii: ArrayLike | None) -> Float[Array, " rows"]:
-    """The first coordinates of the rows of a map."""
-    if radii is not None:
+def _checked_radii(surface: End, camera: Viewer, radii: ArrayLike) -> Float[Array, " rows"]:
+    """The radii of the circles of a map of the plane; ValueError unless they are valid."""
+    if surface.coordinates[0].name != "radius":
         raise ValueError(f"Argument `radii` must come with an EquatorialPlane as `end`, but that is {surface!r}.")
-    return (np.arange(rows) + 0.5) * math.pi / rows
-
-
-@_levels.register
-def _radii(surface: EquatorialPlane, camera: Viewer, rows: int, radii: ArrayLike | None) -> Float[Array, " rows"]:
-    horizon = kerr.horizon(camera.spin)
-    if radii is None:
-        return np.geomspace(_LOWEST * horizon, min(_FROM_AFAR, _HIGHEST * camera.radius), rows)
-    radius = numbers("radii", radii)
+    horizon, radius = kerr.horizon(camera.spin), numbers("radii", radii)
     rising = radius.ndim == 1 and len(radius) > 0 and bool((np.diff(radius) > 0).all())
     if not (rising and horizon < radius[0] and radius[-1] < math.inf):
         raise ValueError(
@@ -297,9 +285,7 @@ def read_count_map(path: str | os.PathLike[str]) -> CountMap:
     counts, rows = counts[:, ::-1].transpose(1, 2, 0).astype(int), counts.shape[1]
     phi, on_caustic = (np.arange(2 * rows) + 0.5) * math.pi / rows, others[0][0][::-1].astype(bool)
     camera, surface = (_from_words(header[name], path) for name in ("VIEWER", "SURFACE"))
-    return CountMap(
-        camera, surface, _levels(surface, camera, rows, None), phi, counts, on_caustic, np.zeros_like(on_caustic)
-    )
+    return CountMap(camera, surface, surface.levels(camera, rows), phi, counts, on_caustic, np.zeros_like(on_caustic))
 
 
 def _in_words(part: Any) -> str:

@@ -22,7 +22,7 @@ from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.closed_form.polar_motion import polar_motion, polar_swing
 from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
 from kerrcaustics.beams.compile_cache import Program
-from kerrcaustics.beams.ends import SKY, Aim, Arriving, CelestialSphere, Sphere, Spherical
+from kerrcaustics.beams.ends import SKY, Aim, Arriving, Sphere, Spherical
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
@@ -177,7 +177,7 @@ class _DeepSearch:
         copies = len(place) // len(self._start)
         d = np.tile(self._depth, copies) * np.exp(place[:, 1])
         leaves = np.tile(self._second_arrival, copies)
-        radius = None if isinstance(self._end, CelestialSphere) else float(self._end.radius)
+        radius = float(self._end.radius) if self._end.finite else None
         rays = self._camera.frame(), self._sky(place)[0], d, radius, leaves
         return _Ends(*map(np.asarray, _ENDS(*rays, on_equator=self._camera.on_equator, made_of=_MADE_OF)))
 

@@ -16,7 +16,7 @@ from numpy.polynomial import chebyshev
 from kerrcaustics.beams.compile_cache import Program
 from kerrcaustics.beams.differentiable import Moving, expansion, motion_of
 from kerrcaustics.beams.integrator.integrated import DENSEST
-from kerrcaustics.curves.caustic import check_orders
+from kerrcaustics.curves.caustic_search import check_orders
 from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.curves.features import extreme_places, find_features, fitted
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings

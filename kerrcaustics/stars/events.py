@@ -7,12 +7,11 @@ from functools import singledispatch
 import numpy as np
 from jaxtyping import Float
 
-from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
+from kerrcaustics.curves.domains import Domain, Ring, domain_of
 from kerrcaustics.curves.search_sky import search_sky, shown_line_of_sight
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
-from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.images import checked_index, checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
@@ -114,46 +113,31 @@ def pair_events(camera: Viewer, level: float, max_index: int = 2, *, end: Wherev
     """
     check_viewer(camera)
     surface, highest = end_of(camera, end), checked_index(max_index)
-    return _events_on(surface, camera, level, highest)
+    height = surface.checked_level("level", level, camera)
+    return _events_on(domain_of(surface, camera), camera, surface, height, highest)
 
 
 @singledispatch
-def _events_on(surface: End, camera: Viewer, level: float, max_index: int) -> PairEvents:
-    """Events of a source that circles on a surface."""
-    angular_velocity, height = camera.orbital_velocity(), checked_level(surface, camera, level)
-    found = meetings(checked_sheets(camera, max_index, surface), Circle.about_spin_axis(height))
-    events = pair_events_of(camera, surface, found, height, angular_velocity)
+def _events_on(domain: Domain, camera: Viewer, surface: End, level: float, max_index: int) -> PairEvents:
+    """Events of a source that circles on a sphere."""
+    angular_velocity = camera.orbital_velocity()
+    found = meetings(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
+    events = pair_events_of(camera, surface, found, level, angular_velocity)
     chosen = [(event, known) for event, known in zip(events, found.known, strict=True) if event.order <= max_index]
     sure = not found.remarks and all(known for _, known in chosen)
     return PairEvents(in_time(event for event, _ in chosen), sure, found.remarks)
 
 
 @_events_on.register
-def _events_in_plane(surface: EquatorialPlane, camera: Viewer, level: float, max_index: int) -> PairEvents:
-    arcs = arcs_of(camera, surface.crossing, checked_level(surface, camera, level))
-    found = [event for event in arc_events(camera, arcs, surface).values() if event.order <= max_index]
-    return PairEvents(in_time(found), not arcs.doubts, arcs.doubts)
+def _events_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, max_index: int) -> PairEvents:
+    arcs = arcs_of(domain, level)
+    events = [event for event in arc_events(camera, arcs, surface).values() if event.order <= max_index]
+    return PairEvents(in_time(events), not arcs.remarks, arcs.remarks)
 
 
 def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
     """Events in the order of time, or of longitude."""
     return tuple(sorted(events, key=lambda event: event.longitude if math.isnan(event.moment) else event.moment))
-
-
-def checked_level(surface: End, camera: Viewer, level: object) -> float:
-    """The first coordinate of a circle about the spin axis on a surface: theta, in the plane r."""
-    number, first = real_number("level", level), surface.coordinates[0]
-    least, most = (0.0, math.pi) if first.unit == "rad" else (kerr.horizon(camera.spin), math.inf)
-    if first.unit == "rad" and not least <= number <= most:
-        raise ValueError(
-            f"Argument `level` must be a theta' in [0, pi] radians (0 to 180 degrees), but is {quoted(level)}."
-        )
-    if first.unit != "rad" and not least < number < most:
-        raise ValueError(
-            "Argument `level` must be, in the equatorial plane, a finite radius larger than the horizon's "
-            f"{least:.12g}, but is {quoted(level)}."
-        )
-    return number
 
 
 def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]:
@@ -197,18 +181,19 @@ def _arc_errors(
 
 
 def pair_events_of(
-    camera: Viewer, surface: End, found: Meetings, theta: float | None = None, angular_velocity: float = 0.0
+    camera: Viewer, surface: End, found: Meetings, level: float | None = None, angular_velocity: float = 0.0
 ) -> list[PairEvent]:
-    """The meetings as events, in the same order; theta and angular velocity: of a star, and of its camera's orbit."""
+    """The meetings as events, in the same order; level and angular velocity: of a star, and of its camera's orbit."""
     sky = shown_line_of_sight(camera, found.points.line_of_sight)
-    return [_event(surface, found, i, sky[i], theta, angular_velocity) for i in range(len(found.order))]
+    return [_event(surface, found, i, sky[i], level, angular_velocity) for i in range(len(found.order))]
 
 
 def _event(
-    surface: End, found: Meetings, i: int, sky: Array, theta: float | None, angular_velocity: float
+    surface: End, found: Meetings, i: int, sky: Array, level: float | None, angular_velocity: float
 ) -> PairEvent:
     """One of the meetings."""
-    order, azimuth = int(found.order[i]), float(found.points.azimuth[i])
+    order = int(found.order[i])
+    theta, azimuth = (float(angle[i]) for angle in surface.angles(found.points.direction, found.points.azimuth))
     # The star's azimuth falls while the camera runs ahead.
     sense, time = 1.0, math.nan
     if angular_velocity:
@@ -221,7 +206,7 @@ def _event(
     return PairEvent(
         surface=surface,
         kind="creation" if found.side[i] * sense > 0 else "annihilation",
-        star=(float(found.points.theta[i]) if theta is None else theta, azimuth % _TURN),
+        star=(theta if level is None else level, azimuth % _TURN),
         sky=sky,
         order=order,
         indices=(order - 1, order),

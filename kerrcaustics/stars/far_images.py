@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from kerrcaustics.beams.ends import Spherical
+from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.search_sky import SearchSky, as_seen, radians_of, search_sky
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import ImageSearch
@@ -20,18 +20,19 @@ Array = np.ndarray
 _FEW_STEPS = 8
 
 
-def sharpened(searched: SearchSky, found: ImageSearch, star: Float[Array, "stars 3"], end: Spherical) -> ImageSearch:
+def sharpened(searched: SearchSky, found: ImageSearch, star: Float[Array, "stars 3"], end: End) -> ImageSearch:
     """The images of stars that an observer at a finite radius finds, those of index 0 with smaller errors."""
     plain, observer = searched.plain_camera, searched.search_camera
     if plain is None:
         return found
-    direct = np.flatnonzero(found.index == 0)
-    start = as_seen(found.sky[direct], observer.frame(), plain.frame())
-    which, sky, error = find_roots(plain, star[found.star[direct]], found.index[direct], start, _FEW_STEPS, end=end)
+    images = found.images
+    direct = np.flatnonzero(images.index == 0)
+    start = as_seen(images.sky[direct], observer.frame(), plain.frame())
+    which, sky, error = find_roots(plain, star[images.star[direct]], images.index[direct], start, _FEW_STEPS, end=end)
     these, sky = direct[which], as_seen(sky, plain.frame(), observer.frame())
     # A radian on the plain sky, on the engines' sphere.
     error = error / radians_of(plain.radius, sky, search_sky(observer).lengths(sky))
-    better = error < found.error[these]
-    skies, errors = found.sky.copy(), found.error.copy()
+    better = error < images.error[these]
+    skies, errors = images.sky.copy(), images.error.copy()
     skies[these[better]], errors[these[better]] = sky[better], error[better]
-    return replace(found, sky=skies, error=errors)
+    return replace(found, images=replace(images, sky=skies, error=errors))

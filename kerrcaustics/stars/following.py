@@ -109,7 +109,7 @@ def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) 
     for camera, place in zip(cameras, angles, strict=True):
         last, sheets = sheets, checked_sheets(camera, max_index)
         spot = (float(place[0]), float(place[1]))
-        now = images_of(camera, sheets.end, [spot], search(sheets, from_angles(*spot)[None]))[0]
+        now = images_of(camera, sheets.surface, [spot], search(sheets, from_angles(*spot)[None]))[0]
         if last is None:
             link, sure = np.full(len(now), -1), np.zeros(len(now), bool)
             new, gone = np.empty(0, int), np.empty(0, int)

@@ -7,12 +7,11 @@ import numpy as np
 from jaxtyping import Bool
 
 from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever, end_of
+from kerrcaustics.curves.domains import Ring, domain_of
 from kerrcaustics.curves.lens_map import LensMap
 from kerrcaustics.curves.search_sky import search_camera, search_sky
-from kerrcaustics.curves.source_map import SourceMap, spherical
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import whole_number
-from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.certificates import certificate_of
 from kerrcaustics.stars.deep_images import deepened, is_deep
@@ -166,33 +165,34 @@ def star_images(
     check_viewer(camera)
     surface, highest = end_of(camera, end), checked_index(max_index)
     place = surface.checked("star", star, camera, one=True)
-    found = certificate_of(surface, camera, highest).searched(place[None])
+    certificate = certificate_of(surface, camera, highest)
+    found, domain = certificate.searched(place[None]), certificate.domain
     images = images_of(camera, surface, [(float(place[0]), float(place[1]))], found)[0]
-    return _deepened(images, found, camera, surface) if isinstance(surface, Spherical) else images
+    return images if isinstance(domain, Ring) else _deepened(images, found, camera, domain.surface)
 
 
 def images_of(camera: Viewer, surface: End, stars: list[tuple[float, float]], found: ImageSearch) -> list[StarImages]:
     """The images that a search for some sources found, source by source, as the camera sees them."""
     lens_map = LensMap(camera, surface)
-    at = lens_map.seen(found.sky, found.second_arrival)
+    at = lens_map.seen(found.images.sky, found.images.second_arrival)
     of_images = {
         "sky": at.sky,
-        "azimuth": at.beams.azimuth,
-        "index": found.index,
-        "parity": 1 - 2 * (found.index % 2),
+        "azimuth": at.azimuth,
+        "index": found.images.index,
+        "parity": 1 - 2 * (found.images.index % 2),
         "magnification": at.magnification,
         "crossings": np.asarray(at.beams.crossings),
         "crossings_certain": np.asarray(at.beams.crossings_certain),
         "redshift": at.redshift,
-        "error": lens_map.errors(found.sky, found.error),
+        "error": lens_map.errors(found.images.sky, found.images.error),
         "time": at.time,
         "time_error": at.time_error,
-        "second_arrival": found.second_arrival,
+        "second_arrival": found.images.second_arrival,
     }
-    notes = (_DIRECT,) if isinstance(surface, Spherical) and SourceMap(camera, surface).unbounded else ()
+    notes = (_DIRECT,) if domain_of(surface, camera).unbounded else ()
     images = []
     for i, star in enumerate(stars):
-        these = np.flatnonzero(found.star == i)
+        these = np.flatnonzero(found.images.star == i)
         images.append(
             StarImages(
                 camera=camera,
@@ -201,7 +201,7 @@ def images_of(camera: Viewer, surface: End, stars: list[tuple[float, float]], fo
                 **{name: values[these] for name, values in of_images.items()},
                 per_index=dict(enumerate(found.counts[i].tolist())),
                 expected=dict(enumerate(found.expected[i].tolist())),
-                on_caustic=tuple((np.flatnonzero(found.touching[i]) + 1).tolist()),
+                on_caustic=tuple((np.flatnonzero(found.on_caustic[i]) + 1).tolist()),
                 certified=bool(found.certified[i]),
                 certificate=found.certificate,
                 remarks=(*notes, *_ring_remarks(camera, surface, found.ring[i]), *_remarks(found, i)),
@@ -216,11 +216,18 @@ def _deepened(images: StarImages, found: ImageSearch, camera: Viewer, end: Spher
     Refined images are traced anew, so that all that is said of them belongs to their place.
     """
     times = (images.time, images.time_error) if end.finite else (None, None)
-    which = np.flatnonzero(is_deep(found.index, found.error, *times))
+    which = np.flatnonzero(is_deep(found.images.index, found.images.error, *times))
     if len(which) == 0:
         return images
-    star = np.tile(from_angles(*images.star), (len(which), 1))
-    deep = deepened(search_camera(camera), found.sky[which], found.error[which], star, end, found.second_arrival[which])
+    star = np.tile(end.vectors(np.array([images.star])), (len(which), 1))
+    deep = deepened(
+        search_camera(camera),
+        found.images.sky[which],
+        found.images.error[which],
+        star,
+        end,
+        found.images.second_arrival[which],
+    )
     these = which[deep.which]
 
     def with_deep(values: Array, better: Array | None) -> Array:
@@ -228,7 +235,8 @@ def _deepened(images: StarImages, found: ImageSearch, camera: Viewer, end: Spher
         values[these] = better
         return values
 
-    there = replace(found, sky=with_deep(found.sky, deep.sky), error=with_deep(found.error, deep.error))
+    sky, error = with_deep(found.images.sky, deep.sky), with_deep(found.images.error, deep.error)
+    there = replace(found, images=replace(found.images, sky=sky, error=error))
     (refined,) = images_of(camera, end, [images.star], there)
     turn, phi = 2 * math.pi, images.star[1]
     around = phi + turn * np.round((refined.azimuth[these] - phi) / turn)
@@ -238,10 +246,10 @@ def _deepened(images: StarImages, found: ImageSearch, camera: Viewer, end: Spher
     return replace(refined, time=with_deep(refined.time, time), time_error=with_deep(refined.time_error, late))
 
 
-def checked_sheets(camera: Viewer, max_index: int, end: Wherever | End = SKY) -> Sheets:
-    """The sheets of a camera; bad input is refused with one ValueError."""
+def checked_sheets(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets:
+    """The sheets of a camera; ValueError unless the arguments are valid."""
     check_viewer(camera)
-    return sheets_of(camera, checked_index(max_index), spherical(camera, end))
+    return sheets_of(camera, checked_index(max_index), surface)
 
 
 def checked_index(max_index: int) -> int:
@@ -259,7 +267,6 @@ def _ring_remarks(camera: Viewer, surface: End, ring: Bool[Array, " orders"]) ->
     """Remarks about rings; ring: by order, True where the star lies on a caustic that is a point."""
     if not ring.any():
         return ()
-    assert isinstance(surface, Spherical)
     curves = sheets_of(camera, len(ring) - 1, surface).curves
     return tuple(ring_remark(camera, surface, curve) for curve in curves if ring[curve.order - 1])
 
@@ -267,8 +274,8 @@ def _ring_remarks(camera: Viewer, surface: End, ring: Bool[Array, " orders"]) ->
 def _remarks(found: ImageSearch, star: int) -> tuple[str, ...]:
     """What is not certain about one of the stars, but for rings."""
     counts, expected, coarse = found.counts[star], found.expected[star], found.coarse
-    orders = (np.flatnonzero(found.touching[star] & ~found.ring[star]) + 1).tolist()
-    remarks = list(found.doubts[star]) if found.doubts else []
+    orders = (np.flatnonzero(found.on_caustic[star] & ~found.ring[star]) + 1).tolist()
+    remarks = list(found.remarks[star]) if found.remarks else []
     remarks += [
         f"the star cannot be told from the caustic of order {order}: it may have two images more, or less; move it by "
         "more than its error"

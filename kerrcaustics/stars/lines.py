@@ -10,12 +10,12 @@ from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.lens_map import TOLERANCE
-from kerrcaustics.curves.search_sky import as_seen, search_sky
+from kerrcaustics.curves.search_sky import TOLERANCE, search_sky
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.circles import CircleImages
 from kerrcaustics.stars.images import checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
@@ -38,10 +38,11 @@ _SAFETY = 2.0
 class LineCrossings:
     """Where a line on the camera sky crosses the images of a great circle, in the order met."""
 
-    sky: Array = quantity("crossing axis", "1", "directions N")
+    camera: Viewer = quantity("", "", "who sees them", column="")
+    sky: Array = quantity("crossing axis", "1", "directions N; of an Observer (alpha, beta)")
     index: Array = quantity("crossing", "1", "Morse index")
     longitude: Array = quantity("crossing", "rad", "longitude on the circle, in (-pi, pi]")
-    error: Array = quantity("crossing", "rad", "error along the line", json="error_rad")
+    error: Array = quantity("crossing", "sky", "error along the line")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many crossings of each index")
     expected: dict[int, int] = quantity("morse_index", "1", "the same counted along the curves of `circle_images`")
     certified: bool = quantity("", "1", "True when both agree, and the first count left nothing open")
@@ -55,18 +56,18 @@ class _SkyLine:
         """From what the user gave."""
         self._sheets = sheets
         given = numbers("line", line)
-        if given.shape not in ((), (2, 3)):
-            raise ValueError(
-                "Argument `line` must be an angle in radians, or two directions N, an array of shape (2, 3)."
-            )
+        axes = 3 if images.camera.sky_unit == "rad" else 2
+        if given.shape not in ((), (2, axes)):
+            places = f"two {images.camera.sky_coordinates}, an array of shape (2, {axes})"
+            raise ValueError(f"Argument `line` must be an angle in radians, or {places}.")
         self._edge_phase = float(given) if given.ndim == 0 else None
         if self._edge_phase is not None:
             self._depth = float(sheets.sheets[-1].inner(np.array(self._edge_phase)))
         else:
             size = np.linalg.norm(given, axis=1, keepdims=True)
-            if not (size > 0).all():
+            if axes == 3 and not (size > 0).all():
                 raise ValueError("Argument `line` must have directions N that are not 0.")
-            rest = as_seen(given / size, images.camera.frame(), sheets.frame)
+            rest = search_sky(images.camera).searched(given / size if axes == 3 else given)
             self._start, ahead = rest[0], rest[1] - (rest[0] @ rest[1]) * rest[0]
             across = float(np.linalg.norm(ahead))
             if across < 1e-12:
@@ -121,7 +122,8 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     line : float or (2, 3) array
         The line straight away from the shadow that leaves its edge at this edge phase, radians, from the direction
         opposite to the hole to the critical curve that bounds the highest index: 0 the prograde (flat) edge and pi the
-        retrograde one of a camera on the equator, pi / 2 and 3 pi / 2 next to the poles. Or its two ends, directions N.
+        retrograde one of a camera on the equator, pi / 2 and 3 pi / 2 next to the poles. Or its two ends, directions N;
+        of an Observer (alpha, beta), shape (2, 2).
         The line between is part of a great circle on the sky of a camera at rest at the same event.
 
     Returns
@@ -151,7 +153,7 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     instance_of("images", images, CircleImages)
     if not np.isfinite(numbers("line", line)).all():
         raise ValueError(f"Argument `line` must be finite, but is {quoted(line)}.")
-    sheets = checked_sheets(images.camera, max(images.per_index))
+    sheets, shown = checked_sheets(images.camera, max(images.per_index), images.surface), search_sky(images.camera)
     circle, path = Circle.great(*images.normal), _SkyLine(sheets, images, line)
     nodes, roots, doubt = _divided(sheets, circle, path)
     place = _polished(sheets, circle, path, nodes, roots)
@@ -161,17 +163,18 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     index = np.asarray(beams.index)
     kept = index <= max(images.per_index)
     counts = {k: int(np.count_nonzero(index == k)) for k in images.per_index}
-    expected = counts if roots is None else _along_curves(sheets, images, path)
+    expected = counts if roots is None else _along_curves(images, path)
     differ = (k for k, count in counts.items() if count != expected[k])
     doubt += [f"index {k}: {counts[k]} along the line, {expected[k]} along the curves" for k in differ]
     if not images.certified:
         doubt.append("the images of the circle are not certified themselves")
     off = (ends.error + np.abs(ends.height)) * np.linalg.norm(path.tangent(place), axis=1) / np.abs(ends.slope)
     return LineCrossings(
-        sky=as_seen(sky[kept], sheets.frame, images.camera.frame()),
+        camera=images.camera,
+        sky=shown.shown(sky[kept]),
         index=index[kept],
         longitude=circle.longitude(beams.direction)[kept],
-        error=search_sky(images.camera).errors(sky, off)[kept],
+        error=shown.errors(sky, off)[kept],
         per_index=counts,
         expected=expected,
         certified=not doubt,
@@ -179,16 +182,16 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     )
 
 
-def _along_curves(sheets: Sheets, images: CircleImages, path: _SkyLine) -> dict[int, int]:
+def _along_curves(images: CircleImages, path: _SkyLine) -> dict[int, int]:
     """Crossings of each index, counted along the curves of the circle."""
-    total = dict.fromkeys(images.per_index, 0)
+    total, sky = dict.fromkeys(images.per_index, 0), search_sky(images.camera)
     for curve in images.curves:
-        total[curve.index] += path.crossed(as_seen(curve.sky, images.camera.frame(), sheets.frame), curve.closed)
+        total[curve.index] += path.crossed(sky.searched(curve.sky), curve.closed)
     return total
 
 
 def _beams(sheets: Sheets, sky: Float[Array, "places 3"]) -> Beams:
-    beams = trace_beams(sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
+    beams = trace_beams(sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False, end=sheets.surface)
     if not beams.escaped.all():
         raise ValueError("Argument `line` must not touch the shadow.")
     return beams

@@ -14,9 +14,9 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End, Sphere
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.lens_map import TOLERANCE, LensMap, SeenLight
-from kerrcaustics.curves.search_sky import magnified, search_camera
-from kerrcaustics.curves.source_map import on_leaves
+from kerrcaustics.curves.lens_map import LensMap, SeenLight
+from kerrcaustics.curves.search_map import on_leaves
+from kerrcaustics.curves.search_sky import TOLERANCE, magnified, search_camera
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles

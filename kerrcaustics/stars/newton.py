@@ -4,9 +4,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import SKY, Sphere, Spherical
+from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.lens_map import TOLERANCE
+from kerrcaustics.curves.domains import domain_of
+from kerrcaustics.curves.search_sky import TOLERANCE
 from kerrcaustics.curves.sky_chart import chart_of, straight
 from kerrcaustics.spacetime.sphere import flattened
 from kerrcaustics.spacetime.viewer import Viewer
@@ -27,7 +28,7 @@ def find_roots(
     sky: Float[Array, "searches 3"],
     most_steps: int = _MOST_STEPS,
     *,
-    end: Spherical = SKY,
+    end: End = SKY,
 ) -> tuple[Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
     """Directions on the sky that show the stars, from first guesses `sky`.
 
@@ -39,8 +40,7 @@ def find_roots(
     left of the way to the star, divided by the smaller diameter of the beam.
     """
     # Directions toward the hole itself have no place in the chart.
-    falling = isinstance(end, Sphere) and end.radius < camera.radius and not end.second_arrival
-    charted = camera == camera.at_rest() and not falling
+    charted = camera == camera.at_rest() and not domain_of(end, camera).falls
     stepped, n = chart_of(camera).stepped if charted else straight, len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
     residual, error, part = np.full(n, np.inf), np.full(n, np.nan), np.ones(n)
@@ -48,7 +48,7 @@ def find_roots(
     active = np.arange(n)
     trial, taken = sky, np.zeros(n)
     for _ in range(most_steps):
-        beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end)
+        beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end.bare())
         wish, distance = _newton_step(star[active], trial, beams)
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))

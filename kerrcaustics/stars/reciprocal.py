@@ -12,17 +12,16 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from kerrcaustics.beams.ends import SKY, Sphere
+from kerrcaustics.beams.ends import Sphere, end_of
 from kerrcaustics.beams.trace import trace_rays
 from kerrcaustics.curves.search_sky import magnified, search_camera
-from kerrcaustics.curves.source_map import check_domain
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.search import Candidates, ImageSearch, found_of, found_together, search
+from kerrcaustics.stars.search import ImageSearch, SkyImages, search, searched_together
 from kerrcaustics.stars.sheets import Sheets, sheets_of
 
 Array = np.ndarray
@@ -38,7 +37,7 @@ def search_within(camera: Viewer, angles: Float[Array, "stars 2"], max_index: in
     """
     together = len(angles) > 0 and bool((angles[:, 0] == angles[0, 0]).all())
     groups = [angles] if together else np.split(angles, len(angles))
-    return found_together([_one_theta(search_camera(camera), group, max_index, end) for group in groups])
+    return searched_together([_one_theta(search_camera(camera), group, max_index, end) for group in groups])
 
 
 def _one_theta(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> ImageSearch:
@@ -52,9 +51,8 @@ def _one_theta(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, 
 def sheets_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> tuple[Viewer, Sheets]:
     """A camera at a star on a sphere, and its sheets of the sphere on which the camera lies."""
     there = Camera(camera.spin, float(end.radius), theta, "fiducial")
-    outward = SKY if math.isinf(camera.radius) else Sphere(camera.radius)
+    outward = end_of(there, camera.radius)
     try:
-        check_domain(there, outward)
         return there, sheets_of(there, max_index, outward)
     except ValueError as error:
         raise ValueError(f"{error} (Said of a camera at the star, as the star lies nearer to the hole.)") from None
@@ -64,7 +62,7 @@ def _seen_from(
     camera: Viewer, star: Float[Array, "stars 3"], found: ImageSearch, sheets: Sheets, end: Sphere
 ) -> ImageSearch:
     """The images as the camera sees them, refined there."""
-    photon = photon_of(sheets.frame, tuple(found.sky.T))
+    photon = photon_of(sheets.frame, tuple(found.images.sky.T))
     # Of photons that come in at the star the ways lead on inward, and out again.
     second_arrival = photon.rate[0] > 0
     parts = []
@@ -73,15 +71,15 @@ def _seen_from(
         sky = sky_from_line_of_sight(camera.frame(), -magnified(camera.frame(), way))
         for leaf in (False, True):
             these = np.flatnonzero((second_arrival == leaf) & np.isfinite(sky).all(axis=1))
-            here, stars = replace(end, second_arrival=leaf), star[found.star[these]]
+            here, stars = replace(end, second_arrival=leaf), star[found.images.star[these]]
             guesses = _turned(camera, stars, sky[these], sign, here) if camera.on_axis else sky[these]
-            images = _refined(camera, stars, found.index[these], guesses, here)
-            parts.append(images.of(found.star[these]))
+            images = _refined(camera, stars, found.images.index[these], guesses, here)
+            parts.append(images.of(found.images.star[these]))
     merged = parts[0]
     for part in parts[1:]:
         merged = merged.merged(part)
     counts = merged.counts(found.expected.shape)
-    return found_of(merged, counts, found.expected, (found.touching, found.ring), sheets)
+    return ImageSearch(merged, counts, found.expected, found.on_caustic, found.ring, sheets.coarse)
 
 
 def motion(camera: Viewer, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
@@ -115,7 +113,7 @@ def _turned(camera: Viewer, star: Float[Array, "n 3"], sky: Array, sense: float,
 
 def _refined(
     camera: Viewer, star: Float[Array, "n 3"], index: Int[Array, " n"], sky: Float[Array, "n 3"], end: Sphere
-) -> Candidates:
+) -> SkyImages:
     """Images on one leaf, from guesses; as their star, the number of the guess."""
     which, sky, error = find_roots(camera, star, index, sky, _FEW_STEPS, end=end)
-    return Candidates(which, index[which], sky, error, np.full(len(which), end.second_arrival, bool))
+    return SkyImages.arriving(which, index[which], sky, error, second=bool(end.second_arrival))

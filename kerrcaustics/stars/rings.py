@@ -7,10 +7,10 @@ critical curve of them: Einstein's ring, or one of a higher order.
 import numpy as np
 from jaxtyping import Bool
 
-from kerrcaustics.beams.ends import Spherical
+from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.critical_curves import CriticalCurve
+from kerrcaustics.curves.domains import domain_of
 from kerrcaustics.curves.search_sky import search_sky, shown_line_of_sight
-from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -24,10 +24,10 @@ def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
     return ring | np.pad(ring, ((0, 0), (1, 0)))[:, :-1]
 
 
-def ring_remark(camera: Viewer, end: Spherical, curve: CriticalCurve, where: str = "lies on") -> str:
+def ring_remark(camera: Viewer, surface: End, curve: CriticalCurve, where: str = "lies on") -> str:
     """One line about the ring that is the image of a star on the caustic of a curve, as a camera sees it."""
     order, (radius, error) = curve.order, _angular_radius(camera, curve)
-    if order == 1 and SourceMap(camera, end).unbounded:
+    if order == 1 and domain_of(surface, camera).unbounded:
         size = "at infinite (alpha, beta)"
     else:
         size = f"of radius {radius:.12g} {camera.sky_unit} (within {error:.0e})"

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -28,10 +28,11 @@ _SAME, _SAME_ERRORS = 1e-9, 10.0
 
 
 @dataclass(frozen=True)
-class Candidates(Rows):
-    """Images, one entry each: which star, Morse index, direction on the sky of the camera at rest, error, radians.
+class SkyImages(Rows):
+    """Images, one entry each, on the sky of the camera at rest.
 
-    returning: True where the ray meets the star's sphere for the second time.
+    star: number of the star; index: Morse index; sky: direction; error: of it, radians; second_arrival: True if the ray
+    meets the star's sphere for the second time.
     """
 
     star: Int[Array, " images"]
@@ -41,20 +42,20 @@ class Candidates(Rows):
     second_arrival: Bool[Array, " images"]
 
     @classmethod
-    def arriving(cls, star: Array, index: Array, sky: Array, error: Array) -> "Candidates":
-        """Images by rays that meet the sphere for the first time."""
-        return cls(star, index, sky, error, np.zeros(len(star), bool))
+    def arriving(cls, star: Array, index: Array, sky: Array, error: Array, *, second: bool = False) -> "SkyImages":
+        """Images by rays that meet the surface for the first time, or the second."""
+        return cls(star, index, sky, error, np.full(len(star), second))
 
-    def of(self, names: Int[Array, " stars"]) -> "Candidates":
+    def of(self, names: Int[Array, " stars"]) -> "SkyImages":
         """The same, of stars with other numbers."""
         return replace(self, star=names[self.star])
 
-    def merged(self, more: "Candidates") -> "Candidates":
+    def merged(self, more: "SkyImages") -> "SkyImages":
         """These and more, each image once."""
-        return _distinct(Candidates.joined(self, more))
+        return _distinct(SkyImages.joined(self, more))
 
     def counts(self, shape: tuple[int, ...]) -> Int[Array, "stars indices"]:
-        """How many images there are."""
+        """Numbers of images."""
         counts = np.zeros(shape, int)
         np.add.at(counts, (self.star, self.index), 1)
         return counts
@@ -62,34 +63,28 @@ class Candidates(Rows):
 
 @dataclass(frozen=True)
 class ImageSearch:
-    """Images of stars: one entry an image, ordered by star, index, and place.
+    """The images of stars, ordered by star, index and place, with the certificate.
 
-    star: which one; index: the Morse index; sky: direction on the sky of the camera at rest; error: of it, radians.
-    counts: how many; expected: the same from the caustics; touching: True for a star that cannot be told from the
-    caustic of that order; ring: True where that caustic is a point, so that the images next to it are one ring, and no
-    entries; returning: True where the ray meets the star's sphere for the second time. coarse: steps of
-    the grids that were coarser than the search is made for, radians, by index; else 0. doubts: what is not sure about
-    each star, in words, beside that. certificate: the argument behind `certified`.
+    counts: numbers of images; expected: the same from the caustics; on_caustic: True for a star that cannot be
+    distinguished from the caustic of that order; ring: True where that caustic is a point, so that the images next to
+    it are one ring, and no entries. coarse: steps of the grids that were coarser than the search is made for, radians,
+    by index; else 0. remarks: what else is not certain about each star. certificate: the argument behind `certified`.
     """
 
-    star: Int[Array, " images"]
-    index: Int[Array, " images"]
-    sky: Float[Array, "images 3"]
-    error: Float[Array, " images"]
+    images: SkyImages
     counts: Int[Array, "stars indices"]
     expected: Int[Array, "stars indices"]
-    touching: Bool[Array, "stars orders"]
+    on_caustic: Bool[Array, "stars orders"]
     ring: Bool[Array, "stars orders"]
-    second_arrival: Bool[Array, " images"]
     coarse: tuple[float, ...]
-    doubts: tuple[tuple[str, ...], ...] = ()
+    remarks: tuple[tuple[str, ...], ...] = ()
     certificate: str = "winding"
 
     @property
     def certified(self) -> Bool[Array, " stars"]:
-        """True where the search found as many images on each sheet as are expected, and nothing is in doubt."""
-        doubtful = np.array([bool(lines) for lines in self.doubts] or np.zeros(len(self.counts), bool))
-        return (self.counts == self.expected).all(axis=1) & ~self.touching.any(axis=1) & ~doubtful
+        """True where the search found as many images on each sheet as are expected, and nothing is uncertain."""
+        remarked = np.array([bool(lines) for lines in self.remarks] or np.zeros(len(self.counts), bool))
+        return (self.counts == self.expected).all(axis=1) & ~self.on_caustic.any(axis=1) & ~remarked
 
 
 def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
@@ -99,20 +94,20 @@ def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     if len(chunks) == 1:
         return _searched(sheets, chunks[0])
     with ThreadPoolExecutor(cores()) as pool:
-        return found_together(list(pool.map(lambda chunk: _searched(sheets, chunk), chunks)))
+        return searched_together(list(pool.map(lambda chunk: _searched(sheets, chunk), chunks)))
 
 
-def found_together(parts: Sequence[ImageSearch]) -> ImageSearch:
+def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
     """What was found of some stars, then of others, and so on."""
-    offsets = np.cumsum([0, *(len(part.counts) for part in parts[:-1])])
-    shifted = [replace(part, star=part.star + offset) for part, offset in zip(parts, offsets, strict=True)]
-    names = [f.name for f in fields(ImageSearch) if isinstance(getattr(parts[0], f.name), np.ndarray)]
-    coarse = tuple(np.max([part.coarse for part in parts], axis=0).tolist())
+    names = np.split(np.arange(sum(len(p.counts) for p in parts)), np.cumsum([len(p.counts) for p in parts[:-1]]))
+    images = [part.images.of(stars) for part, stars in zip(parts, names, strict=True)]
+    arrays = ("counts", "expected", "on_caustic", "ring")
     return replace(
         parts[0],
-        **{name: np.concatenate([getattr(part, name) for part in shifted]) for name in names},
-        coarse=coarse,
-        doubts=tuple(lines for part in parts for lines in part.doubts),
+        images=images[0].joined(*images[1:]),
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in arrays},
+        coarse=tuple(np.max([part.coarse for part in parts], axis=0).tolist()),
+        remarks=tuple(lines for part in parts for lines in part.remarks),
     )
 
 
@@ -120,7 +115,7 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     """Stars whose images do not match their number are searched again, more widely; then along paths."""
     told = sheets.counted(star)
     images = _images(sheets, star, sheets.starts(star, NARROW))
-    on_caustic = told.on_caustic
+    on_caustic = np.any(told.on_caustic, axis=1)
     # Next to a caustic both counts are put to the test.
     delicate = on_caustic | (told.distance < _DELICATE)
     for again in (_beside_folds, _widely):
@@ -130,31 +125,23 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     missing = np.argwhere((images.counts(told.expected.shape) < told.expected) & ~on_caustic[:, None])
     for i, k in missing.tolist():
         images = images.merged(_approached(sheets, star[i], k, int(told.expected[i, k])).of(np.array([i])))
-    ring = told.touching & np.array([curve.is_point for curve in sheets.curves])
+    ring = told.on_caustic & np.array([curve.is_point for curve in sheets.curves])
     images = images[~on_rings(ring)[images.star, images.index]]
-    return found_of(images, images.counts(told.expected.shape), told.expected, (told.touching, ring), sheets)
-
-
-def found_of(
-    images: Candidates, counts: Array, expected: Array, touching: tuple[Array, Array], sheets: Sheets
-) -> ImageSearch:
-    """Images with their numbers; touching: caustics that stars cannot be told from, and which of these are points."""
-    coarse = tuple(sheet.step if sheet.is_coarse else 0.0 for sheet in sheets.sheets)
-    of_images = images.star, images.index, images.sky, images.error
-    return ImageSearch(*of_images, counts, expected, *touching, images.second_arrival, coarse)
+    counts = images.counts(told.expected.shape)
+    return ImageSearch(images, counts, told.expected, told.on_caustic, ring, sheets.coarse)
 
 
 def _beside_folds(
     sheets: Sheets, star: Float[Array, "stars 3"], told: Counted, which: Int[Array, " stars"]
-) -> Candidates:
+) -> SkyImages:
     return _images(sheets, star, sheets.fold_starts(star, tuple(winding[which] for winding in told.windings)))
 
 
-def _widely(sheets: Sheets, star: Float[Array, "stars 3"], _told: Counted, _which: Int[Array, " stars"]) -> Candidates:
+def _widely(sheets: Sheets, star: Float[Array, "stars 3"], _told: Counted, _which: Int[Array, " stars"]) -> SkyImages:
     return _images(sheets, star, sheets.starts(star, WIDE))
 
 
-def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int) -> Candidates:
+def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int) -> SkyImages:
     """The images of one star on one sheet, followed from those of other stars around that have as many.
 
     Where the map is strongly sheared, no grid tells well where to start.
@@ -165,7 +152,7 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
     paths = star + np.linspace(1, 0, _WAYPOINTS)[:, None, None] ** 2 * far
     paths /= np.linalg.norm(paths, axis=-1, keepdims=True)
     counts = sheets.counted(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
-    images = Candidates.arriving(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
+    images = SkyImages.arriving(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
     followed = 0
     for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):
         found = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
@@ -174,20 +161,20 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
             followed += len(sky)
             on_sheet = np.full(len(sky), index)
             star_there = np.tile(place, (len(sky), 1))
-            _, sky, error = find_roots(sheets.camera, star_there, on_sheet, sky, _FEW_STEPS, end=sheets.end)
-        images = images.merged(Candidates.arriving(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
+            _, sky, error = find_roots(sheets.camera, star_there, on_sheet, sky, _FEW_STEPS, end=sheets.surface)
+        images = images.merged(SkyImages.arriving(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
         if len(images.star) >= count or followed > _MOST_FOLLOWED:
             break
     return images
 
 
-def _images(sheets: Sheets, star: Float[Array, "stars 3"], starts: Starts) -> Candidates:
+def _images(sheets: Sheets, star: Float[Array, "stars 3"], starts: Starts) -> SkyImages:
     owner, sheet, guess = starts
-    which, sky, error = find_roots(sheets.camera, star[owner], sheet, guess, end=sheets.end)
-    return _distinct(Candidates.arriving(owner[which], sheet[which], sky, error))
+    which, sky, error = find_roots(sheets.camera, star[owner], sheet, guess, end=sheets.surface)
+    return _distinct(SkyImages.arriving(owner[which], sheet[which], sky, error))
 
 
-def _distinct(images: Candidates) -> Candidates:
+def _distinct(images: SkyImages) -> SkyImages:
     """Each image once, ordered by star, index and place."""
     images = images[np.lexsort((images.sky[:, 0], images.index, images.star))]
     again = np.zeros(len(images), bool)

@@ -18,14 +18,13 @@ from jaxtyping import Bool, Float, Int, Num
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
-from kerrcaustics.beams.ends import SKY, Spherical
+from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.warm_up import warm_up
 from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.curves.lens_map import TOLERANCE
+from kerrcaustics.curves.domains import domain_of
 from kerrcaustics.curves.ring_at_infinity import check_index, with_ring_at_infinity
 from kerrcaustics.curves.search_sky import search_camera
-from kerrcaustics.curves.source_map import SourceMap
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
@@ -119,19 +118,14 @@ Starts = tuple[Num[Array, "guesses ..."], ...]
 class Counted:
     """What the caustics tell of stars, one entry a star.
 
-    expected: how many images there are on each sheet; touching: True where a star cannot be told from a caustic;
+    expected: number of images on each sheet; on_caustic: True where a star cannot be distinguished from that caustic;
     distance: from the nearest known place of one; windings: by caustic.
     """
 
     expected: Int[Array, "stars sheets"]
-    touching: Bool[Array, "stars orders"]
+    on_caustic: Bool[Array, "stars orders"]
     distance: Float[Array, " stars"]
     windings: tuple[Winding, ...]
-
-    @property
-    def on_caustic(self) -> Bool[Array, " stars"]:
-        """True where a star cannot be told from some caustic."""
-        return np.asarray(self.touching.any(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,12 +149,17 @@ class Sheets:
     @property
     def camera(self) -> Viewer:
         """The camera at rest at the event."""
-        return self.curves.camera
+        return self.curves.map.camera
 
     @property
-    def end(self) -> Spherical:
+    def surface(self) -> End:
         """The sphere of the sources."""
-        return self.curves.end
+        return self.curves.map.surface
+
+    @property
+    def coarse(self) -> tuple[float, ...]:
+        """Steps of the grids that are coarser than the search is made for, radians, by index; else 0."""
+        return tuple(sheet.step if sheet.is_coarse else 0.0 for sheet in self.sheets)
 
     def sky(self, line_of_sight: HostVectors) -> HostVectors:
         """Directions N on the sky at rest of what lies in directions of the FIDO."""
@@ -168,14 +167,14 @@ class Sheets:
 
     def line_of_sight(self, edge_phase: HostReals, depth: HostReals) -> HostVectors:
         """Directions of the FIDO on the lines of the map."""
-        return SourceMap(self.camera, self.end).line_of_sight(edge_phase, depth)[0]
+        return self.curves.domain.line_of_sight(edge_phase, depth)[0]
 
     def counted(self, star: Float[Array, "stars 3"]) -> Counted:
         """What the caustics alone tell of stars."""
         windings = tuple(polygon.winding(star) for polygon in self.polygons)
         return Counted(
             self.pole_counts + _changes(windings),
-            np.stack([winding.touching for winding in windings], axis=-1),
+            np.stack([winding.on_caustic for winding in windings], axis=-1),
             np.min([winding.distance for winding in windings], axis=0),
             windings,
         )
@@ -223,32 +222,32 @@ class Sheets:
 
 
 @lru_cache(maxsize=4)
-def _sheets_at_rest(camera: Viewer, max_index: int, end: Spherical) -> Sheets:
+def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
     """Find the critical curves, trace the grids."""
-    if end == SKY:
+    if surface == SKY:
         warm_up(camera)
-    source = SourceMap(camera, end)
-    check_index(source, max_index)
-    curves = with_ring_at_infinity(source, critical_curves(camera, max_index + 1, end=end))
+    check_index(domain_of(surface, camera), max_index)
+    curves = with_ring_at_infinity(critical_curves(camera, max_index + 1, surface=surface))
+    domain = curves.domain
     if curves.unbroken <= max_index:
         raise ValueError(
             f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
             f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
         )
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
-    mapped, coarsely = partial(_mapped, source), partial(_mapped, source, tolerance=_OF_GRID)
-    depths = [source.first, *(_depth_of(curve.points) for curve in curves)]
+    mapped, coarsely = partial(_mapped, curves), partial(_mapped, curves, tolerance=_OF_GRID)
+    depths = [domain.first, *(_depth_of(curve.points) for curve in curves)]
     sheets = tuple(
         _sheet(coarsely, curve.order - 1, (depths[curve.order - 1], depths[curve.order]), curve.points)
         for curve in curves
     )
     # Nothing lies beyond the ring at infinity.
-    cells = _cells(sheets[int(source.unbounded) :])
+    cells = _cells(sheets[int(domain.unbounded) :])
     return Sheets(
         curves=curves,
         frame=camera.frame(),
         polygons=polygons,
-        folds=tuple(fold_derivatives(mapped, curve.points) for curve in curves.curves[int(source.unbounded) :]),
+        folds=tuple(fold_derivatives(mapped, curve.points) for curve in curves.curves[int(domain.unbounded) :]),
         sheets=sheets,
         cells=cells,
         circles=tuple(_circles(cells.corners)),
@@ -256,16 +255,19 @@ def _sheets_at_rest(camera: Viewer, max_index: int, end: Spherical) -> Sheets:
     )
 
 
-def sheets_of(camera: Viewer, max_index: int, end: Spherical = SKY) -> Sheets:
+def sheets_of(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets:
     """The sheets of a camera, kept for the next star: they depend on its place alone."""
-    return _sheets_at_rest(search_camera(camera), max_index, end)
+    return _sheets_at_rest(search_camera(camera), max_index, surface.bare())
 
 
 def _mapped(
-    source: SourceMap, edge_phase: Float[Array, "*batch"], depth: Float[Array, "*batch"], tolerance: float = TOLERANCE
+    curves: CriticalCurves,
+    edge_phase: Float[Array, "*batch"],
+    depth: Float[Array, "*batch"],
+    tolerance: float | None = None,
 ) -> HostVectors:
     """Directions n' of light from places on the lines of sky_lines.py."""
-    return source.directions(*source.line_of_sight(edge_phase, depth), tolerance)
+    return curves.map.directions(*curves.domain.line_of_sight(edge_phase, depth), tolerance)
 
 
 def _changes(windings: Sequence[Winding]) -> Int[Array, "stars sheets"]:

@@ -1,15 +1,15 @@
 """Star tracks: the images of a star over one whole orbit of the camera, as curves on its sky."""
 
 import math
-from dataclasses import field
-from functools import singledispatch
+from functools import lru_cache, singledispatch
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import End, EquatorialPlane, Sphere, Spherical, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.curves.circle_arcs import arcs_of
+from kerrcaustics.curves.domains import Domain, Ring, TwoLeaves, domain_of
 from kerrcaustics.curves.lens_map import LensMap
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.arrays import HostReals
@@ -18,24 +18,20 @@ from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.arc_tracks import arc_tracks
 from kerrcaustics.stars.certificates import certificate_of
-from kerrcaustics.stars.events import PairEvent, PairEvents, arc_events, checked_level, in_time, pair_events_of
+from kerrcaustics.stars.events import PairEvent, PairEvents, arc_events, in_time, pair_events_of
 from kerrcaustics.stars.images import StarImages, checked_index, checked_sheets, images_of
-from kerrcaustics.stars.level_curves.branches import Branches, Cubics
+from kerrcaustics.stars.level_curves.between_nodes import images_on
+from kerrcaustics.stars.level_curves.branches import Branches
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
 from kerrcaustics.stars.near_tracks import SeenNodes, branches_from, seen_from
-from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.search import Candidates, found_of, search
+from kerrcaustics.stars.search import search
 from kerrcaustics.stars.track import Track
 
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Newton steps from the interpolated place; a star so many errors from an event is told to be on the caustic.
-_FEW_STEPS, _ERRORS = 8, 4.0
-# Images of one index that are closer than this on the sky (radians) may be one.
-_SAME = 1e-9
 # Times whose images are computed together.
 _TOGETHER = 256
 
@@ -71,8 +67,6 @@ class StarTracks:
         "and nothing is in doubt",
     )
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
-    _branches: Branches | None = field(repr=False, default=None)
-    _cubics: Cubics | None = field(repr=False, default=None)
 
     def __repr__(self) -> str:
         """One line: the star, how many tracks and events."""
@@ -101,7 +95,7 @@ class StarTracks:
         -------
         StarImages, or a tuple of them for arrays
             As `star_images` gives them: from tracks on the celestial sphere, or on one beyond the camera, where the
-            counts agree; else, and from tracks that were loaded from a file, by a full search.
+            counts agree; else by a full search.
         """
         if (time is None) == (azimuth is None):
             raise ValueError("Arguments `time` and `azimuth`: exactly one of them must be given.")
@@ -120,60 +114,21 @@ class StarTracks:
 
     def _images(self, phi: Float[Array, " moments"]) -> list[StarImages]:
         """The images at several azimuths."""
-        branches, theta = self._branches, self.level
-        if branches is None:
-            return self._searched(phi)
-        sheets, found = branches.sheets, branches.meetings
-        phi = found.gap_low[0] + (phi - found.gap_low[0]) % _TURN
-        images = Candidates.arriving(*self._interpolated(branches, phi))
-        counts = images.counts((len(phi), self.max_index + 1))
-        expected = found.counts[np.searchsorted(found.gap_low, phi, side="right") - 1]
-        away = np.abs((phi[:, None] - found.longitude + math.pi) % _TURN - math.pi)
-        good = (counts == expected).all(axis=1) & ~(away <= _ERRORS * found.error).any(axis=1)
-        twice = (images.star[1:] == images.star[:-1]) & (images.index[1:] == images.index[:-1])
-        twice &= np.linalg.norm(images.sky[1:] - images.sky[:-1], axis=1) < _SAME
-        good[images.star[1:][twice]] = False
-        stars = [(theta, angle) for angle in (phi % _TURN).tolist()]
-        apart = np.zeros_like(expected, bool)
-        told = found_of(images, counts, expected, (apart, apart), sheets)
-        whole = images_of(self.camera, sheets.end, stars, told)
-        doubtful = np.flatnonzero(~good)
+        certificate = certificate_of(self.surface, self.camera, self.max_index)
+        if not certificate.follows:
+            stars = [(self.level, angle) for angle in (phi % _TURN).tolist()]
+            return images_of(self.camera, self.surface, stars, certificate.searched(np.array(stars)))
+        branches = level_curve(self.camera, self.surface, self.level, self.max_index)
+        phi, between, sure = images_on(branches, phi)
+        stars = [(self.level, angle) for angle in (phi % _TURN).tolist()]
+        whole = images_of(self.camera, self.surface, stars, between)
+        doubtful = np.flatnonzero(~sure)
         if doubtful.size:
-            searched = search(sheets, branches.circle.place(phi[doubtful]))
-            sure = images_of(self.camera, sheets.end, [stars[i] for i in doubtful], searched)
-            for i, one in zip(doubtful.tolist(), sure, strict=True):
+            searched = search(branches.sheets, branches.circle.place(phi[doubtful]))
+            again = images_of(self.camera, self.surface, [stars[i] for i in doubtful], searched)
+            for i, one in zip(doubtful.tolist(), again, strict=True):
                 whole[i] = one
         return whole
-
-    def _searched(self, phi: Float[Array, " moments"]) -> list[StarImages]:
-        """The images at several azimuths, each by a search."""
-        stars = [(self.level, angle) for angle in (phi % _TURN).tolist()]
-        found = certificate_of(self.surface, self.camera, self.max_index).searched(np.array(stars))
-        return images_of(self.camera, self.surface, stars, found)
-
-    def _interpolated(
-        self, branches: Branches, phi: Float[Array, " moments"]
-    ) -> tuple[Int[Array, " images"], Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
-        """Images on the links that span the azimuths: which azimuth, index, direction on the sky at rest, its error."""
-        assert self._cubics is not None
-        links = branches.links
-        low, high = links.longitude(links.p_0), links.longitude(links.p_1)
-        where = [
-            np.nonzero((low <= a) & (a < high)) for a in (phi[:, None] - _TURN, phi[:, None], phi[:, None] + _TURN)
-        ]
-        moment = np.concatenate([w[0] for w in where])
-        link = np.concatenate([w[1] for w in where])
-        azimuth = phi[moment] + np.repeat([-_TURN, 0, _TURN], [len(w[0]) for w in where])
-        chosen = links[link]
-        part = (chosen.parameter(azimuth) - chosen.p_0) / (chosen.p_1 - chosen.p_0)
-        start = branches.chart.sky(branches.kinds(chosen), self._cubics[link].at(part))
-        place = branches.circle.place(azimuth)
-        which, sky, error = find_roots(
-            branches.sheets.camera, place, chosen.index, start, _FEW_STEPS, end=branches.sheets.end
-        )
-        moment, index = moment[which], chosen.index[which]
-        order = np.lexsort((sky[:, 0], index, moment))
-        return moment[order], index[order], sky[order], error[order]
 
 
 @usual_warnings
@@ -217,76 +172,83 @@ def star_tracks(camera: Viewer, level: float, max_index: int = 2, *, end: Wherev
     """
     check_viewer(camera)
     surface, highest = end_of(camera, end), checked_index(max_index)
-    return _tracks_on(surface, camera, level, highest)
+    height = surface.checked_level("level", level, camera)
+    return _tracks_on(domain_of(surface, camera), camera, surface, height, highest)
 
 
 @singledispatch
-def _tracks_on(surface: End, camera: Viewer, level: float, max_index: int) -> StarTracks:
-    """Tracks of a source on a surface."""
-    assert isinstance(surface, Spherical)
-    angular_velocity, height = camera.orbital_velocity(), checked_level(surface, camera, level)
-    surface.check_apart("level", np.array([[height, 0.0]]), camera)
-    found, branches, at = _followed(camera, height, max_index, surface)
-    events = pair_events_of(camera, surface, found, height, angular_velocity)
-    doubts = tuple(r for i in np.flatnonzero(~found.known) for r in events[i].remarks)
+def _tracks_on(domain: Domain, camera: Viewer, surface: End, level: float, max_index: int) -> StarTracks:
+    """Tracks of a source on a sphere."""
+    angular_velocity = camera.orbital_velocity()
+    surface.check_apart("level", np.array([[level, 0.0]]), camera)
+    found, branches, at = _followed(domain, camera, surface, level, max_index)
+    events = pair_events_of(camera, surface, found, level, angular_velocity)
+    uncertain = tuple(r for i in np.flatnonzero(~found.known) for r in events[i].remarks)
     differ = ("the events that camera and star see are not the same: tracks cannot be joined",)
-    remarks = (*found.remarks, *branches.remarks, *doubts, *(at.remarks if at else differ))
+    remarks = (*found.remarks, *branches.remarks, *uncertain, *(at.remarks if at else differ))
     chosen = in_time(e for e in events if e.order <= max_index)
-    # The level curve of a source within the camera's radius is one on the source's sky.
-    own = branches.sheets.end == surface
     return StarTracks(
         camera=camera,
         surface=surface,
-        level=height,
+        level=level,
         max_index=max_index,
         angular_velocity=angular_velocity,
         period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
         tracks=_tracks(camera, surface, branches, events, at) if at else (),
-        events=PairEvents(chosen, not (found.remarks or doubts), found.remarks),
+        events=PairEvents(chosen, not (found.remarks or uncertain), found.remarks),
         ends=in_time(e for e in events if e.order > max_index),
         certified=not remarks,
         remarks=remarks,
-        _branches=branches if own else None,
-        _cubics=branches.cubics(branches.links) if own else None,
     )
 
 
 @_tracks_on.register
-def _tracks_in_plane(surface: EquatorialPlane, camera: Viewer, level: float, max_index: int) -> StarTracks:
-    arcs = arcs_of(camera, surface.crossing, checked_level(surface, camera, level))
+def _tracks_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, max_index: int) -> StarTracks:
+    arcs = arcs_of(domain, level)
     events = arc_events(camera, arcs, surface)
     chosen = in_time(event for event in events.values() if event.order <= max_index)
     return StarTracks(
         camera=camera,
         surface=surface,
-        level=arcs.radius,
+        level=level,
         max_index=max_index,
         angular_velocity=0.0,
         period=math.inf,
         tracks=arc_tracks(camera, arcs, events, max_index, surface),
-        events=PairEvents(chosen, not arcs.doubts, arcs.doubts),
+        events=PairEvents(chosen, not arcs.remarks, arcs.remarks),
         ends=in_time(event for event in events.values() if event.order == max_index + 1),
-        certified=not arcs.doubts,
-        remarks=arcs.doubts,
+        certified=not arcs.remarks,
+        remarks=arcs.remarks,
     )
 
 
+@lru_cache(maxsize=4)
+def level_curve(camera: Viewer, surface: End, level: float, max_index: int) -> Branches:
+    """The level curve of a star on the viewer's own sheets, kept for images between its nodes."""
+    return Branches(checked_sheets(camera, max_index, surface), camera, Circle.on(surface, level))
+
+
+@singledispatch
 def _followed(
-    camera: Viewer, height: float, max_index: int, end: Spherical
+    domain: Domain, camera: Viewer, surface: End, level: float, max_index: int
 ) -> tuple[Meetings, Branches, SeenNodes | None]:
-    """Where a star meets caustics, its level curve, and how the camera sees that."""
-    circle = Circle.about_spin_axis(height)
-    if isinstance(end, Sphere) and end.radius < camera.radius:
-        branches = branches_from(camera, height, max_index, end)
-        own = meetings(checked_sheets(camera, max_index, end), circle)
-        return own, branches, seen_from(camera, height, branches, own, end)
-    branches = Branches(checked_sheets(camera, max_index, end), camera, circle)
+    """Events of a star, its level curve, and that as the camera sees it."""
+    branches = level_curve(camera, surface, level, max_index)
     frame, nodes = branches.sheets.frame, branches.nodes
-    lens_map = LensMap(camera, end)
+    lens_map = LensMap(camera, surface)
     light = lens_map.seen(nodes.sky)
     error = lens_map.errors(nodes.sky, errors_on_sky(branches, light, branches.meetings.error))
     eastward = line_of_sight_from_sky(frame, nodes.sky)[:, 2] < 0
     return branches.meetings, branches, SeenNodes(light, error, eastward, nodes.event)
+
+
+@_followed.register
+def _followed_from_star(
+    domain: TwoLeaves, camera: Viewer, surface: End, level: float, max_index: int
+) -> tuple[Meetings, Branches, SeenNodes | None]:
+    branches = branches_from(camera, level, max_index, domain.surface)
+    own = meetings(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
+    return own, branches, seen_from(camera, level, branches, own, domain.surface)
 
 
 def _tracks(
@@ -305,7 +267,7 @@ def _track(lens_map: LensMap, chain: Chain, branches: Branches, events: list[Pai
     index, event = branches.nodes.index[chosen], at.events[chosen]
     # Named after a ray with b < 0 where there is one, as caustics are; of low index.
     anchor = np.lexsort((at.eastward[chosen], index))[0]
-    turns = np.round((light.beams.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
+    turns = np.round((light.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
     places = np.flatnonzero(event >= 0)
     return Track(
         camera=lens_map.viewer,

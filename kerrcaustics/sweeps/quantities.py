@@ -8,7 +8,8 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.caustic import Caustic, CausticSet, caustics
+from kerrcaustics.curves.caustic import Caustic, CausticSet
+from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.results.declared import Quantity, quantities
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.stars.counts import count_map

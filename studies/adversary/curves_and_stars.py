@@ -96,7 +96,7 @@ def star_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tupl
         for i in np.flatnonzero(which & found.certified):
             broken.append(f"{name}: sheets_of({camera!r}, {MAX_INDEX}), star {star[i].tolist()}, N {sky[i].tolist()}")
     told = {"stars": len(star), "images": len(found.star), "certified": int(found.certified.sum())}
-    return told | {"on a caustic": int(found.touching.any(axis=1).sum())}, broken
+    return told | {"on a caustic": int(found.on_caustic.any(axis=1).sum())}, broken
 
 
 def _doubled(star: Array, index: Array, sky: Array, error: Array, count: int) -> Array:

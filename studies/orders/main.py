@@ -18,8 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import kerrcaustics as kc
-from kerrcaustics.curves.caustic import HIGHEST_ORDER
+from kerrcaustics.curves.caustic_search import HIGHEST_ORDER
 from kerrcaustics.curves.critical_points import Search
+from kerrcaustics.curves.search_map import SearchMap
 from kerrcaustics.draw import style
 from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
@@ -59,7 +60,7 @@ def approach(inclination: float, orders: int, lines: int) -> Approach:
     camera = kc.Camera(_SPIN, RADIUS, math.radians(inclination), velocity="fiducial")
     # Half of the edge; between its ends, where the orbit is an equatorial one and its limit must be taken.
     edge_phase = np.linspace(0, math.pi, lines + 2)[1:-1]
-    search = Search(camera, "auto", 1e-12)
+    search = Search(SearchMap(camera.at_rest()))
     low, high, _ = search.brackets(edge_phase, orders)
     depth = np.full((orders, lines), np.nan)
     for i in range(orders):

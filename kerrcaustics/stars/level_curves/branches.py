@@ -8,13 +8,13 @@ events (links.py). Links that are too long for the eye are halved.
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.lens_map import TOLERANCE
-from kerrcaustics.curves.search_sky import as_seen
+from kerrcaustics.curves.search_sky import TOLERANCE, as_seen
 from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.rows import Rows
@@ -90,6 +90,11 @@ class Branches:
         """True for a star on the axis: its images do not move."""
         return math.sin(self.circle.angle) < STILL
 
+    @cached_property
+    def link_cubics(self) -> Cubics:
+        """The cubic curves of all links."""
+        return self.cubics(self.links)
+
     def cubics(self, links: Links) -> Cubics:
         """The cubic curves of links."""
         nodes, chart = self.nodes, self.chart
@@ -119,7 +124,7 @@ class Branches:
 
     def _images(self, longitude: _Reals, index: _Numbers, sky: _Directions, error: _Reals) -> Nodes:
         beams = trace_beams(
-            self.sheets.camera, sky, "auto", TOLERANCE, end=self.sheets.end, crossings=False, redshift=False
+            self.sheets.camera, sky, "auto", TOLERANCE, end=self.sheets.surface, crossings=False, redshift=False
         )
         east = math.sin(self.circle.angle) * self.circle.upward_and_east(beams.direction)[1]
         drift = beams.pulled_back(sky, flattened(beams.direction, east))
@@ -128,14 +133,15 @@ class Branches:
     def _roots(self, longitude: _Reals, index: _Numbers, guess: _Directions, steps: int) -> tuple[Array, Array, Array]:
         """Images of the star at some longitudes, from guesses, as `find_roots` returns them."""
         place = self.circle.place(longitude)
-        return find_roots(self.sheets.camera, place, index, guess, steps, end=self.sheets.end)
+        return find_roots(self.sheets.camera, place, index, guess, steps, end=self.sheets.surface)
 
     def _searched(self) -> tuple[_Numbers, _Numbers]:
         """Search for the images in the middle of each gap. Their nodes, and the gap of each."""
         found = self.meetings
         longitude = (found.gap_low + found.gap_high) / 2
-        images = search(self.sheets, self.circle.place(longitude))
-        missed = ~images.certified | (images.counts != found.counts).any(axis=1)
+        searched = search(self.sheets, self.circle.place(longitude))
+        images = searched.images
+        missed = ~searched.certified | (searched.counts != found.counts).any(axis=1)
         if missed.any():
             self.remarks.append(
                 f"the images in {missed.sum()} of {len(missed)} spells between events are not certified"

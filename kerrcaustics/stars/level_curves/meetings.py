@@ -78,7 +78,7 @@ def meetings(sheets: Sheets, circle: Circle) -> Meetings:
     """All points of the caustics that bound the sheets on a star's circle, and the counts between them."""
     curves = sheets.curves
     passed = [curve for curve in curves if curve.is_point and _near_point(curve, circle)]
-    remarks = [f"{ring_remark(sheets.camera, sheets.end, curve, 'passes')} to a camera at rest" for curve in passed]
+    remarks = [f"{ring_remark(sheets.camera, sheets.surface, curve, 'passes')} to a camera at rest" for curve in passed]
     wide = {curve.order: curve.around() for curve in curves if not curve.is_point}
     added, doubts = _extremes(curves, wide, circle)
     wide = {k: _merged(points, added[k]) for k, points in wide.items()}
@@ -268,9 +268,9 @@ def _arranged(
     boundary, ringed, low, high = _boundaries(longitude, np.maximum(_SAME, _SAME_ERRORS * error), rings[0])
     told = sheets.counted(circle.place((low + high) / 2))
     counts = told.expected
-    if told.touching.any():
+    if told.on_caustic.any():
         remarks = [*remarks, "some image counts could not be told: a caustic runs along the star's path"]
-    ring = np.zeros_like(told.touching)
+    ring = np.zeros_like(told.on_caustic)
     ring[ringed, rings[1] - 1] = True
     side, known = np.zeros(len(longitude), int), np.zeros(len(longitude), bool)
     for i in np.unique(boundary).tolist():

@@ -1,0 +1,188 @@
+"""The caustics of a camera: critical curves and their images, with all that is measured on them."""
+
+import math
+import time
+from collections.abc import Callable, Iterable
+from functools import partial, singledispatch
+from importlib.metadata import version
+
+import numpy as np
+
+from kerrcaustics.beams.ends import End, Spherical, Wherever, end_of
+from kerrcaustics.beams.trace import check_request
+from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
+from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
+from kerrcaustics.curves.domains import Domain, Ring
+from kerrcaustics.curves.features import Features, find_features
+from kerrcaustics.curves.plane_caustics import plane_caustics
+from kerrcaustics.curves.search_map import SearchMap
+from kerrcaustics.curves.search_sky import shown_line_of_sight
+from kerrcaustics.results.declared import usual_warnings
+from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.viewer import Viewer
+
+HIGHEST_ORDER = 10
+Progress = Callable[[str, float], None]
+
+
+@usual_warnings
+def caustics(
+    camera: Viewer,
+    orders: int = 3,
+    engine: str = "auto",
+    tolerance: float = 1e-12,
+    progress: Progress | None = None,
+    *,
+    end: Wherever | End = math.inf,
+) -> CausticSet:
+    """Critical curves and caustics of order 1 to `orders` seen by a camera, primary first.
+
+    Parameters
+    ----------
+    camera : Camera or Observer
+        Its velocity moves the critical curves on the sky by aberration, and leaves the caustics alone.
+    orders : int
+        How many, 1 to 10. Double precision reaches order 7 or 8 on the retrograde side; orders beyond it are in
+        `CausticSet.missing`.
+    engine, tolerance
+        As for `trace_beams`; tolerance is the wanted error of a beam in radians.
+    progress : callable, optional
+        Called with a word for what is being done and the part that is done, 0 to 1.
+    end : float, Sphere or EquatorialPlane
+        Where sources lie: math.inf, the celestial sphere, or the radius of a sphere, further out than the camera or
+        further in: there the k-th conjugate points of rays lie, the section of a caustic tube. An `EquatorialPlane`
+        is the section by one crossing of the plane, for cameras that do not lie in it.
+
+    Returns
+    -------
+    CausticSet
+        A sequence of Caustic.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Errors
+    ------
+    `Caustic.error`, dominated at high order by round-off of the camera-sky direction (about 1e-15 times the
+    beam's major diameter). What was missed is in `Caustic.remarks` and `CausticSet.missing`.
+
+    Notes
+    -----
+    An Observer at infinity has no primary critical curve: that of one at the radius r has the size 2 sqrt(r).
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> primary, secondary = kc.caustics(camera, orders=2)
+    >>> primary.kind, len(primary.cusps), primary.error < 1e-9
+    ('astroid', 4, True)
+    """
+    check_orders(orders)
+    check_request(camera, engine, tolerance)
+    surface, report = end_of(camera, end), progress or (lambda _what, _part: None)
+    began = time.perf_counter()
+    search_map = SearchMap.of(camera, surface, engine, tolerance)
+    curves, beams, engines, missing = _found_on(search_map.domain, camera, surface, search_map, int(orders), report)
+    report("done", 1.0)
+    return CausticSet(
+        curves,
+        camera=camera,
+        engine=" and ".join(sorted(engines)),
+        tolerance=search_map.tolerance,
+        seconds=time.perf_counter() - began,
+        beams=beams,
+        versions={name: version(name) for name in ("kerrcaustics", "jax", "numpy")},
+        missing=missing,
+        surface=surface,
+    )
+
+
+# The curves, the number of beams, the engines that traced them, and the orders that were not found.
+_Found = tuple[tuple[Caustic, ...], int, Iterable[str], tuple[int, ...]]
+
+
+@singledispatch
+def _found_on(
+    domain: Domain, camera: Viewer, surface: End, search_map: SearchMap, orders: int, report: Progress
+) -> _Found:
+    """Return the curves on a surface: by lines across the shadow edge on spheres."""
+    report("critical curves found", 0.1)
+    curves = critical_curves(
+        search_map.camera, orders, search_map.engine, search_map.tolerance, surface=search_map.surface
+    ).on(surface)
+    report("cusps and extremes refined", 0.8)
+    search = curves.search()
+    features = find_features(search, curves)
+    caustics = tuple(_caustic(camera, curves.domain.surface, curve, features[curve.order]) for curve in curves)
+    return caustics, curves.beams + search.beams_traced, curves.engines | search.engines_used, curves.missing
+
+
+@_found_on.register
+def _found_in_ring(
+    domain: Ring, camera: Viewer, surface: End, search_map: SearchMap, orders: int, report: Progress
+) -> _Found:
+    circles = partial(domain.circles, engine=search_map.engine, tolerance=search_map.tolerance)
+    return (*plane_caustics(camera, surface, circles, orders, report), ())
+
+
+def check_orders(orders: object) -> None:
+    """Raise ValueError unless `orders` is a number of orders."""
+    whole_number("orders", orders, 1, HIGHEST_ORDER)
+
+
+def _caustic(camera: Viewer, surface: Spherical, curve: CriticalCurve, features: Features) -> Caustic:
+    points = curve.points
+    theta, phi = points.theta, points.azimuth
+    extremes = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}
+    error = points.error.max() if curve.on_axis else points.angle_error.max()
+    remarks = list(curve.remarks)
+    for name in extremes:
+        extreme = features.extremes.get(name)
+        if extreme is not None:
+            extremes[name], doubt = extreme
+            error = max(error, doubt)
+        elif curve.is_resolved:
+            remarks.append(f"{name} could not be refined between the points")
+            error += steps(points)[0].max()
+    cusps = tuple(
+        Cusp(shown_line_of_sight(camera, p.line_of_sight)[0], np.array([p.theta[0], p.azimuth[0]]), doubt)
+        for p, doubt in features.cusps
+    )
+    kind, remark = _kind(curve, len(cusps), lost=features.lost_cusps)
+    if remark:
+        remarks.append(remark)
+    if curve.on_axis:
+        remarks.append("the point lies on the spin axis: phi' has no meaning and is given as 0")
+        extremes["phi_min"] = extremes["phi_max"] = 0.0
+        phi = np.zeros_like(phi)
+    return Caustic(
+        order=curve.order,
+        sky=shown_line_of_sight(camera, points.line_of_sight),
+        place=np.stack([theta, phi], axis=-1),
+        cusps=cusps,
+        **{name: float(value) for name, value in extremes.items()},  # pyright: ignore[reportArgumentType]
+        kind=kind,
+        closed=curve.closed,
+        error=float(error),
+        residual=float(np.abs(points.ratio).max()),
+        remarks=tuple(remarks),
+        surface=surface,
+        r_min=surface.radius,
+        r_max=surface.radius,
+    )
+
+
+def _kind(curve: CriticalCurve, cusps: int, lost: int) -> tuple[str, str]:
+    """What the caustic is, and a remark where that is not the usual astroid."""
+    if curve.is_point:
+        return "point", "the caustic is a point: it is not larger than its error"
+    if not curve.is_resolved:
+        return "unresolved", f"the caustic is only {curve.size_in_errors:.0f} times its error: cusps cannot be counted"
+    if lost:
+        return "unresolved", f"{lost} cusps could not be traced"
+    if cusps != 4:
+        return f"curve with {cusps} cusps", f"{cusps} cusps instead of the four of an astroid"
+    return "astroid", ""
