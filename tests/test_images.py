@@ -81,8 +81,9 @@ def recovered(camera: kc.Camera, sky: np.ndarray) -> tuple[np.ndarray, np.ndarra
     # The star itself is known to the error of the chosen beam.
     size = np.maximum(1e-12, 10 * beams.error / np.abs(beams.delta_minus))
     gap = np.full(len(sky), np.inf)
-    distance = np.linalg.norm(found.sky - sky[found.star], axis=1)
-    np.minimum.at(gap, found.star, distance - 10 * found.error)
+    images = found.images
+    distance = np.linalg.norm(images.sky - sky[images.star], axis=1)
+    np.minimum.at(gap, images.star, distance - 10 * images.error)
     return gap <= size, ~found.certified, beams.magnification
 
 

@@ -79,12 +79,12 @@ def test_dataset_holds_curves_and_cusps(caustics):
     data = kc.to_xarray(caustics)
     for curve in caustics:
         here = data.sel(order=curve.order)
-        np.testing.assert_array_equal(here.celestial.values[: len(curve.celestial)], curve.celestial)
-        assert np.isnan(here.celestial.values[len(curve.celestial) :]).all()
+        np.testing.assert_array_equal(here.place.values[: len(curve.celestial)], curve.celestial)
+        assert np.isnan(here.place.values[len(curve.celestial) :]).all()
         assert float(here.error) == curve.error
         for cusp, stored in zip(curve.cusps, here.cusp.values, strict=False):
             np.testing.assert_array_equal(stored, cusp.celestial)
-    assert data.attrs["spin"] == caustics.camera.spin and data.celestial.attrs["units"] == "rad"
+    assert data.attrs["spin"] == caustics.camera.spin and data.place.attrs["units"] == "rad"
 
 
 def test_an_empty_set_becomes_an_empty_dataset(caustics):

@@ -130,7 +130,7 @@ class CausticSet(Items[Caustic]):
         return tuple(order for order in self.missing if order > first)
 
     def __repr__(self) -> str:
-        """One line: the camera and the curves."""
+        """Summary in one line: the camera and the curves."""
         curves = ", ".join(f"{c.order} {c.kind}" for c in self[:_NAMED])
         curves += f" and {len(self) - _NAMED} more" if len(self) > _NAMED else ""
         return f"<CausticSet of {self.camera}, {self.surface.in_words()}: {curves or 'none'}>"

@@ -176,7 +176,7 @@ def _caustic(camera: Viewer, surface: Spherical, curve: CriticalCurve, features:
 
 
 def _kind(curve: CriticalCurve, cusps: int, lost: int) -> tuple[str, str]:
-    """What the caustic is, and a remark where that is not the usual astroid."""
+    """The kind of a caustic, and a remark unless that is the usual astroid."""
     if curve.is_point:
         return "point", "the caustic is a point: it is not larger than its error"
     if not curve.is_resolved:

@@ -20,12 +20,12 @@ _TURN = 2 * math.pi
 _PLACES, _LONGEST, _ROUNDS, _THIN_ROUNDS, _MOST_PLACES = 384, 0.3, 14, 5, 20_000
 # Steps in azimuth below so many errors have no sense.
 _ERRORS = 20.0
-# Relative to the radius, what is not told from it.
+# Relative to the radius, what counts as no difference from it.
 _ROUND_OFF = 1e-14
 # At a fold the beam is flat: delta_minus is no larger than this part of delta_plus.
 _FLAT = 1e-6
-# Between places of one index the beam is looked at where a parabola makes it thinner by this factor; the least that is
-# told from a flat one, in errors; a step in ln r by which its slope is told.
+# Between places of one index the beam is looked at where a parabola makes it thinner by this factor; the least that
+# differs from a flat one, in errors; a step in ln r that gives its slope.
 _THINNER, _CERTAIN, _BESIDE = 0.5, 10.0, 1e-6
 _NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
 
@@ -121,7 +121,7 @@ def is_flat(points: Crossings) -> Bool[Array, " points"]:
 
 
 def _lost(places: int, folds: Crossings) -> tuple[str, ...]:
-    """What is missing, in words."""
+    """Remarks about what is missing."""
     bent = int((~is_flat(folds)).sum())
     said = [f"{places} places on the circle could not be found"] if places else []
     return (*said, *([f"{bent} events could not be found: the index changes where no beam is flat"] if bent else []))
@@ -131,7 +131,7 @@ def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]
     """The points, and those between two of one index where a flat beam may hide; in words, where that is not certain.
 
     A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed down to where it
-    is least: it changes its sign, or does not, or is too small to tell.
+    is least: it changes its sign, or does not, or is too small for either.
     """
     place = np.arange(len(points))
     before, after = points[np.roll(place, 1)], points[np.roll(place, -1)]
@@ -158,12 +158,13 @@ def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]
 
 
 def _touching(arcs: Arcs, points: Crossings) -> tuple[str, ...]:
-    """In words, at which points a flat beam cannot be told from one that is not."""
+    """Remarks about the points at which a flat beam cannot be distinguished from one that is not."""
     beside = arcs.circles.on_circle(points.edge_phase, points.radius * math.exp(_BESIDE), points.distance)
     slope = np.abs(beside.ratio - points.ratio) / _BESIDE
     unsure = ~(np.abs(points.ratio) > _CERTAIN * (points.ratio_error + slope * points.error))
     return tuple(
-        f"next to phi = {phi % _TURN:.9g} the circle touches a caustic: a pair of events there cannot be told from none"
+        f"next to phi = {phi % _TURN:.9g} the circle touches a caustic: a pair of events there cannot be distinguished "
+        "from none"
         for phi in points.azimuth[unsure].tolist()
     )
 
@@ -197,7 +198,7 @@ def _plain(arcs: Arcs, one: Crossings, other: Crossings) -> Array:
 
 
 def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
-    """How the azimuth runs as the edge phase grows: at the first crossing down for even index; then the other way."""
+    """Sign of the azimuth's growth with the edge phase: at the first crossing -1 for even index; then the other way."""
     return circles.side * (2 * ((index + circles.end.crossing - 1) % 2) - 1)
 
 

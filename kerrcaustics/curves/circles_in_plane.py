@@ -31,7 +31,7 @@ _LINES, _MANY_LINES = 256, 1024
 _MOST_STEPS = 12
 # Relative error of the radius at which a place on a line is taken as found, in errors of the beam.
 _ERRORS = 4.0
-# Step along a line by which its direction is told, in parts of its reach.
+# Step along a line that gives its direction, in parts of its reach.
 _STEP = 1e-6
 
 
@@ -75,7 +75,7 @@ class Circles:
         return ((above[..., 1:] != above[..., :-1]).sum(axis=2) == 1).all(axis=1)
 
     def around(self, radii: Float[Array, " radii"]) -> list[CubicSpline | None]:
-        """How far from the shadow edge lines meet circles, by edge phase; None where some do not meet one once."""
+        """Distances from the shadow edge at which lines meet circles, by edge phase; None unless each does once."""
         edge_phase, whole = self._lines.edge_phase, self.whole(radii)
         place = (self._lines.level > 1 / radii[whole, None, None]).argmin(axis=2)
         line = np.broadcast_to(np.arange(len(edge_phase)), place.shape)
@@ -105,7 +105,7 @@ class Circles:
     def on_circle(
         self, edge_phase: Float[Array, " points"], radius: Float[Array, " points"], distance: Float[Array, " points"]
     ) -> Crossings:
-        """Where lines meet circles, from guesses of the distance; NaN where that is not found."""
+        """Crossings of lines with circles, from guesses of the distance; NaN where none is found."""
         reach, distance = line_reach(self.camera, edge_phase), distance.copy()
         active = np.arange(len(edge_phase))
         for _ in range(_MOST_STEPS):
@@ -124,7 +124,7 @@ class Circles:
     def searched(
         self, edge_phase: Float[Array, " points"], radius: float, distance: Float[Array, " points"]
     ) -> Crossings:
-        """Where lines meet a circle, each searched from end to end; lines that do not meet it once, from guesses."""
+        """Crossings of lines with a circle, each searched from end to end; if it meets it more often, from guesses."""
         lines = Lines(self.camera, edge_phase, self.end, self._engine)
         above = lines.level > 1 / radius
         once = (above[:, 1:] != above[:, :-1]).sum(axis=1) == 1

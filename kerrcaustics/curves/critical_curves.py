@@ -38,14 +38,14 @@ _WORST_CURVE = 1e-3
 _WORST_POINT = 1e-3
 _RESOLVED = 300.0
 BLUR_ERRORS = 10.0
-"""Stars within so many errors of a caustic cannot be told from it."""
+"""Stars within so many errors of a caustic cannot be distinguished from it."""
 # Depth by which a bracket reaches beyond the neighbours it is made from, at first and after a miss.
 _REACH, _FAR_REACH = 1e-3, 0.6
 
 
 @dataclass(frozen=True)
 class CriticalCurve:
-    """One critical curve: points in the order of `edge_phase` over one turn, the first not repeated.
+    """A critical curve: points in the order of `edge_phase` over one turn, the first not repeated.
 
     remarks: what was missed, in words; empty when the curve is whole.
     """
@@ -64,7 +64,7 @@ class CriticalCurve:
 
     @property
     def blur(self) -> float:
-        """Distance from a caustic that is a point within which a star cannot be told from it, radians."""
+        """Distance from a caustic that is a point within which a star cannot be distinguished from it, radians."""
         direction = self.points.direction
         spread = np.linalg.norm(direction - direction.mean(axis=0), axis=1).max()
         return float(BLUR_ERRORS * (spread + self.points.error.max()))
@@ -76,7 +76,7 @@ class CriticalCurve:
 
     @property
     def is_resolved(self) -> bool:
-        """True when the caustic is so much larger than its error that its cusps can be told."""
+        """True when the caustic is so much larger than its error that its cusps can be found."""
         return self.size_in_errors > _RESOLVED
 
     @property
@@ -130,7 +130,7 @@ class CriticalCurves:
 
     @property
     def unbroken(self) -> int:
-        """How many curves, from the primary on, were followed all the way round."""
+        """Number of curves, from the primary on, that were followed all the way round."""
         closed = {curve.order for curve in self.curves if curve.closed}
         return next((k - 1 for k in range(1, self.orders + 1) if k not in closed), self.orders)
 

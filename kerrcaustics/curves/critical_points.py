@@ -330,7 +330,7 @@ def leaves(search_map: SearchMap) -> OneLeaf:
 
 
 def _islands(index: Int[Array, "depths lines"], orders: int) -> dict[int, list[str]]:
-    """What the Morse index on the grid says, by order, about curves beside those that are followed.
+    """Remarks, by order, about curves beside those that are followed, as the Morse index on the grid shows them.
 
     The region where the index is k or more, and the one where it is less, must each be in one piece, and the index must
     pass k once on every line: anything else is bounded by another critical curve of order k.

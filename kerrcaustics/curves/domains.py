@@ -204,7 +204,7 @@ def _edge_orbits(camera: Viewer, edge_phase: Float[Array, " edge_phases"]) -> Fl
 
 @lru_cache(maxsize=8)
 def _rim(camera: Viewer, radius: float, zoom: float) -> CubicSpline | None:
-    """How far from the shadow edge rays only graze a sphere, by edge phase; None where all that meet it fall in.
+    """Distance from the shadow edge of rays that only graze a sphere, by edge phase; None if all that meet it fall in.
 
     zoom: of the sky on which that is measured.
     """

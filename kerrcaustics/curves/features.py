@@ -72,7 +72,7 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
 
 
 def extreme_places(search: Search, curves: Iterable[CriticalCurve]) -> dict[tuple[int, str], tuple[Points, float]]:
-    """Where the four extremes of each curve are, by order and name: points at the nodes of a piece, and where on it.
+    """The four extremes of each curve, by order and name: points at the nodes of a piece, and the place on it.
 
     The points are those at `NODES`, and the place is on the same scale, -1 to 1. Missing are the extremes of curves
     that are not much larger than their error, and those whose piece could not be traced.
@@ -161,7 +161,7 @@ def _roots(coefficients: Float[Array, " powers"]) -> Float[Array, " roots"]:
 
 
 def _tail(coefficients: Float[Array, " powers"]) -> float:
-    """How far the polynomial is from having converged: its last coefficients."""
+    """The distance of a polynomial from convergence: its last coefficients."""
     return float(np.abs(coefficients[-3:]).max())
 
 
@@ -177,14 +177,14 @@ def _extreme(points: Points, field: str, sign: int) -> tuple[float, float]:
 
 
 def _place(points: Points, field: str, sign: int) -> float:
-    """Where on the piece that is, from -1 to 1."""
+    """The place of that on the piece, from -1 to 1."""
     values = fitted(getattr(points, field))
     places = np.concatenate([_roots(chebyshev.chebder(values)), [-1.0, 1.0]])
     return float(places[np.argmax(sign * chebyshev.chebval(places, values))])
 
 
 def _cusp(piece: _Piece, points: Points) -> list[_Root]:
-    """Where the caustic's speed along its tangent changes sign, if it does on this piece.
+    """The place where the caustic's speed along its tangent changes sign, if it does on this piece.
 
     The caustic's velocity is along the major axis everywhere; at a cusp its component there vanishes.
     """

@@ -48,7 +48,7 @@ class Isoradial:
     time: Array | None = quantity("point", "GM/c^3", "travel time to the camera; None if not asked for", default=None)
 
     def __repr__(self) -> str:
-        """One line: which."""
+        """Summary in one line."""
         what = "closed" if self.closed else "open"
         return f"<Isoradial r = {self.radius:g}, crossing {self.crossing}, {len(self.sky)} points, {what}>"
 
@@ -70,7 +70,7 @@ def isoradials(
     *,
     time: bool = False,
 ) -> IsoradialSet:
-    """Where circles in the equatorial plane are seen: the rims of a disk's images, or any isoradials.
+    """Images of circles in the equatorial plane: the rims of a disk's images, or any isoradials.
 
     Parameters
     ----------

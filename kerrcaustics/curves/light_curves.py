@@ -38,7 +38,7 @@ _MOTIONS = ("circular", "retrograde")
 
 @result("spot-event/1")
 class SpotEvent:
-    """Where two images of a spot are created, or destroyed."""
+    """The creation, or annihilation, of two images of a spot."""
 
     kind: str = quantity("", "", '"creation" or "annihilation"')
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")

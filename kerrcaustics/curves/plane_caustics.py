@@ -1,4 +1,4 @@
-"""Where caustics meet the equatorial plane: sections of the caustic tubes by the n-th crossing, as curves."""
+"""Caustics in the equatorial plane: sections of the caustic tubes by the n-th crossing, as curves."""
 
 import math
 from collections.abc import Callable
@@ -53,7 +53,7 @@ class _Grid:
     index: Int[Array, "places lines"]
 
     def distance(self, edge_phase: Float[Array, " points"], part: Float[Array, " points"]) -> Float[Array, " points"]:
-        """How far from the shadow edge places lie."""
+        """Distance of places from the shadow edge."""
         low, high = self.rims(edge_phase).T
         return low + part * (high - low)
 

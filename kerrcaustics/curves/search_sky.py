@@ -2,7 +2,7 @@
 
 A moving camera sees what one at rest sees at the same event, with aberration. Where the hole is tiny on the sky, an
 observer at the same place searches instead, whose sky is magnified about the hole. All three skies map to each other
-without distortion, so that one length tells what becomes of beams.
+without distortion, so that one factor of length describes their beams.
 """
 
 from dataclasses import dataclass
@@ -177,7 +177,7 @@ def _of_observer(viewer: Observer) -> SearchSky:
 
 
 def search_camera(viewer: Viewer) -> Viewer:
-    """Who searches the sky for a viewer, at rest at the same event."""
+    """The camera at rest, or the observer, whose sky is searched for a viewer at the same event."""
     return search_sky(viewer).search_camera
 
 

@@ -20,7 +20,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _TABLE = 4096
-# Closer to the shadow edge (radians) than this nothing is told apart.
+# Closer to the shadow edge (radians) than this nothing is distinguished.
 _NEAREST = 1e-15
 # Steps along the shadow edge: where depth is larger than this; longest in angle (radians) and in depth; and so short
 # (radians) that a great circle leaves the edge by less than round-off.

@@ -45,7 +45,7 @@ _USUAL_SCALE, _USUAL_ROWS = 6.0, 48
 
 @result("tube/1")
 class CausticTube:
-    """One caustic of the past light cone, in space: a surface of conjugate points.
+    """A caustic of the past light cone, in space: a surface of conjugate points.
 
     The first row is the caustic on the celestial sphere, at infinite radius; the others are about at the radii asked
     for. Along the lines the tube closes: the first one is not repeated. A line that falls into the hole before the last
@@ -58,7 +58,7 @@ class CausticTube:
     closed: bool = quantity("", "1", "True when the whole critical curve was found")
 
     def __repr__(self) -> str:
-        """One line: order and size."""
+        """Summary in one line: order and size."""
         return f"<CausticTube of order {self.order}, {self.points.radius.shape} points>"
 
 
@@ -146,7 +146,7 @@ def _tube(camera: Viewer, whole: CriticalCurve, radii: Float[Array, " rows"]) ->
 
 
 def _lines(curve: Points) -> Int[Array, " lines"]:
-    """Which points of a critical curve to keep: even steps along the caustic and along the curve together."""
+    """The points of a critical curve that are kept: even steps along the caustic and along the curve together."""
     on_caustic, on_sky = steps(curve.joined(curve[:1].shifted(1)))
     count = int(np.clip(on_caustic.sum() / _STEP, _FEWEST, _MOST))
     whole = on_caustic / max(on_caustic.sum(), 1e-300) + on_sky / on_sky.sum()

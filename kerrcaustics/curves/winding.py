@@ -1,4 +1,4 @@
-"""How often the images of critical curves wind round a star: image counts without looking for images.
+"""Winding of the images of critical curves about a star: image counts without a search for images.
 
 The sky map takes a sheet of the camera sky to the celestial sphere without folds, so the number of images of a star on
 it changes only where the star crosses the image of an edge of the sheet: a caustic. Counted along the meridian from the
@@ -31,10 +31,10 @@ _TURN = 2 * np.pi
 
 @dataclass(frozen=True)
 class Winding:
-    """What a caustic tells of stars, one entry a star.
+    """The winding of a caustic about stars, one entry a star.
 
     count: signed crossings of the meridian from the star to the north pole; on_caustic: True where the star cannot be
-    told from the caustic; distance: from the nearest known place of it; star, points: the points that were put
+    distinguished from the caustic; distance: from the nearest known place of it; star, points: the points that were put
     between those of the curve, and the star for which each was.
     """
 
@@ -124,7 +124,7 @@ class CausticPolygon:
         return cls(curves, curve, sides, (one + other) / 2, reach, sides.azimuths())
 
     def winding(self, star: Float[Array, "stars 3"]) -> Winding:
-        """How the caustic winds round stars. One that is a point has no inside."""
+        """The winding of the caustic about stars. One that is a point has no inside."""
         if self.curve.is_point:
             count, none = np.zeros(len(star), int), np.empty(0, int)
             return Winding(count, self._at_point(star), self.nearest(star), none, self.curve.points[none])
@@ -171,7 +171,7 @@ class CausticPolygon:
         return Winding(count, on_caustic, distance, np.concatenate(owners), points[0].joined(*points[1:]))
 
     def _middles(self, sides: _Sides) -> tuple[Bool[Array, " sides"], Points]:
-        """Which sides have a point of the caustic halfway along their parameter, maybe a shared one; and these."""
+        """True for sides with a point of the caustic halfway along their parameter; and the points."""
         points, order = self.curve.points, self.curve.order
         if not len(sides):
             return np.zeros(0, bool), points[:0]
@@ -248,7 +248,7 @@ def _sides(one: Points, other: Points, turned: Bool[Array, " sides"], height: Fl
 
 
 def degree(grid: Float[Array, "rows columns 3"], star: Float[Array, " 3"]) -> int:
-    """How often the image of a grid covers a star, with sign: a cell is two spherical triangles."""
+    """Signed number of times the image of a grid covers a star: a cell is two spherical triangles."""
     total = 0
     first, last = grid[:-1, :-1], grid[1:, 1:]
     for a, b, c in ((first, grid[1:, :-1], last), (first, last, grid[:-1, 1:])):

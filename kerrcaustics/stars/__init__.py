@@ -1,1 +1,1 @@
-"""What caustics do to the stars: images, tracks, counts."""
+"""Stars behind caustics: images, tracks, counts."""

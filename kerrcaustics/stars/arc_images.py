@@ -14,7 +14,7 @@ from kerrcaustics.stars.search import ImageSearch, SkyImages, searched_together
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# A source so many errors from where the azimuth turns back cannot be told from a caustic.
+# A source so many errors from where the azimuth turns back cannot be distinguished from a caustic.
 _ERRORS = 10.0
 
 
@@ -63,7 +63,7 @@ def counted(
 
 
 def _touched(arcs: Arcs, phi: float, max_index: int) -> Bool[Array, " orders"]:
-    """By order, to max_index + 1, whether a source cannot be told from that caustic."""
+    """By order, to max_index + 1, whether a source cannot be distinguished from that caustic."""
     which = np.flatnonzero(arcs.index != np.roll(arcs.index, 1))
     folds = arcs.low[which]
     close = np.abs(_away(folds.azimuth, phi)) <= _ERRORS * (folds.error + TOLERANCE)

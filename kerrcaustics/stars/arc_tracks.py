@@ -49,7 +49,7 @@ def _errors_on_sky(arcs: Arcs, beams: Beams) -> Float[Array, " nodes"]:
     """Errors of the nodes' directions, radians.
 
     Where the beam is flat its direction is that in which the ratio of its diameters vanishes: the error is that of the
-    ratio by its slope, which the nodes next to it tell.
+    ratio by its slope, which the nodes next to it give.
     """
     low = arcs.low
     size = np.where(low.ratio == 0, 1, np.abs(low.ratio))
@@ -67,7 +67,7 @@ def _track(
     light: SeenLight,
     error: Float[Array, " nodes"],
 ) -> Track:
-    """One of the chains of nodes."""
+    """The track of a chain of nodes."""
     closed = len(chain) == len(arcs.index)
     low, folded = arcs.low[chain], arcs.folded[chain]
     steps = step_between(low, arcs.high[chain])

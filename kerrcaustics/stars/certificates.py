@@ -27,7 +27,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Counts:
-    """How many images sources have, by index; the same as expected; who lies on a caustic, and who is certified."""
+    """Numbers of images by index, found and expected; True for sources on a caustic, and for certified ones."""
 
     found: Int[Array, "sources indices"]
     expected: Int[Array, "sources indices"]

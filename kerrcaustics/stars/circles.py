@@ -1,7 +1,7 @@
 """Images of a great circle of the celestial sphere: curves on the camera sky, with a certificate.
 
 The curves are those along which a star's images move while it runs round the circle (level_curves/), cut where they
-meet critical curves. The certificate counts: between two such meetings as many curves must pass as the star there has
+meet critical curves. The certificate counts: between two such events as many curves must pass as the star there has
 images, by the winding of the caustics.
 """
 
@@ -30,7 +30,7 @@ GALACTIC_POLE = (math.radians(90 - 27.12825), math.radians(192.85948))
 
 @result("circle-curve/1", record="index closed longitude_from longitude_to ends error", points="sky longitude")
 class CircleCurve:
-    """One image of a great circle, or of a part of it: a curve on the camera sky."""
+    """An image of a great circle, or of a part of it: a curve on the camera sky."""
 
     camera: Viewer = quantity("", "", "who sees it", column="")
     surface: End = quantity("", "", "where the circle lies", column="")
@@ -84,7 +84,7 @@ class CircleImages:
     per_index: dict[int, int] = quantity("morse_index", "1", "how many curves of each index")
     events: PairEvents = quantity("event", "", "where two of its images meet, in the order of longitude")
     certified: bool = quantity(
-        "", "1", "True when at every longitude as many curves pass as the winding of the caustics tells"
+        "", "1", "True when at every longitude as many curves pass as the winding of the caustics requires"
     )
     remarks: tuple[str, ...] = quantity("", "", "what is not sure", default=())
 
@@ -95,7 +95,7 @@ class CircleImages:
         return max(self.per_index)
 
     def __repr__(self) -> str:
-        """One line: the normal, how many curves, whether certified."""
+        """Summary in one line: the normal, how many curves, whether certified."""
         counts = ", ".join(f"{count} of index {k}" for k, count in self.per_index.items())
         note = "" if self.certified else ", not certified"
         return f"<CircleImages of the great circle with normal {self.normal}: {counts}{note}>"
@@ -150,7 +150,7 @@ def circle_images(
     angles = _checked_normal(normal, camera)
     sheets = checked_sheets(camera, max_index, surface)
     branches = Branches(sheets, camera, Circle.great(*angles))
-    found = branches.meetings
+    found = branches.events
     events = pair_events_of(camera, surface, found)
     lens_map = LensMap(camera, surface)
     at = lens_map.seen(branches.nodes.sky)
@@ -172,9 +172,9 @@ def circle_images(
 
 
 def _curve(lens_map: LensMap, chain: Chain, branches: Branches, sky: Array, error: Array) -> CircleCurve:
-    """One of the chains; sky and error of the nodes."""
+    """The curve of a chain; sky and error of the nodes."""
     chosen, nodes = chain.nodes, branches.nodes
-    # At both ends lie events, whose nodes do not tell on which of the two sheets the curve is.
+    # At both ends lie events, whose nodes do not show on which of the two sheets the curve is.
     inner = chosen[nodes.event[chosen] < 0]
     turns = 2 * math.pi * np.ceil((chain.longitude[0] - math.pi) / (2 * math.pi))
     return CircleCurve(

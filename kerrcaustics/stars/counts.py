@@ -1,4 +1,4 @@
-"""How many images stars have: for many stars at once, as a map over the celestial sphere."""
+"""Numbers of images of stars: for many stars at once, as a map over the celestial sphere."""
 
 import json
 import math
@@ -52,7 +52,7 @@ class ImageCounts:
         "1",
         "the same from the caustics' winding; counts equal it where no search was asked for, and in the plane",
     )
-    on_caustic: Array = quantity("star", "1", "True for stars that cannot be told from some caustic")
+    on_caustic: Array = quantity("star", "1", "True for stars that cannot be distinguished from some caustic")
     certified: Array = quantity("star", "1", "True as in `StarImages`; False where no search was asked for")
 
     @property
@@ -64,7 +64,7 @@ class ImageCounts:
     @property
     @derived("", "1", json="certified")
     def all_certified(self) -> bool:
-        """Whether every star is certified."""
+        """True if every star is certified."""
         return bool(self.certified.all())
 
     @property
@@ -85,7 +85,7 @@ class CountMap:
     counts: Array = quantity(
         "level phi morse_index", "1", "images of a source there, by Morse index; of an Observer at finite (alpha, beta)"
     )
-    on_caustic: Array = quantity("level phi", "1", "True where a source cannot be told from a caustic")
+    on_caustic: Array = quantity("level phi", "1", "True where a source cannot be distinguished from a caustic")
     certified: Array = quantity("level phi", "1", "True as in `StarImages`; False where the winding alone counts")
 
     @property
@@ -95,7 +95,7 @@ class CountMap:
         return self.counts.shape[2] - 1
 
     def __repr__(self) -> str:
-        """One line: where, and how much of it is certified."""
+        """Summary in one line: where, and how much of it is certified."""
         rows, columns = self.certified.shape
         where, sure = self.surface.in_words(), int(self.certified.sum())
         return f"<CountMap of {where}, {rows} by {columns} sources, {sure} certified>"
@@ -111,10 +111,10 @@ class CountMap:
 
         For maps over a sphere. Needs the package astropy.
         """
-        told = {"VIEWER": _in_words(self.camera), "SURFACE": _in_words(self._sphere())}
+        places = {"VIEWER": _in_words(self.camera), "SURFACE": _in_words(self._sphere())}
         cards = {"CTYPE3": (_FITS_AXIS, "Morse index of the images"), "CRPIX3": 1.0, "CRVAL3": 0.0, "CDELT3": 1.0}
         images = {"COUNTS": self.counts.transpose(2, 0, 1).astype("int32"), "ON_CAUSTIC": self.on_caustic.astype("u1")}
-        plate_carree.write(path, images, {**cards, "BUNIT": "count", **told})
+        plate_carree.write(path, images, {**cards, "BUNIT": "count", **places})
 
     def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Int[Array, "morse_index pixels"]:
         """Counts (max_index + 1, 12 nside^2) in HEALPix: of the map's cell that holds the centre of each pixel.
@@ -139,7 +139,7 @@ class CountMap:
 def image_counts(
     camera: Viewer, stars: ArrayLike, max_index: int = 2, *, find: bool = True, end: Wherever | End = math.inf
 ) -> ImageCounts:
-    """How many images each star has, by Morse index.
+    """Numbers of images of stars, by Morse index.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def image_counts(
 
     Errors
     ------
-    None where certified; elsewhere found and expected counts tell by how much they differ.
+    None where certified; elsewhere found and expected counts differ.
 
     Notes
     -----
@@ -184,8 +184,8 @@ def image_counts(
     check_viewer(camera)
     surface, highest = end_of(camera, end), checked_index(max_index)
     places = surface.checked("stars", stars, camera)
-    told = certificate_of(surface, camera, highest).counted(places, find=find)
-    return ImageCounts(camera, surface, places, told.found, told.expected, told.on_caustic, told.certified)
+    of = certificate_of(surface, camera, highest).counted(places, find=find)
+    return ImageCounts(camera, surface, places, of.found, of.expected, of.on_caustic, of.certified)
 
 
 @usual_warnings
@@ -236,10 +236,10 @@ def count_map(
     levels = surface.levels(camera, rows) if radii is None else _checked_radii(surface, camera, radii)
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
     grid = np.stack(np.meshgrid(levels, phi, indexing="ij"), axis=-1)
-    told = certificate_of(surface, camera, highest).counted(grid.reshape(-1, 2), find=False)
+    cells = certificate_of(surface, camera, highest).counted(grid.reshape(-1, 2), find=False)
     shape = grid.shape[:2]
-    near, certified = told.on_caustic.reshape(shape), told.certified.reshape(shape)
-    return CountMap(camera, surface, levels, phi, told.expected.reshape(*shape, -1), near, certified)
+    near, certified = cells.on_caustic.reshape(shape), cells.certified.reshape(shape)
+    return CountMap(camera, surface, levels, phi, cells.expected.reshape(*shape, -1), near, certified)
 
 
 def _checked_radii(surface: End, camera: Viewer, radii: ArrayLike) -> Float[Array, " rows"]:

@@ -1,4 +1,4 @@
-"""Images next to the shadow edge, where a unit vector of doubles does not tell well enough where they lie.
+"""Images next to the shadow edge, where a unit vector of doubles is too coarse for their place.
 
 The way of a ray that winds about the hole depends on how far it is from the shadow edge through d alone, the square of
 half the distance of the outer roots of R. As a function of N it is known to 1e-16 or so, which e^(pi k) magnifies for
@@ -45,7 +45,7 @@ _RETURNS, _BESIDE = 3, 1e-13
 
 
 class Deep(NamedTuple):
-    """Which of the images were refined; of these the direction N, its error, the time from the star, its error."""
+    """Images that were refined: their numbers, directions N and their errors, times from the star and their errors."""
 
     which: Array
     sky: Array
@@ -77,7 +77,7 @@ def is_deep(
     time: Float[Array, " images"] | None,
     late: Float[Array, " images"] | None,
 ) -> Bool[Array, " images"]:
-    """Whether images gain by it.
+    """True for images that gain by it.
 
     Parameters: index, Morse index; error, radians; time and late, its error, None where there is none.
     """
@@ -173,7 +173,7 @@ class _DeepSearch:
 
     @own_settings()
     def _ends(self, place: Array) -> _Ends:
-        """Where rays end whose d is that of the place, whatever N makes of it."""
+        """Ends of rays whose d is that of the place, whatever N makes of it."""
         copies = len(place) // len(self._start)
         d = np.tile(self._depth, copies) * np.exp(place[:, 1])
         leaves = np.tile(self._second_arrival, copies)
@@ -194,7 +194,7 @@ class _DeepSearch:
 
 
 def _depth(frame: Frame, sky: Array, *, made_of: str) -> Reals:
-    """d, as N tells it."""
+    """d as a function of N."""
     return radial.factor(frame, photon_of(frame, tuple(sky.T))).d
 
 
@@ -231,7 +231,7 @@ class _Way(NamedTuple):
 
 
 def _noise(frame: Frame, sky: Components, way: _Way, radius: float | None) -> tuple[Reals, Reals, Reals]:
-    """What the formulas lose of n', of its azimuth and of the time, but by the rounding of d, which is exact here.
+    """Losses of the formulas in n', in its azimuth and in the time, but by the rounding of d, which is exact here.
 
     Close to an extremal hole that is far more than the round-off of the phase: psi and the time are differences of
     integrals, divided by the distance of the horizons.

@@ -1,8 +1,8 @@
-"""How images and caustics change with the hole, the camera and the star: implicit differentiation of the sky map.
+"""Derivatives of images and caustics by the hole, the camera and the star: implicit differentiation of the sky map.
 
 An image obeys n'(p, N) = n_star, so that dN = J^-1 (dn_star - dn' at fixed N); its magnification and its travel time
-are functions of p and N. A caustic is the image of the curve det J = 0. Where that moves with p, any motion along
-itself tells nothing; taken at right angles, N moves by -(d det J at fixed N) grad det J / |grad det J|^2, and the
+are functions of p and N. A caustic is the image of the curve det J = 0. Where that moves with p, motion along
+itself means nothing; taken at right angles, N moves by -(d det J at fixed N) grad det J / |grad det J|^2, and the
 caustic with it. So move its extremes, where the caustic has no motion of its own in that coordinate, and its cusps,
 where it has none at all.
 """
@@ -210,7 +210,7 @@ def _of_caustic(rest: Viewer, order: int, cusps: list[Array], places: dict) -> C
 
 
 def _of_points(rest: Viewer, sky: Float[Array, "points 3"], density: float) -> Float[Array, "points 2 3"]:
-    """How (theta', phi') of a caustic moves by the three parameters, its critical curve moving at right angles."""
+    """Motion of (theta', phi') of a caustic by the three parameters, its critical curve moving at right angles."""
     values, slopes = _expanded(rest, sky, density)
     gradient = slopes[:, 4, 3:]
     pace = slopes[:, 4, :3] / np.sum(gradient**2, axis=-1, keepdims=True)
@@ -239,7 +239,7 @@ def _of_images(camera: Viewer, images: StarImages, sky: Float[Array, "images 3"]
 
 
 def _relative(change: Array, values: Array) -> Array:
-    """How large a change (n, ...) is, relative to the values."""
+    """The size of a change (n, ...), relative to the values."""
     rows = tuple(range(1, values.ndim))
     return np.abs(change).max(axis=rows) / np.abs(values).max(axis=rows)
 

@@ -15,7 +15,7 @@ from kerrcaustics.results.declared import Items, quantity, result, usual_warning
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.images import checked_index, checked_sheets
 from kerrcaustics.stars.level_curves.circle import Circle
-from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
+from kerrcaustics.stars.level_curves.path_events import PathEvents, path_events
 
 Array = np.ndarray
 
@@ -58,7 +58,7 @@ class PairEvent:
     remarks: tuple[str, ...] = quantity("", "", "what is unusual or uncertain; empty when nothing is")
 
     def __repr__(self) -> str:
-        """One line: what, which images, when."""
+        """Summary in one line: what, which images, when."""
         when = f"longitude {self.longitude:.9g}" if math.isnan(self.moment) else f"time {self.moment:.9g}"
         return f"<PairEvent: {self.kind} of images of index {self.indices} at {when}>"
 
@@ -74,7 +74,7 @@ class PairEvents(Items[PairEvent]):
 
 @usual_warnings
 def pair_events(camera: Viewer, level: float, max_index: int = 2, *, end: Wherever | End = math.inf) -> PairEvents:
-    """When pairs of images of a star are created and annihilated, over one orbit of the camera.
+    """Creations and annihilations of pairs of images of a star, over one orbit of the camera.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def pair_events(camera: Viewer, level: float, max_index: int = 2, *, end: Wherev
 def _events_on(domain: Domain, camera: Viewer, surface: End, level: float, max_index: int) -> PairEvents:
     """Events of a source that circles on a sphere."""
     angular_velocity = camera.orbital_velocity()
-    found = meetings(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
+    found = path_events(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
     events = pair_events_of(camera, surface, found, level, angular_velocity)
     chosen = [(event, known) for event, known in zip(events, found.known, strict=True) if event.order <= max_index]
     sure = not found.remarks and all(known for _, known in chosen)
@@ -181,17 +181,17 @@ def _arc_errors(
 
 
 def pair_events_of(
-    camera: Viewer, surface: End, found: Meetings, level: float | None = None, angular_velocity: float = 0.0
+    camera: Viewer, surface: End, found: PathEvents, level: float | None = None, angular_velocity: float = 0.0
 ) -> list[PairEvent]:
-    """The meetings as events, in the same order; level and angular velocity: of a star, and of its camera's orbit."""
+    """Events of a path as results; level and angular velocity: of a star, and of its camera's orbit."""
     sky = shown_line_of_sight(camera, found.points.line_of_sight)
     return [_event(surface, found, i, sky[i], level, angular_velocity) for i in range(len(found.order))]
 
 
 def _event(
-    surface: End, found: Meetings, i: int, sky: Array, level: float | None, angular_velocity: float
+    surface: End, found: PathEvents, i: int, sky: Array, level: float | None, angular_velocity: float
 ) -> PairEvent:
-    """One of the meetings."""
+    """The event of one entry."""
     order = int(found.order[i])
     theta, azimuth = (float(angle[i]) for angle in surface.angles(found.points.direction, found.points.azimuth))
     # The star's azimuth falls while the camera runs ahead.

@@ -42,7 +42,7 @@ def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) ->
 
 
 def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "stars 3"], winding: Winding) -> _Guesses:
-    """Which of the stars, edge phase and depth on the critical curve, and the step in depth to an image of it.
+    """Numbers of stars, edge phase and depth on the critical curve, and the step in depth to an image of each.
 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
     """
@@ -76,7 +76,7 @@ def _guesses(derivatives: Float[Array, "points 6"], points: Points, star: Float[
 
 
 def _roots(points: Points, miss: Float[Array, "stars points"], near: Bool[Array, "stars points"]) -> _Places:
-    """Where `miss` changes its sign along the curve: the row, the edge phase, and the four points around."""
+    """Sign changes of `miss` along the curve: the row, the edge phase, and the four points around."""
     which, i = np.nonzero((np.sign(miss) != np.sign(np.roll(miss, -1, axis=1))) & near & np.roll(near, -1, axis=1))
     around = (i[:, None] + np.arange(-1, 3)) % len(points)
     values = miss[which[:, None], around]

@@ -54,7 +54,7 @@ class FollowedStar:
     @property
     @derived("", "1")
     def certified(self) -> bool:
-        """Whether the images of every camera are certified."""
+        """True if the images of every camera are certified."""
         return all(images.certified for images in self.images)
 
     def __len__(self) -> int:
@@ -62,7 +62,7 @@ class FollowedStar:
         return len(self.images)
 
     def __repr__(self) -> str:
-        """One line: how many cameras, creations and annihilations."""
+        """Summary in one line: how many cameras, creations and annihilations."""
         new, gone = (sum(map(len, parts)) for parts in (self.created, self.annihilated))
         return f"<FollowedStar at {len(self)} cameras: {new} images created, {gone} annihilated>"
 

@@ -61,8 +61,8 @@ class StarImages:
     on_caustic: tuple[int, ...] = quantity(
         "",
         "1",
-        "orders of the caustics that the star cannot be told from: it may have two images more or less, or where the "
-        "caustic is a point a ring, which is not among the images",
+        "orders of the caustics that the star cannot be distinguished from: it may have two images more or less, or "
+        "where the caustic is a point a ring, which is not among the images",
     )
     certified: bool = quantity(
         "", "1", "True when the certificate holds for every index, and the star lies on no caustic"
@@ -71,7 +71,7 @@ class StarImages:
         "",
         "",
         "the argument that none is missing: on spheres winding, as many images of each index were found as the "
-        "caustics tell; in the plane arcs, the image of the source's circle is whole, and its azimuth runs on each "
+        "caustics require; in the plane arcs, the image of the source's circle is whole, and its azimuth runs on each "
         "part of it as the index there says, once round in all",
     )
     remarks: tuple[str, ...] = quantity(
@@ -101,7 +101,7 @@ class StarImages:
         return len(self.index)
 
     def __repr__(self) -> str:
-        """One line: the star, how many images, whether certified."""
+        """Summary in one line: the star, how many images, whether certified."""
         counts = ", ".join(f"{count} of index {k}" for k, count in self.per_index.items())
         return f"<StarImages of star {self.star}: {counts}{'' if self.certified else ', not certified'}>"
 
@@ -241,7 +241,7 @@ def _deepened(images: StarImages, found: ImageSearch, camera: Viewer, end: Spher
     turn, phi = 2 * math.pi, images.star[1]
     around = phi + turn * np.round((refined.azimuth[these] - phi) / turn)
     refined = replace(refined, azimuth=with_deep(refined.azimuth, around))
-    # N does not tell the time as well as the distance from the shadow edge does.
+    # N gives the time less accurately than the distance from the shadow edge does.
     time, late = search_sky(camera).viewer_time(deep.time, deep.time_error)
     return replace(refined, time=with_deep(refined.time, time), time_error=with_deep(refined.time_error, late))
 
@@ -272,17 +272,17 @@ def _ring_remarks(camera: Viewer, surface: End, ring: Bool[Array, " orders"]) ->
 
 
 def _remarks(found: ImageSearch, star: int) -> tuple[str, ...]:
-    """What is not certain about one of the stars, but for rings."""
+    """Remarks about one of the stars, but for rings."""
     counts, expected, coarse = found.counts[star], found.expected[star], found.coarse
     orders = (np.flatnonzero(found.on_caustic[star] & ~found.ring[star]) + 1).tolist()
     remarks = list(found.remarks[star]) if found.remarks else []
     remarks += [
-        f"the star cannot be told from the caustic of order {order}: it may have two images more, or less; move it by "
-        "more than its error"
+        f"the star cannot be distinguished from the caustic of order {order}: it may have two images more, or less; "
+        "move it by more than its error"
         for order in orders
     ]
     remarks += [
-        f"index {k}: the search found {counts[k]} images, the caustics tell {expected[k]}; "
+        f"index {k}: the search found {counts[k]} images, the caustics require {expected[k]}; "
         + (
             f"its sheet is searched in steps of {math.degrees(coarse[k]):.0f} degrees, as 10 take too long"
             if coarse[k] > 0

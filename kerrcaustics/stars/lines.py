@@ -1,4 +1,4 @@
-"""How many images of a great circle a line on the camera sky crosses, counted twice."""
+"""Crossings of the images of a great circle with a line on the camera sky, counted twice."""
 
 import math
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ _SAFETY = 2.0
 
 @result("crossings/1", record="per_index expected certified remarks", rows="sky index longitude error")
 class LineCrossings:
-    """Where a line on the camera sky crosses the images of a great circle, in the order met."""
+    """Crossings of a line on the camera sky with the images of a great circle, in the order along the line."""
 
     camera: Viewer = quantity("", "", "who sees them", column="")
     sky: Array = quantity("crossing axis", "1", "directions N; of an Observer (alpha, beta)")
@@ -87,7 +87,7 @@ class _SkyLine:
         return (self.sky(place + _DIFFERENCE) - self.sky(place - _DIFFERENCE)) / (2 * _DIFFERENCE)
 
     def crossed(self, curve: Float[Array, "points 3"], closed: bool) -> int:
-        """How often a curve of short steps on the sky at rest crosses the line."""
+        """Number of times a curve of short steps on the sky at rest crosses the line."""
         if closed:
             curve = np.concatenate([curve, curve[:1]])
         start, end = self.sky(np.array([0.0, 1.0]))
@@ -235,7 +235,7 @@ def _divided(sheets: Sheets, circle: Circle, path: _SkyLine) -> tuple[_Samples, 
 
 
 def _judged(nodes: _Samples) -> tuple[Bool[Array, " intervals"], Int[Array, " roots"]]:
-    """Which intervals are sure, and indices of those that hold a crossing."""
+    """True for intervals that are sure, and indices of those that hold a crossing."""
     width = np.diff(nodes.place)
     first, last = nodes.slope[:-1], nodes.slope[1:]
     fastest = np.maximum(nodes.speed[:-1], nodes.speed[1:])

@@ -23,14 +23,14 @@ from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.level_curves.branches import Branches
 from kerrcaustics.stars.level_curves.circle import Circle
-from kerrcaustics.stars.level_curves.meetings import Meetings
+from kerrcaustics.stars.level_curves.path_events import PathEvents
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.reciprocal import motion, sheets_from
 
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Newton steps from the place that b and q tell; by how much events may differ in longitude, seen from both ends.
+# Newton steps from the place that b and q give; by how much events may differ in longitude, seen from both ends.
 _FEW_STEPS, _SAME = 12, 1e-6
 
 
@@ -62,7 +62,7 @@ def branches_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> 
     return Branches(sheets, there, Circle.about_spin_axis(camera.inclination))
 
 
-def seen_from(camera: Viewer, theta: float, branches: Branches, own: Meetings, end: Sphere) -> SeenNodes | None:
+def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents, end: Sphere) -> SeenNodes | None:
     """The nodes on the camera's sky; own: the events there, None is returned where they are not those of branches."""
     nodes = branches.nodes
     partners = _partners(branches, own)
@@ -95,9 +95,9 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: Meetings, e
     return SeenNodes(at, lens_map.errors(sky, error), eastward, which, remarks)
 
 
-def _partners(branches: Branches, own: Meetings) -> Int[Array, " meetings"] | None:
-    """For each meeting on the star's sky the event on the camera's; None where they are not the same ones."""
-    found = branches.meetings
+def _partners(branches: Branches, own: PathEvents) -> Int[Array, " events"] | None:
+    """For each event on the star's sky that on the camera's; None where they are not the same ones."""
+    found = branches.events
     count = len(own.order)
     if len(found.order) != count:
         return None

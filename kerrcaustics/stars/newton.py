@@ -52,7 +52,7 @@ def find_roots(
         wish, distance = _newton_step(star[active], trial, beams)
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
-        # As close as the beams can tell: no step is better, and none is needed.
+        # As close as the errors of the beams allow: no step is better, and none is needed.
         settled = ~allowed & (residual[active] < _MOST_ERRORS * beams.error) & (part[active] == 1)
         better = active[allowed]
         sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]

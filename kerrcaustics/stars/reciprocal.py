@@ -26,7 +26,7 @@ from kerrcaustics.stars.sheets import Sheets, sheets_of
 
 Array = np.ndarray
 
-# Newton steps from the place that b and q tell.
+# Newton steps from the place that b and q give.
 _FEW_STEPS = 12
 
 

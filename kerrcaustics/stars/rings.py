@@ -25,7 +25,7 @@ def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
 
 
 def ring_remark(camera: Viewer, surface: End, curve: CriticalCurve, where: str = "lies on") -> str:
-    """One line about the ring that is the image of a star on the caustic of a curve, as a camera sees it."""
+    """A remark about the ring that is the image of a star on the caustic of a curve, as a camera sees it."""
     order, (radius, error) = curve.order, _angular_radius(camera, curve)
     if order == 1 and domain_of(surface, camera).unbounded:
         size = "at infinite (alpha, beta)"

@@ -1,4 +1,4 @@
-"""All images of many stars at once, with the certificate: what the search finds is what the caustics tell."""
+"""All images of many stars at once, with the certificate: the search finds as many as the caustics require."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -98,7 +98,7 @@ def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
 
 
 def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
-    """What was found of some stars, then of others, and so on."""
+    """Searches for several groups of stars as one, group after group."""
     names = np.split(np.arange(sum(len(p.counts) for p in parts)), np.cumsum([len(p.counts) for p in parts[:-1]]))
     images = [part.images.of(stars) for part, stars in zip(parts, names, strict=True)]
     arrays = ("counts", "expected", "on_caustic", "ring")
@@ -113,38 +113,40 @@ def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
 
 def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     """Stars whose images do not match their number are searched again, more widely; then along paths."""
-    told = sheets.counted(star)
+    counted = sheets.counted(star)
     images = _images(sheets, star, sheets.starts(star, NARROW))
-    on_caustic = np.any(told.on_caustic, axis=1)
+    on_caustic = np.any(counted.on_caustic, axis=1)
     # Next to a caustic both counts are put to the test.
-    delicate = on_caustic | (told.distance < _DELICATE)
+    delicate = on_caustic | (counted.distance < _DELICATE)
     for again in (_beside_folds, _widely):
-        doubtful = np.flatnonzero((images.counts(told.expected.shape) != told.expected).any(axis=1) | delicate)
+        doubtful = np.flatnonzero((images.counts(counted.expected.shape) != counted.expected).any(axis=1) | delicate)
         if doubtful.size:
-            images = images.merged(again(sheets, star[doubtful], told, doubtful).of(doubtful))
-    missing = np.argwhere((images.counts(told.expected.shape) < told.expected) & ~on_caustic[:, None])
+            images = images.merged(again(sheets, star[doubtful], counted, doubtful).of(doubtful))
+    missing = np.argwhere((images.counts(counted.expected.shape) < counted.expected) & ~on_caustic[:, None])
     for i, k in missing.tolist():
-        images = images.merged(_approached(sheets, star[i], k, int(told.expected[i, k])).of(np.array([i])))
-    ring = told.on_caustic & np.array([curve.is_point for curve in sheets.curves])
+        images = images.merged(_approached(sheets, star[i], k, int(counted.expected[i, k])).of(np.array([i])))
+    ring = counted.on_caustic & np.array([curve.is_point for curve in sheets.curves])
     images = images[~on_rings(ring)[images.star, images.index]]
-    counts = images.counts(told.expected.shape)
-    return ImageSearch(images, counts, told.expected, told.on_caustic, ring, sheets.coarse)
+    counts = images.counts(counted.expected.shape)
+    return ImageSearch(images, counts, counted.expected, counted.on_caustic, ring, sheets.coarse)
 
 
 def _beside_folds(
-    sheets: Sheets, star: Float[Array, "stars 3"], told: Counted, which: Int[Array, " stars"]
+    sheets: Sheets, star: Float[Array, "stars 3"], counted: Counted, which: Int[Array, " stars"]
 ) -> SkyImages:
-    return _images(sheets, star, sheets.fold_starts(star, tuple(winding[which] for winding in told.windings)))
+    return _images(sheets, star, sheets.fold_starts(star, tuple(winding[which] for winding in counted.windings)))
 
 
-def _widely(sheets: Sheets, star: Float[Array, "stars 3"], _told: Counted, _which: Int[Array, " stars"]) -> SkyImages:
+def _widely(
+    sheets: Sheets, star: Float[Array, "stars 3"], _counted: Counted, _which: Int[Array, " stars"]
+) -> SkyImages:
     return _images(sheets, star, sheets.starts(star, WIDE))
 
 
 def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int) -> SkyImages:
     """The images of one star on one sheet, followed from those of other stars around that have as many.
 
-    Where the map is strongly sheared, no grid tells well where to start.
+    Where the map is strongly sheared, no grid shows well where to start.
     """
     rng = np.random.default_rng(0)
     far = _FARTHEST * rng.uniform(size=(_APPROACHES, 1)) ** 2 * rng.normal(size=(_APPROACHES, 3))

@@ -116,7 +116,7 @@ Starts = tuple[Num[Array, "guesses ..."], ...]
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """What the caustics tell of stars, one entry a star.
+    """Image counts of stars by the winding of caustics, one entry a star.
 
     expected: number of images on each sheet; on_caustic: True where a star cannot be distinguished from that caustic;
     distance: from the nearest known place of one; windings: by caustic.
@@ -130,7 +130,7 @@ class Counted:
 
 @dataclass(frozen=True, eq=False)
 class Sheets:
-    """The sheets of index 0 to max_index at one event, their edges, and the star counts that these tell.
+    """The sheets of index 0 to max_index at one event, their edges, and the image counts that follow from these.
 
     An observer at infinity sees no images of index 0 of stars at infinity: that sheet is empty, and the first edge is
     the ring at infinity. frame: of the camera at rest; folds: of all edges but that one; pole_counts: how many images
@@ -170,7 +170,7 @@ class Sheets:
         return self.curves.domain.line_of_sight(edge_phase, depth)[0]
 
     def counted(self, star: Float[Array, "stars 3"]) -> Counted:
-        """What the caustics alone tell of stars."""
+        """Image counts of stars by the caustics alone."""
         windings = tuple(polygon.winding(star) for polygon in self.polygons)
         return Counted(
             self.pole_counts + _changes(windings),
@@ -277,7 +277,7 @@ def _changes(windings: Sequence[Winding]) -> Int[Array, "stars sheets"]:
 
 
 def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon]) -> Int[Array, " sheets"]:
-    """How many images the north pole has on each sheet: what most of a few directions tell.
+    """Numbers of images of the north pole on each sheet, as most of a few directions give them.
 
     There the degree of the map that the grid stands for gives the count, and the caustics give the difference.
     """
@@ -334,7 +334,7 @@ def _spaced(steps: Float[Array, " steps"], longest: float) -> Int[Array, " nodes
 
 
 def _cells(sheets: Sequence[Sheet]) -> _Cells:
-    """One row of cells between each pair of neighbouring lines, as long as the sheet's step allows."""
+    """A row of cells between each pair of neighbouring lines, as long as the sheet's step allows."""
     strips = []
     for sheet in sheets:
         lengths = np.linalg.norm(np.diff(sheet.direction, axis=1), axis=-1)

@@ -1,4 +1,4 @@
-"""One track: a connected curve on the sky of a viewer along which images of a source move."""
+"""A track: a connected curve on the sky of a viewer along which images of a source move."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ Array = np.ndarray
     record="closed turns places sky azimuth index parity magnification redshift time time_error error",
 )
 class Track:
-    """One connected curve on the camera sky along which images of a star move, through regions of several indices.
+    """A connected curve on the camera sky along which images of a star move, through regions of several indices.
 
     Its points are in the order of the curve; a closed one does not repeat its first point. It leads through the events,
     where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
@@ -59,7 +59,7 @@ class Track:
         return len(self.index)
 
     def __repr__(self) -> str:
-        """One line: how long, which indices, how many events."""
+        """Summary in one line: how long, which indices, how many events."""
         indices = sorted(set(self.index.tolist()))
         shape = "closed" if self.closed else "open"
         return f"<Track of {len(self)} points, {shape}, index {indices}, {len(self.events)} events>"

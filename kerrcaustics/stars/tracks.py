@@ -24,7 +24,7 @@ from kerrcaustics.stars.level_curves.between_nodes import images_on
 from kerrcaustics.stars.level_curves.branches import Branches
 from kerrcaustics.stars.level_curves.chains import Chain, chains, errors_on_sky
 from kerrcaustics.stars.level_curves.circle import Circle
-from kerrcaustics.stars.level_curves.meetings import Meetings, meetings
+from kerrcaustics.stars.level_curves.path_events import PathEvents, path_events
 from kerrcaustics.stars.near_tracks import SeenNodes, branches_from, seen_from
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.track import Track
@@ -69,7 +69,7 @@ class StarTracks:
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
 
     def __repr__(self) -> str:
-        """One line: the star, how many tracks and events."""
+        """Summary in one line: the star, how many tracks and events."""
         doubt = "" if self.certified else ", not certified"
         where = f"{self.surface.coordinates[0].symbol} = {self.level:g}"
         return f"<StarTracks of {where}: {len(self.tracks)} tracks, {len(self.events)} events{doubt}>"
@@ -160,7 +160,7 @@ def star_tracks(camera: Viewer, level: float, max_index: int = 2, *, end: Wherev
 
     Errors
     ------
-    `Track.error`: every point is refined to round-off. `StarTracks.certified` tells whether the tracks hold all images.
+    `Track.error`: every point is refined to round-off. `StarTracks.certified` is True if the tracks hold all images.
 
     Examples
     --------
@@ -231,23 +231,23 @@ def level_curve(camera: Viewer, surface: End, level: float, max_index: int) -> B
 @singledispatch
 def _followed(
     domain: Domain, camera: Viewer, surface: End, level: float, max_index: int
-) -> tuple[Meetings, Branches, SeenNodes | None]:
+) -> tuple[PathEvents, Branches, SeenNodes | None]:
     """Events of a star, its level curve, and that as the camera sees it."""
     branches = level_curve(camera, surface, level, max_index)
     frame, nodes = branches.sheets.frame, branches.nodes
     lens_map = LensMap(camera, surface)
     light = lens_map.seen(nodes.sky)
-    error = lens_map.errors(nodes.sky, errors_on_sky(branches, light, branches.meetings.error))
+    error = lens_map.errors(nodes.sky, errors_on_sky(branches, light, branches.events.error))
     eastward = line_of_sight_from_sky(frame, nodes.sky)[:, 2] < 0
-    return branches.meetings, branches, SeenNodes(light, error, eastward, nodes.event)
+    return branches.events, branches, SeenNodes(light, error, eastward, nodes.event)
 
 
 @_followed.register
 def _followed_from_star(
     domain: TwoLeaves, camera: Viewer, surface: End, level: float, max_index: int
-) -> tuple[Meetings, Branches, SeenNodes | None]:
+) -> tuple[PathEvents, Branches, SeenNodes | None]:
     branches = branches_from(camera, level, max_index, domain.surface)
-    own = meetings(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
+    own = path_events(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
     return own, branches, seen_from(camera, level, branches, own, domain.surface)
 
 
@@ -262,7 +262,7 @@ def _tracks(
 
 
 def _track(lens_map: LensMap, chain: Chain, branches: Branches, events: list[PairEvent], at: SeenNodes) -> Track:
-    """One of the chains."""
+    """The track of a chain."""
     chosen, light = chain.nodes, at.light
     index, event = branches.nodes.index[chosen], at.events[chosen]
     # Named after a ray with b < 0 where there is one, as caustics are; of low index.

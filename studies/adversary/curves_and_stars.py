@@ -80,22 +80,23 @@ def star_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tupl
     good = beams.escaped & (np.asarray(beams.index) <= MAX_INDEX)
     sky, star, width = sky[good], beams.direction[good], np.abs(beams.delta_minus[good])
     found = search(sheets, star)
+    images = found.images
     # A chosen direction is itself an image, as well as its beam is known.
     blur = HONEST * (beams.error[good] / width)
     away = np.full(len(star), np.inf)
-    np.minimum.at(away, found.star, angle_between(found.sky, sky[found.star]) - HONEST * found.error)
+    np.minimum.at(away, images.star, angle_between(images.sky, sky[images.star]) - HONEST * images.error)
     missed = found.certified & (away > blur)
-    images = trace_beams(sheets.camera, found.sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
-    off = angle_between(images.direction, star[found.star])
-    allowed = HONEST * (images.error + found.error * np.abs(images.delta_plus))
+    traced = trace_beams(sheets.camera, images.sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
+    off = angle_between(traced.direction, star[images.star])
+    allowed = HONEST * (traced.error + images.error * np.abs(traced.delta_plus))
     invented = np.zeros(len(star), bool)
-    invented[found.star[(off > allowed) | (images.index != found.index)]] = True
-    doubled = _doubled(found.star, found.index, found.sky, found.error, len(star))
+    invented[images.star[(off > allowed) | (traced.index != images.index)]] = True
+    doubled = _doubled(images.star, images.index, images.sky, images.error, len(star))
     broken = []
     for name, which in (("missed", missed), ("invented", invented), ("doubled", doubled)):
         for i in np.flatnonzero(which & found.certified):
             broken.append(f"{name}: sheets_of({camera!r}, {MAX_INDEX}), star {star[i].tolist()}, N {sky[i].tolist()}")
-    told = {"stars": len(star), "images": len(found.star), "certified": int(found.certified.sum())}
+    told = {"stars": len(star), "images": len(images.star), "certified": int(found.certified.sum())}
     return told | {"on a caustic": int(found.on_caustic.any(axis=1).sum())}, broken
 
 

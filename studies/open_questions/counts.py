@@ -65,8 +65,8 @@ def equatorial_images(sheets: Sheets, stars: int) -> EquatorialImages:
     """Images of stars at equal steps of phi', by Morse index, on and off the equatorial line of the sky."""
     phi = (np.arange(stars) + 0.5) * 2 * np.pi / stars
     found = search(sheets, from_angles(np.full(stars, np.pi / 2), phi))
-    motion = fido_from_sky(sheets.frame, tuple(found.sky.T))
+    motion = fido_from_sky(sheets.frame, tuple(found.images.sky.T))
     place = np.where(np.abs(motion[1]) > _IN_PLANE, 2, np.where(motion[2] > 0, 0, 1))
     counts = np.zeros((stars, len(sheets.sheets), len(PLACES)), int)
-    np.add.at(counts, (found.star, found.index, place), 1)
+    np.add.at(counts, (found.images.star, found.images.index, place), 1)
     return EquatorialImages(phi, counts, found.certified)

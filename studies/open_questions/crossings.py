@@ -47,15 +47,15 @@ class CriticalCrossings:
 def critical_crossings(camera: kc.Camera, orders: int) -> list[CriticalCrossings]:
     """Crossings along the critical curves of order 1 to `orders`."""
     found = critical_curves(camera, orders, tolerance=_TOLERANCE)
-    frame = found.camera.frame()
+    camera, frame = found.map.camera, found.map.camera.frame()
     curves = []
     for curve in found:
         points = curve.points
         sky = sky_from_line_of_sight(frame, points.line_of_sight)
-        beams = kc.trace_beams(found.camera, sky, "auto", _TOLERANCE, redshift=False)
+        beams = kc.trace_beams(camera, sky, "auto", _TOLERANCE, redshift=False)
         in_plane = np.abs(beams.direction[:, 2]) <= _IN_PLANE * beams.error
         crossings = np.where(in_plane, -1, np.asarray(beams.crossings))
-        curves.append(CriticalCrossings(curve.order, crossings, polar_phase(found.camera, sky), points.theta))
+        curves.append(CriticalCrossings(curve.order, crossings, polar_phase(camera, sky), points.theta))
     return curves
 
 
@@ -80,10 +80,11 @@ def _phase(frame: Frame, sky: tuple, *, on_equator: bool) -> jax.Array:
 
 def crossings_by_index(camera: kc.Camera, found: ImageSearch, stars: int) -> Array:
     """How many images (stars, crossings, index) of each star have so many equator crossings and that Morse index."""
-    beams = kc.trace_beams(camera.at_rest(), found.sky, "auto", _TOLERANCE, index=False, redshift=False)
+    images = found.images
+    beams = kc.trace_beams(camera.at_rest(), images.sky, "auto", _TOLERANCE, index=False, redshift=False)
     crossings = np.asarray(beams.crossings)
     table = np.zeros((stars, crossings.max() + 1, found.counts.shape[1]), int)
-    np.add.at(table, (found.star, crossings, found.index), 1)
+    np.add.at(table, (images.star, crossings, images.index), 1)
     return table
 
 

@@ -61,21 +61,21 @@ def image_misses(sheets: Sheets, camera: kc.Camera, stars: Array) -> tuple[Array
 
     The Morse index of each is that of the resting camera, or it is not found.
     """
-    found = search(sheets, stars)
+    images = search(sheets, stars).images
     frame = camera.frame()
-    motion = np.stack(fido_from_sky(sheets.frame, tuple(found.sky.T)), axis=-1)
+    motion = np.stack(fido_from_sky(sheets.frame, tuple(images.sky.T)), axis=-1)
     start = sky_from_fido(frame, motion)
     beams = kc.trace_beams(camera, start, "auto", _TOLERANCE, redshift=False)
     tilt = np.cross(start, np.roll(start, 1, axis=1))
     tilt /= np.linalg.norm(tilt, axis=1, keepdims=True)
     size = _OFF * np.abs(beams.delta_minus) / (beams.delta_plus + np.abs(beams.delta_minus)) ** 2
     start = start * np.cos(size)[:, None] + tilt * np.sin(size)[:, None]
-    which, moved, _ = find_roots(camera, stars[found.star], found.index, start)
+    which, moved, _ = find_roots(camera, stars[images.star], images.index, start)
     back = as_seen(moved, frame, sheets.frame)
     resting = kc.trace_beams(sheets.camera, back, "auto", _TOLERANCE, crossings=False, redshift=False)
     # As far as the moving camera's own error goes, on the resting camera's sky.
-    error = resting.error / np.abs(resting.delta_minus) + found.error[which]
-    return angle_between(back, found.sky[which]), error, len(found.sky) - len(which)
+    error = resting.error / np.abs(resting.delta_minus) + images.error[which]
+    return angle_between(back, images.sky[which]), error, len(images.sky) - len(which)
 
 
 def _ratio(camera: kc.Camera, resting: kc.Camera, edge_phase: Array, depth: Array) -> tuple[Array, kc.Beams]:

@@ -22,7 +22,7 @@ def images_on(
     branches: Branches, phi: Float[Array, " moments"]
 ) -> tuple[Float[Array, " moments"], ImageSearch, Bool[Array, " moments"]]:
     """Longitudes within a turn, the images there, and whether these are all, each once, away from events."""
-    events = branches.meetings
+    events = branches.events
     phi = events.gap_low[0] + (phi - events.gap_low[0]) % _TURN
     images = _interpolated(branches, phi)
     expected = events.counts[np.searchsorted(events.gap_low, phi, side="right") - 1]

@@ -22,7 +22,7 @@ from kerrcaustics.spacetime.sphere import angle_between, flattened
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.stars.level_curves.circle import Circle
 from kerrcaustics.stars.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
-from kerrcaustics.stars.level_curves.meetings import STILL, meetings
+from kerrcaustics.stars.level_curves.path_events import STILL, path_events
 from kerrcaustics.stars.newton import find_roots
 from kerrcaustics.stars.search import search
 from kerrcaustics.stars.sheets import Sheets
@@ -74,7 +74,7 @@ class Branches:
 
     def __init__(self, sheets: Sheets, camera: Viewer, circle: Circle) -> None:
         """Search, link, and halve the links until they look smooth on the sky of `camera`."""
-        self.sheets, self.circle, self.meetings = sheets, circle, meetings(sheets, circle)
+        self.sheets, self.circle, self.events = sheets, circle, path_events(sheets, circle)
         self.chart = Chart(sheets.camera)
         self.remarks: list[str] = []
         self.nodes = self._events()
@@ -105,7 +105,7 @@ class Branches:
         for i, p in ((links.left, links.p_0), (links.right, links.p_1)):
             scale = links.rate(p) * (links.p_1 - links.p_0)
             rates.append(chart.rate(kind, nodes.sky[i], nodes.drift[i]) * scale[:, None])
-        # At an event the longitude stands still and the drift is infinite: a parabola tells their product.
+        # At an event the longitude stands still and the drift is infinite: a parabola gives their product.
         from_event, to_event = ((nodes.event[i] >= 0)[:, None] for i in (links.left, links.right))
         rate_0 = np.where(from_event, 2 * step - rates[1], rates[0])
         rate_1 = np.where(to_event, 2 * step - rates[0], rates[1])
@@ -118,7 +118,7 @@ class Branches:
         return np.where(close[0] & close[1], np.maximum(links.index, 1), links.index)
 
     def _events(self) -> Nodes:
-        found = self.meetings
+        found = self.events
         sky = self.sheets.sky(found.points.line_of_sight)
         return Nodes(found.longitude, found.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
 
@@ -137,7 +137,7 @@ class Branches:
 
     def _searched(self) -> tuple[_Numbers, _Numbers]:
         """Search for the images in the middle of each gap. Their nodes, and the gap of each."""
-        found = self.meetings
+        found = self.events
         longitude = (found.gap_low + found.gap_high) / 2
         searched = search(self.sheets, self.circle.place(longitude))
         images = searched.images
@@ -156,7 +156,7 @@ class Branches:
 
     def _grown(self) -> Links:
         """Links along all branches, and over all boundaries between gaps."""
-        found = self.meetings
+        found = self.events
         gaps, whole = len(found.gap_low), found.none
         # Without events the parameter is the longitude.
         low, width = (np.zeros(1), np.zeros(1)) if whole else (found.gap_low, found.gap_high - found.gap_low)
@@ -257,7 +257,7 @@ class Branches:
             self.remarks.append(f"{doubtful.sum()} steps along tracks are in doubt")
 
     def _costs(self) -> Float[Array, " links"]:
-        """How badly each link fits the rates at its ends."""
+        """The misfit of links to the rates at their ends."""
         curves = self.cubics(self.links)
         blur = self._blurs()
         cost = plain_cost(curves.step, curves.rate_0, curves.rate_1, blur[self.links.left] + blur[self.links.right])

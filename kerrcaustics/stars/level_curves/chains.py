@@ -61,7 +61,7 @@ def _chain(
     run = np.concatenate([[0.0], np.cumsum(steps)])
     kept = chain[:-1] if closed else chain
     along = longitude[kept[0]] + run[: len(kept)]
-    # The sum tells the whole turns; each point knows the rest without the sum's round-off.
+    # The sum gives the whole turns; each point knows the rest without the sum's round-off.
     along = longitude[kept] + _TURN * np.round((along - longitude[kept]) / _TURN)
     return Chain(kept, along, closed, float(run[-1]))
 
@@ -81,7 +81,7 @@ def _partners(branches: Branches, over_events: bool) -> Int[Array, " ends"]:
     for group in groups:
         event = nodes.event[ends[group[0]]]
         pairs = [group] if event < 0 or over_events else []
-        if pairs and event >= 0 and branches.meetings.at_cusp[event]:
+        if pairs and event >= 0 and branches.events.at_cusp[event]:
             kinds = [(int(index[i]), int(i % 2)) for i in group]
             twins = np.array([kinds.count(kind) == 2 for kind in kinds])
             pairs = [group[twins], group[~twins]]
@@ -92,9 +92,9 @@ def _partners(branches: Branches, over_events: bool) -> Int[Array, " ends"]:
 
 
 def errors_on_sky(
-    branches: Branches, light: SeenLight, event_errors: Float[Array, " meetings"]
+    branches: Branches, light: SeenLight, event_errors: Float[Array, " events"]
 ) -> Float[Array, " nodes"]:
-    """Errors of the nodes on the sky at rest, radians; event_errors: those of the meetings in longitude."""
+    """Errors of the nodes on the sky at rest, radians; event_errors: those of the path_events in longitude."""
     nodes = branches.nodes
     at_event = nodes.event >= 0
     depth = branches.chart.place(np.ones(len(nodes.event), int), nodes.sky)[:, 1]

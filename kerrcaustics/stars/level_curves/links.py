@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.curves.sky_chart import Chart, apart
 from kerrcaustics.spacetime.rows import Rows
-from kerrcaustics.stars.level_curves.meetings import Meetings
+from kerrcaustics.stars.level_curves.path_events import PathEvents
 
 Array = np.ndarray
 # The nodes at one end of links; what there is of each column of images.
@@ -31,7 +31,7 @@ class Nodes(Rows):
     """Points of the level curve, arrays of one length: images of the star, and the events.
 
     longitude: of the star; index: Morse index; sky: direction on the sky at rest; drift: its change with longitude;
-    error: of sky, radians; event: number of the meeting, or -1 for an image.
+    error: of sky, radians; event: number of the event, or -1 for an image.
     """
 
     longitude: Float[Array, " nodes"]
@@ -88,7 +88,7 @@ def plain_cost(
     behind: Float[Array, "*#batch 3"],
     blur: Float[Array, "*#batch"],
 ) -> Float[Array, "*batch"]:
-    """How badly steps fit what the rates at their two ends make of them: a part of their length.
+    """The misfit of steps to the rates at their two ends, a part of their length.
 
     What the errors of the two ends explain, whose sum is blur, does not count.
     """
@@ -104,28 +104,34 @@ class Linker:
     """
 
     def __init__(
-        self, chart: Chart, meetings: Meetings, nodes: Nodes, members: list[Array], p: _Columns, longitude: _Columns
+        self,
+        chart: Chart,
+        events: PathEvents,
+        nodes: Nodes,
+        members: list[Array],
+        p: _Columns,
+        longitude: _Columns,
     ) -> None:
         """The first nodes are the events; members, p, longitude: of each column the nodes, and where it lies."""
-        self._meetings, self._nodes = meetings, nodes
+        self._path_events, self._nodes = events, nodes
         self._members, self._p, self._longitude = members, p, longitude
         self._place = chart.place(nodes.index, nodes.sky)
         self._rate = chart.rate(nodes.index, nodes.sky, nodes.drift)
         self._blur = chart.blur(nodes.index, nodes.sky, nodes.error)
-        self._width = meetings.gap_high - meetings.gap_low
+        self._width = events.gap_high - events.gap_low
 
     def linked(self, boundary: int) -> tuple[list[_Row], bool]:
         """Links over a boundary, whose number is that of the gap above it; and whether they are beyond doubt."""
-        meetings = self._meetings
+        path_events = self._path_events
         gaps = len(self._width)
         one, other = gaps + (boundary - 1) % gaps, boundary
-        events = np.flatnonzero(meetings.boundary == boundary)
+        events = np.flatnonzero(path_events.boundary == boundary)
         start, end = self._longitude[one], self._longitude[other]
         frame = (0.0, 0.0, start, end + 2 * np.pi * (end <= start))
         arms = [arm for event in events.tolist() for arm in self._arms(event, one, other)]
         rows: list[_Row] = []
         settled = True
-        for k in np.flatnonzero(~meetings.ring[boundary]).tolist():
+        for k in np.flatnonzero(~path_events.ring[boundary]).tolist():
             # Arms of events are left ends where they lead right, and the other way round.
             lefts, rights = (
                 np.concatenate([self._of(column, k), [event for event, index, s in arms if index == k and s == side]])
@@ -167,24 +173,24 @@ class Linker:
         return rows, _unique(fits[np.ix_(*chosen)], lefts[chosen[0]], rights[chosen[1]])
 
     def _event_frame(self, left: int, one: int, other: int) -> tuple[float, ...]:
-        """Where a link to an event lies: in the gap of its image, and reaching to the end of that."""
+        """The frame of a link to an event: in the gap of its image, and reaching to the end of that."""
         from_event = self._nodes.event[left] >= 0
         column = other if from_event else one
         gap, p = column % len(self._width), float(self._p[column])
         ends = (0.0, p) if from_event else (p, np.pi)
-        return float(self._meetings.gap_low[gap]), float(self._width[gap]), *ends
+        return float(self._path_events.gap_low[gap]), float(self._width[gap]), *ends
 
     def _plain_costs(
         self, k: int, lefts: Int[Array, " lefts"], rights: Int[Array, " rights"], frame: tuple[float, ...]
     ) -> Float[Array, "lefts rights"]:
-        """How badly the rates of images fit the way between them."""
+        """The misfit of the rates of images to the way between them."""
         length = frame[3] - frame[2]
         ahead, behind = self._rate[lefts][:, None] * length, self._rate[rights][None] * length
         step = apart(np.array(k), self._place[lefts][:, None], self._place[rights][None])
         return plain_cost(step, ahead, behind, self._blur[lefts][:, None] + self._blur[rights])
 
     def _event_cost(self, k: int, image: int, event: int, column: int) -> float:
-        """How badly the rate of an image fits the way to an event in sqrt(longitude), or in longitude at a cusp."""
+        """The misfit of the rate of an image to the way to an event in sqrt(longitude), or in longitude at a cusp."""
         gap, p = column % len(self._width), self._p[column]
         place = self._nodes.sky[event] if k == 0 else self._place[event]
         step = apart(np.array(k), self._place[image], place)
@@ -192,17 +198,17 @@ class Linker:
         way = np.pi - p if p > np.pi / 2 else -p
         onward = self._rate[image] * self._width[gap] * np.sin(p) / 2 * way
         miss = np.linalg.norm(step - onward)
-        if self._meetings.at_cusp[self._nodes.event[event]]:
+        if self._path_events.at_cusp[self._nodes.event[event]]:
             miss = min(miss, np.linalg.norm(step - onward / 2))
         miss = max(miss - _BLURS * self._blur[image], 0)
         return float(miss / max(np.linalg.norm(step), np.linalg.norm(onward), 1e-300))
 
     def _arms(self, event: int, one: int, other: int) -> list[tuple[int, int, int]]:
         """The arms (event, index, side) of the level curve at an event between two columns."""
-        meetings = self._meetings
-        order, side = int(meetings.order[event]), int(meetings.side[event])
+        path_events = self._path_events
+        order, side = int(path_events.order[event]), int(path_events.side[event])
         arms = [(event, order - 1, side), (event, order, side)]
-        if meetings.at_cusp[event]:
+        if path_events.at_cusp[event]:
             # The third image comes from the other side, and its index is that of the two that leave it.
             outside = other if side < 0 else one
             costs = [
@@ -212,7 +218,7 @@ class Linker:
             ]
             # Of an index that is not looked at, where no image fits.
             cost, third = min(costs, default=(np.inf, order))
-            third = third if cost < _EVENT_DOUBT or order < meetings.counts.shape[1] else order
+            third = third if cost < _EVENT_DOUBT or order < path_events.counts.shape[1] else order
             arms += [(event, third, side), (event, third, -side)]
         return arms
 

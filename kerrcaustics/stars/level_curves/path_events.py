@@ -1,4 +1,4 @@
-"""Where a star, on its way round a circle of the celestial sphere, crosses caustics, and the image counts in between.
+"""Events of a star on its way round a circle of the celestial sphere, at caustics, and the image counts in between.
 
 Between two crossings, in the order of their longitude, the number of images of each index does not change: it is read
 off the winding of the caustics.
@@ -21,10 +21,10 @@ from kerrcaustics.stars.rings import on_rings, ring_remark
 from kerrcaustics.stars.sheets import Sheets
 
 Array = np.ndarray
-# Of meetings, one entry each.
-_Orders = Int[Array, " meetings"]
-_Angles = Float[Array, " meetings"]
-_Marks = Bool[Array, " meetings"]
+# Of path_events, one entry each.
+_Orders = Int[Array, " events"]
+_Angles = Float[Array, " events"]
+_Marks = Bool[Array, " events"]
 
 _TURN = 2 * math.pi
 # Steps of Newton's method along a caustic, with the slope of a spline.
@@ -36,7 +36,7 @@ _CUSP_ERRORS, _LEVEL = 10.0, 0.03
 _NODES = 17
 # Events closer in longitude (radians) than this, or than so many of their errors, count as simultaneous.
 _SAME, _SAME_ERRORS = 1e-10, 4.0
-# Simultaneous events that are told apart by counts, at most.
+# Simultaneous events that counts distinguish, at most.
 _MOST_TOGETHER = 8
 # How far on both sides of a caustic that is a point, radians of longitude, images are not followed. On a circle smaller
 # than this (radians) a star stands still.
@@ -44,8 +44,8 @@ _BESIDE_RING, STILL = 1e-4, 1e-12
 
 
 @dataclass(frozen=True)
-class Meetings:
-    """Where images of a star meet on critical curves: one entry each, in the order of longitude within one turn.
+class PathEvents:
+    """Events, where images of a star meet on critical curves, in the order of longitude within one turn.
 
     order; points: of the critical curves; longitude: in [0, 2 pi); error: of it; at_cusp; side: +1 where the pair lies
     at larger longitude, -1 at smaller; known: True where the counts bear this out. boundary: entries of one boundary
@@ -54,14 +54,14 @@ class Meetings:
     caustic that is a point.
     """
 
-    order: Int[Array, " meetings"]
+    order: Int[Array, " events"]
     points: Points
-    longitude: Float[Array, " meetings"]
-    error: Float[Array, " meetings"]
-    at_cusp: Bool[Array, " meetings"]
-    side: Int[Array, " meetings"]
-    known: Bool[Array, " meetings"]
-    boundary: Int[Array, " meetings"]
+    longitude: Float[Array, " events"]
+    error: Float[Array, " events"]
+    at_cusp: Bool[Array, " events"]
+    side: Int[Array, " events"]
+    known: Bool[Array, " events"]
+    boundary: Int[Array, " events"]
     gap_low: Float[Array, " gaps"]
     gap_high: Float[Array, " gaps"]
     counts: Int[Array, "gaps indices"]
@@ -74,7 +74,7 @@ class Meetings:
         return len(self.order) == 0 and not self.ring.any()
 
 
-def meetings(sheets: Sheets, circle: Circle) -> Meetings:
+def path_events(sheets: Sheets, circle: Circle) -> PathEvents:
     """All points of the caustics that bound the sheets on a star's circle, and the counts between them."""
     curves = sheets.curves
     passed = [curve for curve in curves if curve.is_point and _near_point(curve, circle)]
@@ -92,7 +92,7 @@ def meetings(sheets: Sheets, circle: Circle) -> Meetings:
 
 
 def _grazed(order: int) -> str:
-    return f"the star grazes the caustic of order {order}: two events there that undo each other cannot be told"
+    return f"the star grazes the caustic of order {order}: a pair of events there may be missing"
 
 
 def _near_point(curve: CriticalCurve, circle: Circle) -> bool:
@@ -256,8 +256,8 @@ def _arranged(
     events: tuple[_Orders, Points, _Angles, _Marks],
     rings: tuple[Float[Array, " rings"], Int[Array, " rings"]],
     remarks: list[str],
-) -> Meetings:
-    """Meetings in the order of longitude, with the gaps between them and the counts there.
+) -> PathEvents:
+    """PathEvents in the order of longitude, with the gaps between them and the counts there.
 
     Parameters: events, their order, points, errors, and which are cusps; rings, longitudes and orders.
     """
@@ -266,23 +266,23 @@ def _arranged(
     way = np.argsort(longitude)
     order, points, longitude, error, at_cusp = order[way], points[way], longitude[way], error[way], at_cusp[way]
     boundary, ringed, low, high = _boundaries(longitude, np.maximum(_SAME, _SAME_ERRORS * error), rings[0])
-    told = sheets.counted(circle.place((low + high) / 2))
-    counts = told.expected
-    if told.on_caustic.any():
-        remarks = [*remarks, "some image counts could not be told: a caustic runs along the star's path"]
-    ring = np.zeros_like(told.on_caustic)
+    counted = sheets.counted(circle.place((low + high) / 2))
+    counts = counted.expected
+    if counted.on_caustic.any():
+        remarks = [*remarks, "some image counts are not known: a caustic runs along the star's path"]
+    ring = np.zeros_like(counted.on_caustic)
     ring[ringed, rings[1] - 1] = True
     side, known = np.zeros(len(longitude), int), np.zeros(len(longitude), bool)
     for i in np.unique(boundary).tolist():
         members = np.flatnonzero(boundary == i)
         side[members], known[members] = _sides(order[members], counts[i] - counts[i - 1])
     of_events = order, points, longitude, error, at_cusp, side, known, boundary
-    return Meetings(*of_events, low, high, counts, on_rings(ring), tuple(remarks))
+    return PathEvents(*of_events, low, high, counts, on_rings(ring), tuple(remarks))
 
 
 def _boundaries(
     events: _Angles, same: _Angles, rings: Float[Array, " rings"]
-) -> tuple[Int[Array, " meetings"], Int[Array, " rings"], Float[Array, " gaps"], Float[Array, " gaps"]]:
+) -> tuple[Int[Array, " events"], Int[Array, " rings"], Float[Array, " gaps"], Float[Array, " gaps"]]:
     """The boundary that each event and each ring belongs to, and the lower and upper ends of the gaps in between.
 
     Parameters: events, longitudes, rising; same, how close to them others belong to them; rings, longitudes.
