@@ -82,7 +82,7 @@ class PhysicalScale:
     def microarcseconds(self) -> float:
         """GM/c^2 across the line of sight, at the hole's distance, in micro-arcseconds on the observer's sky."""
         if self.distance is None:
-            raise ValueError("Argument `distance` must be given where angles are asked for, but is None.")
+            raise ValueError("Argument `distance` must be given for angles, but is None.")
         return self.metres / (self.distance * PARSEC) / _MICROARCSECOND
 
     def quantity(self, kind: Literal["time", "length", "angle"], values: ArrayLike = 1.0) -> Any:
