@@ -4,15 +4,15 @@
 >>> camera = kc.Camera(spin=0.999, radius=6.03)
 >>> primary, secondary, tertiary = kc.caustics(camera, orders=3)
 
-Units G = c = M = 1, angles in radians. The names stand in the stub file beside this one, and are loaded when they are
-first used.
+Units G = c = M = 1, angles in radians. The names stand in the stub file beside this one, and are loaded at their
+first use.
 """
 
 import os
 import sys
 
-# As a program (`python -m kerrcaustics`, or the script of that name) this is the first that is run: from here on Ctrl-C
-# ends it with one line, whatever is being loaded. Processes that Python starts beside it are none.
+# In a program (`python -m kerrcaustics`, or the script of that name) this code runs first: from here on Ctrl-C ends it
+# with one line at any moment of loading. Processes that Python starts beside it are no programs.
 if (sys.argv[:1] == ["-m"] and ("-m", "kerrcaustics") in zip(sys.orig_argv, sys.orig_argv[1:], strict=False)) or (
     [os.path.basename(name) for name in sys.orig_argv[1:2]] == ["kerrcaustics"]
 ):

@@ -1,4 +1,4 @@
-"""Files that are never half-written, and files that others name: no devices, no pipes, nothing endless."""
+"""Files that are never half-written, and files that a user names: no devices, no pipes, nothing endless."""
 
 import errno
 import fcntl
@@ -13,14 +13,14 @@ from io import BufferedReader
 from pathlib import Path
 from typing import IO, Any
 
-# Temporary files of `writing` that are open now.
+# Open temporary files of `writing`.
 UNFINISHED: set[str] = set()
 _PART = ".part"
 
 
 @contextmanager
 def reading(path: str | os.PathLike[str], most: int) -> Iterator[BufferedReader]:
-    """A regular file of at most so many bytes, opened to be read; an OSError says why another one is not opened."""
+    """A regular file of at most `most` bytes, opened to be read; an OSError with the reason for any other file."""
     # A pipe that nobody writes to would be waited for.
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
         status = os.fstat(file.fileno())
@@ -32,9 +32,9 @@ def reading(path: str | os.PathLike[str], most: int) -> Iterator[BufferedReader]
 
 
 def read_text(path: str | os.PathLike[str], most: int) -> str:
-    """The text, in UTF-8, of a regular file of at most so many bytes."""
+    """The text, in UTF-8, of a regular file of at most `most` bytes."""
     with reading(path, most) as file:
-        # As much as it may have, even where it grows meanwhile.
+        # No more than allowed, even if the file grows meanwhile.
         return file.read(most).decode("utf-8")
 
 
@@ -43,7 +43,7 @@ def writing(path: str | os.PathLike[str], lasting: bool = False, private: bool =
     """A binary file that takes its name only when it is complete: `with writing(path) as file`.
 
     Through a link the file it points to is replaced; a device or a pipe is written to directly. lasting: it is on the
-    disk before it takes its name, whatever becomes of the machine. private: nobody else can read it (mode 0600).
+    disk before it takes its name, and no power cut can lose it. private: nobody else can read it (mode 0600).
     """
     path = Path(path)
     if os.path.exists(path) and not os.path.isfile(path):
@@ -76,13 +76,13 @@ def writing(path: str | os.PathLike[str], lasting: bool = False, private: bool =
 
 
 def check_name(path: Any) -> None:
-    """Refuse, as the argument `path`, what names no file."""
+    """Raise ValueError unless the argument `path` is the name of a file."""
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise ValueError(f"Argument `path` must be the name of a file, but is {' '.join(f'{path!r:.80}'.split())}.")
 
 
 def check_path(path: Any) -> None:
-    """Refuse, as the argument `path`, the name of a file that cannot be written."""
+    """Raise ValueError unless the argument `path` names a file that can be written."""
     check_name(path)
     place = Path(path)
     if os.path.isdir(place):
@@ -101,24 +101,24 @@ def check_path(path: Any) -> None:
 
 
 def remove_unfinished() -> None:
-    """Remove temporary files of this process: for who ends it at once."""
+    """Remove the temporary files of this process, before it ends at once."""
     for name in list(UNFINISHED):
         Path(name).unlink(missing_ok=True)
 
 
 def remove_abandoned(folder: Path, name: str) -> None:
-    """Remove temporary files of a name in a folder that processes left behind when they were killed."""
+    """Remove temporary files of a name in a folder that killed processes left behind."""
     for part in folder.glob(f".{glob.escape(name)}.*{_PART}"):
         part.unlink(missing_ok=True)
 
 
 @contextmanager
 def locked(folder: Path, refusal: str) -> Iterator[None]:
-    """While no other process has this folder, else a ValueError; the lock goes with the process, however that ends."""
-    opened = os.open(folder, os.O_RDONLY)
+    """Hold the lock of a folder, or raise ValueError if another process holds it; the lock ends with the process."""
+    handle = os.open(folder, os.O_RDONLY)
     try:
         try:
-            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise ValueError(refusal) from None
         except OSError:
@@ -126,20 +126,20 @@ def locked(folder: Path, refusal: str) -> Iterator[None]:
             pass
         yield
     finally:
-        os.close(opened)
+        os.close(handle)
 
 
 def content(path: Path) -> bytes | None:
-    """The bytes of a file; None where there is none that can be read. A pipe, a device or a folder is none."""
+    """The bytes of a file; None if there is none that can be read. A pipe, a device or a folder is none."""
     with suppress(OSError), reading(path, sys.maxsize) as file:
         return file.read()
     return None
 
 
 def make_room(path: Path) -> None:
-    """Make the folder of a file, and remove what is in its place and is no file: a link, a pipe, an empty folder.
+    """Make the folder of a file, and remove a link, a pipe or an empty folder in the place of the file.
 
-    Raise OSError, with one clear text, for a folder that holds something, and for a file in the place of a folder.
+    Raise OSError, with one clear text, for a folder that is not empty, and for a file in the place of a folder.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

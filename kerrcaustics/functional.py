@@ -1,13 +1,13 @@
 """Rays as pure functions for JAX: jit, vmap, grad, of the hole, the camera and the direction.
 
-Unlike the engines behind `trace_rays`, which are compiled once for all callers and tell errors, these are traced by the
-caller's own transformations.
+Unlike the engines behind `trace_rays`, which are compiled once for all callers and estimate errors, these are traced by
+the caller's own transformations.
 
-Derivatives of any order, forward and reverse, are taken by forward differentiation inside: a loop whose number of steps
-is not known has no other, and six numbers go in.
+Derivatives of any order, forward and reverse, are taken by forward differentiation inside: a loop of unknown length has
+no other, and the arguments are six numbers.
 
-All arithmetic is in float64, whatever the settings of JAX. What JAX itself does to arguments and gradients before and
-after remains: without `jax_enable_x64`, `jit`, `vmap` and `grad` round Python's floats and NumPy's arrays to float32,
+All arithmetic is in float64, whatever the settings of JAX. JAX itself still converts arguments and
+gradients: without `jax_enable_x64`, `jit`, `vmap` and `grad` round Python's floats and NumPy's arrays to float32,
 and gradients come back in the type of the arguments.
 """
 
@@ -27,17 +27,17 @@ from kerrcaustics.spacetime.viewer import LARGEST_RADIUS
 def direction(
     spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity = "fiducial"
 ) -> Float[Array, "... 3"]:
-    """Where the light of a camera-sky direction comes from: n' (..., 3), a unit vector of the celestial sphere.
+    """The origin of the light of a camera-sky direction: n' (..., 3), a unit vector of the celestial sphere.
 
     Parameters
     ----------
     spin, radius, inclination : float or (...)
-        As in `Camera`; checked where they are numbers, not where JAX traces them.
+        As in `Camera`; checked if they are numbers, not if JAX traces them.
     sky : (..., 3)
         Directions N on the camera sky; their length does not matter, so that a gradient is tangential.
     velocity : str or (float, float, float), optional
-        As in `Camera`, but "fiducial" when left out. A name is the motion that belongs to the place, and is
-        differentiated with it: "circular" is the angular velocity 1 / (a + r^(3/2)), off the equator too, where it is
+        As in `Camera`, but "fiducial" by default. A name is the motion that belongs to the place, and is
+        differentiated with it: "circular" is the angular velocity 1 / (a + r^(3/2)), also off the equator, where it is
         no geodesic and `Camera` has none.
 
     Returns
@@ -72,7 +72,7 @@ def _traced(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Veloci
 
 
 def _check_place(spin: Array, radius: Array, inclination: Array) -> None:
-    """Raise ValueError for a place that no camera can have, as far as it is known."""
+    """Raise ValueError for a place that no camera can have; traced arguments are not checked."""
     if not isinstance(spin, Tracer):
         if not ((spin >= 0) & (spin < 1)).all():
             raise ValueError("Argument `spin` must lie in [0, 1).")
@@ -84,7 +84,7 @@ def _check_place(spin: Array, radius: Array, inclination: Array) -> None:
 
 
 def _wide(value: Any) -> Array:
-    """The argument in float64; what is traced already is converted as JAX does it."""
+    """The argument in float64; a traced one is converted by JAX."""
     if isinstance(value, Tracer):
         return jax.lax.convert_element_type(value, jnp.float64)
     return jnp.asarray(value, jnp.float64)
@@ -93,6 +93,6 @@ def _wide(value: Any) -> Array:
 @partial(jax.jit, static_argnames=("timed",))
 def _ends(spin: Array, radius: Array, inclination: Array, sky: Array, motion: Moving, timed: bool) -> Array:
     place = (jnp.broadcast_to(x, sky.shape[:-1]) for x in jnp.broadcast_arrays(spin, radius, inclination))
-    given = jnp.concatenate([jnp.stack(list(place), axis=-1), sky], axis=-1)
-    ends = jax.vmap(differentiable(partial(end, timed=timed)), (0, None))(given.reshape(-1, 6), motion)
+    arguments = jnp.concatenate([jnp.stack(list(place), axis=-1), sky], axis=-1)
+    ends = jax.vmap(differentiable(partial(end, timed=timed)), (0, None))(arguments.reshape(-1, 6), motion)
     return ends.reshape(*sky.shape[:-1], -1)

@@ -12,13 +12,13 @@ from pathlib import Path
 from kerrcaustics.files import UNFINISHED
 
 _FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC
-# A pipe that nobody writes to would be waited for.
+# Without O_NONBLOCK a pipe without a writer would block.
 _READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 _NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
 class NotOwnError(PermissionError):
-    """A folder or file that somebody else can have written, in words."""
+    """The error for a folder or file that somebody else can have written."""
 
 
 @contextmanager
@@ -62,7 +62,7 @@ def own_folder(root: Path, *names: str, make: bool = False) -> Iterator[int]:
 
 
 def read_own(folder: int, name: str) -> bytes:
-    """Return what is in a file of an own folder; NotOwnError if somebody else can have written it."""
+    """Return the content of a file of an own folder; NotOwnError if somebody else can have written it."""
     handle = os.open(name, _READ, dir_fd=folder)
     try:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -95,23 +95,23 @@ def write_own(folder: int, name: str, data: bytes, shown: Path) -> None:
 
 def own_files(folder: int) -> dict[str, os.stat_result]:
     """Return the regular files in a folder that belong to the user, by name; links are none."""
-    found = {}
+    files = {}
     for name in os.listdir(folder):
         with suppress(FileNotFoundError):
             status = os.stat(name, dir_fd=folder, follow_symlinks=False)
             if stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid():
-                found[name] = status
-    return found
+                files[name] = status
+    return files
 
 
 def _make_root(root: Path) -> None:
-    """Make a folder and those above it that are missing; not in the home of another user, as root could."""
-    there = next(place for place in (root, *root.parents) if place.exists())
-    above = os.open(there, _FOLDER)
+    """Make a folder and those handle it that are missing; not in the home of another user, as root could."""
+    existing = next(place for place in (root, *root.parents) if place.exists())
+    handle = os.open(existing, _FOLDER)
     try:
-        _check(above, there, sticky=True)
+        _check(handle, existing, sticky=True)
     finally:
-        os.close(above)
+        os.close(handle)
     root.mkdir(mode=0o700, parents=True, exist_ok=True)
 
 
@@ -125,7 +125,7 @@ def _opened_inner(folder: int, name: str, shown: Path) -> int:
 
 
 def _check(handle: int, shown: Path, sticky: bool = False) -> None:
-    """Raise NotOwnError if somebody else can have written to what is open here."""
+    """Raise NotOwnError if somebody else can have written to an open file or folder."""
     status = os.fstat(handle)
     if status.st_uid not in (os.geteuid(), 0):
         raise NotOwnError(f"{shown} belongs to another user")
@@ -138,7 +138,7 @@ def _check(handle: int, shown: Path, sticky: bool = False) -> None:
 def _is_private(group: int) -> bool:
     """Return True for the group that many systems give each user, with nobody else in it."""
     try:
-        name, found = pwd.getpwuid(os.geteuid()).pw_name, grp.getgrgid(group)
+        name, entry = pwd.getpwuid(os.geteuid()).pw_name, grp.getgrgid(group)
     except KeyError:
         return False
-    return found.gr_name == name and set(found.gr_mem) <= {name}
+    return entry.gr_name == name and set(entry.gr_mem) <= {name}

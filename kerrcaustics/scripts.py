@@ -1,8 +1,8 @@
-"""The figures, films and studies: found by their place, in a checkout or beside the modules of an installed package.
+"""Figures, films and studies, located by their place in a checkout or beside the modules of an installed package.
 
 A study is a folder studies/NAME/ with a main.py, a figure a file figures/NAME.py; both have a function
 `main(output: Path, ...) -> list[Path]`, which puts its files into a folder that exists and returns them. A film is a
-file figures/films/NAME.py with `film(frames: int = ...) -> Film`. What begins with an underscore is none of them.
+file figures/films/NAME.py with `film(frames: int = ...) -> Film`. Names that begin with an underscore are none of them.
 """
 
 import os
@@ -28,21 +28,21 @@ def scripts_home(package: Path) -> Path:
 
 
 HOME = scripts_home(Path(__file__).resolve().parent)
-"""Folder of the checkout, or of what a wheel brings."""
+"""Folder of the checkout, or of the scripts in a wheel."""
 
 
 @dataclass(frozen=True)
 class ScriptFolder:
-    """A folder of scripts: what one of them is called ("study", "figure", "film"), and where in the folder it lies."""
+    """A folder of scripts: the word for a script ("study", "figure", "film"), and its place in the folder."""
 
     word: str
     folder: Path
     place: str = "{}.py"
 
     def names(self) -> list[str]:
-        """Names of the scripts, in alphabetical order; none where there is no such folder."""
-        found = self.folder.glob(self.place.format("[!_]*"))
-        return sorted(path.relative_to(self.folder).parts[0].removesuffix(".py") for path in found)
+        """Names of the scripts, in alphabetical order; none if there is no such folder."""
+        paths = self.folder.glob(self.place.format("[!_]*"))
+        return sorted(path.relative_to(self.folder).parts[0].removesuffix(".py") for path in paths)
 
     def load(self, name: str) -> ModuleType:
         """A script as a module."""
@@ -52,7 +52,7 @@ class ScriptFolder:
 
     def module(self, name: str) -> ModuleType:
         """A module of the folder by its dotted name, which imports its neighbours by relative imports."""
-        # Under a name of its own: other packages may be called `studies`.
+        # Under a unique name: other packages may be called `studies`.
         package = "kerrcaustics_scripts" + re.sub(r"\W", "_", str(self.folder))
         if package not in sys.modules:
             sys.modules[package] = ModuleType(package)
@@ -70,12 +70,12 @@ class ScriptFolder:
         Raises
         ------
         RuntimeError
-            The script failed; it has said why on standard error.
+            If the script failed; its error is on standard error.
         """
         arguments = [self.word, str(self.folder), self.place, name, str(output)]
-        done = subprocess.run([sys.executable, "-m", "kerrcaustics.scripts", *arguments], check=False)
-        if done.returncode:
-            raise RuntimeError(f"The {self.word} {name} ended with status {done.returncode}.")
+        process = subprocess.run([sys.executable, "-m", "kerrcaustics.scripts", *arguments], check=False)
+        if process.returncode:
+            raise RuntimeError(f"The {self.word} {name} ended with status {process.returncode}.")
 
 
 @dataclass(frozen=True)
@@ -93,13 +93,13 @@ class ScriptFrames:
 
 @lru_cache(maxsize=1)
 def script_film(scripts: ScriptFolder, name: str, count: int | None = None) -> "Film":
-    """The film of a script, of so many frames, or of as many as it likes."""
+    """The film of a script, of `count` frames, or of its own number."""
     script = scripts.load(name)
     return script.film() if count is None else script.film(count)
 
 
 def figures_folder(figures: ScriptFolder) -> Path:
-    """Where figures go: a folder beside those of a checkout, or one here, as nothing is written into a package."""
+    """The folder of figures: beside the scripts of a checkout, or here, as nothing is written into a package."""
     return Path("kerrcaustics-figures") if figures.folder.parent.name == "_scripts" else figures.folder / "out"
 
 

@@ -1,4 +1,4 @@
-"""TOML files as frozen structs, with one line that says what is wrong in them, and where."""
+"""TOML files as frozen structs; errors in them are one line with the place and the fault."""
 
 import math
 import re
@@ -26,7 +26,7 @@ _OURS = (
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """What a TOML file says, as plain data; a ValueError of one line tells why it cannot be read."""
+    """The content of a TOML file as plain data; a ValueError of one line with the reason if it cannot be read."""
     check_name(path)
     path = Path(path)
     try:
@@ -41,7 +41,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 
 def decoded(text: str) -> dict[str, Any]:
-    """TOML as plain data; a RecursionError where tables and lists are nested too deeply."""
+    """TOML as plain data; a RecursionError if tables and lists are nested too deeply."""
     if not _DEEP_KEY.search(text):
         table = msgspec.toml.decode(text)
         if not is_too_deep(table):
@@ -50,7 +50,7 @@ def decoded(text: str) -> dict[str, Any]:
 
 
 def is_too_deep(table: dict[str, Any]) -> bool:
-    """Whether tables and lists lie within others more than 32 times."""
+    """True if tables and lists are nested more than 32 times."""
     level: list[Any] = [table]
     for _ in range(_DEEPEST):
         inner = [part.values() if isinstance(part, dict) else part for part in level if isinstance(part, dict | list)]
@@ -61,7 +61,7 @@ def is_too_deep(table: dict[str, Any]) -> bool:
 def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path, words: dict[str, tuple[str, ...]]) -> Kind:
     """Plain data as a struct.
 
-    words: which ones an entry may hold, by its path without numbers of lists, or by the last part of it.
+    words: those that an entry may hold, by its path without numbers of lists, or by the last part of it.
     """
     try:
         return msgspec.convert(table, kind)
@@ -82,7 +82,7 @@ def not_finite(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
 
 
 def _plainly(message: str, words: dict[str, tuple[str, ...]]) -> str:
-    """What msgspec complains about, the path first: "spin.count: expected `int`, got `str`"."""
+    """The message of msgspec with the path first: "spin.count: expected `int`, got `str`"."""
     what, _, path = message.partition(" - at `$")
     what = what[:1].lower() + what[1:]
     for theirs, ours in _OURS:
@@ -90,6 +90,6 @@ def _plainly(message: str, words: dict[str, tuple[str, ...]]) -> str:
     place = path.rstrip("`").lstrip(".")
     if what.startswith("invalid"):
         plain = re.sub(r"\[[^]]*\]", "", place)
-        known = words.get(plain) or words.get(plain.rpartition(".")[2])
-        what += f", expected {' or '.join(known)}" if known else ""
+        allowed = words.get(plain) or words.get(plain.rpartition(".")[2])
+        what += f", expected {' or '.join(allowed)}" if allowed else ""
     return f"{place}: {what}" if place else what

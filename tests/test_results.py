@@ -18,7 +18,7 @@ import kerrcaustics as kc
 from kerrcaustics.beams.paths import SpacePoints
 from kerrcaustics.curves.caustic import Cusp
 from kerrcaustics.results.declared import LAYOUTS, quantities, stored
-from kerrcaustics.results.storage import HOMES
+from kerrcaustics.results.storage import HOMES, as_json, from_json
 from kerrcaustics.results.units import as_in
 from kerrcaustics.stars.events import PairEvents
 from kerrcaustics.stars.track import Track
@@ -190,6 +190,17 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path):
         (tmp_path / "part").write_bytes(content[:size])
         with pytest.raises(ValueError, match=NOT_OURS):
             kc.load(tmp_path / "part")
+
+
+@pytest.mark.parametrize(
+    "part", [CAMERA, kc.Camera(0.5, 9, velocity=(0.1, 0, 0)), kc.CelestialSphere(), kc.Sphere(20.0)]
+)
+def test_small_results_are_one_text(part):
+    kinds = [type(part).__name__]
+    assert from_json(as_json(part), kinds) == part
+    for text in (as_json(kc.EquatorialPlane(1)), "[]", "{}", "no text", as_json(part).replace("}", ', "more": 1}')):
+        with pytest.raises(ValueError):
+            from_json(text, kinds)
 
 
 def test_a_missing_file_and_another_schema_are_refused(tmp_path):

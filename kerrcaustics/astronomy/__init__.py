@@ -1,1 +1,1 @@
-"""At the edge: units of astronomers, and files and maps that their programs know."""
+"""Interfaces to astronomy: physical units, FITS files and HEALPix maps."""

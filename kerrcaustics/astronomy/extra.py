@@ -1,11 +1,11 @@
-"""Packages of astronomers: loaded when first needed, and told by name where they are missing."""
+"""Optional packages of astronomy, loaded when first needed."""
 
 from importlib import import_module
 from typing import Any
 
 
 def needed(module: str) -> Any:
-    """A module of the extra `astro`, or an ImportError that tells how to get it."""
+    """A module of the extra `astro`; an ImportError with the command that installs it if it is missing."""
     try:
         return import_module(module)
     except ImportError:

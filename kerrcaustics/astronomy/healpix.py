@@ -36,7 +36,7 @@ def resolution(nside: int) -> float:
 def plate_carree_of(values: ArrayLike, order: Order, rows: int | None) -> Float[Array, "rows 2*rows maps"]:
     """A HEALPix map (12 nside^2,), or three (3, 12 nside^2), at the centres of a plate carree grid.
 
-    Linear between the four nearest pixels. Left out, there are 4 nside rows: the next power of two beyond the
+    Linear between the four nearest pixels. By default there are 4 nside rows: the next power of two beyond the
     resolution of the map.
     """
     maps = np.atleast_2d(numbers("values", values))

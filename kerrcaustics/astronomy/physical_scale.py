@@ -1,4 +1,4 @@
-"""What one M is in seconds, in metres, and on the sky of an observer: for a hole of known mass and distance.
+"""The value of one M in seconds, in metres, and on the sky of an observer, for a hole of known mass and distance.
 
 Everything else in the package has units G = c = M = 1.
 """
@@ -27,7 +27,7 @@ _UNITS = {"time": ("seconds", "s"), "length": ("metres", "m"), "angle": ("microa
 
 @dataclass(frozen=True)
 class PhysicalScale:
-    """What one M is for a hole of known mass and distance.
+    """The value of one M for a hole of known mass and distance.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class PhysicalScale:
         Of the hole, in solar masses; or a Quantity of astropy.
     distance : float, optional
         From the observer, in parsec; or a Quantity of astropy. Only angles need it. For a hole at a cosmological
-        redshift z the angular diameter distance; times as they are received are 1 + z times longer.
+        redshift z the angular diameter distance; received times are 1 + z times longer.
 
     Raises
     ------
@@ -44,8 +44,8 @@ class PhysicalScale:
 
     Errors
     ------
-    Round-off: the constants are exact by definition (IAU 2012 B2, IAU 2015 B2 and B3, CODATA). Mass and distance are
-    what is uncertain; relative errors of both carry over as they are. A mass in kilograms brings in that of G, 2.2e-5.
+    Round-off: the constants are exact by definition (IAU 2012 B2, IAU 2015 B2 and B3, CODATA). The relative
+    errors of mass and distance carry over unchanged. A mass in kilograms adds that of G, 2.2e-5.
 
     Examples
     --------
@@ -82,7 +82,7 @@ class PhysicalScale:
     def microarcseconds(self) -> float:
         """GM/c^2 across the line of sight, at the hole's distance, in micro-arcseconds on the observer's sky."""
         if self.distance is None:
-            raise ValueError("Argument `distance` must be given where angles are asked for, but is None.")
+            raise ValueError("Argument `distance` must be given for angles, but is None.")
         return self.metres / (self.distance * PARSEC) / _MICROARCSECOND
 
     def quantity(self, kind: Literal["time", "length", "angle"], values: ArrayLike = 1.0) -> Any:
@@ -104,6 +104,6 @@ def _positive(name: str, value: Any, unit: str, units: str) -> float:
         plain = math.nan
     number = real_number(name, plain)
     if not (math.isfinite(number) and number > 0):
-        told = str(value) if hasattr(value, "to_value") else quoted(value)
-        raise ValueError(f"Argument `{name}` must be a positive, finite number of {units}, but is {told}.")
+        text = str(value) if hasattr(value, "to_value") else quoted(value)
+        raise ValueError(f"Argument `{name}` must be a positive, finite number of {units}, but is {text}.")
     return number

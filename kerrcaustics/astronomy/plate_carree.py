@@ -27,7 +27,7 @@ _LARGEST = 4_000_000_000
 
 
 def is_fits(path: str | os.PathLike[str]) -> bool:
-    """Whether a file's name says that it is a FITS file."""
+    """True if the name of a file is that of a FITS file."""
     return os.fspath(path).lower().endswith(ENDINGS)
 
 
@@ -47,7 +47,7 @@ def write(path: str | os.PathLike[str], images: dict[str, Array], cards: dict[st
 
 
 def _cards(rows: int) -> dict[str, Any]:
-    """Where the pixels of a whole sphere are."""
+    """FITS cards for the places of the pixels of a whole sphere."""
     return {
         "CTYPE1": ("KLON-CAR", "phi' of the Kerr hole, plate carree"),
         "CRPIX1": rows + 0.5,
@@ -63,26 +63,26 @@ def _cards(rows: int) -> dict[str, Any]:
 
 
 def read(path: str | os.PathLike[str]) -> list[tuple[Array, Any]]:
-    """All images of a file with their headers, as they are stored; a ValueError where there are none."""
+    """All images of a file with their headers, as stored; a ValueError if there are none."""
     fits = needed("astropy.io.fits")
     try:
         with reading(path, _LARGEST), fits.open(path, memmap=False) as units:
             if any(unit.size > _LARGEST for unit in units):
                 raise OSError(errno.EFBIG, "it has too many pixels")
-            found = [(np.asarray(unit.data), unit.header) for unit in units if unit.is_image and unit.data is not None]
+            images = [(np.asarray(unit.data), unit.header) for unit in units if unit.is_image and unit.data is not None]
     except (OSError, ValueError, TypeError) as error:
         reason = getattr(error, "strerror", None) or "it is no FITS file"
         raise ValueError(f"Argument `path` must name a file that can be read: {os.fspath(path)!r}: {reason}.") from None
-    if not found:
+    if not images:
         raise ValueError(f"Argument `path` must name a FITS file with an image, but {os.fspath(path)!r} has none.")
-    return found
+    return images
 
 
 def read_sky(path: str | os.PathLike[str]) -> Float[Array, "rows 2*rows 3"]:
     """Light (h, 2 h, 3) in the first image of a file: a whole sphere in plate carree, in any celestial frame.
 
-    One plane is grey, three are red, green and blue. Between pixels it is linear; where the file has the grid of this
-    package nothing changes.
+    One plane is grey, three are red, green and blue. Values between pixels are interpolated linearly; a file on the
+    grid of this package is read unchanged.
     """
     image, header = read(path)[0]
     planes = image.reshape(-1, *image.shape[-2:])
@@ -92,12 +92,12 @@ def read_sky(path: str | os.PathLike[str]) -> Float[Array, "rows 2*rows 3"]:
             f"Argument `path` must name a FITS image of a whole sphere in plate carree (CTYPE ...-CAR), of one plane "
             f"or three, but {os.fspath(path)!r} is none."
         )
-    light = _looked_up(planes.astype(float), wcs.celestial).transpose(1, 2, 0)
+    light = _interpolated(planes.astype(float), wcs.celestial).transpose(1, 2, 0)
     return light if len(planes) == 3 else np.repeat(light, 3, axis=2)
 
 
 def _is_whole_sphere(wcs: Any, shape: tuple[int, ...]) -> bool:
-    """Whether an image is plate carree, upright, and all round to a hundredth of a pixel."""
+    """True if an image is plate carree, upright, and complete around to a hundredth of a pixel."""
     if not wcs.has_celestial or not all(str(axis).endswith("-CAR") for axis in wcs.celestial.wcs.ctype):
         return False
     x, y = _steps(wcs.celestial)
@@ -112,7 +112,7 @@ def _steps(wcs: Any) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def _looked_up(planes: Float[Array, "planes h w"], wcs: Any) -> Float[Array, "planes rows 2*rows"]:
+def _interpolated(planes: Float[Array, "planes h w"], wcs: Any) -> Float[Array, "planes rows 2*rows"]:
     """Values at the centres of the grid of this package, which is as fine as the finer axis."""
     from scipy.ndimage import map_coordinates
 
@@ -122,7 +122,7 @@ def _looked_up(planes: Float[Array, "planes h w"], wcs: Any) -> Float[Array, "pl
     grid = np.stack(np.meshgrid(phi, 90 - phi[:rows]), axis=-1).reshape(-1, 2)
     # Rounded, so that centres of pixels are met in spite of round-off.
     x, y = np.round(wcs.wcs_world2pix(grid, 0), 9).T
-    # One more column on the right, for what lies between the last one and the first.
+    # One more column on the right, for places between the last one and the first.
     wide = np.concatenate([planes[..., :around], planes[..., :1]], axis=-1)
     shape = (rows, 2 * rows)
     place = [np.clip(y, 0, planes.shape[1] - 1).reshape(shape), (x % around).reshape(shape)]

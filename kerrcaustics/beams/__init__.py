@@ -1,1 +1,1 @@
-"""Rays and beams: which star direction a camera-sky direction sees, and how magnified."""
+"""Rays and beams: the star direction of each camera-sky direction, and the magnification."""

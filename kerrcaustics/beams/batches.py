@@ -1,4 +1,4 @@
-"""Calls of the compiled engines: batches of fixed size, on whatever device there is."""
+"""Calls of the compiled engines: batches of fixed size, on the default device."""
 
 from functools import lru_cache
 from typing import Any
@@ -21,8 +21,8 @@ from kerrcaustics.spacetime.viewer import Viewer
 # run as long as the slowest of them. A GPU wants one large batch.
 _BATCH = {"cpu": (512, 128)}
 _LARGE_BATCH = (1 << 16, 1 << 16)
-# Rays in one call of the closed form, for few rays and for many; of many so many at a time, of rays alone and of beams.
-# Each is compiled when first met.
+# Rays in one call of the closed form, for few rays and for many; of many, rays or beams at a time in _LANES. Programs
+# are compiled at their first use.
 _CLOSED_FORM_CALL = {"cpu": (128, 2048)}
 _LARGE_CALL = (1 << 20, 1 << 20)
 _LANES = {"cpu": (2048, 512)}
@@ -31,7 +31,7 @@ _LANES = {"cpu": (2048, 512)}
 def _integrated(
     frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: End, *, wanted: Wanted, lanes: int
 ) -> RayEnd[Reals | Flags]:
-    """One call: `lanes` rays at a time, so that slow rays hold up few others."""
+    """The rays of a call, `lanes` at a time, so that slow rays hold up few others."""
     split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
     ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, end, wanted), split)
     return jax.tree.map(lambda values: values.reshape(-1, *values.shape[2:]), ends)
@@ -43,7 +43,7 @@ _traced = jax.jit(formula.trace, static_argnames=("wanted", "on_equator", "short
 def _in_parts(
     frame: Frame, sky: Components, real: Reals, end: End, *, lanes: int, **options: Any
 ) -> RayEnd[Reals | Flags]:
-    """One call: `lanes` rays at a time, of which parts are left out that hold no `real` ones."""
+    """The rays of a call, `lanes` at a time, without the parts that hold no `real` rays."""
     count = jnp.shape(real)[0]
     if lanes >= count:
         return formula.trace(frame, sky, end, **options)
@@ -82,9 +82,9 @@ def frame_on_device(camera: Viewer) -> Frame:
 def closed_form(
     camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
 ) -> RayEnd[np.ndarray]:
-    """The closed form of rays; short, by the formulas for small k; many, whether they are part of a large job."""
+    """The closed form of rays; short: by the formulas for small k; many: they are part of a large job."""
     frame, on_equator = frame_on_device(camera), camera.on_equator and not short
-    # There are never many for which the formulas for small k are taken.
+    # The formulas for small k are never taken for many rays.
     size, lanes = _closed_form_size(1 if short else len(sky), wanted.beams, many=many)
 
     def kernel(sky: Components, real: Reals) -> RayEnd[Reals | Flags]:
@@ -95,14 +95,14 @@ def closed_form(
 
 @own_settings()
 def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which rays do not reach their end, which fall in when followed on, and for which both are certain."""
+    """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
     frame, (size, _) = frame_on_device(camera), _closed_form_size(len(sky), beams=False, many=False)
     return _batched(lambda sky: _prospects(frame, sky, end), [sky], size)
 
 
 @own_settings()
 def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
-    """An estimate of the work that each ray will be for the integrator."""
+    """An estimate of the work of the integrator on each ray."""
     frame = frame_on_device(camera)
     return _batched(lambda sky: _survey(frame, sky, end), [sky], _integrator_size()[0])
 
@@ -111,7 +111,7 @@ def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
 def integrate(
     camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:
-    """Rays integrated once, each with its steps shorter by its refinement; batches want rays of similar work."""
+    """Rays integrated once, each with its steps shorter by its refinement; batches should hold rays of similar work."""
     size, lanes = _integrator_size()
     frame = frame_on_device(camera)
 
@@ -122,7 +122,7 @@ def integrate(
 
 
 def _closed_form_size(count: int, beams: bool, *, many: bool) -> tuple[int, int]:
-    """The number of rays in a call, and at a time; many, whether a job has more rays than are counted here."""
+    """The number of rays in a call, and at a time; many: the job has more rays than are counted here."""
     backend = jax.default_backend()
     small, large = _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)
     lanes = _LANES.get(backend, _LARGE_CALL)[beams]
@@ -151,7 +151,7 @@ def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
 
 
 def _on_host(parts: tuple[jax.Array, ...], count: int) -> np.ndarray:
-    """The first numbers of arrays on the device, one after the other, which can be written to."""
+    """The first numbers of arrays on the device, joined in one array that can be written to."""
     *whole, last = (np.asarray(part) for part in parts)
     left = count - sum(map(len, whole))
     return np.concatenate([*whole, last[:left]])

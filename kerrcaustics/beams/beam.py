@@ -25,7 +25,7 @@ class Status(IntEnum):
 
 _SENTENCES = {
     Status.ESCAPED: (
-        "The ray reaches its end (the celestial sphere, unless another was asked for), and its estimated error is "
+        "The ray reaches its end (the celestial sphere, unless another is requested), and its estimated error is "
         "within the tolerance."
     ),
     Status.CAPTURED: (
@@ -36,7 +36,7 @@ _SENTENCES = {
         "The ray reaches its end, but double precision cannot hold its error within the tolerance (it passes too "
         "close to the shadow edge, or only grazes its end); `error` says how large it is."
     ),
-    Status.MISSED: "The ray, followed backward, leads to infinity and never reaches the finite end asked for.",
+    Status.MISSED: "The ray, followed backward, leads to infinity and never reaches the requested finite end.",
 }
 
 
@@ -44,15 +44,11 @@ _SENTENCES = {
 class Rays:
     """The ends of rays, one for each direction on the camera sky. Arrays of one batch shape (ray...).
 
-    Rays that do not reach their end hold NaN, False, and -1 for whole numbers. What was not asked for is None.
+    Rays that do not reach their end hold NaN, False, and -1 for whole numbers. Quantities not requested are None.
     """
 
     direction: np.ndarray = quantity("ray... axis", "1", "unit vector n' of the end, in Boyer-Lindquist angles")
-    azimuth: np.ndarray = quantity(
-        "ray...",
-        "rad",
-        "phi', continuous along the ray",
-    )
+    azimuth: np.ndarray = quantity("ray...", "rad", "phi', continuous along the ray")
     azimuth_error: np.ndarray = quantity(
         "ray...",
         "rad",
@@ -93,7 +89,7 @@ class Rays:
     )
 
     def __repr__(self) -> str:
-        """One line: what, how many, how many of them escaped."""
+        """One line: the class, the shape, and the number of rays that escaped."""
         return f"<{type(self).__name__} of shape {self.status.shape}, {self.escaped.sum()} escaped, {self.engine}>"
 
     @property
@@ -101,8 +97,8 @@ class Rays:
         """The engines that traced the rays that reach their ends."""
         formula = self.closed_form
         other = np.isfinite(self.error) & ~formula
-        found = ((Engine.CLOSED_FORM, formula), (Engine.INTEGRATED, other))
-        return tuple(engine for engine, used in found if used.any())
+        flags = ((Engine.CLOSED_FORM, formula), (Engine.INTEGRATED, other))
+        return tuple(engine for engine, used in flags if used.any())
 
     @property
     def escaped(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Limits of double precision: flags of what it cannot know of a ray, and the error of its azimuth.
+"""Limits of double precision: flags of rays whose properties rounding decides, and the error of the azimuth.
 
 The rules are the same for both engines. They are elementwise on arrays of one shape, one entry a ray.
 """
@@ -7,15 +7,15 @@ import math
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.ends import End, Jacobian
 from kerrcaustics.beams.geometry import first_azimuth, length
 from kerrcaustics.beams.integrator.equations import Constants
+from kerrcaustics.beams.surface import End, Jacobian
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon
 
 # Round-off of N, relative, in the axial angular momentum b.
 _OF_B = 4e-16
-# A beam whose Jacobian has a larger error is lost on its way, and with it the places where its area vanishes.
+# A beam whose Jacobian has a larger error is lost on its way, together with the zeros of its area.
 _LOST = 1e-6
 # A ray has passed the spin axis if m has gone round it by more than this.
 _PASSED = 1.0
@@ -42,7 +42,7 @@ def azimuth_error(
 
 
 def index_is_certain(jacobian: Jacobian, error: Reals) -> Flags:
-    """Whether the sign of det J at the end is known, the Jacobian having a relative error, and those on the way."""
+    """True if the signs of det J at the end and on the way are certain; error, relative, of the Jacobian."""
     (a, b), (c, d) = jacobian
     known = jnp.abs(a * d - b * c) > error * (a * a + b * b + c * c + d * d)
     return known & (error < _LOST)
@@ -51,11 +51,11 @@ def index_is_certain(jacobian: Jacobian, error: Reals) -> Flags:
 def crossings(
     frame: Frame, end: End, counted: Reals, place: tuple[Reals, Reals], leaving: Reals, rate: tuple[Reals, ...]
 ) -> tuple[Reals, Flags]:
-    """The crossings of rays, and whether their number is certain; an end in the plane within its error is none.
+    """The crossings of rays, and True if their number is certain; an end in the plane within its error is none.
 
     Parameters: counted on the way; place, the height cos(theta') of the end, and its error; leaving, positive where a
-    ray moves away from the plane there; rate of (u, x, y, z) at the camera. Rays that stay in the plane have none: that
-    the height vanishes is no round-off where the camera, too, stays there.
+    ray moves away from the plane there; rate of (u, x, y, z) at the camera. Rays that stay in the plane have none: the
+    height vanishes exactly if the camera, too, stays there.
     """
     height, error = place
     stays = (frame.cos_theta == 0) & (frame.basis[1][1] == 0) & (rate[3] == 0)

@@ -1,7 +1,7 @@
-"""One ray as a function of the hole, the camera and the direction, to be differentiated by all of them.
+"""A ray as a function of the hole, the camera and the direction, to be differentiated by all of them.
 
-A ray is integrated in the smooth variables of integrator/integrated.py, in steps so short that round-off is all that is
-left; its derivatives are those of the steps, and as accurate.
+A ray is integrated in the smooth variables of integrator/integrated.py, in steps so short that only round-off
+remains; its derivatives are those of the steps, and as accurate.
 """
 
 from collections.abc import Callable, Iterator
@@ -22,21 +22,21 @@ from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.frame import Frame, Photon
 
 # Steps per time to the pole of psi, at least; steps in all, for rays that round-off keeps on their way for ever; steps
-# onto u = 0, each of which leaves the cube of what was left.
+# onto u = 0, each of which leaves the cube of the rest.
 _TO_HORIZON, _MOST_STEPS, _LANDINGS = 2, 2000, 2
 # Axes of a camera at rest, or in azimuthal motion.
 _AXES = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
 
 # Of one ray: the camera's spin, radius, inclination, and N.
-Given = Float[Array, "6"]
-_Function = Callable[[Given, Any], Array]
+Arguments = Float[Array, "6"]
+_Function = Callable[[Arguments, Any], Array]
 
 
 class Moving(NamedTuple):
-    """A camera's motion: its speed and axes, and whether the speed is that of an angular velocity instead.
+    """A camera's motion: its speed and axes, or an angular velocity in place of the speed.
 
-    named, 1 where it is; orbits, 1 where that is the one of a circular orbit, else it is 0. All are numbers, so that
-    one program serves every camera.
+    named, 1 for an angular velocity; orbits, 1 if that is the one of a circular orbit, else it is 0. All are numbers,
+    so that one program serves every camera.
     """
 
     speed: Any
@@ -56,7 +56,7 @@ def motion_of(velocity: Velocity) -> Moving:
 
 @contextmanager
 def float64() -> Iterator[None]:
-    """Float64, and NumPy's rules; captured rays are NaN. Other settings of the caller hold, who may be tracing."""
+    """Float64, and NumPy's rules; captured rays are NaN. Other settings of the caller, who may be tracing, hold."""
     with ExitStack() as changed:
         changed.enter_context(jax.enable_x64(True))
         changed.enter_context(jax.debug_nans(False))
@@ -72,12 +72,12 @@ def differentiable(function: _Function) -> _Function:
     """
 
     @jax.custom_jvp
-    def smooth(given: Given, motion: Moving) -> Array:
+    def smooth(arguments: Arguments, motion: Moving) -> Array:
         with float64():
-            return function(given, motion)
+            return function(arguments, motion)
 
     @smooth.defjvp
-    def _slope(primals: tuple[Given, Moving], tangents: tuple[Given, Moving]) -> tuple[Array, Array]:
+    def _slope(primals: tuple[Arguments, Moving], tangents: tuple[Arguments, Moving]) -> tuple[Array, Array]:
         with float64():
             columns = differentiable(jax.jacfwd(function))(*primals)
             # Not a product of matrices, whose transpose would be made under the caller's settings.
@@ -86,25 +86,25 @@ def differentiable(function: _Function) -> _Function:
     return smooth
 
 
-def end(given: Given, motion: Moving, density: Reals = integrated.DENSEST, *, timed: bool) -> Array:
-    """n' of one ray, followed by its time if asked for, in `density` steps per radian of arc."""
-    spin, radius, inclination, *sky = given
+def end(arguments: Arguments, motion: Moving, density: Reals = integrated.DENSEST, *, timed: bool) -> Array:
+    """n' of one ray, followed by its time if requested, in `density` steps per radian of arc."""
+    spin, radius, inclination, *sky = arguments
     frame = frame_of(spin, radius, inclination, motion)
     size = jnp.sqrt(sum(x * x for x in sky))
     constants, ray, photon = integrated.start(frame, tuple(x / size for x in sky))
     captured, arrival = _aim(*jax.lax.stop_gradient((frame, photon)))
-    last = _followed(spin, constants, ray, arrival, density, timed=timed)
-    there = last[0]
-    _, x, y, z = there.position
-    c, s = jnp.cos(there.psi), jnp.sin(there.psi)
-    found = [c * x - s * y, s * x + c * y, z]
+    paths = _followed(spin, constants, ray, arrival, density, timed=timed)
+    path = paths[0]
+    _, x, y, z = path.position
+    c, s = jnp.cos(path.psi), jnp.sin(path.psi)
+    parts = [c * x - s * y, s * x + c * y, z]
     if timed:
-        found.append(clock.reading(constants, ray, there, last[-1], at_infinity=True))
-    return jnp.where(captured, jnp.nan, jnp.stack(found))
+        parts.append(clock.reading(constants, ray, path, paths[-1], at_infinity=True))
+    return jnp.where(captured, jnp.nan, jnp.stack(parts))
 
 
 def _aim(frame: Frame, photon: Photon) -> tuple[Flags, Reals]:
-    """Whether a ray is captured; the Mino time to infinity of those that are not."""
+    """True for captured rays; the Mino time to infinity of the others."""
     quartic = radial.factor(frame, photon)
     captured = radial.is_captured(frame, photon, quartic)
     return captured, jnp.where(captured, 0.0, radial.mino_time(frame, photon, quartic))
@@ -113,7 +113,7 @@ def _aim(frame: Frame, photon: Photon) -> tuple[Flags, Reals]:
 def _followed(
     spin: Reals, constants: Constants, ray: Path, arrival: Reals, density: Reals, *, timed: bool
 ) -> tuple[Path, ...]:
-    """The ray, and its clock if asked for, at u = 0."""
+    """The ray, and its clock if requested, at u = 0."""
 
     def of_ray(positions: Positions) -> tuple[Positions, list[Reals]]:
         acceleration, psi_rate = ray_rates(spin, constants, positions[0])
@@ -126,12 +126,12 @@ def _followed(
         paths = (*paths, clock.started(constants, ray))
 
     def step(now: tuple[Any, ...]) -> tuple[Any, ...]:
-        left, steps, landings, paths = now
-        where = jax.lax.stop_gradient((spin, constants, paths[0]))
-        pace = jnp.maximum(density * rapidity(*where), _TO_HORIZON * horizon_rapidity(*where))
-        lands = left <= 0
-        h = jnp.where(lands, -paths[0].position[0] / paths[0].rate[0], left / jnp.maximum(jnp.ceil(left * pace), 1))
-        return jnp.where(lands, 0, left - h), steps + 1, landings + lands, nystroem_step(rates, paths, h)[0]
+        rest, steps, landings, paths = now
+        state = jax.lax.stop_gradient((spin, constants, paths[0]))
+        pace = jnp.maximum(density * rapidity(*state), _TO_HORIZON * horizon_rapidity(*state))
+        lands = rest <= 0
+        h = jnp.where(lands, -paths[0].position[0] / paths[0].rate[0], rest / jnp.maximum(jnp.ceil(rest * pace), 1))
+        return jnp.where(lands, 0, rest - h), steps + 1, landings + lands, nystroem_step(rates, paths, h)[0]
 
     def goes_on(now: tuple[Any, ...]) -> Any:
         return (now[2] < _LANDINGS) & (now[1] < _MOST_STEPS)
@@ -168,20 +168,20 @@ def frame_of(spin: Any, radius: Any, inclination: Any, motion: Moving) -> Frame:
     return Frame(**numbers)
 
 
-def expansion(given: Float[Array, "rays 6"], motion: Moving, density: Reals) -> tuple[Array, Array]:
-    """n', time and det J of rays (rays, 5), and their derivatives by what is given (rays, 5, 6)."""
+def expansion(arguments: Float[Array, "rays 6"], motion: Moving, density: Reals) -> tuple[Array, Array]:
+    """n', time and det J of rays (rays, 5), and their derivatives by the arguments (rays, 5, 6)."""
 
-    def values(one: Given) -> tuple[Array, Array]:
-        def whole(one: Given) -> tuple[Array, Array]:
-            there = end(one, motion, density, timed=True)
-            return there, there
+    def values(ray: Arguments) -> tuple[Array, Array]:
+        def whole(ray: Arguments) -> tuple[Array, Array]:
+            end_values = end(ray, motion, density, timed=True)
+            return end_values, end_values
 
-        columns, there = jax.jacfwd(whole, has_aux=True)(one)
-        found = jnp.append(there, _determinant(there[:3], one[3:], columns[:3, 3:]))
-        return found, found
+        columns, end_values = jax.jacfwd(whole, has_aux=True)(ray)
+        numbers = jnp.append(end_values, _determinant(end_values[:3], ray[3:], columns[:3, 3:]))
+        return numbers, numbers
 
-    columns, found = jax.vmap(jax.jacfwd(values, has_aux=True))(given)
-    return found, columns
+    columns, numbers = jax.vmap(jax.jacfwd(values, has_aux=True))(arguments)
+    return numbers, columns
 
 
 def _determinant(n: Array, sky: Array, slopes: Array) -> Reals:

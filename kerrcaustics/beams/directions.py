@@ -1,4 +1,4 @@
-"""Directions on the camera sky as a caller gives them: arrays of any batch shape, of any length."""
+"""Directions on the camera sky from a caller: arrays of any batch shape, vectors of any length."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +10,7 @@ _UNIT = 1e-15
 
 
 def as_vectors(sky: ArrayLike) -> tuple[np.ndarray, tuple[int, ...]]:
-    """The directions (n, 3), not yet of unit length, and the batch shape they had."""
+    """The directions (n, 3), not yet of unit length, and their batch shape."""
     try:
         directions = np.asarray(sky, float)
     except (TypeError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""Which engine traces which ray, and which of two results of one ray is kept."""
+"""The choice of the engine for each ray, and of the better of two results of one ray."""
 
 from dataclasses import replace
 
@@ -18,36 +18,29 @@ _MAX_ROUNDS = 5
 
 
 def followed(
-    camera: Viewer,
-    sky: np.ndarray,
-    engine: Engine,
-    tolerance: float,
-    end: End,
-    wanted: Wanted,
-    *,
-    many: bool,
+    camera: Viewer, sky: np.ndarray, engine: Engine, tolerance: float, end: End, wanted: Wanted, *, many: bool
 ) -> RayEnd[np.ndarray]:
-    """Rays by the engine asked for. many, whether they are part of a large job."""
+    """Rays by the requested engine; many: they are part of a large job."""
     if engine is Engine.INTEGRATED:
         return _integrated(camera, sky, tolerance, end, wanted)
     # One program serves all beams: index and crossings cost next to nothing, nor does the time of few.
-    asked = replace(wanted, index=True, crossings=True, time=wanted.time or not many) if wanted.beams else wanted
-    ends = _in_closed_form(camera, sky, end, asked, many=many).only(wanted)
+    request = replace(wanted, index=True, crossings=True, time=wanted.time or not many) if wanted.beams else wanted
+    ends = _in_closed_form(camera, sky, end, request, many=many).only(wanted)
     unsure = ~ends.closed_form
     if engine is Engine.AUTO:
         unsure |= is_mostly_noise(ends, tolerance)
     rest = np.flatnonzero(unsure)
     if rest.size:
-        # Few rays, mostly: one program serves them all, whatever was asked for.
+        # Few rays, mostly: one program serves every request.
         more = replace(wanted, beams=True, index=True, crossings=True)
-        again, before = _integrated(camera, sky[rest], tolerance, end, more), ends.rows(rest)
-        better = ~before.closed_form | (excess(again, tolerance, 0) < excess(before, tolerance, 0))
-        ends.put(rest[better], again.rows(better))
+        integrated, before = _integrated(camera, sky[rest], tolerance, end, more), ends.rows(rest)
+        better = ~before.closed_form | (excess(integrated, tolerance, 0) < excess(before, tolerance, 0))
+        ends.put(rest[better], integrated.rows(better))
     return ends
 
 
 def _in_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
-    """The closed form of all rays, of those too that have formulas of their own."""
+    """The closed form of all rays, with the formulas for small k."""
     if end.is_beyond(camera):
         ends = batches.closed_form(camera, sky, end, wanted, many=many)
         _add_small_k(camera, sky, end, wanted, ends)
@@ -57,18 +50,18 @@ def _in_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *
 
 
 def _add_small_k(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd[np.ndarray]) -> None:
-    """Put the rays of small k, which have formulas of their own, into what the others' formulas gave."""
-    left = np.flatnonzero(~ends.closed_form & (ends.status != Status.CAPTURED))
-    if not left.size:
+    """Replace the rays of small k in `ends` by those of their own formulas."""
+    rest = np.flatnonzero(~ends.closed_form & (ends.status != Status.CAPTURED))
+    if not rest.size:
         return
-    left = left[photon_of(camera.frame(), tuple(sky[left].T)).k < small_k.MOST_K]
-    if left.size:
-        again = batches.closed_form(camera, sky[left], end, wanted, short=True)
-        ends.put(left[again.closed_form], again.rows(again.closed_form))
+    rest = rest[photon_of(camera.frame(), tuple(sky[rest].T)).k < small_k.MOST_K]
+    if rest.size:
+        short = batches.closed_form(camera, sky[rest], end, wanted, short=True)
+        ends.put(rest[short.closed_form], short.rows(short.closed_form))
 
 
 def _arriving(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
-    """The closed form of the rays that arrive, where few may."""
+    """The closed form of rays of which few may arrive: the others are not traced."""
     lost, captured, certain = batches.prospects(camera, sky, end)
     some = batches.closed_form(camera, sky[~lost], end, wanted, many=many)
     ends = some.room(len(sky))
@@ -84,17 +77,17 @@ def _integrated(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, wan
     refinement = np.ones(len(sky))
     ends = batches.integrate(camera, sky, refinement, tolerance, end, wanted)
     for _ in range(_MAX_ROUNDS):
-        missing = excess(ends, tolerance)
+        ratio = excess(ends, tolerance)
         with np.errstate(invalid="ignore"):
-            loose = np.flatnonzero((missing > 1) & (refinement > 0))
-        if loose.size == 0:
+            inaccurate = np.flatnonzero((ratio > 1) & (refinement > 0))
+        if inaccurate.size == 0:
             break
-        before = missing[loose]
-        refinement[loose] *= np.maximum(1.5, 1.15 * before ** (1 / 12))
-        again = batches.integrate(camera, sky[loose], refinement[loose], tolerance, end, wanted)
-        after = excess(again, tolerance)
+        before = ratio[inaccurate]
+        refinement[inaccurate] *= np.maximum(1.5, 1.15 * before ** (1 / 12))
+        refined = batches.integrate(camera, sky[inaccurate], refinement[inaccurate], tolerance, end, wanted)
+        after = excess(refined, tolerance)
         better = after < before
-        ends.put(loose[better], again.rows(better))
-        # Shorter steps that do not halve the error show that round-off is what is left.
-        refinement[loose[~(after < before / 2)]] = 0
+        ends.put(inaccurate[better], refined.rows(better))
+        # If shorter steps do not halve the error, round-off dominates.
+        refinement[inaccurate[~(after < before / 2)]] = 0
     return ends.rows(np.argsort(order, kind="stable"))

@@ -14,7 +14,7 @@ from kerrcaustics.spacetime.arrays import Flags, Reals
 
 
 class Motion(NamedTuple):
-    """The motion of an emitter: dphi / dt; (dtau / dt)^2, not positive where nothing can move that way; dr / dt."""
+    """The motion of an emitter: dphi / dt; (dtau / dt)^2, not positive if nothing can move that way; dr / dt."""
 
     orbital: Reals
     slowness: Reals
@@ -87,10 +87,10 @@ EMITTERS: dict[str, Emitter] = {
 def redshift(
     emitter: Emitter, spin: float, light: Light, place: tuple[Reals, Reals], at_infinity: Reals, outward: Flags
 ) -> Reals:
-    """Frequency ratio nu_camera / nu_source for an emitter; NaN where there can be none.
+    """Frequency ratio nu_camera / nu_source for an emitter; NaN if there can be none.
 
     Parameters: light, b and q of the photons; place, radius and cosine of theta of the emitter; at_infinity, the ratio
-    for a source at rest there; outward, whether the photon, followed backward, moves outward at the emitter. The source
+    for a source at rest there; outward: the photon, followed backward, moves outward at the emitter. The source
     measures (1 - Omega b - (dr / dt) p_r) dt / dtau of unit energy.
     """
     with np.errstate(invalid="ignore", divide="ignore"):

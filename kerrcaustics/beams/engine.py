@@ -7,7 +7,7 @@ from kerrcaustics.spacetime.checks import one_of
 
 
 class Engine(StrEnum):
-    """Engines: the closed form, the integrator, or of both the more accurate one, ray by ray."""
+    """Engines: the closed form, the integrator, or the more accurate of both, ray by ray."""
 
     AUTO = "auto"
     CLOSED_FORM = "closed-form"
@@ -18,7 +18,7 @@ ENGINES = tuple(engine.value for engine in Engine)
 
 
 def engine_named(name: object) -> Engine:
-    """The engine of that name; a ValueError where there is none."""
+    """The engine of that name; a ValueError if there is none."""
     one_of("engine", name, ENGINES)
     return Engine(name)
 

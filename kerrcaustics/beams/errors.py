@@ -1,28 +1,28 @@
-"""The error model: what is the same for both engines, and what is made of it.
+"""The error model: the parts that both engines share, and their use.
 
-An error of n' has two parts. Truncation, of the integrator alone, is what its steps report, grown by the spread of the
-beam. Round-off is that of N, 1e-16 seen magnified by the spread, and that of the engine: of its steps (landing.py), of
-its formulas (closed_form/round_off.py). `End` tells what an error in the path means in the surface where rays end.
+An error of n' has two parts. Truncation, of the integrator alone, is reported by its steps and grows with the spread of
+the beam. Round-off is that of N, 1e-16 magnified by the spread, and that of the engine: of its steps (landing.py), of
+its formulas (closed_form/round_off.py). `End` converts an error in the path to one in the surface where rays end.
 
-Measured: every factor here and there, by studies/accuracy/error_estimates.py; what came of it is in docs/accuracy.md.
+All factors here and there were measured by studies/accuracy/error_estimates.py; the outcome is in docs/accuracy.md.
 """
 
 import jax.numpy as jnp
 import numpy as np
 
-from kerrcaustics.beams.ends import Arriving, End
 from kerrcaustics.beams.ray_end import RayEnd
+from kerrcaustics.beams.surface import Arriving, End
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.frame import Frame
 
 # Of a place at a finite distance, as it enters the Jacobian: that of a beam which has opened far changes with it.
 _OF_PLACE = 4.0
-# The integrator is asked where this part of an error, or more, is round-off that it does not share: it gains a digit.
+# The integrator is tried if this part of an error, or more, is round-off that it does not share: it gains a digit.
 _MOSTLY = 0.9
 # Round-off of a radius, relative, as it enters the time; and the part of it at the camera, whose place is exact.
 _TIME_ROUNDING, _AT_CAMERA = 2e-15, 0.3
-# The radius whose rounding is in the time to an `Observer`, where its own is taken off.
+# The radius whose rounding is in the time to an `Observer`, whose own radius is subtracted.
 _FROM_SCREEN = 30.0
 
 
@@ -44,7 +44,7 @@ def of_jacobian(end: End, own: Reals, error: Reals, turning: Reals, spread: Real
 
 def of_time(frame: Frame, end: End, at: Arriving, error: Reals, noise: Reals) -> tuple[Reals, Reals]:
     """Error of the time, from that of the end, and round-off of it: both with that of the radii and of the horizon."""
-    # Of an observer's radius none is in the time.
+    # The radius of an observer is not in the time.
     radius = jnp.where(frame.start == 0, jnp.minimum(frame.radius, _FROM_SCREEN), frame.radius)
     reach = radius + _AT_CAMERA * depth(frame.spin, 1 / radius)
     lever = at.speed
@@ -56,12 +56,12 @@ def of_time(frame: Frame, end: End, at: Arriving, error: Reals, noise: Reals) ->
 
 
 def excess(ends: RayEnd[np.ndarray], tolerance: float, noises: float = 2) -> np.ndarray:
-    """Errors as multiples of what is wanted, or of so many times the round-off where that is more; the time's too."""
-    found = ends.error / np.maximum(tolerance, noises * _or_none(ends.noise))
+    """Errors, that of the time too, relative to the tolerance or, if larger, to `noises` times the round-off."""
+    ratio = ends.error / np.maximum(tolerance, noises * _or_none(ends.noise))
     if ends.time is None or ends.time_error is None or ends.time_noise is None:
-        return found
-    wanted = np.maximum(tolerance * np.maximum(1, np.abs(ends.time)), noises * ends.time_noise)
-    return np.maximum(found, ends.time_error / wanted)
+        return ratio
+    limit = np.maximum(tolerance * np.maximum(1, np.abs(ends.time)), noises * ends.time_noise)
+    return np.maximum(ratio, ends.time_error / limit)
 
 
 def is_mostly_noise(ends: RayEnd[np.ndarray], tolerance: float) -> np.ndarray:
@@ -74,5 +74,5 @@ def is_mostly_noise(ends: RayEnd[np.ndarray], tolerance: float) -> np.ndarray:
 
 
 def _or_none(noise: np.ndarray | None) -> np.ndarray:
-    """Round-off, and none where it is not told any more."""
+    """The round-off, or 0 if it is not recorded any more."""
     return np.zeros(()) if noise is None else noise

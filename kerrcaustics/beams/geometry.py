@@ -67,7 +67,7 @@ def area(psi_rate: Reals, paths: Sequence[Path]) -> Reals:
 
 
 def changed_sign(before: Reals, value: Reals) -> tuple[Flags, Reals]:
-    """Whether a quantity has passed through zero since its sign was `before`, and its sign from now on.
+    """True if a quantity has passed through zero since its sign was `before`, and its new sign.
 
     A value of exactly zero keeps the sign it had: touching is not passing.
     """

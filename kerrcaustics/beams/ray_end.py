@@ -1,4 +1,4 @@
-"""The one record that both engines return, and what may be asked of them."""
+"""The record that both engines return, and the quantities that can be requested."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
@@ -14,7 +14,7 @@ from kerrcaustics.spacetime.arrays import Flags, Reals
 
 @dataclass(frozen=True)
 class Wanted:
-    """Quantities to compute beside n': what is left out is not in the compiled program.
+    """Quantities to compute beside n': the compiled program holds no others.
 
     beams, the first variation of the end; index, of a beam, the number of conjugate points; crossings of the equatorial
     plane; time, the coordinate time.
@@ -32,10 +32,10 @@ A = TypeVar("A")
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, kw_only=True)
 class RayEnd(Generic[A]):
-    """Rays at their ends, as `Rays` and `Beams` have them. What was not asked for, or is none there, is None.
+    """Rays at their ends, as `Rays` and `Beams` have them. Quantities not requested, or that do not exist, are None.
 
     status: `Status` values but INACCURATE, which the tolerance decides; noise and time_noise, the parts of the two
-    errors that are round-off; closed_form, whether the closed form gave the ray and its formulas hold. Rays that do not
+    errors that are round-off; closed_form: the ray is in closed form, and its formulas hold. Rays that do not
     reach their end hold NaN. Arrays of JAX out of compiled code; of NumPy, which can be written to, on the host.
     """
 
@@ -61,7 +61,7 @@ class RayEnd(Generic[A]):
     crossings_certain: A | None = None
 
     def only(self, wanted: Wanted) -> "RayEnd[A]":
-        """Without the index, the crossings or the time, if those are not wanted."""
+        """The rays without the index, the crossings or the time that are not requested."""
         index = {} if wanted.index else {"index": None, "index_certain": None}
         crossings = {} if wanted.crossings else {"crossings": None, "crossings_certain": None}
         time = {} if wanted.time else {"time": None, "time_error": None, "time_noise": None}
@@ -72,18 +72,18 @@ class RayEnd(Generic[A]):
         return jax.tree.map(lambda values: values[chosen], self)
 
     def put(self, chosen: np.ndarray | slice, others: "RayEnd[np.ndarray]") -> None:
-        """Write other rays in the place of the chosen ones, in all that both hold."""
+        """Write other rays in the place of the chosen ones, for all quantities that both hold."""
         theirs = vars(others)
         for name, mine in vars(self).items():
             if mine is not None and theirs[name] is not None:
                 mine[chosen] = theirs[name]
 
     def room(self, count: int) -> "RayEnd[A]":
-        """So many rays with nothing written yet, of what these hold."""
+        """Empty arrays for `count` rays with the quantities of these."""
         return jax.tree.map(lambda values: np.empty((count, *values.shape[1:]), values.dtype), self)
 
     def nowhere(self, status: np.ndarray, certain: np.ndarray) -> "RayEnd[A]":
-        """Rays that do not reach their end, with a status each, holding what these hold: the formulas do hold."""
+        """Rays that do not reach their end, with the quantities of these and a status each; the formulas hold."""
         ends = self.room(len(status))
         for values in vars(ends).values():
             if values is not None:
@@ -95,7 +95,7 @@ class RayEnd(Generic[A]):
         return jax.tree.map(lambda values: values.reshape((*shape, *values.shape[1:])), self)
 
     def finished(self: "RayEnd[np.ndarray]", tolerance: float) -> "RayEnd[np.ndarray]":
-        """The rays as a result holds them: judged by the tolerance, whole numbers as such."""
+        """The rays as a result holds them: with the status by the tolerance, and whole numbers as such."""
         reached = np.isfinite(self.error)
         with np.errstate(invalid="ignore"):
             status = np.where(self.error > tolerance, Status.INACCURATE, self.status).astype(np.int8)
@@ -120,12 +120,12 @@ class RayEnd(Generic[A]):
         )
 
     def fields(self) -> dict[str, np.ndarray]:
-        """The arrays that are there, by name, as `Rays` and `Beams` take it."""
+        """The arrays that are not None, by name, as arguments of `Rays` and `Beams`."""
         return {name: values for name, values in vars(self).items() if values is not None}
 
 
 def status_of(lost: Flags, captured: Flags) -> Reals:
-    """The status of rays, of which some do not reach their end, and some would fall in."""
+    """The status of rays from the flags of those that do not reach their end, and of those that would fall in."""
     return jnp.where(lost, jnp.where(captured, Status.CAPTURED, Status.MISSED), Status.ESCAPED).astype(jnp.int8)
 
 

@@ -50,13 +50,13 @@ def trace_rays(
         "closed-form", elliptic functions, with the integrator where those do not hold; "integrated"; or "auto", which
         is the closed form with the integrator where that is more accurate.
     tolerance : float
-        Wanted error of n' in radians, 1e-14 to 1e-2; and of the time, relative to it where it is more than 1.
+        Largest error of n' in radians, 1e-14 to 1e-2; and of the time, relative to it if it is more than 1.
     end : float or EquatorialPlane
-        Where rays end: math.inf is the celestial sphere, a number outside the horizon the first arrival at that
+        End of rays: math.inf is the celestial sphere, a number outside the horizon the first arrival at that
         radius, an `EquatorialPlane` its n-th crossing.
     time, redshift : bool
-        Whether to compute the coordinate time along the ray, the frequency ratio: what is left out costs nothing
-        and is None in the result.
+        True to compute the coordinate time along the ray, the frequency ratio: others cost nothing and are None in
+        the result.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def trace_beams(
     camera, sky, engine, tolerance, end, time, redshift
         As for `trace_rays`.
     index, crossings : bool
-        Whether to give the Morse index, the equator crossings: what is left out is None in the result.
+        True to compute the Morse index, the equator crossings: others are None in the result.
 
     Returns
     -------
@@ -140,21 +140,21 @@ def trace_beams(
 
 
 def trace_in_steps(camera: Viewer, sky: ArrayLike, engine: str, tolerance: float, end: End) -> Beams:
-    """Beams with their index, of a job that asks for some again and again: one program serves all of it.
+    """Beams with their index, of a job that traces beams repeatedly: one program serves all of it.
 
-    Parameters as for `trace_beams`, which compiles another one for few.
+    Parameters as for `trace_beams`, which compiles another program for few beams.
     """
     wanted = Wanted(beams=True, index=True)
     return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=False, many=True)
 
 
 def check_request(camera: Viewer, engine: str, tolerance: float) -> tuple[Engine, float]:
-    """The engine and the tolerance asked for; what cannot be traced is refused with one clear ValueError."""
+    """The requested engine and tolerance; raise ValueError if an argument is invalid."""
     check_viewer(camera)
-    found, wanted = engine_named(engine), real_number("tolerance", tolerance)
-    if not 1e-14 <= wanted <= 1e-2:
+    chosen, largest_error = engine_named(engine), real_number("tolerance", tolerance)
+    if not 1e-14 <= largest_error <= 1e-2:
         raise ValueError(f"Argument `tolerance` must lie in [1e-14, 1e-2], but is {quoted(tolerance)}.")
-    return found, wanted
+    return chosen, largest_error
 
 
 def _traced(
@@ -201,7 +201,7 @@ def _traced(
 
 
 def _redshift(camera: Viewer, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray]) -> np.ndarray:
-    """Frequency ratio nu_camera / nu_source for the source at the end of each ray; NaN where there can be none."""
+    """Frequency ratio nu_camera / nu_source for the source at the end of each ray; NaN if there can be none."""
     emitter = end.emitter_motion()
     photon = None if emitter is None else photon_of(camera.frame(), tuple(sky.T))
     ratio = np.where(np.isfinite(ends.direction[:, 0]), sky_redshift(camera.frame(), sky, photon), np.nan)
@@ -213,6 +213,6 @@ def _redshift(camera: Viewer, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray
 
 def cores() -> int:
     """Cores this process may use; the environment's NPROC, which XLA heeds too, is an upper limit."""
-    found = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     limit = os.environ.get("NPROC", "")
-    return max(1, min(found, int(limit))) if limit.isdigit() else found
+    return max(1, min(count, int(limit))) if limit.isdigit() else count

@@ -1,4 +1,4 @@
-"""Programs that are made beside what goes on, for who knows which will be asked for next."""
+"""Programs that are made in the background, before their first use."""
 
 import math
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -18,17 +18,17 @@ _beside = ThreadPoolExecutor(2, "warm-up")
 
 
 def warm_up(camera: Viewer) -> None:
-    """Let the programs that trace many rays, and few beams, from a camera on the equator, or off it, be made or loaded.
+    """Make or load the programs that trace many rays, and few beams, from a camera on the equator, or off it.
 
-    That begins in other threads, once in a process. Whoever needs one of them first waits for it.
+    That begins in other threads, once in a process. The first call that needs a program waits for it.
     """
-    _begun(camera.on_equator)
+    _start(camera.on_equator)
 
 
 @cache
-def _begun(on_equator: bool) -> list[Future[Rays]]:
-    """The rays are seen for nothing: away from the hole, where they have formulas of their own, and past it."""
+def _start(on_equator: bool) -> list[Future[Rays]]:
+    """Trace rays for their programs alone: away from the hole, with formulas of their own, and past it."""
     camera = Camera(0.5, _FAR, math.pi / 2 if on_equator else _OFF_EQUATOR, "fiducial")
     past, away = [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]
-    asked = (trace_rays, np.array([away] + [past] * (_MANY - 1))), (trace_beams, np.array([past]))
-    return [_beside.submit(trace, camera, sky, "closed-form") for trace, sky in asked]
+    requests = (trace_rays, np.array([away] + [past] * (_MANY - 1))), (trace_beams, np.array([past]))
+    return [_beside.submit(trace, camera, sky, "closed-form") for trace, sky in requests]

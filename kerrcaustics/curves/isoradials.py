@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Status
-from kerrcaustics.beams.ends import EMITTERS, EquatorialPlane
+from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.curves.search_sky import as_seen
 from kerrcaustics.curves.sky_lines import beside_edge, line_reach

@@ -1,1 +1,1 @@
-"""What runs of studies leave behind, and the report: one page of them, for whoever must judge how far to trust it."""
+"""Records of studies, and the report: one page of them that shows how far to trust the package."""

@@ -1,4 +1,4 @@
-"""The machine that a study runs on: what it is, one core of it alone, and the time that work takes there."""
+"""The machine of a study: its description, the use of one core alone, and the time that work takes there."""
 
 import os
 import platform
@@ -10,12 +10,12 @@ from typing import Any
 
 # Work that takes less than this many seconds is repeated within one timing.
 _SHORTEST_TIMING = 0.05
-# Once repeats have taken this long in all, there are no more of them.
+# After repeats of this length in all there are no more of them.
 _LONGEST_TIMING = 2.0
 
 
 def machine() -> dict[str, Any]:
-    """What the numbers were computed on: processor, cores, versions, device."""
+    """Description of the machine: processor, cores, versions, device."""
     import jax
     import numpy as np
 
@@ -33,7 +33,7 @@ def machine() -> dict[str, Any]:
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Work within is done on one core, where the system can say so."""
+    """Do the work of the block on one core, if the system supports that."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

@@ -1,4 +1,4 @@
-"""The report as one HTML page that holds all it needs: what the studies found, with their pictures and tables."""
+"""The report as one HTML page that holds all it needs: findings of the studies, with their pictures and tables."""
 
 import base64
 import html
@@ -13,12 +13,12 @@ from typing import Any
 from kerrcaustics.report.study_records import StudyRecord, write_text
 from kerrcaustics.report.tables import Table
 
-# What comes first, and what it is about; the others follow by name.
+# The first studies, with their titles; the others follow by name.
 _FIRST = {"accuracy": "Error against run time", "stability": "Stability"}
 # Words that must not be overlooked, as CSS classes.
 _VERDICTS = {"ok": "ok", "honest": "honest", "FAIL": "fail"}
 _COMMAND = "kerrcaustics study {}"
-# Lists of settings longer than this are told by their ends.
+# Longer lists of settings are given by their ends.
 _LONGEST_LIST = 6
 
 
@@ -33,25 +33,25 @@ def report_page(records: Sequence[StudyRecord], version: str, missing: Sequence[
     Parameters
     ----------
     records : sequence of StudyRecord
-        What was run, one record for each study.
+        One record for each study.
     version : str
-        Version of the package that is installed: records of others are marked.
+        Version of the installed package: records of others are marked.
     missing : sequence of str, or None
-        Studies that were not run; None where no checkout says which there are.
+        Studies that were not run; None if no checkout lists the studies.
     """
     ordered = sorted(records, key=lambda one: ([*_FIRST, one.name].index(one.name), one.name))
     # The one of most studies is A.
     machines = [text for text, _ in Counter(_flat(one.machine) for one in ordered).most_common()]
     notices = _notices(ordered, version, machines, missing)
     head = [_overview(ordered, version), notices, _glance(ordered), _runs(ordered, machines)]
-    filled = {
+    parts = {
         "TITLE": "How far to trust kerrcaustics",
         "HEAD": "".join(head),
         "STUDIES": "".join(_section(one, _marks(one, version, machines)) for one in ordered),
     }
     page = resources.files("kerrcaustics.report").joinpath("page.html").read_text(encoding="utf-8")
-    # In one pass: what is filled in may hold such a name itself.
-    return re.sub(r"@([A-Z]+)@", lambda found: filled[found[1]], page)
+    # In one pass: a text that is filled in may hold such a name itself.
+    return re.sub(r"@([A-Z]+)@", lambda name: parts[name[1]], page)
 
 
 def _title(name: str) -> str:
@@ -67,14 +67,14 @@ def _overview(records: list[StudyRecord], version: str) -> str:
 
 
 def _marks(record: StudyRecord, version: str, machines: list[str]) -> list[str]:
-    """What the reader of one study must know before comparing it with the others."""
+    """Warnings for a reader who compares one study with the others."""
     marks = [f"by version {record.version}, not {version}"] if record.version != version else []
     letter = _letter(record, machines)
     return marks if letter == "A" else [*marks, f"on machine {letter}, and not A as most others"]
 
 
 def _notices(records: list[StudyRecord], version: str, machines: list[str], missing: Sequence[str] | None) -> str:
-    """What this page cannot say, or must not be compared."""
+    """Notices of studies that are missing, and of results that do not compare."""
     lines = []
     if missing:
         runs = ", ".join(f"<code>{html.escape(_COMMAND.format(name))}</code>" for name in missing)
@@ -91,7 +91,7 @@ def _notices(records: list[StudyRecord], version: str, machines: list[str], miss
 
 
 def _glance(records: list[StudyRecord]) -> str:
-    """The first finding of each study, or what it asks."""
+    """The first finding of each study, or its question."""
     lines = []
     for one in records:
         text = (*one.findings, *_about(one), "")[0]
@@ -100,7 +100,7 @@ def _glance(records: list[StudyRecord]) -> str:
 
 
 def _runs(records: list[StudyRecord], machines: list[str]) -> str:
-    """What was run when, by what, with what settings, and on what."""
+    """A table of the runs: date, duration, version, machine and settings."""
     heads, rows = ["study", "run (UTC)", "took", "version", "machine", "settings"], []
     for one in records:
         date = f"{one.date:%Y-%m-%d %H:%M}"
@@ -113,14 +113,14 @@ def _runs(records: list[StudyRecord], machines: list[str]) -> str:
 
 
 def _section(record: StudyRecord, marks: list[str]) -> str:
-    """One study: what it asks, what it found, its picture, its verdicts, how it was done, its tables."""
+    """The section of a study: question, findings, picture, method, verdicts, tables."""
     headline, *about = _about(record) or [""]
     badges = "".join(f'<span class="badge">{html.escape(mark)}</span>' for mark in marks)
-    found = "".join(f"<li>{_prose(text)}</li>\n" for text in record.findings)
+    findings = "".join(f"<li>{_prose(text)}</li>\n" for text in record.findings)
     parts = [
         f'<section id="{record.name}">\n<h2>{html.escape(_title(record.name))}</h2>\n{badges}',
         f'<p class="headline">{_prose(headline)}</p>\n' if headline else "",
-        f"<ul>\n{found}</ul>\n" if found else "",
+        f"<ul>\n{findings}</ul>\n" if findings else "",
         _image(record.picture, f"{_title(record.name)}: {headline or 'picture of the study'}"),
         *(f'<p class="method">{_prose(text)}</p>\n' for text in about),
         _verdicts(record.content.get("problems") or []),
@@ -130,7 +130,7 @@ def _section(record: StudyRecord, marks: list[str]) -> str:
 
 
 def _about(record: StudyRecord) -> list[str]:
-    """The study in its own words: a headline and paragraphs, without how to run it and the files that it writes."""
+    """The docstring of the study: a headline and paragraphs, without the command and the files that it writes."""
     blocks = [block for block in re.split(r"\n\s*\n", record.about) if block and not block.startswith(" ")]
     # Points of a list are paragraphs of their own.
     texts = [re.sub(r"^- ", "• ", " ".join(t.split())) for block in blocks for t in re.split(r"\n(?=- )", block)]
@@ -152,7 +152,7 @@ def _image(picture: bytes, words: str) -> str:
 
 
 def _verdicts(problems: list[dict[str, Any]]) -> str:
-    """How many problems of each engine have which verdict, and a list of those that fail, with what does not hold."""
+    """Numbers of problems by engine and verdict, and a list of those that fail, with their faults."""
     if not problems:
         return ""
     verdicts = list(dict.fromkeys([*_VERDICTS, *(row["verdict"] for row in problems)]))

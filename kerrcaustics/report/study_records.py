@@ -1,4 +1,4 @@
-"""Records of studies: written with picture and tables beside them, found below a folder, read and checked."""
+"""Records of studies: written with picture and tables beside them, listed below a folder, read and checked."""
 
 import json
 import re
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _SCHEMA = re.compile(r"kerrcaustics/study/([a-z][a-z0-9_]*)/1")
 _SCHEMA_START = b"kerrcaustics/study/"
-# `write_record` puts the schema first; what does not have it there is another file.
+# `write_record` puts the schema first; a file without it there is no record.
 _HEAD = 4096
 _PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 _OF_A_PROBLEM = {"engine": str, "problem": str, "verdict": str, "faults": list}
@@ -25,10 +25,10 @@ _OF_A_PROBLEM = {"engine": str, "problem": str, "verdict": str, "faults": list}
 
 @dataclass(frozen=True)
 class StudyRecord:
-    """What a run of a study left behind: its record (JSON), its picture (PNG) and its tables (Markdown).
+    """The output of a study: its record (JSON), its picture (PNG) and its tables (Markdown).
 
-    `content` is the whole record, `about` the study in its own words, `date` in UTC; `seconds` is None where the study
-    does not say how long it took.
+    `content` is the whole record, `about` the docstring of the study, `date` in UTC; `seconds` is the run time, None if
+    the study does not record it.
     """
 
     name: str
@@ -48,9 +48,9 @@ class StudyRecord:
 def write_record(path: Path, name: str, about: str, **content: Any) -> Path:
     """Write the numbers of a study as JSON, with its schema, the version, the machine and the date; return the path.
 
-    about: the study in its own words, which is the docstring of its main.py. Numbers that are not finite become null.
-    What `kerrcaustics study report` shows of the content: `settings` (a dict), `findings` (sentences), `seconds` (how
-    long it took), and `problems` (rows with engine, group, problem, verdict, faults).
+    about: the docstring of its main.py. Numbers that are not finite become null. `kerrcaustics study report` shows of
+    the content: `settings` (a dict), `findings` (sentences), `seconds` (the run time), and `problems` (rows with
+    engine, group, problem, verdict, faults).
     """
     entry = {"schema": f"kerrcaustics/study/{name}/1", "version": metadata.version("kerrcaustics")}
     entry |= {"date": datetime.now(UTC).isoformat(timespec="seconds"), "machine": machine()}
@@ -79,7 +79,7 @@ def write_text(path: Path, text: str) -> Path:
 
 
 def _finite(value: Any) -> Any:
-    """The same for JSON: plain numbers, and None for those that are not finite."""
+    """The value as JSON can hold it: plain numbers, and None for those that are not finite."""
     if isinstance(value, dict):
         return {key: _finite(v) for key, v in value.items()}
     if isinstance(value, list | tuple):
@@ -95,24 +95,24 @@ def find_records(folder: Path) -> list[StudyRecord]:
     Raises
     ------
     ValueError
-        A record that is damaged, lacks its picture or its tables, or is there twice.
+        If a record is damaged, lacks its picture or its tables, or occurs twice.
     """
-    found: dict[str, StudyRecord] = {}
+    records: dict[str, StudyRecord] = {}
     for path in sorted([*folder.glob("*.json"), *folder.glob("*/*.json")]):
         if not _is_record(path):
             continue
         record = _read_record(path)
-        if record.name in found:
-            both = f"{found[record.name].path} and {path}"
+        if record.name in records:
+            both = f"{records[record.name].path} and {path}"
             raise ValueError(
                 f"Argument `folder` must hold one record of each study, but {record.name} has two: {both}."
             )
-        found[record.name] = record
-    return [found[name] for name in sorted(found)]
+        records[record.name] = record
+    return [records[name] for name in sorted(records)]
 
 
 def _is_record(path: Path) -> bool:
-    """True where a JSON file is, or ought to be, the record of a study."""
+    """True if a JSON file is, or ought to be, the record of a study."""
     if not path.is_file():
         return False
     with open(path, "rb") as file:
@@ -120,7 +120,7 @@ def _is_record(path: Path) -> bool:
 
 
 def _read_record(path: Path) -> StudyRecord:
-    """The record in a file, with what lies beside it."""
+    """The record in a file, with the picture and the tables beside it."""
     try:
         entry = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:

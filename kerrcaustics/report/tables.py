@@ -12,7 +12,7 @@ _WORDS = ("engine", "verdict")
 
 @dataclass(frozen=True)
 class Table:
-    """Heads and rows of cells; `to_right` says for each column whether it holds numbers, set to the right."""
+    """Heads and rows of cells; `to_right` is True for each column of numbers, set to the right."""
 
     heads: list[str]
     rows: list[list[str]]
@@ -27,7 +27,7 @@ def markdown_table(heads: list[str], rows: list[list[str]]) -> str:
 
 
 def text_table(heads: list[str], rows: list[list[str]]) -> str:
-    """The same table for a terminal; words to the left, too."""
+    """A table for a terminal: first column and words to the left, the others to the right."""
     widths = [max(len(line[i]) for line in [heads, *rows]) for i in range(len(heads))]
     lines = [
         [
@@ -45,7 +45,7 @@ def read_tables(text: str) -> list[Table | str]:
     Raises
     ------
     ValueError
-        A table whose lines have different numbers of cells.
+        If the lines of a table have different numbers of cells.
     """
     parts: list[Table | str] = []
     caption = ""
@@ -55,7 +55,7 @@ def read_tables(text: str) -> list[Table | str]:
             parts.append(_table(block, caption))
             caption = ""
         elif named:
-            # "end of ..." closes what a comment opened.
+            # A comment "end of ..." closes an earlier one.
             caption = "" if named[1].startswith("end of ") else named[1]
         else:
             parts.append(" ".join(block))

@@ -1,1 +1,1 @@
-"""Results: what each of them says about itself once, and the files, records and Datasets that come from that."""
+"""Results: one declaration of each, and the files, records and Datasets that follow from it."""

@@ -1,6 +1,6 @@
-"""Arrays in a zip file (NumPy .npz), each read only when its size is known to be what it is said to be.
+"""Arrays in a zip file (NumPy .npz), each read only if its size is the declared one.
 
-A small file can hold what no memory does: nothing is unpacked before its length is compared with what is wanted.
+A small file can unpack to more than any memory holds: nothing is unpacked before its length is checked.
 """
 
 import math
@@ -33,19 +33,19 @@ def read_head(archive: ZipFile) -> str:
 
 
 def stand_in(shape: Any, dtype: Any) -> Array:
-    """Return an array that takes no memory: zeros of a shape and a type as a header says them."""
+    """Return an array that takes no memory: zeros of a shape and a type that a header names."""
     kind, lengths = np.dtype(str(dtype)), tuple(map(int, shape))
     if kind.kind not in _KINDS or any(length < 0 for length in lengths):
         raise ValueError("the header says no array")
     return np.broadcast_to(np.zeros((), kind), lengths)
 
 
-def read_array(archive: ZipFile, name: str, wanted: Array) -> Array:
-    """Return an array; raise ValueError unless its shape and type are those of `wanted`, before it is unpacked."""
+def read_array(archive: ZipFile, name: str, template: Array) -> Array:
+    """Return an array; raise ValueError unless its shape and type are those of `template`, before it is unpacked."""
     info = archive.getinfo(f"{name}.npy")
     with archive.open(info) as file:
         shape, order, dtype = _preamble(file)
-        if (shape, dtype) != (wanted.shape, wanted.dtype):
+        if (shape, dtype) != (template.shape, template.dtype):
             raise ValueError("an array is not what the header says")
         if info.file_size != file.tell() + _bytes(shape, dtype):
             raise ValueError("an array has another length than it says")
@@ -76,13 +76,13 @@ def _preamble(file: IO[bytes]) -> tuple[tuple[int, ...], str, np.dtype[Any]]:
 
 def _numbers(file: IO[bytes], shape: tuple[int, ...], order: Any, dtype: np.dtype[Any]) -> Array:
     """The numbers behind the preamble, and no byte more."""
-    content, done = np.empty(_bytes(shape, dtype), np.uint8), 0
-    while done < len(content):
-        part = file.read(min(_PIECE, len(content) - done))
+    content, position = np.empty(_bytes(shape, dtype), np.uint8), 0
+    while position < len(content):
+        part = file.read(min(_PIECE, len(content) - position))
         if not part:
             raise ValueError("an array is cut off")
-        content[done : done + len(part)] = np.frombuffer(part, np.uint8)
-        done += len(part)
+        content[position : position + len(part)] = np.frombuffer(part, np.uint8)
+        position += len(part)
     # The checksum is compared at the end.
     if file.read(1):
         raise ValueError("an array is longer than it says")

@@ -13,7 +13,7 @@ from kerrcaustics.results.units import as_in
 if TYPE_CHECKING:
     import xarray
 
-# Dimensions whose places have names; what fills places that hold nothing, by kind of number.
+# Dimensions whose places have names; the value of empty places, by kind of number.
 _NAMED = {
     "axis": ["x", "y", "z"],
     "angle": ["theta", "phi"],
@@ -26,19 +26,19 @@ _FILL = {"i": -1, "b": False, "U": ""}
 def to_xarray(result: Any) -> "xarray.Dataset":
     """The numbers of a result as an xarray Dataset; angles in radians.
 
-    What has dimensions is a variable, its unit and what it is in the attributes `units` and `long_name`; all else is an
-    attribute of the Dataset. Of curves and images with different numbers of points the shorter ones are padded: with
-    NaN, -1 in whole numbers, False, or an empty string. What is None is left out.
+    A quantity with dimensions is a variable, with its unit and its text in the attributes `units` and `long_name`; all
+    others are attributes of the Dataset. Curves and images of fewer points than the others are padded: with NaN, -1 in
+    whole numbers, False, or an empty string. None is left out.
 
     Parameters
     ----------
     result
-        Whatever the functions of this package return.
+        A result of any function of this package.
 
     Raises
     ------
     ValueError
-        For what is no result.
+        If `result` is no result.
 
     Examples
     --------
@@ -64,36 +64,36 @@ def to_xarray(result: Any) -> "xarray.Dataset":
     return xarray.Dataset(data, coords=coordinates, attrs=attributes)
 
 
-def _columns(kind: type, things: Any, dims: tuple[str, ...], prefix: str) -> Iterator[tuple[str, Quantity, Any]]:
-    """The quantities of one result, or of many in lists as deep as there are dimensions: name, what, and values."""
+def _columns(kind: type, results: Any, dims: tuple[str, ...], prefix: str) -> Iterator[tuple[str, Quantity, Any]]:
+    """The quantities of one result, or of many in lists as deep as there are dimensions: name, declaration, values."""
     for name, about in quantities(kind).items():
-        values = _each(things, len(dims), name)
+        values = _each(results, len(dims), name)
         inner, several = element(kind, name)
         own = name.removesuffix("s") if inner else name
         column = "_".join(filter(None, (prefix, own if about.column is None else about.column)))
         if several:
             yield from _columns(inner, values, dims + about.dims, column)
         elif inner and dims and inner not in LAYOUTS:
-            # Who looks, and where the sources lie: the result that holds these says it.
+            # The viewer and the surface are those of the outer result.
             continue
         elif inner:
-            for part, what, numbers in _columns(inner if dims else type(values), values, dims, column):
-                yield part, replace(what, dims=about.dims or what.dims) if what.dims else what, numbers
+            for part, each, numbers in _columns(inner if dims else type(values), values, dims, column):
+                yield part, replace(each, dims=about.dims or each.dims) if each.dims else each, numbers
         elif values is not None:
-            one = _first(things, len(dims))
-            known = about if one is None else as_in(one, about)
-            yield column, replace(known, dims=dims + about.dims), values
+            one = _first(results, len(dims))
+            resolved = about if one is None else as_in(one, about)
+            yield column, replace(resolved, dims=dims + about.dims), values
 
 
-def _first(things: Any, depth: int) -> Any:
-    """One of the results in lists so deep; None where there is none."""
+def _first(results: Any, depth: int) -> Any:
+    """The first result in lists of this depth; None if there is none."""
     if depth == 0:
-        return things
-    return next((found for thing in things if (found := _first(thing, depth - 1)) is not None), None)
+        return results
+    return next((first for part in results if (first := _first(part, depth - 1)) is not None), None)
 
 
-def _each(things: Any, depth: int, name: str) -> Any:
-    return getattr(things, name) if depth == 0 else [_each(thing, depth - 1, name) for thing in things]
+def _each(results: Any, depth: int, name: str) -> Any:
+    return getattr(results, name) if depth == 0 else [_each(part, depth - 1, name) for part in results]
 
 
 def _variable(about: Quantity, values: Any) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
@@ -143,7 +143,7 @@ def _row(values: Any) -> Any:
 
 
 def _attribute(value: Any) -> Any:
-    """What an attribute can hold, also that of a netCDF file."""
+    """A value as an attribute that a netCDF file can hold too."""
     if isinstance(value, tuple) and all(isinstance(part, str) for part in value):
         return "; ".join(value)
     return value if isinstance(value, str | float | tuple) else int(value) if isinstance(value, int) else str(value)

@@ -1,8 +1,8 @@
-"""What a result says about itself: its quantities, each with dimensions, unit and one text.
+"""Declarations of results: their quantities, each with dimensions, unit and one text.
 
 `@result` makes a frozen dataclass whose fields are declared with `quantity`; properties may be declared with `derived`.
-From there come its docstring and equality here, files (files.py), records for JSON (records.py) and Datasets
-(datasets.py).
+The docstring and the equality of the class follow from them here, files in storage.py, records for JSON in records.py
+and Datasets in datasets.py.
 """
 
 import inspect
@@ -20,17 +20,17 @@ T = TypeVar("T")
 Get = TypeVar("Get", bound=Callable[..., Any])
 
 usual_warnings = np.errstate(all="warn", under="ignore")
-"""NumPy's own settings, as a decorator of what users call: theirs may make errors of underflow and infinities."""
+"""NumPy's own settings, as a decorator of public functions: a user's may make errors of underflow and infinities."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a number, or an array of numbers, is.
+    """The declaration of a number, or of an array of numbers.
 
-    dims: the names of its dimensions; one that ends in "..." stands for any number of them. unit: "rad", "1" where
-    there is none, "" for what is no number, or a role of units.py. dtype: in the stores of sweeps. json: its name in
+    dims: the names of its dimensions; one that ends in "..." stands for any number of them. unit: "rad", "1" for
+    pure numbers, "" for all that is no number, or a role of units.py. dtype: in the stores of sweeps. json: its name in
     records; a name that ends in _deg is written in degrees. column: its name in Datasets; of a result within a result,
-    what the names of its quantities begin with. given: an angle that the user gave in degrees, and gets back as it was.
+    the prefix of the names of its quantities. given: an angle that the user gives in degrees, and gets back unchanged.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Layout:
-    """The record of a result: its schema, and what it holds: always (name=value is a constant), as points, as rows."""
+    """The record of a result: its schema, and its names: always (name=value is a constant), as points, as rows."""
 
     schema: str
     names: tuple[str, ...]
@@ -54,7 +54,7 @@ class Layout:
 
 
 RUN_TIME = "s"
-"""The unit of how long computing took. Times that are computed are in units of the mass."""
+"""The unit of run times. Times that are computed are in units of the mass."""
 
 LAYOUTS: dict[type, Layout] = {}
 """All results whose modules are loaded."""
@@ -78,14 +78,14 @@ def quantity(
 
 
 def derived(dims: str, unit: str, *, json: str | None = None, column: str | None = None) -> Callable[[Get], Get]:
-    """A property of a result that its Dataset holds too, and its record where that names it. Its text is its doc."""
+    """A property that is a quantity of its result as well, with the first line of its docstring as the text."""
 
     def declare(get: Get) -> Get:
         text = (inspect.getdoc(get) or "").split("\n")[0].rstrip(".")
         text = text[:1].lower() + text[1:]
-        calm = usual_warnings(get)
-        vars(calm)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json, column=column)
-        return calm
+        getter = usual_warnings(get)
+        vars(getter)["quantity"] = Quantity("", tuple(dims.split()), unit, text, json=json, column=column)
+        return getter
 
     return declare
 
@@ -94,25 +94,25 @@ def derived(dims: str, unit: str, *, json: str | None = None, column: str | None
 def result(
     schema: str, *, record: str = "", points: str = "", rows: str = "", eq: bool = False, kw_only: bool = False
 ) -> Callable[[type[T]], type[T]]:
-    """Make a class a result: a frozen dataclass, equal to another where every quantity is, but for run times.
+    """Make a class a result: a frozen dataclass, equal to another if all quantities but run times are.
 
     Parameters
     ----------
     schema : str
         Of its record, after "kerrcaustics/".
     record : str
-        What the record holds: names of quantities in order, and constants as name=value. Left out, all fields.
+        Content of the record: names of quantities in order, and constants as name=value. By default all fields.
     points : str
-        What it holds beside them when points are asked for.
+        Further content of a record with points.
     rows : str
-        Arrays along one dimension that it holds as a list of rows, named after the dimension.
+        Arrays along one dimension that the record holds as a list of rows, named after the dimension.
     eq : bool
-        True for what is compared, and hashed, as other dataclasses are.
+        True for a class that is compared, and hashed, as other dataclasses are.
     """
 
     def declare(kind: type[T]) -> type[T]:
         plain = kind.__repr__ is object.__repr__
-        # What is made of a few numbers says how to make it again.
+        # The text of a class of few numbers is a call that makes it.
         made: Any = dataclass(frozen=True, eq=eq, repr=eq, kw_only=kw_only)(kind)
         made._repr_html_, made.plot = Shown._repr_html_, Shown.plot
         if plain and not eq:
@@ -128,14 +128,14 @@ def result(
 
 
 class Shown:
-    """How results show themselves. The rooms that know how, by the class, are loaded when that is asked."""
+    """The display of results; the modules that it needs are loaded at the first use."""
 
     def __repr__(self) -> str:
         """One line: its numbers, and the sizes of its arrays."""
         return import_module("kerrcaustics.results.shown").one_line(self)
 
     def _repr_html_(self) -> str:
-        """What notebooks show: the numbers with their errors, and a small picture."""
+        """HTML for notebooks: the numbers with their errors, and a small picture."""
         return import_module("kerrcaustics.results.shown").page(self)
 
     def plot(self, ax: Any = None, **settings: Any) -> Any:
@@ -145,38 +145,38 @@ class Shown:
         ----------
         ax : matplotlib Axes, optional
         settings
-            Of the plot of this class, as [Plots](plots.md) tells.
+            Settings of the plot of this class, listed in [Plots](plots.md).
         """
         return import_module("kerrcaustics.draw.result_plots").plot(self, ax, **settings)
 
 
 class Items(Sequence[T]):
-    """A result that is also the sequence of what its first field holds."""
+    """A result that is also the sequence in its first field."""
 
     def __getitem__(self, place: Any) -> Any:
-        """One of them, or a tuple for a slice."""
+        """An item, or a tuple of items for a slice."""
         return next(iter(vars(self).values()))[place]
 
     def __len__(self) -> int:
-        """How many they are."""
+        """Number of items."""
         return len(next(iter(vars(self).values())))
 
 
 @cache
 def stored(kind: type) -> dict[str, Quantity]:
-    """The quantities that are fields of a result, by name: what makes it, and what files hold."""
+    """The quantities that are fields of a result, by name: the arguments of its class, and the content of files."""
     return {f.name: replace(f.metadata["quantity"], name=f.name) for f in fields(kind) if "quantity" in f.metadata}
 
 
 @cache
 def quantities(kind: type) -> dict[str, Quantity]:
     """All quantities of a result, by name: the fields that users see, and the properties declared with `derived`."""
-    found = {name: about for name, about in stored(kind).items() if not name.startswith("_")}
+    declared = {name: about for name, about in stored(kind).items() if not name.startswith("_")}
     for name, member in inspect.getmembers(kind, lambda member: isinstance(member, property)):
         about = vars(member.fget).get("quantity")
         if about is not None:
-            found[name] = replace(about, name=name)
-    return found
+            declared[name] = replace(about, name=name)
+    return declared
 
 
 @cache
@@ -194,9 +194,9 @@ def _is_result(hint: Any) -> bool:
 
 
 def same(one: Any, other: Any) -> bool:
-    """True when two results, or parts of them, are of one type and every number is the same; NaN is equal to NaN.
+    """True if two results, or parts of them, are of one type and every number is the same; NaN is equal to NaN.
 
-    The seconds that a result took are no part of it: they differ each time.
+    Run times are not compared: they differ each time.
     """
     one, other = (value.item() if isinstance(value, np.generic) else value for value in (one, other))
     if type(one) is not type(other):

@@ -1,4 +1,4 @@
-"""Whether values are what the fields of a result declare: their types, and the dimensions of arrays."""
+"""Checks of values against the fields that a result declares: their types, and the dimensions of arrays."""
 
 import inspect
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ import numpy as np
 
 from kerrcaustics.results.declared import stored
 
-# How far values that are made anew of themselves may differ: unit vectors are made of length 1 again.
+# Differences allowed between a field and its value made anew: unit vectors are normalised again.
 _ROUND_OFF = 1e-12
 
 
@@ -27,11 +27,11 @@ def check_fields(made: Any) -> None:
 
 
 def check_anew(made: Any) -> None:
-    """Raise ValueError where a class that checks what it is made of, as `Camera`, would not make this of its fields."""
+    """Raise ValueError unless a class that checks its arguments, as `Camera`, makes the same result from its fields."""
     if not hasattr(type(made), "__post_init__"):
         return
-    wanted = inspect.signature(type(made)).parameters
-    anew = type(made)(**{name: getattr(made, name) for name in stored(type(made)) if name in wanted})
+    parameters = inspect.signature(type(made)).parameters
+    anew = type(made)(**{name: getattr(made, name) for name in stored(type(made)) if name in parameters})
     for name in stored(type(made)):
         one, other = getattr(made, name), getattr(anew, name)
         if type(one) is not type(other) or not _close(one, other):
@@ -39,7 +39,7 @@ def check_anew(made: Any) -> None:
 
 
 def fits(value: Any, hint: Any, dims: tuple[str, ...]) -> bool:
-    """True where a value is of a type; dims: of the arrays in it."""
+    """True if a value is of a type; dims: of the arrays in it."""
     origin, inner = get_origin(hint), get_args(hint)
     if hint is Any:
         return True
@@ -55,7 +55,7 @@ def fits(value: Any, hint: Any, dims: tuple[str, ...]) -> bool:
             fits(k, inner[0], ()) and fits(v, inner[1], ()) for k, v in value.items()
         )
     if hint is np.ndarray:
-        # Where nothing is declared, a number stands for an array without dimensions.
+        # If no dimensions are declared, a number stands for an array without any.
         return isinstance(value, np.ndarray if dims else np.ndarray | float | int) and _has_dims(np.ndim(value), dims)
     if hint is float:
         return isinstance(value, float | int) and not isinstance(value, bool)
@@ -68,7 +68,7 @@ def _hints(kind: type) -> dict[str, Any]:
 
 
 def _has_dims(number: int, dims: tuple[str, ...]) -> bool:
-    """True for so many dimensions; one with "..." stands for any number of them."""
+    """True if arrays may have this number of dimensions; a name with "..." stands for any number of them."""
     many = any(dim.endswith("...") for dim in dims)
     return number >= len(dims) - 1 if many else not dims or number == len(dims)
 

@@ -1,4 +1,4 @@
-"""Results as records for JSON: angles in degrees, what is not finite as null."""
+"""Results as records for JSON: angles in degrees, null for numbers that are not finite."""
 
 import math
 from collections.abc import Callable
@@ -16,11 +16,11 @@ def record(result: Any, *, camera: Any = None, points: bool = False) -> dict[str
     Parameters
     ----------
     result
-        Whatever the functions of this package return.
+        A result of any function of this package.
     camera : Camera, optional
-        Its place and motion are told too; for results that do not know their camera.
+        Its place and motion are added; for results that do not hold their camera.
     points : bool
-        Whether curves carry their points too.
+        True to include the points of curves.
 
     Returns
     -------
@@ -30,7 +30,7 @@ def record(result: Any, *, camera: Any = None, points: bool = False) -> dict[str
     Raises
     ------
     ValueError
-        For what is no result.
+        If an argument is invalid.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def check_result(result: Any) -> None:
 
 
 def in_degrees(angle: float) -> float:
-    """An angle (radians) that the user gave in degrees, in degrees again: fifteen digits, so that 60 stays 60."""
+    """An angle (radians) that the user gave in degrees, converted back: fifteen digits, so that 60 stays 60."""
     return float(f"{math.degrees(angle):.15g}")
 
 
@@ -78,7 +78,7 @@ def _row(about: Quantity, values: Any, i: int) -> Any:
 
 
 def _named(about: Quantity, value: Any, points: bool) -> dict[str, Any]:
-    """A quantity under its name; under several where it has one for each component; spread where it has none."""
+    """A quantity under its name, or under one name for each component; a result without a name as its entries."""
     key = about.json if about.json is not None else about.name + "_deg" * (about.unit == "rad")
     if not key:
         return _entries(value, points)
@@ -90,7 +90,7 @@ def _named(about: Quantity, value: Any, points: bool) -> dict[str, Any]:
 
 
 def _number(about: Quantity, key: str) -> Callable[[float], float]:
-    """What makes a number under a name of one of a result."""
+    """The conversion of numbers of a quantity under a name in a record."""
     return (in_degrees if about.given else math.degrees) if key.endswith("_deg") else float
 
 

@@ -1,4 +1,4 @@
-"""What a result looks like: one line for a terminal; for a notebook a table of its numbers, and a small picture."""
+"""Display of results: one line for a terminal; for a notebook a table of the numbers, and a small picture."""
 
 import base64
 import io
@@ -13,14 +13,14 @@ import numpy as np
 from kerrcaustics.results.declared import LAYOUTS, quantities
 from kerrcaustics.results.units import as_in
 
-# Arrays of so few numbers, and words so short, are told in full; tables have so many rows.
+# Arrays of no more numbers, and words no longer, are shown in full; tables have no more rows.
 _FEW, _LONGEST_WORD, _MOST_ROWS = 4, 60, 12
-# Dimensions of one direction or place, which is told as one.
-_OF_ONE = {"axis", "angle", "pair", "place_axis"}
+# First dimensions of one number, direction or place, which is shown in one cell.
+_OF_ONE = {(), ("axis",), ("angle",), ("pair",), ("place_axis",)}
 
 
 class Entry(NamedTuple):
-    """One thing that a result holds: its name, value, dimensions, unit and text."""
+    """A quantity of a result: its name, value, dimensions, unit and text."""
 
     name: str
     value: Any
@@ -38,8 +38,8 @@ def one_line(result: Any) -> str:
 
 @np.errstate(all="ignore")
 def page(result: Any) -> str:
-    """What a notebook shows: the line, a table of numbers, one of its rows, and a small picture where there is one."""
-    entries = [entry for entry in _entries(result) if not _says_nothing(entry.value)]
+    """HTML for a notebook: the line, a small picture if there is one, and tables of numbers, results and arrays."""
+    entries = [entry for entry in _entries(result) if not _is_empty(entry.value)]
     single = [entry for entry in entries if not _is_long(entry) and not _holds_results(entry.value)]
     parts = [f"<p><code>{escape(repr(result))}</code></p>", _picture(result), _numbers(single) if single else ""]
     parts += [_rows(entry.name, entry.value) for entry in entries if _holds_results(entry.value)]
@@ -72,7 +72,7 @@ def _short(value: Any) -> str:
         return "{" + ", ".join(f"{key}: {_short(part)}" for key, part in list(value.items())[:_MOST_ROWS]) + "}"
     if isinstance(value, list | tuple):
         return _several(value)
-    # A name without its numbers is enough of what is within.
+    # Long texts of inner values are shortened to the name of the class.
     return f"<{type(value).__name__}>" if len(text := str(value)) > 3 * _LONGEST_WORD else text
 
 
@@ -91,14 +91,12 @@ def _several(values: Sequence[Any]) -> str:
 
 
 def _is_long(entry: Entry) -> bool:
-    """Whether it is an array with a dimension of its own, such as the points of a curve."""
-    if not isinstance(entry.value, np.ndarray) or entry.value.ndim == 0:
-        return False
-    return entry.dims[:1] != () and entry.dims[0] not in _OF_ONE
+    """True for an array with a dimension of its own, such as the points of a curve."""
+    return isinstance(entry.value, np.ndarray) and entry.value.ndim > 0 and entry.dims[:1] not in _OF_ONE
 
 
-def _says_nothing(value: Any) -> bool:
-    """Whether it is empty, such as remarks where there is nothing to say."""
+def _is_empty(value: Any) -> bool:
+    """True for an empty text or container, such as a list of no remarks."""
     return isinstance(value, dict | list | tuple | str) and len(value) == 0
 
 
@@ -107,19 +105,18 @@ def _holds_results(value: Any) -> bool:
 
 
 def _numbers(entries: list[Entry]) -> str:
-    """A table of single numbers and words, one a line, with their units; what they are is told under the mouse."""
-    lines = [_line([entry.name, _told(entry), _unit(entry.unit)], "td", entry.text) for entry in entries]
+    """A table of single numbers and words, one a line, with their units; the pointer shows their texts."""
+    lines = [_line([entry.name, _value_text(entry), _unit(entry.unit)], "td", entry.text) for entry in entries]
     return f"<table>{_line(['quantity', 'value', 'unit'], 'th')}{''.join(lines)}</table>"
 
 
 def _groups(entries: list[Entry]) -> list[list[Entry]]:
     """Arrays along the same dimension together."""
-    first = {entry.dims[0] if entry.dims else "": None for entry in entries}
-    return [[entry for entry in entries if (entry.dims[0] if entry.dims else "") == name] for name in first]
+    return [[entry for entry in entries if entry.dims[0] == dim] for dim in dict.fromkeys(e.dims[0] for e in entries)]
 
 
 def _columns(group: list[Entry]) -> str:
-    """Arrays along one dimension: a row for each of its places where they are few, else the ranges of the numbers."""
+    """Arrays along one dimension: a row for each place if they are few, else the ranges of the numbers."""
     count = len(group[0].value)
     if 0 < count <= _MOST_ROWS and all(entry.value[0].ndim <= 1 and entry.value[0].size <= _FEW for entry in group):
         heads = [group[0].dims[0], *(f"{entry.name}{_bracketed(entry.unit)}" for entry in group)]
@@ -133,22 +130,22 @@ def _columns(group: list[Entry]) -> str:
 
 
 def _rows(name: str, results: Sequence[Any]) -> str:
-    """Results within a result: a line each, of their single numbers."""
-    shown = [
-        [entry for entry in _entries(part) if not (_is_long(entry) or _says_nothing(entry.value))]
+    """A table of results within a result: a line each, of their single numbers."""
+    rows = [
+        [entry for entry in _entries(part) if not (_is_long(entry) or _is_empty(entry.value))]
         for part in results[:_MOST_ROWS]
     ]
-    heads = list(dict.fromkeys(entry.name for row in shown for entry in row))
+    heads = list(dict.fromkeys(entry.name for row in rows for entry in row))
     lines = []
-    for row in shown:
-        found = {entry.name: _told(entry) for entry in row}
-        lines.append(_line([found.get(head, "") for head in heads], "td"))
-    more = f"<p>and {len(results) - len(shown)} more</p>" if len(results) > len(shown) else ""
+    for row in rows:
+        texts = {entry.name: _value_text(entry) for entry in row}
+        lines.append(_line([texts.get(head, "") for head in heads], "td"))
+    more = f"<p>and {len(results) - len(rows)} more</p>" if len(results) > len(rows) else ""
     return f"<p>{escape(name)}</p><table>{_line(heads, 'th')}{''.join(lines)}</table>{more}"
 
 
-def _told(entry: Entry) -> str:
-    """The value of an entry: of an error two digits, words without quotation marks."""
+def _value_text(entry: Entry) -> str:
+    """The value of an entry: errors to two digits, words without quotation marks."""
     if isinstance(entry.value, str):
         return entry.value
     if isinstance(entry.value, np.ndarray | np.generic | float):
@@ -157,19 +154,19 @@ def _told(entry: Entry) -> str:
 
 
 def _cell(value: Any, name: str = "") -> str:
-    """A number, or a few: errors are told to two digits."""
+    """A number, or a few; errors to two digits."""
     digits = 2 if "error" in name or name == "residual" else 7
     parts = np.asarray(value).ravel().tolist()
     return ", ".join(f"{part + 0.0:.{digits}g}" if isinstance(part, float) else str(part) for part in parts)
 
 
 def _range(values: np.ndarray, name: str) -> list[str]:
-    """Shape, least and largest of what is finite."""
+    """Shape, least and largest of the finite numbers."""
     shape = " × ".join(map(str, values.shape))
     if values.dtype.kind not in "iufb":
         return [shape, "", ""]
-    seen = values[np.isfinite(values)]
-    return [shape, _cell(seen.min(), name), _cell(seen.max(), name)] if seen.size else [shape, "", ""]
+    finite = values[np.isfinite(values)]
+    return [shape, _cell(finite.min(), name), _cell(finite.max(), name)] if finite.size else [shape, "", ""]
 
 
 def _unit(unit: str) -> str:
@@ -187,12 +184,12 @@ def _line(cells: list[str], kind: str, text: str = "") -> str:
 
 
 def _picture(result: Any) -> str:
-    """The plot of a result as a PNG within the page; nothing where it has none."""
-    drawn = import_module("kerrcaustics.draw.result_plots").small_picture(result)
-    if drawn is None:
+    """The plot of a result as a PNG within the page; empty if it has none."""
+    figure = import_module("kerrcaustics.draw.result_plots").small_picture(result)
+    if figure is None:
         return ""
     file = io.BytesIO()
-    drawn.savefig(file, format="png")
+    figure.savefig(file, format="png")
     return (
         f'<img alt="{type(result).__name__}" src="data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}"/>'
     )

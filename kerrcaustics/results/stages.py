@@ -1,4 +1,4 @@
-"""How long the stages of some work take: which is on, and the seconds of each."""
+"""Run times of the stages of some work: the current stage, and the seconds of each."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -8,22 +8,22 @@ from functools import wraps
 from time import perf_counter as clock
 from typing import Any, ParamSpec, TypeVar
 
-Asked = ParamSpec("Asked")
-Made = TypeVar("Made")
-Tell = Callable[[str, dict[str, float]], None]
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+Report = Callable[[str, dict[str, float]], None]
 
-# Who times what is done now, the outermost first: seconds so far, and who is told of each stage.
-_TIMING: ContextVar[tuple[tuple[dict[str, float], Tell], ...]] = ContextVar("timing", default=())
+# The timings of the current work, the outermost first: seconds so far, and the receiver of reports.
+_TIMING: ContextVar[tuple[tuple[dict[str, float], Report], ...]] = ContextVar("timing", default=())
 
 
 @contextmanager
-def stages_timed(tell: Tell = lambda _name, _seconds: None) -> Iterator[dict[str, float]]:
-    """Seconds of each stage, by its name, of what this thread does meanwhile.
+def stages_timed(report: Report = lambda _name, _seconds: None) -> Iterator[dict[str, float]]:
+    """Seconds of each stage, by its name, of the work of this thread within the block.
 
-    tell: called with the name of each stage that begins, and the seconds of those before.
+    report: called with the name of each stage that begins, and the seconds of those before.
     """
     seconds: dict[str, float] = {}
-    before = _TIMING.set((*_TIMING.get(), (seconds, tell)))
+    before = _TIMING.set((*_TIMING.get(), (seconds, report)))
     try:
         yield seconds
     finally:
@@ -32,11 +32,11 @@ def stages_timed(tell: Tell = lambda _name, _seconds: None) -> Iterator[dict[str
 
 @contextmanager
 def stage(name: str) -> Iterator[None]:
-    """What is done meanwhile is this stage, but for other stages within it. Also a decorator."""
+    """Time the block as this stage, less other stages within it. Also a decorator."""
     timing, began = _TIMING.get(), clock()
     earlier = [sum(seconds.values()) for seconds, _ in timing]
-    for seconds, tell in timing:
-        tell(name, seconds)
+    for seconds, report in timing:
+        report(name, seconds)
     try:
         yield
     finally:
@@ -46,14 +46,14 @@ def stage(name: str) -> Iterator[None]:
             seconds[name] = seconds.get(name, 0.0) + took - inner
 
 
-def with_stages(work: Callable[Asked, Made]) -> Callable[Asked, Made]:
-    """A function whose result tells the seconds of each stage, too, after those that it has already: a decorator."""
+def with_stages(work: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """A decorator: add the seconds of each stage to those that the result of a function holds already."""
 
     @wraps(work)
-    def timed(*arguments: Asked.args, **options: Asked.kwargs) -> Made:
+    def timed(*arguments: Arguments.args, **options: Arguments.kwargs) -> Result:
         with stages_timed() as seconds:
-            made: Any = work(*arguments, **options)
-        return replace(made, stages={**made.stages, **seconds})
+            outcome: Any = work(*arguments, **options)
+        return replace(outcome, stages={**outcome.stages, **seconds})
 
     return timed
 

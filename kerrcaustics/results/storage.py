@@ -2,8 +2,8 @@
 
 import json
 import os
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Collection
+from dataclasses import asdict, fields
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,8 @@ HOMES = {
     "spacetime.camera": "Camera",
     "spacetime.observer": "Observer",
     "beams.beam": "Rays Beams",
-    "beams.ends": "CelestialSphere Sphere EquatorialPlane",
+    "beams.spheres": "CelestialSphere Sphere",
+    "beams.equatorial_plane": "EquatorialPlane",
     "beams.paths": "SpacePoints RayPaths",
     "curves.caustic": "Cusp Caustic CausticSet",
     "curves.isoradials": "Isoradial IsoradialSet",
@@ -48,11 +49,11 @@ HOMES = {
     "films.film": "FilmResult",
     "sweeps.run": "SweepResult",
 }
-"""What a file can hold: the classes of each module. It is loaded when a file asks for it."""
+"""The classes of each module that a file can hold. A module is loaded for the first file that names one."""
 
 Check = Callable[[Any], None]
 GetArray = Callable[[dict[str, Any]], np.ndarray]
-"""An array by what a header says of it: the name of its member, its shape and its type."""
+"""An array by its entry in a header: the name of its member, its shape and its type."""
 
 
 def save(path: str | os.PathLike[str], result: Any) -> None:
@@ -61,15 +62,15 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
     Parameters
     ----------
     path : str or path
-        The file gets the name as it is given: no ending is added.
+        Name of the file: no ending is added.
     result
-        Whatever the functions of this package return; also a tuple of results.
+        A result of any function of this package, or a tuple of results.
 
     Raises
     ------
     ValueError
-        For what is no result, for one whose fields are not what it declares or are more than a hundred thousand
-        arrays, and for a file that cannot be written.
+        If `result` is no result, if its fields are not as declared or hold more than a hundred thousand arrays, or if
+        the file cannot be written.
 
     Examples
     --------
@@ -95,8 +96,8 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
 def load(path: str | os.PathLike[str]) -> Any:
     """The result that `save` wrote to `path`, equal to the one that was saved.
 
-    Nothing of a file is believed: its fields have the types and dimensions that the result declares, a camera is one
-    that can be, and no array is unpacked before it is known to have the size that the header says.
+    The content of a file is checked: fields have the types and dimensions that the result declares, the arguments of a
+    camera are valid, and no array is unpacked unless it has the size that the header names.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     Raises
     ------
     ValueError
-        Where the file cannot be read, or is none of `save`.
+        If the file cannot be read, or `save` did not write it.
 
     Examples
     --------
@@ -131,6 +132,23 @@ def load(path: str | os.PathLike[str]) -> Any:
     raise ValueError(f"Argument `path` must name a file of schema {SCHEMA}, but this one is {head['schema']}.")
 
 
+def as_json(result: Any) -> str:
+    """A result of numbers and texts, such as a camera or a surface, as JSON for the header of another file."""
+    return json.dumps({"kind": type(result).__name__, **asdict(result)})
+
+
+def from_json(text: str, kinds: Collection[str]) -> Any:
+    """The result that `as_json` wrote; raise ValueError unless the text is one of these kinds."""
+    try:
+        parts = json.loads(text)
+        name = parts.pop("kind")
+        if name in kinds:
+            return _kind(name)(**{key: tuple(part) if isinstance(part, list) else part for key, part in parts.items()})
+    except (TypeError, KeyError, AttributeError) as error:
+        raise ValueError("the text is no result") from error
+    raise ValueError(f"a result of kind {name!r} does not belong here")
+
+
 def _check_loadable(tree: Any) -> None:
     """Raise ValueError for a result that `load` would not read."""
     try:
@@ -140,7 +158,7 @@ def _check_loadable(tree: Any) -> None:
 
 
 def _result(tree: Any, archive: ZipFile) -> Any:
-    """A result, or several. It is made twice: first of arrays that take no memory, to check types and dimensions."""
+    """A result, or several, made twice: first of arrays that take no memory, to check types and dimensions."""
     declared: list[np.ndarray] = []
 
     def as_declared(entry: dict[str, Any]) -> np.ndarray:
@@ -159,7 +177,7 @@ def _result(tree: Any, archive: ZipFile) -> Any:
 
 
 def _tree(value: Any, arrays: dict[str, Any]) -> Any:
-    """A value as JSON; arrays by the name under which they are put to the others."""
+    """A value as JSON; arrays are added to `arrays`, and stand in the tree by their names there."""
     if type(value) in LAYOUTS:
         parts = {name: _tree(getattr(value, name), arrays) for name in stored(type(value))}
         return {"kind": type(value).__name__, "fields": parts}
@@ -177,25 +195,25 @@ def _tree(value: Any, arrays: dict[str, Any]) -> Any:
 
 
 def _value(tree: Any, array: GetArray, check: Check) -> Any:
-    """What `_tree` was given. check: of each result that is made."""
+    """The value of a tree that `_tree` made. check: called with each result."""
     if not isinstance(tree, dict):
         if isinstance(tree, list):
             raise ValueError("a list that is not named one")
         return tree
     if "kind" in tree:
         kind = _kind(tree["kind"])
-        made = _restored(kind, {name: _value(part, array, check) for name, part in tree["fields"].items()})
-        check(made)
-        return made
+        restored = _restored(kind, {name: _value(part, array, check) for name, part in tree["fields"].items()})
+        check(restored)
+        return restored
     if "array" in tree:
         return array(tree)
-    ((how, inner),) = tree.items()
-    if how in ("list", "tuple"):
+    ((container, inner),) = tree.items()
+    if container in ("list", "tuple"):
         parts = [_value(part, array, check) for part in inner]
-        return tuple(parts) if how == "tuple" else parts
-    if how == "dict":
+        return tuple(parts) if container == "tuple" else parts
+    if container == "dict":
         return {_value(key, array, check): _value(part, array, check) for key, part in inner}
-    return {"path": Path}[how](inner)
+    return {"path": Path}[container](inner)
 
 
 def _kind(name: str) -> Any:
@@ -205,10 +223,10 @@ def _kind(name: str) -> Any:
 
 
 def _restored(kind: Any, parts: dict[str, Any]) -> Any:
-    """A result with the very fields that were stored: nothing is rounded again. What files do not hold is None."""
+    """A result with exactly the stored fields: nothing is rounded again. Fields that files do not hold are None."""
     if parts.keys() != stored(kind).keys():
         raise ValueError(f"{kind.__name__} has other fields")
-    made = object.__new__(kind)
+    restored = object.__new__(kind)
     for field in fields(kind):
-        object.__setattr__(made, field.name, parts.get(field.name))
-    return made
+        object.__setattr__(restored, field.name, parts.get(field.name))
+    return restored

@@ -1,7 +1,6 @@
-"""Units that depend on who looks, and on where the sources lie.
+"""Units that depend on the viewer and on the surface of the sources.
 
-A quantity whose unit is the name of a role has the unit that its result gives it there: the result knows its `camera`
-and its `surface`.
+A quantity whose unit is the name of a role has the unit that follows from the `camera` and the `surface` of its result.
 """
 
 from dataclasses import replace

@@ -1,1 +1,1 @@
-"""The stage set: the Kerr metric, cameras, photon constants, the shadow. No rays yet."""
+"""The Kerr metric, cameras, photon constants and the shadow, without rays."""

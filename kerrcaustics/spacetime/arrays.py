@@ -1,4 +1,4 @@
-"""Types of arrays in signatures. The tests check types and shapes at run time; nothing does otherwise.
+"""Types of arrays in signatures. Types and shapes are checked at run time in the tests alone.
 
 Most functions work elementwise: an argument has one number for each ray, or one for all of them.
 """
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from jaxtyping import Bool, Float, Real
 
-# At run time whatever has a shape: cameras are checked without JAX, which takes most of a second to load.
+# At run time any object with a shape: cameras are checked without JAX, which takes most of a second to load.
 if TYPE_CHECKING:
     from jaxtyping import Array
 else:

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import quoted, real_number, refuse_traced
+from kerrcaustics.spacetime.checks import instance_of, quoted, real_number, refuse_traced
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.viewer import Vector, Viewer, check_place, finite_number, frame_at
 
@@ -33,7 +33,7 @@ class Camera(Viewer):
     velocity : str or (float, float, float), optional
         "circular" (prograde equatorial geodesic), "fiducial" (at rest with respect to the FIDO), "static"
         (at rest in Boyer-Lindquist coordinates), or a vector (v_r, v_theta, v_phi) measured by the FIDO.
-        Left out, it becomes "circular" where there is such an orbit, else "fiducial".
+        By default "circular" if there is such an orbit, else "fiducial".
 
     Raises
     ------
@@ -64,7 +64,7 @@ class Camera(Viewer):
     sky_coordinates: ClassVar[str] = "direction N"
 
     def __post_init__(self) -> None:
-        """Raise ValueError unless the camera can be there."""
+        """Raise ValueError unless there is such a camera."""
         for name in ("spin", "radius", "inclination"):
             object.__setattr__(self, name, finite_number(name, getattr(self, name)))
         check_place(self.spin, self.radius, self.inclination)
@@ -144,8 +144,7 @@ def _frame(camera: Camera) -> Frame:
 
 def check_camera(camera: object) -> None:
     """Raise ValueError unless `camera` is a Camera."""
-    if not isinstance(camera, Camera):
-        raise ValueError(f"Argument `camera` must be a Camera, but is {type(camera).__name__}.")
+    instance_of("camera", camera, Camera)
 
 
 def _velocity_vector(value: Any) -> tuple[float, float, float]:

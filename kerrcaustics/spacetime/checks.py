@@ -1,4 +1,4 @@
-"""Checks of what a caller asks for, each one clear ValueError in one grammar."""
+"""Checks of arguments, each with a clear ValueError of one form."""
 
 import math
 import sys
@@ -13,7 +13,7 @@ _LONGEST = 80
 
 
 def quoted(value: Any) -> str:
-    """A value as a message tells it: in one line that is not too long; no zero has a sign."""
+    """A value as text for a message: a line that is not too long; no zero has a sign."""
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, float) and value == 0:
         return "0.0"
@@ -26,26 +26,26 @@ def quoted(value: Any) -> str:
 
 
 def apart(value: float, limit: float) -> tuple[str, str]:
-    """A number and the limit that it does not keep, with so many digits that they differ."""
-    told = f"{value:.12g}", f"{limit:.12g}"
-    return told if told[0] != told[1] or value == limit else (repr(float(value)), repr(float(limit)))
+    """A number and the limit that it violates as texts, with enough digits to differ."""
+    texts = f"{value:.12g}", f"{limit:.12g}"
+    return texts if texts[0] != texts[1] or value == limit else (repr(float(value)), repr(float(limit)))
 
 
 def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
-    """A ValueError where the argument `name` is none of these words."""
+    """Raise ValueError unless the argument `name` is one of some words."""
     choices = list(choices)
     if not isinstance(value, str) or value not in choices:
         raise ValueError(f"Argument `{name}` must be one of {', '.join(choices)}, but is {quoted(value)}.")
 
 
 def instance_of(name: str, value: Any, kind: type) -> None:
-    """A ValueError where the argument `name` is no object of a class."""
+    """Raise ValueError unless the argument `name` is an object of a class."""
     if not isinstance(value, kind):
         raise ValueError(f"Argument `{name}` must be a {kind.__name__}, but is {type(value).__name__}.")
 
 
 def real_array(name: str, value: Any, kind: type = float) -> np.ndarray:
-    """The argument `name` as an array of floats, not copied where it is one; a ValueError where it holds no numbers."""
+    """The argument `name` as an array of floats, not copied if it is one; a ValueError if it holds no numbers."""
     try:
         return np.asarray(value, kind)
     except (TypeError, ValueError, OverflowError) as error:
@@ -54,9 +54,9 @@ def real_array(name: str, value: Any, kind: type = float) -> np.ndarray:
 
 
 def whole_number(name: str, value: Any, least: int, most: int | None = None) -> int:
-    """The argument `name` as an int, where it is a whole number from `least` to `most`; a ValueError where it is not.
+    """The argument `name` as an int; a ValueError unless it is a whole number from `least` to `most`.
 
-    Booleans and floats are none.
+    Booleans and floats are no whole numbers.
     """
     value = _item(name, value)
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
@@ -67,9 +67,9 @@ def whole_number(name: str, value: Any, least: int, most: int | None = None) -> 
 
 
 def real_number(name: str, value: Any) -> float:
-    """The argument `name` as a float, be it a number of Python, NumPy or JAX, or an array of no dimension.
+    """The argument `name`, a number of Python, NumPy or JAX or an array of no dimension, as a float.
 
-    NaN where it is something else: booleans, texts and longer arrays are no numbers. A ValueError where JAX traces it.
+    NaN for anything else: booleans, texts and longer arrays are no numbers. A ValueError if JAX traces it.
     """
     number = _item(name, value)
     if not isinstance(number, Real) or isinstance(number, bool):
@@ -82,7 +82,7 @@ def real_number(name: str, value: Any) -> float:
 
 
 def numbers(name: str, value: Any) -> np.ndarray:
-    """The argument `name` as a new array of floats, one NaN where it holds none. A ValueError where JAX traces it."""
+    """The argument `name` as a new array of floats, one NaN if it holds none. A ValueError if JAX traces it."""
     try:
         return np.array(value, float)
     except (TypeError, ValueError, OverflowError) as error:
@@ -91,7 +91,7 @@ def numbers(name: str, value: Any) -> np.ndarray:
 
 
 def refuse_traced(name: str, error: Exception) -> None:
-    """A clear ValueError where the error of a conversion tells that the argument `name` is being traced by JAX."""
+    """Raise ValueError if the error of a conversion shows that JAX is tracing the argument `name`."""
     if type(error).__module__.startswith("jax"):
         raise _is_traced(name) from None
 
@@ -104,18 +104,18 @@ def _is_traced(name: str) -> ValueError:
 
 
 def refuse_tracer(name: str, value: Any) -> None:
-    """A clear ValueError where JAX traces the argument `name`, which is known before it is converted.
+    """Raise ValueError if JAX traces the argument `name`, before it is converted.
 
-    A number that is differentiated converts to one like any other, and leaves its derivative behind.
+    The conversion of a number that is differentiated would succeed, and lose the derivative.
     """
-    # Where JAX is not loaded nothing is traced.
+    # If JAX is not loaded, nothing is traced.
     core = sys.modules.get("jax.core")
     if core is not None and isinstance(value, core.Tracer):
         raise _is_traced(name)
 
 
 def _item(name: str, value: Any) -> Any:
-    """The number in an array of no dimension; all else as it is."""
+    """The number in an array of no dimension; any other value unchanged."""
     refuse_tracer(name, value)
     if getattr(value, "ndim", None) != 0:
         return value

@@ -1,8 +1,8 @@
 """Elliptic integrals and functions for JAX arrays: real arithmetic, fixed numbers of steps, no physics.
 
-Carlson's integrals take their arguments y, z as sqrt(y) + sqrt(z) and sqrt(y z), so that a complex pair costs nothing
-special. The functions of Jacobi come from theta series: for a parameter m of one half or less, the largest that is
-needed here, four terms are exact to round-off.
+Carlson's integrals take their arguments y, z as sqrt(y) + sqrt(z) and sqrt(y z), so that a complex pair is no
+special case. The functions of Jacobi come from theta series: for a parameter m of one half or less, the largest that
+is needed here, four terms are exact to round-off.
 
 References: Carlson 1995 (Numer. Algorithms 10, 13); DLMF 19.16, 19.26, 19.36, 20.2, 22.2, 22.7.
 """
@@ -45,7 +45,7 @@ class Pole(NamedTuple):
 
 
 class Integrals(NamedTuple):
-    """R_F(x, y, z), gamma R_J(x, y, z, p) for every pole, and R_D(y, z, x), 0 where it was not asked for."""
+    """R_F(x, y, z), gamma R_J(x, y, z, p) for every pole, and R_D(y, z, x), 0 if it was not requested."""
 
     first: Reals
     thirds: Sequence[Reals]
@@ -55,7 +55,7 @@ class Integrals(NamedTuple):
 def carlson(
     triple: Triple, poles: Sequence[Pole] = (), *, second: bool = False, duplications: int = _DUPLICATIONS
 ) -> Integrals:
-    """Carlson's integrals of the first, the third and, if asked for, the second kind.
+    """Carlson's integrals of the first, the third and, if requested, the second kind.
 
     Errors: relative 1e-15 for arguments whose ratios are below 1e8 or so; with 5 duplications, for those below 100.
     References: Carlson 1995; DLMF 19.26.18 to 19.26.21, 19.36.1, 19.36.2.
@@ -95,7 +95,7 @@ def first_slopes(triple: Triple) -> tuple[Reals, Triple]:
     first, pull = jax.vjp(_first_tail, levels[-1])
     (slopes,) = pull(jnp.ones_like(first))
     for (root, root_sum, _), (half, following, _) in zip(reversed(levels[:-1]), reversed(levels[1:]), strict=True):
-        # All that the next level's arguments change by has the divisors 8 half and 8 following.
+        # The changes of the next level's arguments have the divisors 8 half and 8 following.
         inverse = 0.125 / (half * following)
         by_sum = slopes.root_sum * half * inverse
         by_half = slopes.root + root_sum * (slopes.root_product / 2 + 4 * by_sum)
@@ -171,7 +171,7 @@ def _third_tail(triple: Triple, p: Reals) -> Reals:
 class Modulus(NamedTuple):
     """A parameter m = slope * part, 0 <= m <= 1/2, slope <= 1 or so, 0 <= part <= 1, and its complement 1 - m.
 
-    Nomes and amplitudes are given divided by `part`, so that nothing is lost, nor any derivative, where it vanishes.
+    Nomes and amplitudes are given divided by `part`, so that no digits and no derivative are lost where it vanishes.
     """
 
     slope: Reals
@@ -192,7 +192,7 @@ def landen(modulus: Modulus, tangent: Reals, amplitude: tuple[Reals, Reals] | No
 
     Parameters: tangent, t = sqrt(1 - part) >= 0, where part is that of the modulus; amplitude, (sine, cosine).
     Returns exp(-2 beta) / part, where sc(i beta) = i t / sqrt(part); and the difference between the amplitude and the
-    argument that has it (0 when left out).
+    argument that has it (0 by default).
     """
     slope, part, complement = modulus
     t, power, delay = tangent, 0.5, 0.0
@@ -209,10 +209,7 @@ def landen(modulus: Modulus, tangent: Reals, amplitude: tuple[Reals, Reals] | No
             sine, cosine = (1 + k) * sine * cosine / length, (cosine**2 - k * sine**2) / length
         denominator = 1 + k * t * t
         t = t * (1 + k) / denominator
-        slope, part = (
-            (slope * denominator) ** 2 / ((1 + k) ** 4 * mixed),
-            part * part * mixed / denominator**2,
-        )
+        slope, part = (slope * denominator) ** 2 / ((1 + k) ** 4 * mixed), part * part * mixed / denominator**2
         complement = 1 - slope * part
         power /= 2
     return decay, delay

@@ -15,7 +15,7 @@ class Frame(NamedTuple):
     basis is the camera basis, rows e_x, e_y, e_z, in FIDO components (r, theta, phi); speed is the camera's
     speed beta measured by the FIDO, along e_y, and slowness = 1 - beta^2; the rest are metric functions at the camera.
     zoom, below 1 for an `Observer`, magnifies the sky about the direction to the hole: see `zoomed`; cylindrical_scale
-    is multiplied by it. start, r + 2 ln r, is what the time to the camera is counted from, 0 for an `Observer`.
+    is multiplied by it. start, r + 2 ln r, is the origin of the time to the camera, 0 for an `Observer`.
     """
 
     spin: float
@@ -146,7 +146,7 @@ def zoomed(frame: Frame, direction: tuple[Any, Any, Any]) -> tuple[Any, Any, Any
     """
     n_r, n_theta, n_phi = direction
     square = frame.zoom * frame.zoom
-    # Far out on a magnified sky 1 + n_r would cancel: it is told by the other two.
+    # Far out on a magnified sky 1 + n_r would cancel: it follows from the other two.
     far = (frame.zoom != 1) & (n_r < 0)
     toward = (n_theta * n_theta + n_phi * n_phi) / (1 - far * n_r) - square * (1 - n_r)
     along = (1 - far) * ((1 - square) + (1 + square) * n_r) + far * toward
@@ -163,7 +163,7 @@ def _energy_ratio(frame: Frame, n_phi: Any) -> Any:
 def redshift(frame: Frame, sky: np.ndarray, photon: Photon | None = None) -> np.ndarray:
     """Frequency ratio nu_viewer / nu_source of light from a source at rest at infinity (JTFT A.1).
 
-    Parameters: sky (..., 3), unit vectors; photon, that from there, where it is known. Returns (...,).
+    Parameters: sky (..., 3), unit vectors; photon, that from there, if it is known. Returns (...,).
     Errors: exact to round-off.
     """
     parts = (sky[..., 0], sky[..., 1], sky[..., 2])

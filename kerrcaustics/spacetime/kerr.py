@@ -74,10 +74,7 @@ def photon_orbits(spin: float) -> tuple[float, float]:
     The spherical photon orbits fill r_1 <= r_o <= r_2 (JTFT A.1).
     """
     third = 2 / 3
-    return (
-        2 * (1 + math.cos(third * math.acos(-spin))),
-        2 * (1 + math.cos(third * math.acos(spin))),
-    )
+    return 2 * (1 + math.cos(third * math.acos(-spin))), 2 * (1 + math.cos(third * math.acos(spin)))
 
 
 def spherical_orbit_impact(spin: float, orbit_radius: float | HostReals) -> float | HostReals:

@@ -17,7 +17,7 @@ from kerrcaustics.spacetime.viewer import LARGEST_RADIUS, Viewer, check_place, f
 _INFINITE = 1e20
 # The screen becomes a sphere on which the hole is as large as for a camera at this radius.
 _SCREEN = 10.0
-# How far out critical curves are looked for: in sqrt(radius), of which the primary has two, and in M.
+# The limit of the search for critical curves: in sqrt(radius), of which the primary has two, and in M.
 _BEYOND_PRIMARY, _FARTHEST = 20.0, 1e7
 
 
@@ -48,8 +48,8 @@ class Observer(Viewer):
 
     The motion is that of the FIDO: velocity, as of a `Camera`, is "fiducial".
 
-    Times are those of a plane wave, without what it takes from the hole to the observer: r + 2 ln r is taken off. All
-    is as accurate for every radius.
+    Times are those of a plane wave, without the way from the hole to the observer: r + 2 ln r is subtracted. The
+    accuracy is the same for every radius.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Observer(Viewer):
     sky_coordinates: ClassVar[str] = "alpha, beta"
 
     def __post_init__(self) -> None:
-        """Raise ValueError unless the observer can be there."""
+        """Raise ValueError unless there is such an observer."""
         for name in ("spin", "inclination"):
             object.__setattr__(self, name, finite_number(name, getattr(self, name)))
         infinite = real_number("radius", self.radius) == math.inf
@@ -93,7 +93,7 @@ class Observer(Viewer):
         return _frame(self)
 
     def orbital_velocity(self) -> float:
-        """0: the observer stands still."""
+        """0: the observer is at rest."""
         return 0.0
 
     def directions(self, sky: Any) -> Any:
@@ -121,7 +121,7 @@ def _frame(observer: Observer) -> Frame:
 
 
 def _is_on_screen(sky: Any) -> bool:
-    """Whether places are given by (alpha, beta)."""
+    """True for places given by (alpha, beta)."""
     return np.ndim(sky) > 0 and np.shape(sky)[-1] == 2
 
 

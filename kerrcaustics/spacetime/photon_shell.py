@@ -1,4 +1,4 @@
-"""Exponents of the photon shell: what each half oscillation of a spherical photon orbit does to the rays beside it.
+"""Exponents of the photon shell: the effect of each half oscillation of a spherical photon orbit on nearby rays.
 
 A ray close to the shadow edge stays near a spherical photon orbit. For each half oscillation in latitude of that orbit
 its distance from the edge shrinks by e^gamma and its azimuth grows by delta, so that caustics of high order repeat.

@@ -15,7 +15,7 @@ from kerrcaustics.spacetime.cubic import largest_root
 from kerrcaustics.spacetime.frame import Frame, Photon
 
 _SMALLEST = 1e-300
-# Rounding of b, of kappa and of the formulas here, in what tells the distance of the outer roots.
+# Rounding of b, of kappa and of the formulas here, as it enters the distance of the outer roots.
 _ROUNDING = 1e-15
 # Rounding of the distance of the camera from the middle of the outer roots, and of the rate there, squared.
 _AT_CAMERA = 1e-15
@@ -41,7 +41,7 @@ class Quartic(NamedTuple):
 
 
 class _Resolvent(NamedTuple):
-    """The cubic z (z + middle)^2 + linear z + constant, whose largest root tells the factors of the potential."""
+    """The cubic z (z + middle)^2 + linear z + constant, whose largest root gives the factors of the potential."""
 
     middle: Reals
     linear: Reals
@@ -69,8 +69,8 @@ def factor(frame: Frame, photon: Photon) -> Quartic:
     level = eta**2 + kappa * room
     sigma = 4 + 2 * eta - kappa
     about_one = (photon.k >= _LEAST_K) & (kappa < _MOST_KAPPA)
-    here = sigma, 16 * eta - 4 * level, 16 * eta * sigma - 32 * eta**2 - 16 * kappa * room
-    cubic = _Resolvent(*(jnp.where(about_one, x, r) for x, r in zip(here, (a2, -4 * a0, -(a1**2)), strict=True)))
+    about_r1 = sigma, 16 * eta - 4 * level, 16 * eta * sigma - 32 * eta**2 - 16 * kappa * room
+    cubic = _Resolvent(*(jnp.where(about_one, x, r) for x, r in zip(about_r1, (a2, -4 * a0, -(a1**2)), strict=True)))
     z = _largest_root(cubic)
     near = _factors_about_one(jnp.where(about_one, z, 4.0), eta, sigma, level)
     far = _factors(jnp.where(about_one, 4.0, jnp.maximum(z, _SMALLEST)), a2, a1, a0)
@@ -81,7 +81,7 @@ def factor(frame: Frame, photon: Photon) -> Quartic:
 
 
 def rate_knows_roots(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
-    """Whether the camera is so close to the outer roots that the rate there knows d better than the coefficients do."""
+    """True if the camera is so close to the outer roots that the rate there gives d better than the coefficients."""
     above = frame.radius - 1 - quartic.lift
     return _AT_CAMERA * above**2 < doubt(frame, photon, quartic)
 
@@ -96,7 +96,7 @@ def doubt(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:
 
 
 def conditioning(frame: Frame, photon: Photon) -> Reals:
-    """By how much the energy at infinity, deep in the field a small difference of large numbers, magnifies rounding."""
+    """The factor of rounding by the energy at infinity, deep in the field a small difference of large numbers."""
     terms = frame.lapse + jnp.abs(photon.energy_ratio - frame.lapse)
     return terms / jnp.abs(photon.energy_ratio)
 
@@ -104,16 +104,16 @@ def conditioning(frame: Frame, photon: Photon) -> Reals:
 def corotation(frame: Frame, photon: Photon) -> Reals:
     """2 r_+ - a b, which vanishes for photons that move with the horizon; close to it from the rates at the camera.
 
-    These know it better than b.
+    These give it better than b.
     """
     lift = horizon_lift(frame.spin)
     height, delta = frame.radius - 1 - lift, (frame.root_sigma_delta / frame.root_sigma) ** 2
-    # r^2 + a^2 - a b at the camera, and what the horizon has less.
+    # r^2 + a^2 - a b at the camera, and its excess over that at the horizon.
     total = jnp.sqrt((photon.rate[0] * frame.radius**2) ** 2 + delta * photon.kappa)
     rest = delta * (frame.radius + 1 + lift) / (height + 2 * lift)
-    # The product a b alone would lose what is left of it.
-    known = 2 * lift + ((2 - photon.b) + (1 - frame.spin) * photon.b)
-    return jnp.where(total + rest < _COROTATING, total - rest, known)
+    # The product a b alone would lose the digits that remain.
+    direct = 2 * lift + ((2 - photon.b) + (1 - frame.spin) * photon.b)
+    return jnp.where(total + rest < _COROTATING, total - rest, direct)
 
 
 def slip(frame: Frame, photon: Photon) -> Reals:
@@ -161,7 +161,7 @@ def _largest_root(cubic: _Resolvent) -> Reals:
 def _resolvent_start(cubic: _Resolvent) -> Reals:
     """The root above, but for round-off.
 
-    Where the two larger roots nearly coincide (cameras far away) the formula cannot tell whether they are real: the
+    Where the two larger roots nearly coincide (cameras far away) the formula cannot decide if they are real: the
     value at the minimum between them can, and gives the start.
     """
     middle, linear, constant = cubic
@@ -192,19 +192,19 @@ def horizon_function(spin: Reals, u: Reals) -> Reals:
 
 
 def is_captured(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
-    """True where the ray, followed backward from the camera, ends at the horizon: decided by roots alone.
+    """True if the ray, followed backward from the camera, ends at the horizon: decided by roots alone.
 
     A ray that starts inward comes back only from a turning point between the horizon and the camera; a ray
     that starts outward falls back from a turning point above the camera. Rays with no positive energy at
-    infinity (inside the ergosphere) come from the hole. A ray that cannot be told from one that winds for ever,
-    within round-off of the shadow edge, counts as captured.
+    infinity (inside the ergosphere) come from the hole. A ray within round-off of the shadow edge, which may wind for
+    ever, counts as captured.
 
     References: JTFT A.1, extended to cameras inside the photon region.
     """
     outer_root = quartic.lift + jnp.sqrt(jnp.maximum(quartic.d, 0))
     inward = photon.rate[0] > 0
     least = doubt(frame, photon, quartic)
-    # No ray is between the outer roots, so the camera is beyond both or within both: their middle tells which, also
+    # No ray is between the outer roots, so the camera is beyond both or within both: their middle decides, also
     # where the camera is within round-off of a turning point.
     beyond = frame.radius - 1 > quartic.lift
     turns_below = (quartic.d > least) & (outer_root > horizon_lift(frame.spin)) & beyond
@@ -221,8 +221,8 @@ def capture_is_certain(frame: Frame, photon: Photon, quartic: Quartic) -> Flags:
     least = _doubt_with_direction(frame, photon, quartic)
     # A ray that leaves outward from above the roots escapes anyhow, one that leaves inward from below falls in.
     anyhow = (inward != (above > 0)) & (above**2 > least)
-    known = _ROUNDING * conditioning(frame, photon) < 1
-    return (anyhow | (jnp.abs(quartic.d) > least)) & known
+    is_determined = _ROUNDING * conditioning(frame, photon) < 1
+    return (anyhow | (jnp.abs(quartic.d) > least)) & is_determined
 
 
 def time_doubt(frame: Frame, photon: Photon, quartic: Quartic) -> Reals:
@@ -272,7 +272,7 @@ def to_infinity(quartic: Quartic, r: Reals, inner: Reals, outer: Reals) -> ellip
 def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Reals, rising: Flags) -> Reals:
     """Mino time from the camera to a radius that the ray reaches, directly or through its one turning point.
 
-    Parameters: rising, whether the radius grows along the ray when it arrives there.
+    Parameters: rising: the radius grows along the ray when it arrives there.
 
     Errors: about 1e-15 divided by the relative distance of the outer roots from each other, and from the radius.
     References: as for `mino_time`; past a turning point the square roots are multiplied out, so that they stay
@@ -309,12 +309,12 @@ def arrival_doubt(frame: Frame, photon: Photon, quartic: Quartic, radius: Reals)
     change, above, nearby = _from_start(quartic, start, radius)
     outer, scale = start[1], photon.energy_ratio * _inner(quartic, frame.radius)
     wobble = _ROUNDING * conditioning(frame, photon) * frame.root_sigma_delta / scale
-    here = _ROUNDING * (jnp.abs(change) + outer**2) + (2 * jnp.abs(outer) + jnp.abs(wobble)) * jnp.abs(wobble)
-    return jnp.where(nearby, here, _ROUNDING * above**2 + _doubt_with_direction(frame, photon, quartic))
+    close_by = _ROUNDING * (jnp.abs(change) + outer**2) + (2 * jnp.abs(outer) + jnp.abs(wobble)) * jnp.abs(wobble)
+    return jnp.where(nearby, close_by, _ROUNDING * above**2 + _doubt_with_direction(frame, photon, quartic))
 
 
 def _from_start(quartic: Quartic, start: tuple[Reals, Reals], radius: Reals) -> tuple[Reals, Reals, Flags]:
-    """The change of (r - h)^2 - d from the start to a radius; r - h there; whether the change tells it better."""
+    """The change of (r - h)^2 - d from the start to a radius; r - h there; True if the change is the better way."""
     r1, outer = start
     before, above = r1 - 1 - quartic.lift, radius - 1 - quartic.lift
     change = (radius - r1) * (before + above)
@@ -326,7 +326,7 @@ def between(
 ) -> tuple[elliptic.Triple, Reals]:
     """The arguments of an R_F, and a factor: their product is half the Mino time from one radius to another.
 
-    Parameters: start and end, each (r, inner, outer): the radius and the roots of the two factors of R there, outer
+    Parameters: start and end, each (r, inner, outer): the radius and the roots of the two factors of R past, outer
     with the sign of r'. The two signs differ where a turning point lies between, above or below.
     """
     (r1, b1, a1), (r2, b2, a2), (h, d, e, lift) = start, end, quartic
@@ -346,6 +346,6 @@ def between(
         2 * (d * b * b - e * a * a) / safe,
         (b + g2) * d / jnp.where(turned, g1 - a, 1),
     )
-    root_x, root_yz, quarter = (jnp.where(turned, there, here) for there, here in zip(back, straight, strict=True))
+    root_x, root_yz, quarter = (jnp.where(turned, past, direct) for past, direct in zip(back, straight, strict=True))
     triple = elliptic.Triple(root_x, 2 * jnp.sqrt(jnp.maximum(quarter, 0)), root_yz)
     return triple, jnp.where(turned, 1, jnp.abs(gap))

@@ -26,7 +26,7 @@ class Rows:
         return type(self)(**{name: _joined(parts) for name, parts in columns.items()})
 
     def frozen(self) -> Self:
-        """The same rows, whose numbers can no longer be changed."""
+        """The same rows, with arrays that are read-only."""
         for f in fields(self):
             column = getattr(self, f.name)
             column.frozen() if isinstance(column, Rows) else column.setflags(write=False)

@@ -1,6 +1,6 @@
-"""The settings of JAX under which the package computes, whatever those of the program that calls it.
+"""The settings of JAX under which the package computes, independent of those of the calling program.
 
-They hold for the thread that computes, and only while it does: importing the package changes none, and no call does.
+They hold for the computing thread and during a call alone: neither an import nor a call leaves any setting changed.
 """
 
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 import jax
 
 # Of JAX: 64 bits; programs that are compiled, and may hold NaN; NumPy's rules for types and shapes; NumPy's arrays as
-# arguments; the first device. Each with what sets it for a thread.
+# arguments; the first device. Each with the function that sets it for a thread.
 _JAX = {
     "jax_enable_x64": (jax.enable_x64, True),
     "jax_debug_nans": (jax.debug_nans, False),
@@ -26,7 +26,7 @@ _JAX = {
     "jax_transfer_guard_device_to_host": (jax.transfer_guard_device_to_host, "allow"),
     "jax_transfer_guard_device_to_device": (jax.transfer_guard_device_to_device, "allow"),
 }
-# What stands for "allow" where no guard was ever set.
+# Values of a guard that mean "allow".
 _UNGUARDED = (None, "allow")
 
 
@@ -34,11 +34,11 @@ _UNGUARDED = (None, "allow")
 def own_settings() -> Iterator[None]:
     """The settings of JAX for compiled code, and to make it; also within a user's own `jax.jit`.
 
-    As a decorator too. Where the user's settings are these already, it costs next to nothing.
+    As a decorator too. If the user's settings are these already, it costs next to nothing.
     """
     with ExitStack() as changed, jax.ensure_compile_time_eval():
-        for name, (setting, wanted) in _JAX.items():
-            found = getattr(jax.config, name)
-            if found != wanted and not (found in _UNGUARDED and wanted in _UNGUARDED):
-                changed.enter_context(setting(wanted))
+        for name, (setting, required) in _JAX.items():
+            current = getattr(jax.config, name)
+            if current != required and not (current in _UNGUARDED and required in _UNGUARDED):
+                changed.enter_context(setting(required))
         yield

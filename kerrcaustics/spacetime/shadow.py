@@ -24,7 +24,7 @@ def shadow_edge(camera: Viewer, n: int = 360) -> np.ndarray:
     ----------
     camera : Camera or Observer
     n : int
-        How many.
+        Number of points.
 
     Raises
     ------

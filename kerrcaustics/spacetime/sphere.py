@@ -44,7 +44,7 @@ def tangent_basis(n: Vectors, xp: Any = np) -> tuple[Vectors, Vectors]:
 
 
 def tangent_parts(x: Any, y: Any, z: Any, xp: Any = np) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """The same by components."""
+    """The tangents of `tangent_basis` by components."""
     sign = xp.where(z >= 0, 1.0, -1.0)
     c = -1 / (sign + z)
     d = x * y * c
@@ -90,5 +90,5 @@ def flattened(direction: np.ndarray, vector: np.ndarray) -> np.ndarray:
 def moved(direction: np.ndarray, step: np.ndarray) -> np.ndarray:
     """Unit vectors (n, 3) reached from directions (n, 3) along great circles, by tangent steps (n, 3) in radians."""
     length = np.linalg.norm(step, axis=1, keepdims=True)
-    there = direction * np.cos(length) + step * np.sinc(length / np.pi)
-    return there / np.linalg.norm(there, axis=1, keepdims=True)
+    point = direction * np.cos(length) + step * np.sinc(length / np.pi)
+    return point / np.linalg.norm(point, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""Viewers: what a `Camera` at one event and an `Observer` far away have in common."""
+"""Viewers: the common base of a `Camera` at one event and an `Observer` far away."""
 
 import math
 from fractions import Fraction
@@ -18,7 +18,7 @@ _AT_REST = (0.0, 0.0, 0.0)
 
 
 class Viewer:
-    """A place outside the horizon, at azimuth 0, and the sky that is seen from there.
+    """A place outside the horizon, at azimuth 0, and the sky of that place.
 
     velocity: as of a `Camera`; sky_unit: of lengths and errors on that sky, "rad" or "GM/c^2"; sky_coordinates: of
     places on it.
@@ -76,7 +76,7 @@ class Viewer:
         raise NotImplementedError
 
     def directions(self, sky: Any) -> Any:
-        """Directions (..., 3), as engines take them, of places that a caller gives."""
+        """Directions (..., 3), as engines take them, of places on the viewer's own sky."""
         return sky
 
     def places(self, sky: np.ndarray) -> np.ndarray:
@@ -99,8 +99,8 @@ def check_place(spin: float, radius: float, inclination: float) -> None:
     if not 0 <= spin < 1:
         raise ValueError(f"Argument `spin` must lie in [0, 1), but is {spin:g}.")
     if not radius > kerr.horizon(spin):
-        given, horizon = apart(radius, kerr.horizon(spin))
-        raise ValueError(f"Argument `radius` must be larger than the horizon radius {horizon}, but is {given}.")
+        value, horizon = apart(radius, kerr.horizon(spin))
+        raise ValueError(f"Argument `radius` must be larger than the horizon radius {horizon}, but is {value}.")
     if radius > LARGEST_RADIUS:
         raise ValueError(f"Argument `radius` must be at most {LARGEST_RADIUS:g}, but is {radius:g}.")
     if not 0 <= inclination <= math.pi:
@@ -130,7 +130,7 @@ def frame_at(viewer: Viewer, radius: float, velocity: Vector = _AT_REST) -> Fram
         root_sigma=math.sqrt(at.sigma),
         root_sigma_delta=math.sqrt(at.sigma * at.delta),
         speed=speed,
-        # Exactly: close to the speed of light nothing of it would be left.
+        # Exact: close to the speed of light rounding would leave no digits.
         slowness=float(1 - sum(Fraction(v) ** 2 for v in velocity)),
         basis=basis,
         zoom=1.0,

@@ -1,7 +1,7 @@
 """The files of a store that follow from its scene: the descriptions of its arrays (zarr.json), and its axes.
 
-Because they follow, a store whose descriptions or axes are lost or altered is mended from the scene. The root says of
-which scene a store is, under a checksum of its own; the mask says it too.
+Descriptions or axes that are lost or altered are therefore mended from the scene. The root holds the scene, under
+a checksum of its own; the mask holds a hash of it.
 """
 
 import glob
@@ -48,37 +48,37 @@ def block_size(scene: Scene) -> int:
 def create(path: Path, scene: Scene) -> None:
     """Make a store with nothing computed, which takes its name when it is complete.
 
-    Of several that are made at once under one name, one takes it, and the others vanish.
+    If several processes make one at once under one name, one of them takes it, and the others vanish.
     """
-    made = path.with_name(f".{path.name}.{secrets.token_hex(4)}{_UNFINISHED}")
+    unfinished = path.with_name(f".{path.name}.{secrets.token_hex(4)}{_UNFINISHED}")
     try:
-        _describe(LocalStore(made), scene)
-        made.rename(path)
+        _describe(LocalStore(unfinished), scene)
+        unfinished.rename(path)
     except Exception:
-        # Another sweep has made the store meanwhile, and may have removed this one.
+        # Another sweep has unfinished the store meanwhile, and may have removed this one.
         if not path.is_dir():
             raise
     finally:
-        shutil.rmtree(made, ignore_errors=True)
+        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def remove_unfinished_stores(path: Path) -> None:
-    """Remove what is left of stores that were to take a name which another has taken."""
+    """Remove the remains of stores whose name another store has taken."""
     beside = path.absolute()
-    for made in beside.parent.glob(f".{glob.escape(beside.name)}.*{_UNFINISHED}"):
-        if re.fullmatch(r"[0-9a-f]{8}", made.suffixes[-2][1:]):
-            shutil.rmtree(made, ignore_errors=True)
+    for unfinished in beside.parent.glob(f".{glob.escape(beside.name)}.*{_UNFINISHED}"):
+        if re.fullmatch(r"[0-9a-f]{8}", unfinished.suffixes[-2][1:]):
+            shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def no_store(path: Path) -> ValueError:
-    """The error for what is no store."""
+    """The error for a path that is no store."""
     return ValueError(f"Argument `path` must name the store of a sweep, or what is not there yet, but {path} is none.")
 
 
 def scene_of(path: Path, scene: Scene) -> Scene:
     """Return the scene of the store at `path`, which is `scene` but for its title.
 
-    A root that is lost or altered is no obstacle where the mask is of the scene. Raise ValueError for another store.
+    A root that is lost or altered is no obstacle if the mask belongs to the scene. Raise ValueError for another store.
     """
     attributes, mask = _attributes(path / _ROOT), _attributes(path / _STATUS.name / _ROOT)
     if not attributes or attributes.get("checksum") != _checksum(attributes):
@@ -89,39 +89,39 @@ def scene_of(path: Path, scene: Scene) -> Scene:
             f"The store {path} is damaged: {path / _ROOT} is lost or altered, and {path / _STATUS.name / _ROOT} does "
             "not say that the store is of this scene. Name another store."
         )
-    there = scene_in(path, attributes)
-    different = differences(scene, there)
-    if different:
-        raise ValueError(f"The store {path} is of another scene; name another store. " + "; ".join(different) + ".")
-    return there
+    stored = scene_in(path, attributes)
+    lines = differences(scene, stored)
+    if lines:
+        raise ValueError(f"The store {path} is of another scene; name another store. " + "; ".join(lines) + ".")
+    return stored
 
 
 def scene_in(path: Path, attributes: dict[str, Any]) -> Scene:
-    """Return the scene that the attributes of a store say; raise ValueError for another schema or version."""
+    """Return the scene in the attributes of a store; raise ValueError for another schema or version."""
     if attributes.get("schema") != SCHEMA:
         raise ValueError(f"The store {path} holds {attributes.get('schema', 'no sweep')}, not {SCHEMA}.")
-    made = attributes.get("version")
-    if made != version("kerrcaustics"):
+    written_by = attributes.get("version")
+    if written_by != version("kerrcaustics"):
         raise ValueError(
-            f"The store {path} was written by kerrcaustics {made}, and this is {version('kerrcaustics')}: its "
+            f"The store {path} was written by kerrcaustics {written_by}, and this is {version('kerrcaustics')}: its "
             "numbers may differ. Finish it with that version, or name another store."
         )
     try:
         return from_record(json.loads(attributes["scene"]))
     except Exception as error:
-        raise ValueError(f"The store {path} tells no scene: {' '.join(str(error).split())}") from None
+        raise ValueError(f"The store {path} holds no scene: {' '.join(str(error).split())}") from None
 
 
 def mend(path: Path, scene: Scene) -> tuple[str, ...]:
-    """Write descriptions and axes anew that are lost or altered, the root last, and return their names."""
-    kept: dict[str, Any] = {}
-    _describe(MemoryStore(kept), scene)
-    whole = {name: buffer.to_bytes() for name, buffer in kept.items()}
-    altered = [name for name in sorted(whole, key=_ROOT.__eq__) if content(path / name) != whole[name]]
+    """Rewrite descriptions and axes that are lost or altered, the root last, and return their names."""
+    memory: dict[str, Any] = {}
+    _describe(MemoryStore(memory), scene)
+    intact = {name: buffer.to_bytes() for name, buffer in memory.items()}
+    altered = [name for name in sorted(intact, key=_ROOT.__eq__) if content(path / name) != intact[name]]
     for name in altered:
         make_room(path / name)
         with writing(path / name, lasting=True) as file:
-            file.write(whole[name])
+            file.write(intact[name])
     return tuple(altered)
 
 
@@ -134,7 +134,7 @@ def _check_schema(path: Path, attributes: dict[str, Any], mask: dict[str, Any]) 
 
 
 def _attributes(path: Path) -> dict[str, Any]:
-    """What a description says; nothing where it is lost or cannot be read."""
+    """The attributes in a description; none if it is lost or cannot be read."""
     with suppress(ValueError, KeyError, TypeError):
         attributes = json.loads(content(path) or b"")["attributes"]
         return attributes if isinstance(attributes, dict) else {}
@@ -155,7 +155,7 @@ def _hash(record: dict[str, Any]) -> str:
 
 
 def _describe(store: LocalStore | MemoryStore, scene: Scene) -> None:
-    """Put a group with all arrays, and nothing computed, into an empty place."""
+    """Create a group with all arrays, and nothing computed, in an empty store."""
     group = zarr.open_group(store, mode="w", zarr_format=3)
     attributes = {
         "schema": SCHEMA,
@@ -175,21 +175,21 @@ def _describe(store: LocalStore | MemoryStore, scene: Scene) -> None:
 
 
 def _create_arrays(group: zarr.Group, scene: Scene) -> None:
-    further = dimensions(scene)
-    needed = {dim for variable in variables(scene) for dim in variable.dims}
+    coordinates = dimensions(scene)
+    used = {dim for variable in variables(scene) for dim in variable.dims}
     for name in AXES:
         _axis(group, name, scene.values(name), _UNITS[name])
-    for name in sorted(needed):
-        _axis(group, name, further[name], "degrees" if name in ("theta", "phi") else "1")
+    for name in sorted(used):
+        _axis(group, name, coordinates[name], "degrees" if name in ("theta", "phi") else "1")
     for variable in variables(scene):
-        sizes = tuple(len(further[dim]) for dim in variable.dims)
+        sizes = tuple(len(coordinates[dim]) for dim in variable.dims)
         _create_array(group, scene, variable, sizes, blank_of(variable.dtype))
     _create_array(group, scene, _STATUS, (), 0, mark=_mark(scene))
     _create_array(group, scene, _REASONS, (REASON,), 0)
 
 
 def blank_of(dtype: str) -> float:
-    """What stands where there is no number."""
+    """The value that stands for no number."""
     return math.nan if dtype.startswith("float") else -1
 
 
@@ -210,14 +210,14 @@ def _create_array(
 
 
 def _axis(group: zarr.Group, name: str, values: Array, units: str) -> None:
-    """An axis in one chunk. Readers see blanks where it is lost, and an error where it is altered."""
+    """An axis in one chunk. Readers see blanks if it is lost, and an error if it is altered."""
     array = group.create_array(
         name,
         shape=values.shape,
         chunks=values.shape,
         dtype=values.dtype,
         fill_value=blank_of(str(values.dtype)),
-        # Not compressed, as the bytes are compared, which may be others in each version of a compressor.
+        # Not compressed: the bytes are compared, and may differ between versions of a compressor.
         compressors=[Crc32cCodec()],
         dimension_names=(name,),
         attributes={"units": units},

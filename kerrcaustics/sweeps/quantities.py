@@ -1,4 +1,4 @@
-"""What a sweep computes for one camera, each quantity with its error; and how it is described in the store."""
+"""Quantities that a sweep computes for one camera, each with its error, and their descriptions in the store."""
 
 import math
 from dataclasses import replace
@@ -8,7 +8,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves.caustic import Caustic, CausticSet
+from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.results.declared import Quantity, quantities
 from kerrcaustics.spacetime.camera import Camera
@@ -16,6 +16,8 @@ from kerrcaustics.stars.counts import count_map
 from kerrcaustics.sweeps.scene import Scene
 
 Array = np.ndarray
+Curves = list[Caustic | None]
+"""Caustics of a scene by order; None for one without a curve."""
 
 MOST_CUSPS = 12
 QUANTILES = (0.1, 0.5, 0.9)
@@ -39,7 +41,7 @@ def dimensions(scene: Scene) -> dict[str, Array]:
 
 
 def variables(scene: Scene) -> list[Quantity]:
-    """All variables of a scene, the error of a quantity behind it."""
+    """All variables of a scene, each quantity followed by its error."""
     return [variable for name in scene.compute for variable in _VARIABLES[name]]
 
 
@@ -49,8 +51,8 @@ def _with_error(about: Quantity) -> list[Quantity]:
 
 def _of_caustics(*names: str) -> list[Quantity]:
     """Quantities of a caustic as the store has them: by order, angles in degrees."""
-    found = (quantities(Caustic)[name] for name in names)
-    return [replace(about, dims=("order",), unit="degrees" if about.unit == "rad" else about.unit) for about in found]
+    declared = (quantities(Caustic)[name] for name in names)
+    return [replace(each, dims=("order",), unit="degrees" if each.unit == "rad" else each.unit) for each in declared]
 
 
 _GEOMETRY = ("theta_min", "theta_max", "phi_min", "phi_max", "theta_extent", "phi_extent", "circuits")
@@ -95,14 +97,15 @@ _VARIABLES: dict[str, list[Quantity]] = {
 
 
 def computed(scene: Scene, spin: float, radius: float, inclination: float) -> dict[str, Array]:
-    """All variables of a scene for one camera; a ValueError says why there are none."""
+    """All variables of a scene for one camera; a ValueError gives the reason if there are none."""
     camera = Camera(spin, radius, math.radians(inclination), scene.velocity)
     values: dict[str, Array] = {}
     if {"geometry", "cusps", "areas", "curves"} & set(scene.compute):
-        found = caustics(camera, scene.orders, tolerance=scene.tolerance)
+        by_order = {caustic.order: caustic for caustic in caustics(camera, scene.orders, tolerance=scene.tolerance)}
+        curves = [by_order.get(order) for order in range(1, scene.orders + 1)]
         for name, compute in (("geometry", _geometry), ("cusps", _cusps), ("areas", _areas), ("curves", _curves)):
             if name in scene.compute:
-                values |= compute(scene, found)
+                values |= compute(scene, curves)
     if "counts" in scene.compute:
         counts = count_map(camera, max_index=scene.orders - 1, rows=scene.map_rows)
         values |= {"image_count": counts.counts, "image_count_on_caustic": counts.on_caustic}
@@ -111,26 +114,21 @@ def computed(scene: Scene, spin: float, radius: float, inclination: float) -> di
     return values
 
 
-def _by_order(scene: Scene, found: CausticSet) -> list[Caustic | None]:
-    known = {caustic.order: caustic for caustic in found}
-    return [known.get(order) for order in range(1, scene.orders + 1)]
-
-
-def _geometry(scene: Scene, found: CausticSet) -> dict[str, Array]:
+def _geometry(scene: Scene, curves: Curves) -> dict[str, Array]:
     names = [variable.name for variable in _VARIABLES["geometry"]]
     rows = []
-    for caustic in _by_order(scene, found):
+    for caustic in curves:
         row: dict[str, float] = dict.fromkeys(names, math.nan) | {"cusp_count": -1, "closed": 0}
         if caustic is not None:
             error = math.degrees(caustic.error)
             for name in _GEOMETRY[:-1]:
                 row[name] = math.degrees(getattr(caustic, name))
                 row[f"{name}_error"] = error * (2 if name.endswith("extent") else 1)
-            told = caustic.kind != "unresolved"
+            resolved = caustic.kind != "unresolved"
             row |= {
                 "circuits": caustic.circuits,
                 "circuits_error": 2 * error / 360,
-                "cusp_count": len(caustic.cusps) if told else -1,
+                "cusp_count": len(caustic.cusps) if resolved else -1,
                 "closed": caustic.closed,
                 "residual": caustic.residual,
             }
@@ -138,17 +136,17 @@ def _geometry(scene: Scene, found: CausticSet) -> dict[str, Array]:
     return {name: np.array([row[name] for row in rows]) for name in names}
 
 
-def _cusps(scene: Scene, found: CausticSet) -> dict[str, Array]:
+def _cusps(scene: Scene, curves: Curves) -> dict[str, Array]:
     values = np.full((3, scene.orders, MOST_CUSPS), np.nan)
-    for i, caustic in enumerate(_by_order(scene, found)):
+    for i, caustic in enumerate(curves):
         for j, cusp in enumerate(caustic.cusps[:MOST_CUSPS] if caustic else ()):
             values[:, i, j] = np.degrees([*cusp.celestial, cusp.error])
     return dict(zip(("cusp_theta", "cusp_phi", "cusp_error"), values, strict=True))
 
 
-def _areas(scene: Scene, found: CausticSet) -> dict[str, Array]:
+def _areas(scene: Scene, curves: Curves) -> dict[str, Array]:
     values = np.full((4, scene.orders), np.nan)
-    for i, caustic in enumerate(_by_order(scene, found)):
+    for i, caustic in enumerate(curves):
         if caustic is None or not caustic.closed:
             continue
         whole, half = _loop_areas(caustic.sky, caustic.celestial), _loop_areas(caustic.sky[::2], caustic.celestial[::2])
@@ -156,7 +154,7 @@ def _areas(scene: Scene, found: CausticSet) -> dict[str, Array]:
         values[:, i] = whole[0], abs(whole[0] - half[0]), whole[1], abs(whole[1] - half[1])
     return {
         "caustic_area": values[0],
-        "caustic_area_error": values[1] + np.array([caustic_error(c) for c in _by_order(scene, found)]),
+        "caustic_area_error": values[1] + np.array([caustic_error(c) for c in curves]),
         "critical_area": values[2],
         "critical_area_error": values[3],
     }
@@ -195,15 +193,15 @@ def _loop_areas(sky: Float[Array, "n 3"], celestial: Float[Array, "n 2"]) -> tup
     return caustic, abs(solid)
 
 
-def _curves(scene: Scene, found: CausticSet) -> dict[str, Array]:
+def _curves(scene: Scene, curves: Curves) -> dict[str, Array]:
     count = scene.curve_points
     celestial, sky = np.full((scene.orders, count, 2), np.nan), np.full((scene.orders, count, 3), np.nan)
     error = np.full(scene.orders, np.nan)
-    for i, caustic in enumerate(_by_order(scene, found)):
+    for i, caustic in enumerate(curves):
         if caustic is not None:
-            kept = min(count, len(caustic.sky))
-            chosen = np.arange(kept) * len(caustic.sky) // kept
-            celestial[i, :kept], sky[i, :kept] = np.degrees(caustic.celestial[chosen]), caustic.sky[chosen]
+            length = min(count, len(caustic.sky))
+            points = np.arange(length) * len(caustic.sky) // length
+            celestial[i, :length], sky[i, :length] = np.degrees(caustic.celestial[points]), caustic.sky[points]
             error[i] = math.degrees(caustic.error)
     return {"curve_theta": celestial[..., 0], "curve_phi": celestial[..., 1], "curve_sky": sky, "curve_error": error}
 
@@ -216,13 +214,13 @@ def _magnification(scene: Scene, camera: Camera) -> dict[str, Array]:
     sky = np.stack([across * np.cos(_GOLDEN * number), across * np.sin(_GOLDEN * number), z], axis=-1)
     beams = trace_beams(camera, sky, "auto", scene.tolerance, crossings=False, redshift=False)
     parts = []
-    for chosen in (slice(None), *(slice(first, None, 4) for first in range(4))):
-        escaped = np.asarray(beams.escaped)[chosen]
-        bright = np.asarray(beams.magnification)[chosen][escaped]
+    for part in (slice(None), *(slice(first, None, 4) for first in range(4))):
+        escaped = np.asarray(beams.escaped)[part]
+        bright = np.asarray(beams.magnification)[part][escaped]
         quantiles = np.quantile(bright, QUANTILES) if len(bright) else np.full(len(QUANTILES), np.nan)
         parts.append(np.append(quantiles, escaped.mean()))
     whole, quarters = parts[0], np.array(parts[1:])
-    # Of the mean of four; a factor of 2 since four values tell their own scatter badly.
+    # Of the mean of four; a factor of 2 since the scatter of four values is uncertain.
     error = 2 * np.std(quarters, axis=0, ddof=1) / 2
     return {
         "escaping": whole[-1],

@@ -25,7 +25,7 @@ _DIED = "the process that computed it died each time (too little memory?)"
 
 @result("sweep-result/1")
 class SweepResult:
-    """What a sweep did."""
+    """The outcome of a sweep."""
 
     path: Path = quantity("", "", "the store")
     points: int = quantity("", "1", "points of the scene")
@@ -47,40 +47,40 @@ def sweep(
     retry: bool = False,
     progress: Progress = lambda _what, _part: None,
 ) -> SweepResult:
-    """Compute what is missing in the store at `path`, which is made where there is none.
+    """Compute the missing points of the store at `path`, which is made if there is none.
 
-    Interrupted at any moment, also by a power cut of its workers, it is started again and goes on; the store ends up
-    the same to the bit. Errors of the disk end it and leave what was stored as it is.
+    A sweep that was interrupted, at any moment and also by a power cut of its workers, resumes when it is started
+    again; the store ends up the same to the bit. Errors of the disk end a sweep and leave the stored points unchanged.
 
     Parameters
     ----------
     scene : Scene
-        What `read_scene` returned of a file that says what to sweep over.
+        The scene of a file, as `read_scene` returns it.
     path : str or path
-        The store. One of the same scene is gone on with, and what is damaged in it is mended; one of another scene is
-        refused.
+        The store. One of the same scene is resumed, and its damaged parts are mended; for one of another scene
+        ValueError is raised.
     workers : int
-        So many processes of this machine, of one core each; None, threads of this process.
+        Number of processes of this machine, of one core each; None, threads of this process.
     scheduler : str
-        Instead: address of a Dask scheduler whose workers see the same file system, such as "tcp://host:8786".
+        In place of workers: address of a Dask scheduler whose workers see the same file system, such as "tcp://host:8786".
     retry : bool
-        Whether points that failed before are tried again.
+        True to try points that failed before again.
     progress : callable
-        Called with what is being done and which part of the points is.
+        Called with the current work as text and the part of the points that is computed.
 
     Returns
     -------
     SweepResult
-        Among others a line for each point that failed. A point inside the horizon is one; it costs no other. So are
-        those of a block with which twelve workers died.
+        Among others a line for each point that failed. A point inside the horizon is one; it does not affect others.
+        So are the points of a block with which twelve workers died.
 
     Raises
     ------
     ValueError
         If an argument is invalid.
     kerrcaustics.workers.worker_failures.WorkersLost
-        Workers died again and again without computing anything, a cluster had none for five minutes, or its scheduler
-        went away. The store holds what was computed till then.
+        If workers died repeatedly without computing anything, a cluster had none for five minutes, or its scheduler
+        went away. The store holds all points computed so far.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def sweep(
     check_place(workers, scheduler)
     began = time.perf_counter()
     checked(scene, "that is given")
-    # Before a store is made that nothing would be put into.
+    # Before a store is made that would stay empty.
     check_answer(scheduler)
     total = int(np.prod(scene.shape))
     with store_at(Path(path), scene) as store:
@@ -115,14 +115,14 @@ def sweep(
 
 
 def _states(store: Store, retry: bool) -> dict[Block, str]:
-    """What there is of each block."""
+    """The state of each block in the store."""
     blocks = store.blocks()
     with ThreadPoolExecutor(cores()) as pool:
         return dict(zip(blocks, pool.map(partial(store.state, retry=retry), blocks), strict=True))
 
 
 def compute_block(path: str, block: Block) -> None:
-    """Compute the points of a block and store them: what a worker does."""
+    """Compute the points of a block and store them: the work of a worker."""
     store = Store(Path(path))
     values = dict(zip(AXES, (store.scene.values(axis) for axis in AXES), strict=True))
     spin, inclination = float(values["spin"][block.spin]), float(values["inclination"][block.inclination])
@@ -131,7 +131,7 @@ def compute_block(path: str, block: Block) -> None:
         try:
             point = computed(store.scene, spin, radius, inclination)
         except Exception as error:
-            # One point never costs the others: what is wrong with it is kept in its place.
+            # A point that fails does not affect the others: the reason is stored in its place.
             point = " ".join(f"{error}".split()) or type(error).__name__
         points.append(point)
     store.write(block, points)

@@ -1,4 +1,4 @@
-"""The scene of a sweep: what is computed, and for which cameras. Read from TOML; anything unknown is refused."""
+"""The scene of a sweep: its quantities and its cameras. Read from TOML; unknown entries raise ValueError."""
 
 import json
 import math
@@ -17,7 +17,7 @@ Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnificat
 Velocity = Literal["circular", "fiducial", "static"]
 Spacing = Literal["linear", "log"]
 Complaint = tuple[str, str, Any]
-"""An entry of a scene, what it must be, and what it is."""
+"""An entry of a scene, the values it may have, and its value."""
 
 AXES = ("spin", "radius", "inclination")
 HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
@@ -42,12 +42,12 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True, rename={"st
 
 
 class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """What a sweep computes.
+    """The cameras and the quantities of a sweep.
 
-    spin, radius, inclination (degrees): a number, a list, or a range. velocity: of the camera; None, the usual one
-    where it is: circular if there is such an orbit, else fiducial. orders: of caustics, 1 to 10. compute: what is
-    stored. curve_points: of each curve that is stored; map_rows: of the image-count maps; directions: on the camera sky
-    for statistics of the magnification. tolerance: wanted error of directions, radians. block: radii that are computed
+    spin, radius, inclination (degrees): a number, a list, or a range. velocity: of the camera; None, circular if
+    there is such an orbit, else fiducial. orders: of caustics, 1 to 10. compute: the quantities in the store.
+    curve_points: of each stored curve; map_rows: of the image-count maps; directions: on the camera sky for statistics
+    of the magnification. tolerance: largest error of directions, radians. block: radii that are computed
     together and lie in one chunk of the store.
     """
 
@@ -84,17 +84,17 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 def read_scene(path: str | Path) -> Scene:
-    """The scene in a TOML file; a ValueError of one line names what is wrong and where."""
+    """The scene in a TOML file; a ValueError of one line names the wrong entry and its place."""
     return checked(as_struct(read_toml(path), Scene, path, _WORDS), str(path))
 
 
 def from_record(record: dict[str, Any]) -> Scene:
-    """The scene that `Scene.record` told."""
+    """The scene of the data that `Scene.record` returned."""
     return checked(msgspec.convert(record, Scene), "of the store")
 
 
 def differences(scene: Scene, other: Scene) -> list[str]:
-    """Lines that say where two scenes differ, titles aside: the entry, its value in the first and in the other."""
+    """Lines for the entries in which two scenes differ, titles aside: the value in the first and in the other."""
     first, second = scene.record(), other.record()
     return [
         f"{name}: {json.dumps(first[name])} here, {json.dumps(second[name])} in the store"
@@ -104,8 +104,8 @@ def differences(scene: Scene, other: Scene) -> list[str]:
 
 
 def checked(scene: Scene, name: str) -> Scene:
-    """The scene itself; a ValueError of one line, which calls it `name`, says which entry cannot be."""
-    for complaints in (_about_axes, _about_numbers, _about_the_rest):
+    """The scene itself; a ValueError of one line, which calls it `name`, gives an invalid entry."""
+    for complaints in (_about_axes, _about_entries):
         for entry, must, value in complaints(scene):
             raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value}.")
     return scene
@@ -131,20 +131,17 @@ def _about_axes(scene: Scene) -> Iterator[Complaint]:
 
 
 def _as_typed(given: float | list[float] | Range) -> str:
-    """An axis as a scene file has it."""
+    """An axis as written in a scene file."""
     if not isinstance(given, Range):
         return str(given)
     spacing = f', spacing = "{given.spacing}"' if given.spacing != "linear" else ""
     return f"{{from = {given.start:.12g}, to = {given.end:.12g}, count = {given.count}{spacing}}}"
 
 
-def _about_numbers(scene: Scene) -> Iterator[Complaint]:
+def _about_entries(scene: Scene) -> Iterator[Complaint]:
     for entry, (low, high) in _RANGES.items():
         if not low <= getattr(scene, entry) <= high:
             yield entry, f"from {low} to {high}", getattr(scene, entry)
-
-
-def _about_the_rest(scene: Scene) -> Iterator[Complaint]:
     if not scene.compute or len(set(scene.compute)) < len(scene.compute):
         yield "compute", "a list of different quantities", list(scene.compute)
     if "counts" in scene.compute and scene.orders > HIGHEST_COUNTED:

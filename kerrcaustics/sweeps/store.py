@@ -1,9 +1,9 @@
-"""The store of a sweep: one zarr store (version 3), a chunk for a block of points, and a mask of what is done.
+"""The store of a sweep: one zarr store (version 3), a chunk for a block of points, and a mask of finished ones.
 
-A block's chunks are written one after the other, each in one go, the mask last: a block is done when the mask says so
-and all its chunks can be read. Every chunk carries a checksum; what is no chunk follows from the scene, and is mended
-when a store is opened (descriptions.py). A point's numbers depend on the point alone, so that a
-store that was interrupted, wherever and however often, ends up the same to the bit.
+A block's chunks are written one after the other, each in one go, the mask last: a block is done if the mask marks it
+and all its chunks can be read. Every chunk carries a checksum; the other files follow from the scene, and are mended
+when a store is opened (descriptions.py). The numbers of a point depend on the point alone, so that a store ends up the
+same to the bit wherever and however often the sweep was interrupted.
 """
 
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ from kerrcaustics.sweeps.scene import AXES, Scene
 Array = np.ndarray
 
 WAITING, DONE, FAILED = 0, 1, 2
-# What there is of a block.
+# States of a block.
 KEPT, OPEN, DAMAGED = "kept", "open", "damaged"
 
 
@@ -49,12 +49,12 @@ class Block:
 
     @property
     def region(self) -> tuple[slice, slice, slice]:
-        """Where they lie in the arrays."""
-        one = slice(self.spin, self.spin + 1), slice(self.inclination, self.inclination + 1)
-        return one[0], slice(*self.radii), one[1]
+        """Slices of the arrays that hold the points."""
+        i, k = self.spin, self.inclination
+        return slice(i, i + 1), slice(*self.radii), slice(k, k + 1)
 
     def __len__(self) -> int:
-        """How many points."""
+        """Number of points."""
         return self.radii[1] - self.radii[0]
 
 
@@ -62,7 +62,7 @@ class Store:
     """A store that is open for a scene."""
 
     def __init__(self, path: Path, mended: tuple[str, ...] = ()) -> None:
-        """Open a store whose descriptions are whole; mended: the names of those that were not."""
+        """Open a store whose descriptions are intact; mended: the names of those that were not."""
         self.path, self.mended = path, mended
         try:
             self._group = zarr.open_group(str(path), mode="r+")
@@ -84,15 +84,15 @@ class Store:
         ]
 
     def clean(self) -> None:
-        """Remove chunks and descriptions that were being written when a process was killed."""
+        """Remove the unfinished chunks and descriptions of processes that were killed."""
         for part in self.path.rglob("*.part*"):
             if part.suffix in (".part", ".partial") and part.is_file():
                 part.unlink(missing_ok=True)
 
     def state(self, block: Block, retry: bool = False) -> str:
-        """KEPT where the mask says that the block is done, and every chunk of it can be read.
+        """KEPT if the mask marks the block as done, and every chunk of it can be read.
 
-        Else OPEN, as where a point failed that is to be tried again; DAMAGED where it was done once.
+        Else OPEN, also if a point failed that is to be tried again; DAMAGED if a chunk cannot be read.
         """
         try:
             if not self._chunk("status", block).is_file():
@@ -103,12 +103,12 @@ class Store:
             for name in (*(variable.name for variable in self._variables), "reason"):
                 self._read(name, block)
         except Exception:
-            # Whatever is wrong with a chunk, its block is computed again.
+            # For any damage of a chunk, its block is computed again.
             return DAMAGED
         return KEPT
 
     def write(self, block: Block, points: list[dict[str, Array] | str]) -> None:
-        """Store the points of a block: their values, or why there are none. The mask is written last."""
+        """Store the points of a block: values, or the reason if there are none. The mask is written last."""
         shape = [part.stop - part.start for part in block.region]
         status = np.array([FAILED if isinstance(point, str) else DONE for point in points], np.int8).reshape(shape)
         for variable in self._variables:
@@ -120,7 +120,7 @@ class Store:
         self._put("status", block, status)
 
     def failures(self) -> list[str]:
-        """A line for every point that failed: where, and why."""
+        """A line for every point that failed: its place, and the reason."""
         status, reason = self._array("status")[...], self._array("reason")[...]
         values = [self.scene.values(axis) for axis in AXES]
         lines = []
@@ -131,7 +131,7 @@ class Store:
         return lines
 
     def _array(self, name: str) -> Any:
-        # Blank chunks are written too: only then a chunk that is not there is known to be lost.
+        # Blank chunks are written too, so that a missing chunk is a lost one.
         return self._group[name].with_config({"write_empty_chunks": True})  # pyright: ignore
 
     def _put(self, name: str, block: Block, values: Array) -> None:
@@ -139,7 +139,7 @@ class Store:
         self._array(name)[block.region] = values
 
     def _read(self, name: str, block: Block) -> Array:
-        # A chunk that is not there would be read as blanks.
+        # A missing chunk would be read as blanks.
         if not self._chunk(name, block).is_file():
             raise FileNotFoundError(name)
         return np.asarray(self._array(name)[block.region])
@@ -156,7 +156,7 @@ class Store:
 def store_at(path: Path, scene: Scene) -> Iterator[Store]:
     """The store of a scene at `path`, made when missing and mended when damaged, while no other sweep writes to it.
 
-    Raise ValueError where there is something else, and where another sweep has it.
+    Raise ValueError if the path holds something else, and if another sweep has the store.
     """
     if not path.exists():
         if not path.absolute().parent.is_dir():
@@ -173,8 +173,8 @@ def store_at(path: Path, scene: Scene) -> Iterator[Store]:
 
 
 def _blank(variable: Quantity, scene: Scene) -> Array:
-    further = dimensions(scene)
-    return np.full([len(further[dim]) for dim in variable.dims], blank_of(variable.dtype), variable.dtype)
+    coordinates = dimensions(scene)
+    return np.full([len(coordinates[dim]) for dim in variable.dims], blank_of(variable.dtype), variable.dtype)
 
 
 def _coded(text: str) -> UInt8[Array, "160"]:

@@ -1,1 +1,1 @@
-"""Where many jobs are done: on processes of this machine or on a cluster, which may die, and are replaced."""
+"""Execution of many jobs on processes of this machine or on a cluster; workers that die are replaced."""

@@ -1,4 +1,4 @@
-"""Jobs on the workers of a Dask cluster that is there already."""
+"""Jobs on the workers of a running Dask cluster."""
 
 import logging
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerF
 
 # Jobs that the scheduler holds at a time.
 _IN_FLIGHT = 20_000
-# Seconds without news after which it is asked for its workers, and that it has for an answer, at first and then.
+# Seconds without news after which the scheduler is queried for its workers; its time limits to answer, first and later.
 _LOOK, _FIRST_ANSWER, _ANSWER = 5.0, 30.0, 10.0
 
 
@@ -68,7 +68,7 @@ def client_of(scheduler: str) -> Iterator[Any]:
 
 
 def _workers(client: Any) -> int:
-    """How many workers take jobs; none that can be known of where the scheduler does not answer."""
+    """Number of workers that take jobs; 0 if the scheduler does not answer."""
     try:
         return len(client.sync(client.scheduler.ncores_running, callback_timeout=_ANSWER))
     except OSError:
@@ -76,12 +76,12 @@ def _workers(client: Any) -> int:
 
 
 def _deaths(future: Any, worker_failures: WorkerFailures) -> int:
-    """How many workers died with a job before the scheduler gave it up; 0: it is done."""
+    """Number of workers that died with a job before the scheduler gave it up; 0 if the job is done."""
     from distributed import KilledWorker
 
     if future.status == "cancelled":
         worker_failures.end("The Dask scheduler went away")
-    # The result is in the store: nothing is asked of the worker, which may be dead.
+    # The result is in the store: nothing is fetched from the worker, which may be dead.
     error = None if future.status == "finished" else future.exception()
     if isinstance(error, KilledWorker):
         return error.allowed_failures + 1
@@ -92,7 +92,7 @@ def _deaths(future: Any, worker_failures: WorkerFailures) -> int:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Dask's remarks about its own workings are no news to who waits."""
+    """Silence the log of Dask, which does not concern the user."""
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     levels = [logger.level for logger in loggers]
     for logger in loggers:

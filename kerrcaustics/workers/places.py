@@ -1,4 +1,4 @@
-"""Where jobs are done: here, in processes of this machine, or on a cluster."""
+"""Places of execution: this process, processes of this machine, or a cluster."""
 
 import re
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from functools import partial
 
 from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerFailures
 
-# Where a scheduler listens; Dask waits for ever for what is none.
+# Addresses of schedulers; Dask waits for ever for an invalid one.
 _ADDRESS = re.compile(r"(inproc://.+|((tcp|tls|ucx|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5}))")
 
 Run = Callable[[Compute, list[Job], WorkerFailures], Finished]
@@ -18,8 +18,8 @@ def check_place(workers: int | None, scheduler: str | None) -> None:
         raise ValueError("Arguments `workers` and `scheduler`: only one of them can be given.")
     if workers is not None and workers < 1:
         raise ValueError(f"Argument `workers` must be 1 or more, but is {workers}.")
-    found = None if scheduler is None else _ADDRESS.fullmatch(scheduler)
-    if scheduler is not None and (found is None or int(found[5] or 0) > 65535):
+    address = None if scheduler is None else _ADDRESS.fullmatch(scheduler)
+    if scheduler is not None and (address is None or int(address[5] or 0) > 65535):
         raise ValueError(
             "Argument `scheduler` must be the address of a Dask scheduler, such as tcp://host:8786, "
             f"but is {scheduler!r}."
@@ -27,7 +27,7 @@ def check_place(workers: int | None, scheduler: str | None) -> None:
 
 
 def check_answer(scheduler: str | None) -> None:
-    """Refuse a scheduler that does not answer."""
+    """Raise ValueError unless the scheduler answers."""
     if scheduler is not None:
         from kerrcaustics.workers.cluster import client_of
 
@@ -36,7 +36,7 @@ def check_answer(scheduler: str | None) -> None:
 
 
 def place(workers: int | None, scheduler: str | None, here: Run) -> Run:
-    """What runs jobs, and yields each that is done with whether it is computed; `here` where no place is named."""
+    """The function that runs jobs, and yields each with True if it was computed; `here` if no place is named."""
     if scheduler is not None:
         from kerrcaustics.workers.cluster import on_cluster
 

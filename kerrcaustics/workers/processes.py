@@ -19,14 +19,14 @@ Crew = dict[Connection, BaseProcess]
 
 # Below zero a process was killed; above, Python has said on standard error what is wrong.
 _NO_START = 'A worker could not start (exit status {}; does a script call this without `if __name__ == "__main__":`?)'
-# Seconds between looks at whether there are workers.
+# Seconds between checks for workers.
 _LOOK = 1.0
-# How long all takes then depends on the number of workers alone.
+# The run time then depends on the number of workers alone.
 _ONE_CORE: dict[str, str] = dict.fromkeys(("NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
 def in_processes(workers: int, compute: Compute, jobs: list[Job], worker_failures: WorkerFailures) -> Finished:
-    """Compute jobs in so many processes."""
+    """Compute jobs in a number of processes."""
     waiting = deque(jobs)
     # A process that is starting is in the crew, and not at work.
     crew: Crew = {}
@@ -37,7 +37,7 @@ def in_processes(workers: int, compute: Compute, jobs: list[Job], worker_failure
             worker_failures.there_are(len(at_work), starting=len(crew) - len(at_work))
             for pipe in cast("list[Connection]", wait(list(crew), _LOOK)):
                 job = at_work.pop(pipe, None)
-                if _answered(pipe):
+                if _is_ready(pipe):
                     if waiting:
                         at_work[pipe] = waiting.popleft()
                         _give(pipe, at_work[pipe])
@@ -50,8 +50,8 @@ def in_processes(workers: int, compute: Compute, jobs: list[Job], worker_failure
                     status = _end(pipe, crew.pop(pipe))
                     if job is None and status > 0:
                         worker_failures.end(_NO_START.format(status))
-                    again = worker_failures.died(job)
-                    if job is not None and again:
+                    may_retry = worker_failures.died(job)
+                    if job is not None and may_retry:
                         waiting.append(job)
                     elif job is not None:
                         yield job, False
@@ -60,11 +60,11 @@ def in_processes(workers: int, compute: Compute, jobs: list[Job], worker_failure
             _end(pipe, process)
 
 
-def _fill_up(crew: Crew, wanted: int, compute: Compute, worker_failures: WorkerFailures) -> None:
-    """Start processes until there are as many as wanted."""
-    while len(crew) < wanted:
+def _fill_up(crew: Crew, size: int, compute: Compute, worker_failures: WorkerFailures) -> None:
+    """Start processes until the crew has this size."""
+    while len(crew) < size:
         try:
-            pipe, process = _started(compute)
+            pipe, process = _start(compute)
         except OSError:
             # No memory for another process; there may be some in a moment.
             worker_failures.died(None)
@@ -73,8 +73,8 @@ def _fill_up(crew: Crew, wanted: int, compute: Compute, worker_failures: WorkerF
         crew[pipe] = process
 
 
-def _started(compute: Compute) -> tuple[Connection, BaseProcess]:
-    """A new process, and what it is given jobs through."""
+def _start(compute: Compute) -> tuple[Connection, BaseProcess]:
+    """A new process, and the pipe for its jobs."""
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_work, args=(theirs, compute), daemon=True)
@@ -85,8 +85,8 @@ def _started(compute: Compute) -> tuple[Connection, BaseProcess]:
 
 @contextmanager
 def _surroundings() -> Iterator[None]:
-    """What a new process inherits: one core, and no Ctrl-C, which is for this process to heed."""
-    kept = dict(os.environ)
+    """The environment of a new process: one core, and no Ctrl-C, which this process handles."""
+    before = dict(os.environ)
     # Python's own helper, which would be started with the first of them, lets Ctrl-C through when it is.
     resource_tracker.ensure_running()
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
@@ -96,21 +96,21 @@ def _surroundings() -> Iterator[None]:
     finally:
         for name in _ONE_CORE:
             del os.environ[name]
-            os.environ.update({name: kept[name]} if name in kept else {})
+            os.environ.update({name: before[name]} if name in before else {})
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _work(pipe: Connection, compute: Compute) -> None:
-    """What a process does: says that it is there, and after each job None, or what went wrong."""
+    """The work of a process: send None at the start, and after each job None or its error."""
     Thread(target=_end_with_parent, daemon=True).start()
     # When the other end is closed there is nobody to work for.
     with suppress(EOFError, OSError):
         pipe.send(None)
         while True:
-            pipe.send(_complaint(compute, pipe.recv()))
+            pipe.send(_error_of(compute, pipe.recv()))
 
 
-def _complaint(compute: Compute, job: Job) -> Exception | None:
+def _error_of(compute: Compute, job: Job) -> Exception | None:
     try:
         compute(job)
     except Exception as error:
@@ -127,13 +127,13 @@ def _end_with_parent() -> None:
 
 
 def _give(pipe: Connection, job: Job) -> None:
-    # One that has just died is noticed when it is listened to.
+    # The death of a process is noticed at the next read.
     with suppress(OSError):
         pipe.send(job)
 
 
-def _answered(pipe: Connection) -> bool:
-    """Whether a process is there to be given a job; raises what its last one raised."""
+def _is_ready(pipe: Connection) -> bool:
+    """True if a process is ready for a job, False if it died; raise the error of its last job."""
     try:
         error = pipe.recv()
     except (EOFError, OSError):

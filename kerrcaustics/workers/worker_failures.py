@@ -1,4 +1,4 @@
-"""Workers that die or stay away: how much of it a sweep or a film bears, and how it ends."""
+"""Workers that die or stay away: limits that a sweep or a film tolerates, and its end beyond them."""
 
 from collections import Counter
 from collections.abc import Callable, Generator
@@ -6,18 +6,18 @@ from time import monotonic
 from typing import Any, NoReturn
 
 Job = Any
-"""What one job is told by: hashable, and small enough to be sent."""
+"""The description of a job: hashable, and small enough to be sent."""
 
 Compute = Callable[[Job], None]
-"""What a worker does."""
+"""The work of a worker on one job."""
 Finished = Generator[tuple[Job, bool], None, None]
-"""Each job when it is done, and whether it is computed: not so where every worker died with it."""
+"""Each job when it is done, with True if it was computed, False if every worker died with it."""
 
-# Seconds without a worker after which that is said, and after which all ends.
+# Seconds without a worker until a message, and until the end.
 _SAID, _BORNE = 30.0, 300.0
-# Deaths with one job after which it is given up.
+# Deaths with one job until it is given up.
 _WITH_A_JOB = 12
-# Deaths for each worker, with no job computed in between, after which all ends.
+# Deaths for each worker, with no job computed in between, until the end.
 _IN_A_ROW = 40
 
 
@@ -29,45 +29,45 @@ class WorkersLost(RuntimeError):
 
 
 class WorkerFailures:
-    """What is known of the workers of a sweep or a film. Whoever runs jobs tells it what happens.
+    """Failures of the workers of a sweep or a film, as reported by the function that runs the jobs.
 
-    It says `say` when there has been no worker for a while, and raises WorkersLost when there is no hope.
+    The absence of workers is reported through `say`; beyond the limits WorkersLost is raised.
     """
 
     def __init__(self, say: Callable[[str], None], task: str = "sweep") -> None:
         self._say, self._task = say, task
-        self._seen = monotonic()
+        self._last_sign = monotonic()
         self._workers = 1
         self._deaths: Counter[Job] = Counter()
         self._in_a_row = 0
 
     def there_are(self, workers: int, starting: int = 0) -> None:
-        """So many workers can compute at this moment; for those that are starting it waits, however long they take."""
+        """Report the number of workers at this moment; those that are starting may take any time."""
         now = monotonic()
         if workers:
-            self._seen, self._workers = now, max(workers, self._workers)
+            self._last_sign, self._workers = now, max(workers, self._workers)
             return
-        absent = now - self._seen
+        absent = now - self._last_sign
         if absent > _BORNE and not starting:
             self.end(f"No worker for {absent:.0f} s")
         if absent > _SAID:
             self._say(f"no worker for {absent:.0f} s")
 
     def end(self, why: str) -> NoReturn:
-        """Nothing more can be computed."""
+        """Raise WorkersLost: nothing more can be computed."""
         raise WorkersLost(why, self._task)
 
     def computed(self) -> None:
-        """A job is done."""
-        self._seen, self._in_a_row = monotonic(), 0
+        """Report a job that is done."""
+        self._last_sign, self._in_a_row = monotonic(), 0
 
     def died(self, job: Job | None, times: int = 1) -> bool:
-        """Workers died, with this job or before they had one; True while the job may be tried again."""
+        """Report workers that died, with this job or before they had one; True while the job may be tried again."""
         self._in_a_row += times
         if self._in_a_row >= _IN_A_ROW * self._workers:
             self.end(f"Workers died {self._in_a_row} times without computing anything (too little memory?)")
         if job is None:
             return True
-        self._seen = monotonic()
+        self._last_sign = monotonic()
         self._deaths[job] += times
         return self._deaths[job] < _WITH_A_JOB

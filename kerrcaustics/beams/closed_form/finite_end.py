@@ -1,12 +1,12 @@
 """The radial motion of a ray to a finite end: a radius, or the radius after a given Mino time.
 
-The radius after a Mino time comes roughly from Weierstrass' function, and is improved by what the integral for the
-time says. A place on the ray is held as u = 1/r and y, the root of the outer factor of R over r with the sign of r',
+The radius after a Mino time comes roughly from Weierstrass' function, and is refined by the integral for the time. A
+place on the ray is held as u = 1/r and y, the root of the outer factor of R over r with the sign of r',
 
     y^2 = (1 - h u)^2 - d u^2,   x^2 = (1 - low u) (1 - next u),   u' = -x y,
 
-two numbers that pass a turning point smoothly. What rounding, or a change of the roots, takes off that curve is put
-back at right angles to it, so that nothing is ever divided by a rate that may vanish.
+two numbers that pass a turning point smoothly. A point that rounding, or a change of the roots, takes off that curve is
+put back at right angles to it, so that nothing is ever divided by a rate that may vanish.
 """
 
 import jax
@@ -22,7 +22,7 @@ from kerrcaustics.beams.closed_form.radial_motion import (
     travel,
 )
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
-from kerrcaustics.beams.ends import Aim
+from kerrcaustics.beams.surface import Aim
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon
@@ -46,15 +46,15 @@ def to_sphere(
     roots, start = start_of(frame, photon, quartic)
     u = 1 / radius + 0 * photon.b
     square = radial.outer_square(roots.quartic(), (start.r, start.outer), radius)
-    known = aim.lost | (square > radial.arrival_doubt(frame, photon, quartic, radius))
+    is_certain = aim.lost | (square > radial.arrival_doubt(frame, photon, quartic, radius))
     square = square * u * u
-    y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(known & (square > 0), square, 1.0))
+    y = jnp.where(aim.rising, 1.0, -1.0) * jnp.sqrt(jnp.where(is_certain & (square > 0), square, 1.0))
     # The radius itself, not 1 / u, so that its difference from the camera's is exact.
     end = _place(frame.spin, roots, (u, y))._replace(r=radius, height=radius - 1 - radial.horizon_lift(frame.spin))
-    way = _counted(frame, radial_leg.integrals(frame.spin, roots, start, end, with_time=with_time))
-    there = travel(frame.spin, way, aim.captured)
+    way = _timed(frame, radial_leg.integrals(frame.spin, roots, start, end, with_time=with_time))
+    motion = travel(frame.spin, way, aim.captured)
     psi_rate, _ = _rates_at(frame.spin, photon.b, u)
-    return there._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=known)
+    return motion._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=is_certain)
 
 
 def after(frame: Frame, photon: Photon, quartic: radial.Quartic, time: Reals, aim: Aim, *, with_time: bool) -> Travel:
@@ -62,21 +62,21 @@ def after(frame: Frame, photon: Photon, quartic: radial.Quartic, time: Reals, ai
     spin = frame.spin
     roots, start = start_of(frame, photon, quartic)
     coefficients = radial.potential_coefficients(spin, photon)
-    near, certified = _found(spin, *jax.lax.stop_gradient((photon, coefficients, roots, start, time)))
+    near, certified = _refined(spin, *jax.lax.stop_gradient((photon, coefficients, roots, start, time)))
     near_u, y = point = _on_curve(roots, near)
-    whole = _counted(frame, radial_leg.integrals(spin, roots, start, _place(spin, roots, point), with_time=with_time))
+    whole = _timed(frame, radial_leg.integrals(spin, roots, start, _place(spin, roots, point), with_time=with_time))
     late = time - whole.time
     slope = -y * _x(roots, near_u)
     u = near_u + jax.lax.stop_gradient(slope) * late
-    there = travel(spin, whole, aim.captured)
+    motion = travel(spin, whole, aim.captured)
     psi_rate, clock_rate = _rates_at(spin, photon.b, u)
-    hidden = jax.lax.stop_gradient((psi_rate, clock_rate))
-    slow = None if there.clock is None else there.clock + hidden[1] * late
+    rates = jax.lax.stop_gradient((psi_rate, clock_rate))
+    slow = None if motion.clock is None else motion.clock + rates[1] * late
     arc, clearance = time * jnp.sqrt(photon.k + 3), jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
     certified = certified & (jnp.abs(late) * jnp.sqrt(photon.k + 3) < _LATE * clearance) & (arc > _SHORTEST)
     return Travel(
         time=time,
-        psi=there.psi + hidden[0] * late,
+        psi=motion.psi + rates[0] * late,
         captured=aim.captured,
         clock=slow,
         u=u,
@@ -87,8 +87,8 @@ def after(frame: Frame, photon: Photon, quartic: radial.Quartic, time: Reals, ai
     )
 
 
-def _counted(frame: Frame, way: RadialIntegrals) -> RadialIntegrals:
-    """The integrals, the time counted from where that of the camera is."""
+def _timed(frame: Frame, way: RadialIntegrals) -> RadialIntegrals:
+    """The integrals, with the time counted from the start of the camera's."""
     return way if way.growing is None else way._replace(growing=way.growing + frame.start)
 
 
@@ -103,7 +103,7 @@ def growth(frame: Frame, photon: Photon, time: Reals) -> Reals:
     return jnp.abs(jax.jvp(varied, (w,), (jnp.sqrt(jnp.maximum(photon.k, 0) + 3),))[1])
 
 
-def _found(
+def _refined(
     spin: Reals,
     photon: Photon,
     coefficients: tuple[Reals, Reals, Reals],
@@ -111,7 +111,7 @@ def _found(
     start: RadialPlace,
     time: Reals,
 ) -> tuple[_Point, Flags]:
-    """The place after a Mino time, but for round-off; whether it lies between horizon and infinity."""
+    """The place after a Mino time, but for round-off; True if it lies between horizon and infinity."""
     a2, a1, a0 = coefficients
     u, w = inverse_radius(coefficients, (photon.position[0], photon.rate[0]), time)
     inside = (u > 0) & (u * radial.horizon(spin) < 1)

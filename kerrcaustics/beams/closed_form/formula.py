@@ -26,19 +26,10 @@ from kerrcaustics.beams import certainty, errors
 from kerrcaustics.beams.closed_form import finite_end, round_off, small_k, variation
 from kerrcaustics.beams.closed_form.polar_motion import Polar, Swing, polar_motion, polar_swing, time_to_plane
 from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
-from kerrcaustics.beams.ends import (
-    Aim,
-    Arriving,
-    CelestialSphere,
-    End,
-    EquatorialPlane,
-    Jacobian,
-    Row,
-    Sphere,
-    Spherical,
-)
+from kerrcaustics.beams.ends import CelestialSphere, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.geometry import dot, length
 from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
+from kerrcaustics.beams.surface import Aim, Arriving, End, Jacobian, Row
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
@@ -51,15 +42,16 @@ LEAST_K = 2.0
 _PHASE_MARGIN = 1e-9
 
 
-Found = RayEnd[Reals | Flags]
+Ends = RayEnd[Reals | Flags]
 
 
-class _Known(NamedTuple):
+class _Values(NamedTuple):
     """Values of a ray beside its direction n' and its radius at the end.
 
-    the factors of R, of rays that are not short; polar and radial motion; how it arrives; lost, it does not reach its
-    end, and whether that is certain; certified, the formulas hold; spread, of a ray traced alone; noise, and that of
-    the Jacobian, of its size and absolute; sense, the sign that det J has where no conjugate point was passed.
+    quartic, the factors of R, of rays that are not short; polar and radial motion; at, the arrival; lost: it does not
+    reach its end; certain: rounding does not decide that; certified: the formulas hold; spread, of a ray traced alone;
+    noise, and that of the Jacobian, relative to its size and absolute; sense, the sign of det J if no conjugate point
+    was passed.
     """
 
     photon: Photon
@@ -77,15 +69,15 @@ class _Known(NamedTuple):
     sense: Reals
 
 
-Ray = tuple[tuple[Components, Reals], _Known]
+Ray = tuple[tuple[Components, Reals], _Values]
 
 
-def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator: bool, short: bool = False) -> Found:
+def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator: bool, short: bool = False) -> Ends:
     """Rays, or beams, from camera-sky directions to their end.
 
-    Parameters: sky, three arrays N_x, N_y, N_z; end, where rays end; wanted, what to compute beside n'; on_equator,
-    whether the camera is exactly there, which is cheaper; short, whether to take the formulas of small_k.py, which hold
-    for escaping rays of k < MOST_K and ends beyond the camera.
+    Parameters: sky, three arrays N_x, N_y, N_z; end, that of the rays; wanted, the quantities beside n';
+    on_equator: the camera is exactly there, which is cheaper; short: take the formulas of small_k.py, which hold for
+    escaping rays of k < MOST_K and ends beyond the camera.
     """
 
     def ray(x: Reals, y: Reals, z: Reals) -> Ray:
@@ -94,20 +86,20 @@ def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator
         return _ray(frame, (x, y, z), end, wanted, on_equator=on_equator)
 
     if not wanted.beams:
-        (direction, radius), known = ray(*sky)
-        return _ray_end(frame, end, direction, radius, known, known.spread, wanted)
+        (direction, radius), values = ray(*sky)
+        return _ray_end(frame, end, direction, radius, values, values.spread, wanted)
     if short:
-        (direction, radius), vary, known = jax.linearize(ray, *sky, has_aux=True)
+        (direction, radius), vary, values = jax.linearize(ray, *sky, has_aux=True)
         angles, in_radius = _forward(sky, direction, vary)
     else:
-        (direction, radius), known = ray(*sky)
-        assert known.quartic is not None
-        way = variation.Way(known.quartic, known.travel, known.polar, direction, radius)
-        angles, in_radius = variation.columns(frame, sky, known.photon, way, end, on_equator=on_equator)
+        (direction, radius), values = ray(*sky)
+        assert values.quartic is not None
+        way = variation.Way(values.quartic, values.travel, values.polar, direction, radius)
+        angles, in_radius = variation.columns(frame, sky, values.photon, way, end, on_equator=on_equator)
     jacobian = end.jacobian(angles, radius, in_radius)
     spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
-    found = _ray_end(frame, end, direction, radius, known, spread + end.motion(known.at), wanted)
-    return _with_beam(found, end, jacobian, spread, known, wanted)
+    ends = _ray_end(frame, end, direction, radius, values, spread + end.motion(values.at), wanted)
+    return _with_beam(ends, end, jacobian, spread, values, wanted)
 
 
 def _forward(sky: Components, direction: Components, vary: Any) -> tuple[Jacobian, Row]:
@@ -119,36 +111,36 @@ def _forward(sky: Components, direction: Components, vary: Any) -> tuple[Jacobia
 
 
 def _ray_end(
-    frame: Frame, end: End, direction: Components, radius: Reals, known: _Known, spread: Reals, wanted: Wanted
-) -> Found:
-    hidden = jnp.where(known.lost, jnp.nan, 0.0)
-    rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * known.polar.phase)
-    unlimited = known.noise + rounded
+    frame: Frame, end: End, direction: Components, radius: Reals, values: _Values, spread: Reals, wanted: Wanted
+) -> Ends:
+    hidden = jnp.where(values.lost, jnp.nan, 0.0)
+    rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * values.polar.phase)
+    unlimited = values.noise + rounded
     error = jnp.minimum(unlimited, math.pi) + hidden
-    rate, turn = known.photon.rate, known.polar.azimuth
-    certified = known.certified & (known.lost | jnp.isfinite(error))
+    rate, turn = values.photon.rate, values.polar.azimuth
+    certified = values.certified & (values.lost | jnp.isfinite(error))
     time, late = None, (None, None)
-    if known.travel.clock is not None and known.polar.clock is not None:
-        time = known.travel.clock + known.polar.clock
-        certified = certified & (known.lost | jnp.isfinite(time))
-        rounding = round_off.of_time(frame, known.travel)
-        late = tuple(part + rounding for part in errors.of_time(frame, end, known.at, error, known.noise))
+    if values.travel.clock is not None and values.polar.clock is not None:
+        time = values.travel.clock + values.polar.clock
+        certified = certified & (values.lost | jnp.isfinite(time))
+        rounding = round_off.of_time(frame, values.travel)
+        late = tuple(part + rounding for part in errors.of_time(frame, end, values.at, error, values.noise))
         time = time + hidden
     crossings, crossings_certain = None, None
     if wanted.crossings:
-        polar, place = known.polar, (direction[2], error)
+        polar, place = values.polar, (direction[2], error)
         crossings, crossings_certain = certainty.crossings(frame, end, polar.crossings, place, polar.leaving, rate)
     return RayEnd(
         direction=stacked(direction, hidden),
-        azimuth=known.azimuth + hidden,
-        azimuth_error=certainty.azimuth_error(frame, known.photon, direction, unlimited, turn, rate) + hidden,
-        status=status_of(known.lost, known.travel.captured),
-        status_certain=known.certain,
+        azimuth=values.azimuth + hidden,
+        azimuth_error=certainty.azimuth_error(frame, values.photon, direction, unlimited, turn, rate) + hidden,
+        status=status_of(values.lost, values.travel.captured),
+        status_certain=values.certain,
         error=error,
-        noise=known.noise,
+        noise=values.noise,
         closed_form=certified,
         radius=radius + hidden if end.finite else None,
-        outward=known.travel.rate < jnp.zeros_like(radius) if end.finite else None,
+        outward=values.travel.rate < jnp.zeros_like(radius) if end.finite else None,
         time=time,
         time_error=late[0],
         time_noise=late[1],
@@ -157,17 +149,17 @@ def _ray_end(
     )
 
 
-def _with_beam(found: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, known: _Known, wanted: Wanted) -> Found:
-    hidden = jnp.where(known.lost, jnp.nan, 0.0)
+def _with_beam(ends: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, values: _Values, wanted: Wanted) -> Ends:
+    hidden = jnp.where(values.lost, jnp.nan, 0.0)
     determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
-    own, far = known.jacobian_noise
-    error = errors.of_jacobian(end, own + far / jnp.maximum(spread, 1), found.error, known.at.turning, spread)
+    own, far = values.jacobian_noise
+    error = errors.of_jacobian(end, own + far / jnp.maximum(spread, 1), ends.error, values.at.turning, spread)
     return replace(
-        found,
+        ends,
         jacobian=stacked(jacobian, hidden),
         jacobian_error=jnp.minimum(error, 1.0),
-        closed_form=found.closed_form & (known.lost | jnp.isfinite(spread)),
-        index=_morse_index(known.polar.phase, known.sense * determinant) if wanted.index else None,
+        closed_form=ends.closed_form & (values.lost | jnp.isfinite(spread)),
+        index=_morse_index(values.polar.phase, values.sense * determinant) if wanted.index else None,
         index_certain=certainty.index_is_certain(jacobian, error) if wanted.index else None,
     )
 
@@ -175,7 +167,7 @@ def _with_beam(found: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, 
 def _morse_index(phase: Reals, determinant: Reals) -> Reals:
     """The Morse index: the k-th conjugate point lies in the k-th half turn of the polar phase.
 
-    So the index is the number of half turns or one more, and the sign of det J tells which. (Found, not
+    So the index is the number of half turns or one more, as the sign of det J shows. (An observation, not
     proved: no exception among millions of rays, see docs/accuracy.md.)
     """
     turns = jnp.maximum(jnp.floor(phase / math.pi - _PHASE_MARGIN), 0)
@@ -201,7 +193,7 @@ def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator:
         lost, certain = aim.lost, aim.certain
         noise, spread = round_off.at_finite_end(frame, sky, photon, quartic, end, travel, aim, at, polar.phase)
     holds = (photon.k >= LEAST_K) & jnp.isfinite(length(direction))
-    known = _Known(
+    values = _Values(
         photon=photon,
         quartic=quartic,
         azimuth=azimuth,
@@ -216,20 +208,20 @@ def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator:
         jacobian_noise=round_off.of_jacobian(frame, sky, photon, quartic, noise, travel.clearance),
         sense=end.orientation(photon, travel.rate),
     )
-    return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
+    return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(values)
 
 
 def _travelled(
     frame: Frame, photon: Photon, quartic: radial.Quartic, swing: Swing, end: End, *, with_time: bool
 ) -> tuple[Travel, Aim | None]:
-    """The radial motion to the end; to infinity it tells itself which rays are captured."""
+    """The radial motion to the end, and the aim there: None at infinity, as the motion holds the captured rays."""
     if isinstance(end, CelestialSphere):
         return radial_motion(frame, photon, quartic, with_time=with_time), None
     aim = end.aim(frame, *jax.lax.stop_gradient((photon, quartic)))
     if isinstance(end, Sphere):
         return finite_end.to_sphere(frame, photon, quartic, end.radius, aim, with_time=with_time), aim
     if isinstance(end, EquatorialPlane):
-        # Some time that every ray lasts, where there is none.
+        # A time within the length of every ray, for rays that do not reach the plane.
         brief = 0.01 / (frame.radius * jnp.sqrt(photon.k + 3))
         time = jnp.where(aim.lost, brief, time_to_plane(frame, swing, end.crossing))
         return finite_end.after(frame, photon, quartic, time, aim, with_time=with_time), aim
@@ -243,7 +235,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, with_time: bool
     polar = small_k.polar_motion(frame, photon, travel.time, with_time=with_time)
     direction, azimuth = _turned(travel, polar)
     noise = round_off.of_small_k(frame, end, travel.psi)
-    known = _Known(
+    values = _Values(
         photon=photon,
         quartic=None,
         azimuth=azimuth,
@@ -259,7 +251,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, with_time: bool
         jacobian_noise=(9 * noise, 0.0 * noise),
         sense=1.0,
     )
-    return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(known)
+    return (direction, end.radius_at(travel.u)), jax.lax.stop_gradient(values)
 
 
 def _arriving(photon: Photon, travel: Travel) -> Arriving:

@@ -43,9 +43,9 @@ class PolarRates(NamedTuple):
 class Polar(NamedTuple):
     """m = (x, y, z) at the end, still to be turned about the axis by `turn`.
 
-    azimuth: how far m and the turn have gone round the axis, unwrapped; phase: the z gone through; crossings of the
+    azimuth: that of m and the turn about the axis, unwrapped; phase: the z gone through; crossings of the
     equatorial plane; leaving, positive where the ray moves away from it; clock, the integral of a^2 m_z^2, and rates,
-    for variations, None if not asked for.
+    for variations, None if not requested.
     """
 
     x: Reals
@@ -115,7 +115,7 @@ def polar_motion(
     with_time: bool = False,
     varied: bool = False,
 ) -> Polar:
-    """The polar motion over a Mino time, from the camera; with the clock, and what varying it needs, if asked for.
+    """The polar motion over a Mino time, from the camera; with the clock, and rates for variations, if requested.
 
     Errors: about 1e-16 times the phase.
     """
@@ -198,15 +198,7 @@ def _swing(frame: Frame, photon: Photon, b: Reals, *, on_equator: bool) -> Swing
     rate = frequency / elliptic.theta3(nome) ** 2
     decay, growth = decay_slope * modulus.part, nome_slope / decay_slope
     n2, n4 = nome**2, nome**4
-    terms = (
-        1.0,
-        decay,
-        nome * growth,
-        n2 * decay**2,
-        n4 * growth**2,
-        n4 * n2 * decay**3,
-        n4 * n4 * nome * growth**3,
-    )
+    terms = (1.0, decay, nome * growth, n2 * decay**2, n4 * growth**2, n4 * n2 * decay**3, n4 * n4 * nome * growth**3)
     total = sum(terms)
     # The azimuth of m changes at the rate b on the equator.
     drift = -b / rate - 2 * sum(n * term for n, term in zip(_POWERS, terms, strict=True)) / total

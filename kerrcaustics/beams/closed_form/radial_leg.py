@@ -23,7 +23,7 @@ def mino_time(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> Reals
 def integrals(
     spin: Reals, roots: RadialRoots, start: RadialPlace, end: RadialPlace, *, with_time: bool
 ) -> RadialIntegrals:
-    """Mino time, I(r_+), I(r_-), and if asked for the integral of r^2 + 2 r, from one place to another.
+    """Mino time, I(r_+), I(r_-), and if requested the integral of r^2 + 2 r, from one place to another.
 
     The last is without r + 2 ln r of the first place, as on the way to infinity.
     """
@@ -46,12 +46,12 @@ def integrals(
     if with_time:
         near, width = (following - roots.h) ** 2 - roots.d, following - low
         poles.append(elliptic.Pole(triple.root**2 - near * scale**2, width * near * scale**3))
-    found = elliptic.carlson(triple, poles, second=with_time)
-    time = 2 * scale * found.first
+    kinds = elliptic.carlson(triple, poles, second=with_time)
+    time = 2 * scale * kinds.first
     plus, minus = (
-        log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
+        log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, kinds.thirds[:2], rates, strict=True)
     )
-    growing = _growing(roots, start, end, triple, scale, poles[-1].p, found) if with_time else None
+    growing = _growing(roots, start, end, triple, scale, poles[-1].p, kinds) if with_time else None
     return RadialIntegrals(time, plus, minus, growing)
 
 
@@ -87,22 +87,22 @@ def _growing(
     triple: elliptic.Triple,
     scale: Reals,
     p: Reals,
-    found: elliptic.Integrals,
+    kinds: elliptic.Integrals,
 ) -> Reals:
     """The integral of r^2 + 2 r from one place to another, less r + 2 ln r at the first."""
     h, d, low, following, *_ = roots
     near, below, width = (following - h) ** 2 - d, (low - h) ** 2 - d, following - low
     t1, t2 = start.r - following, end.r - following
-    time = 2 * scale * found.first
+    time = 2 * scale * kinds.first
     first, second = start.outer * start.inner / t1, end.outer * end.inner / t2
     s1, s2 = start.r - h, end.r - h
     squares = -(s1 + s2) - width * (s1 * s2 + (h - following) * (s1 + s2) + d) / (t1 * t2)
     s = _sum(first, second, squares)
-    power = following * time + elliptic.log_ratio(s, scale, p / (t1 * t2)) + 2 / 3 * found.thirds[-1]
+    power = following * time + elliptic.log_ratio(s, scale, p / (t1 * t2)) + 2 / 3 * kinds.thirds[-1]
     ends = (start.r - low) * (end.r - low) / (start.inner * end.inner) * scale / triple.root
     # - first - r, of rays that start inward far away, from the difference of squares.
     rest = (2 * following * start.r + (h * h - d + 2 * h * low)) - low * (h * h - d) / start.r
     inward = first < 0
     late = jnp.where(inward, rest * start.r / (t1 * jnp.where(inward, start.r - first, 1.0)), -first - start.r)
-    square = second + late + (following**2 - near / 2) * time + near * (below / 3 * scale**3 * found.second + ends)
+    square = second + late + (following**2 - near / 2) * time + near * (below / 3 * scale**3 * kinds.second + ends)
     return square + 2 * (power - jnp.log(start.r))

@@ -31,10 +31,10 @@ from kerrcaustics.spacetime.frame import Frame, Photon
 class Travel(NamedTuple):
     """The radial motion to the end.
 
-    time, of Mino; psi; captured; clock, the part of the coordinate time that belongs to r, None if not asked for: to
+    time, of Mino; psi; captured; clock, the part of the coordinate time that belongs to r, None if not requested: to
     infinity the limit of it - r - 2 ln r. At the end: u = 1/r and the rates of u and psi; clearance, the distance from
-    the outer roots, relative to the radius (for a given time from the middle of them), None at infinity; holds, whether
-    the formulas do.
+    the outer roots, relative to the radius (for a given time from the middle of them), None at infinity; holds: the
+    formulas do.
     """
 
     time: Reals
@@ -92,7 +92,7 @@ class RadialIntegrals(NamedTuple):
 
 
 def radial_motion(frame: Frame, photon: Photon, quartic: radial.Quartic, *, with_time: bool = False) -> Travel:
-    """The radial motion of rays from the camera to infinity; with the clock if asked for."""
+    """The radial motion of rays from the camera to infinity; with the clock if requested."""
     roots, start = start_of(frame, photon, quartic)
     way = _to_infinity(frame.spin, roots, start, with_time=with_time)
     if way.growing is not None:
@@ -157,12 +157,12 @@ def _to_infinity(spin: Reals, roots: RadialRoots, place: RadialPlace, *, with_ti
         rates.append(rate)
     if with_time:
         poles.append(_pole_at_infinity(roots, place))
-    found = elliptic.carlson(triple, poles, second=with_time)
-    time = 2 * found.first
+    kinds = elliptic.carlson(triple, poles, second=with_time)
+    time = 2 * kinds.first
     plus, minus = (
-        log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, found.thirds[:2], rates, strict=True)
+        log + 2 / 3 * third - rate * time for log, third, rate in zip(logs, kinds.thirds[:2], rates, strict=True)
     )
-    return RadialIntegrals(time, plus, minus, _growing(roots, place, triple, poles[-1].p, found) if with_time else None)
+    return RadialIntegrals(time, plus, minus, _growing(roots, place, triple, poles[-1].p, kinds) if with_time else None)
 
 
 def _pole_at_infinity(roots: RadialRoots, place: RadialPlace) -> elliptic.Pole:
@@ -182,15 +182,15 @@ def _pole_at_infinity(roots: RadialRoots, place: RadialPlace) -> elliptic.Pole:
 
 
 def _growing(
-    roots: RadialRoots, place: RadialPlace, triple: elliptic.Triple, p: Reals, found: elliptic.Integrals
+    roots: RadialRoots, place: RadialPlace, triple: elliptic.Triple, p: Reals, kinds: elliptic.Integrals
 ) -> Reals:
     """The integral of r^2 + 2 r from a place to a large radius X, less X + 2 ln X, and less the same at the place."""
     h, d, low, following, *_ = roots
     r, _, inner, outer = place
     e = (low + h) ** 2
     near, below = (following - h) ** 2 - d, (low - h) ** 2 - d
-    time = 2 * found.first
-    first_power = following * time - jnp.log(p / (4 * (r - following)) * r) + 2 / 3 * found.thirds[-1]
+    time = 2 * kinds.first
+    first_power = following * time - jnp.log(p / (4 * (r - following)) * r) + 2 / 3 * kinds.thirds[-1]
     # (B - A) / (A + B) from the difference of squares; 2 h times that is 2 r, and a rest, for rays that start inward.
     product = 4 * r * h + d - e
     ends = 2 * h * product / triple.root**2 - 2 * r
@@ -199,4 +199,4 @@ def _growing(
     square = (2 * h * h - d - e) + 2 * bend / (1 + jnp.abs(outer / r) * (inner / r))
     rest = (2 * h * square - 2 * r * (d - e)) / jnp.where(outer < 0, product, 1.0)
     finite = jnp.where(outer < 0, rest, ends)
-    return (following**2 - near / 2) * time + near * below / 3 * found.second + finite + 2 * first_power
+    return (following**2 - near / 2) * time + near * below / 3 * kinds.second + finite + 2 * first_power

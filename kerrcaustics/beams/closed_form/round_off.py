@@ -1,4 +1,4 @@
-"""Round-off of the formulas: what the closed form loses, beside what rounding of N costs every engine.
+"""Round-off of the formulas of the closed form, beside that of N, which all engines share.
 
 All factors were measured: studies/accuracy/error_estimates.py. psi is a difference of two integrals divided by r_+ -
 r_-. Close to the hole, photons that move with its horizon, 2 r_+ = a b, are the worst. Rounding b and q moves the
@@ -11,7 +11,8 @@ import jax.numpy as jnp
 from kerrcaustics.beams import errors
 from kerrcaustics.beams.closed_form import finite_end, small_k
 from kerrcaustics.beams.closed_form.radial_motion import Travel
-from kerrcaustics.beams.ends import Aim, Arriving, End, Spherical
+from kerrcaustics.beams.ends import Spherical
+from kerrcaustics.beams.surface import Aim, Arriving, End
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon, doppler
@@ -20,16 +21,16 @@ from kerrcaustics.spacetime.frame import Frame, Photon, doppler
 ROUNDING, PER_PHASE = 2e-15, 0.3
 # Radians of arc of a way on which the variation of Weierstrass' function loses its digits.
 _LONG = 6.0
-# The least square of a distance of roots, relative to their own; of rays that linger for ever nothing is known.
+# The least square of a distance of roots, relative to their own; the errors of rays that linger for ever are unknown.
 _TINY = 1e-30
-# Of what is read off the radial integrals.
+# Of the values of the radial integrals.
 _INTEGRALS = 3e-16
 # The Jacobian loses more digits than the end: derivatives of psi, of k, of the outer roots close to the camera.
 _IN_DERIVATIVE, _OF_RAPIDITY, _OF_CLEARANCE = 9, 1e-15, 5e-14
 _OF_DIRECTION, _FAR = 1e-15, 6
-# What of the same is lost in psi, beside its own.
+# The part of the same loss in psi, beside its own.
 _IN_TURN = 2e-2
-# What of a distance from the outer roots is lost in the time.
+# The part of a distance from the outer roots that is lost in the time.
 _OF_CLOCK = 2e-16
 
 
@@ -55,7 +56,7 @@ def at_finite_end(
     gap, motion = _gap_to_end(frame, photon, quartic, travel), end.motion(at)
     grown = finite_end.growth(frame, *jax.lax.stop_gradient((photon, travel.time)))
     turn, rest = _of_turn(frame, photon, jnp.minimum(1 / at.u, frame.radius))
-    # What grows on a long way is what moves the outer roots.
+    # On a long way the growth is that by the outer roots.
     grown = jnp.where((at.speed * travel.time < _LONG) & jnp.isfinite(grown), grown, 1.0)
     opened = end.opened(grown, at)
     noise = (
@@ -76,12 +77,7 @@ def of_small_k(frame: Frame, end: Spherical, psi: Reals) -> Reals:
 
 
 def of_jacobian(
-    frame: Frame,
-    sky: Components,
-    photon: Photon,
-    quartic: radial.Quartic,
-    noise: Reals,
-    clearance: Reals | None,
+    frame: Frame, sky: Components, photon: Photon, quartic: radial.Quartic, noise: Reals, clearance: Reals | None
 ) -> tuple[Reals, Reals]:
     """Round-off of the Jacobian, from that of the end: relative to its size where that is small, and absolute.
 
@@ -152,7 +148,7 @@ def _moved(frame: Frame, photon: Photon, quartic: radial.Quartic, gap: Reals) ->
 
 
 def _away(frame: Frame, photon: Photon, quartic: radial.Quartic) -> Reals:
-    """1, and less for a camera so close to the outer roots that the rate there tells their distance: that, times 3."""
+    """1, and less for a camera so close to the outer roots that the rate there gives their distance: that, times 3."""
     distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(_apart(quartic))) / quartic.h
     return jnp.where(radial.rate_knows_roots(frame, photon, quartic), jnp.minimum(distance, 1.0), 1.0)
 
@@ -167,8 +163,8 @@ def _gap_to_infinity(frame: Frame, photon: Photon, quartic: radial.Quartic) -> R
 def _gap_to_end(frame: Frame, photon: Photon, quartic: radial.Quartic, travel: Travel) -> Reals:
     """The same on the way to a finite end."""
     first, last = frame.radius - 1 - quartic.lift, 1 / travel.u - 1 - quartic.lift
-    there = (photon.rate[0] > 0) != (travel.rate > 0)
-    nearest = jnp.where(there | (first * last < 0), 0.0, jnp.minimum(jnp.abs(first), jnp.abs(last)))
+    turns = (photon.rate[0] > 0) != (travel.rate > 0)
+    nearest = jnp.where(turns | (first * last < 0), 0.0, jnp.minimum(jnp.abs(first), jnp.abs(last)))
     return _apart(quartic) + nearest**2
 
 

@@ -64,12 +64,12 @@ def radial_motion(frame: Frame, photon: Photon, end: Spherical, *, with_time: bo
     brief = is_brief(frame, end)
     time, psi, slow, growing = _brief_way(frame, photon, end)
     time, psi = jnp.where(brief, time, way.time), jnp.where(brief, psi, -spin * turn)
-    told = None
+    clock = None
     if way.growing is not None:
         slow = jnp.where(brief, slow, 4 * way.time + 2 * turn + way.plus + way.minus)
-        told = slow + (jnp.where(brief, growing, way.growing) if end.finite else way.growing)
-        told = told + jnp.where(frame.start == 0, -(frame.radius + 2 * jnp.log(frame.radius)), 0.0)
-    return Travel(time, psi, jnp.zeros_like(photon.b, bool), told, u=1 / end.radius + 0 * photon.b)
+        clock = slow + (jnp.where(brief, growing, way.growing) if end.finite else way.growing)
+        clock = clock + jnp.where(frame.start == 0, -(frame.radius + 2 * jnp.log(frame.radius)), 0.0)
+    return Travel(time, psi, jnp.zeros_like(photon.b, bool), clock, u=1 / end.radius + 0 * photon.b)
 
 
 def _long_way(frame: Frame, photon: Photon, end: Spherical, *, with_time: bool) -> RadialIntegrals:
@@ -92,7 +92,7 @@ def _height(frame: Frame) -> Reals:
 
 
 def is_brief(frame: Frame, end: Spherical) -> Flags:
-    """Whether the way is short enough for Gauss' formula."""
+    """True if the way is short enough for Gauss' formula."""
     span, room = _span(frame, end)
     return (span < _SHORT_WAY) & (span < room)
 
@@ -164,14 +164,14 @@ def _to_infinity(
     poles = [pole]
     if with_time:
         poles.append(elliptic.Pole(weight + a2, 2 * kappa))
-    found = elliptic.carlson(triple, poles, second=with_time, duplications=_DUPLICATIONS)
-    time = 2 * found.first
-    both = jnp.asarray(found.thirds[0])
+    kinds = elliptic.carlson(triple, poles, second=with_time, duplications=_DUPLICATIONS)
+    time = 2 * kinds.first
+    both = jnp.asarray(kinds.thirds[0])
     plus, minus = log + (both[0] - both[1]) / 3
     growing = None
     if with_time:
-        zeta = product / (2 * root) - e * time - 8 / 3 * slope * found.second
-        growing = r - 2 * zeta - a2 / 6 * time - jnp.log((weight + a2) / 4) - 2 / 3 * found.thirds[1]
+        zeta = product / (2 * root) - e * time - 8 / 3 * slope * kinds.second
+        growing = r - 2 * zeta - a2 / 6 * time - jnp.log((weight + a2) / 4) - 2 / 3 * kinds.thirds[1]
     return RadialIntegrals(time, plus, minus, growing)
 
 
@@ -205,12 +205,12 @@ def polar_motion(frame: Frame, photon: Photon, time: Reals, *, with_time: bool =
     p = 1 - q * s2
     triple = elliptic.Triple(jnp.ones_like(s), jnp.sqrt(2 + linear * s2 + 2 * slope), slope)
     pole = elliptic.Pole(p, q * b * s2 * s, circular=True)
-    found = elliptic.carlson(triple, [pole], second=with_time, duplications=_DUPLICATIONS)
-    turn = -b * time - found.thirds[0] / 3
+    kinds = elliptic.carlson(triple, [pole], second=with_time, duplications=_DUPLICATIONS)
+    turn = -b * time - kinds.thirds[0] / 3
     along = s0 * (1 - s * z * z_rate) + x_rate * s * z0 * z
     across = y_rate * s * z0 * z
     scale = 1 / jnp.sqrt(p)
-    slow = spin2 * (q * s2 * s / 3 * found.second + s * z0 * z) if with_time else None
+    slow = spin2 * (q * s2 * s / 3 * kinds.second + s * z0 * z) if with_time else None
     return Polar(
         x=scale * along,
         y=scale * across,

@@ -33,7 +33,8 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.closed_form.polar_motion import Polar, PolarRates
 from kerrcaustics.beams.closed_form.radial_motion import RadialRoots, Travel, start_of
-from kerrcaustics.beams.ends import End, EquatorialPlane, Jacobian, Row
+from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.surface import End, Jacobian, Row
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
@@ -98,15 +99,15 @@ def columns(
     """The changes of the angles (theta', phi'), rows, and of the radius of the end with N along both tangents there."""
     slopes = _time_slopes(frame, photon, way, end)
     course = _course(way)
-    found = []
+    changes = []
     for change in _changes(frame, sky):
         swung, along, across = _swung(frame, photon, course, change, on_equator=on_equator)
         late = -swung if isinstance(end, EquatorialPlane) else None
         late, turned, in_radius = _travelled(frame, photon, way, slopes, change, late)
         theta = (swung + late) * course.v_theta + along
         phi = late * course.v_phi + across + course.sine * turned
-        found.append((theta, phi, in_radius))
-    theta, phi, in_radius = zip(*found, strict=True)
+        changes.append((theta, phi, in_radius))
+    theta, phi, in_radius = zip(*changes, strict=True)
     return (theta, phi), in_radius
 
 
@@ -119,11 +120,11 @@ def _changes(frame: Frame, sky: Components) -> list[_Change]:
         return s * z_rate - c * x_rate, -y_rate, u_rate
 
     (p_theta, p_phi, _), vary = jax.linearize(momenta, *sky)
-    found = []
+    changes = []
     for tangent in tangent_parts(*sky, jnp):
         d_theta, d_phi, u_rate = vary(*tangent)
         along = 2 * p_theta * d_theta
-        found.append(
+        changes.append(
             _Change(
                 d_theta,
                 d_phi,
@@ -134,7 +135,7 @@ def _changes(frame: Frame, sky: Components) -> list[_Change]:
                 q=along + 2 * c * c * p_phi * d_phi,
             )
         )
-    return found
+    return changes
 
 
 def _time_slopes(frame: Frame, photon: Photon, way: Way, end: End) -> _TimeSlopes:
@@ -142,19 +143,19 @@ def _time_slopes(frame: Frame, photon: Photon, way: Way, end: End) -> _TimeSlope
     roots, start = start_of(frame, photon, way.quartic)
 
     def arguments(roots: RadialRoots, u_rate: Reals, end_rate: Reals) -> tuple[elliptic.Triple, Reals]:
-        here = _place(roots, start.r, u_rate)
+        first = _place(roots, start.r, u_rate)
         if not end.finite:
-            return radial.to_infinity(roots.quartic(), *here), jnp.ones_like(u_rate)
-        return radial.between(roots.quartic(), here, _place(roots, way.radius, end_rate))
+            return radial.to_infinity(roots.quartic(), *first), jnp.ones_like(u_rate)
+        return radial.between(roots.quartic(), first, _place(roots, way.radius, end_rate))
 
     end_rate = way.travel.rate + jnp.zeros_like(photon.k)
     (triple, scale), pull = jax.vjp(arguments, roots, photon.rate[0], end_rate)
     first, by = elliptic.first_slopes(triple)
     by_roots, u_rate, end_rate = pull((elliptic.Triple(*(2 * scale * slope for slope in by)), 2 * first))
-    here = photon.kappa < _MOST_KAPPA
+    about_h = photon.kappa < _MOST_KAPPA
     near, far = _by_coefficients(roots, by_roots), _by_coefficients_about_zero(frame.spin, photon, roots, by_roots)
-    level, tilt, bend = (jnp.where(here, x, y) for x, y in zip(near, far, strict=True))
-    p, lift = jnp.where(here, roots.h, 0.0), jnp.where(here, roots.lift, -1.0)
+    level, tilt, bend = (jnp.where(about_h, x, y) for x, y in zip(near, far, strict=True))
+    p, lift = jnp.where(about_h, roots.h, 0.0), jnp.where(about_h, roots.lift, -1.0)
     return _TimeSlopes(p, lift, level, tilt, bend, u_rate, end_rate)
 
 
@@ -286,9 +287,7 @@ def _swung(
         start = -z0 * ((rho - 2 * a2 * q + a2 * c * z0**2) * change.p_theta - c / 2 * change.k * p_theta) / (q * rho)
         sine, cosine = course.sine, course.cosine
         apart = jnp.where(
-            jnp.abs(cosine) + abs(z0) < sine + s0,
-            (z0 - cosine) * (z0 + cosine),
-            (sine - s0) * (sine + s0),
+            jnp.abs(cosine) + abs(z0) < sine + s0, (z0 - cosine) * (z0 + cosine), (sine - s0) * (sine + s0)
         )
         starting = start * p_phi * apart / jnp.where(sine == 0, 1.0, sine)
         turned = turned - eta * z0 * p_theta / lift

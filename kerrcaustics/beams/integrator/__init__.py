@@ -1,1 +1,1 @@
-"""The engine that integrates: rays and beams in Mino time by steps of a Runge-Kutta-Nystroem pair; the slow twin."""
+"""The integrator: rays and beams in Mino time by steps of a Runge-Kutta-Nystroem pair."""

@@ -53,7 +53,7 @@ def reading(
 ) -> Reals:
     """Coordinate time from the end to the camera; at infinity the limit of t - r - 2 ln r.
 
-    distant, whether r + 2 ln r of the camera is taken off too, as for an `Observer`.
+    distant: r + 2 ln r of the camera is subtracted too, as for an `Observer`.
     """
     a2, a1, a0, _, _ = constants
     u, w = start.position[0], start.rate[0]
@@ -65,7 +65,7 @@ def reading(
     if at_infinity:
         return time
     u, w = end.position[0], end.rate[0]
-    # w is divided by a u that may be very small: there it is better known from U(u).
+    # w is divided by a u that may be very small: there U(u) gives it more accurately.
     square = 1 + (a2 + (a1 + a0 * u) * u) * u * u
     w = jnp.where(square > 0.25, jnp.copysign(jnp.sqrt(jnp.maximum(square, 0.25)), w), w)
     return time - w / u - 2 * jnp.log(u)

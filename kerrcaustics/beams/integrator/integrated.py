@@ -6,8 +6,8 @@ The path is u = 1/r and a point m = (x, y, z) of the unit sphere that turns abou
 
 No first derivative stands on the right, so a Runge-Kutta-Nystroem pair of order 12(10) integrates it. A beam
 is the same path with its first variation in two orthonormal directions of the camera sky, in the same steps.
-Each ray takes its own steps, from a bound on how fast its solution can change; a batch runs until its slowest
-ray has arrived, so batches want rays of similar work (see beams/dispatch.py).
+Each ray takes its own steps, from a bound on the rate of change of its solution; a batch runs until its slowest
+ray has arrived, so batches should hold rays of similar work (see beams/dispatch.py).
 
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """
@@ -17,7 +17,6 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams.ends import Aim, End
 from kerrcaustics.beams.geometry import first_azimuth
 from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, rates_with_variation
@@ -25,6 +24,7 @@ from kerrcaustics.beams.integrator.journey import Journey, Progress, beam_area, 
 from kerrcaustics.beams.integrator.landing import land
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.surface import Aim, End
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
@@ -35,7 +35,7 @@ DENSEST = 3.6
 
 
 def survey(frame: Frame, sky: Components, end: End) -> Reals:
-    """An estimate of the work that each ray will take, without integrating; 0 for those that do not reach their end."""
+    """An estimate of the work of each ray, without integrating; 0 for those that do not reach their end."""
     constants, path, photon = start(frame, sky)
     aim = aim_at(end, frame, photon)
     work = aim.mino_time * rapidity(frame.spin, constants, path) * _near_edge(constants, aim.mino_time)
@@ -48,7 +48,7 @@ def trace(
     """Rays, or beams, followed from camera-sky directions to their end (infinity is u = 0 exactly).
 
     Parameters: sky, three arrays N_x, N_y, N_z; refinement, steps are shorter by this factor per ray, and 0 leaves
-    a ray out; tolerance, the wanted error of n' in radians; end, where rays end; wanted, what to compute beside n'.
+    a ray out; tolerance, the largest error of n' in radians; end, that of the rays; wanted, the quantities beside n'.
     """
     constants, ray, photon = start(frame, sky)
     aim = aim_at(end, frame, photon)
@@ -99,11 +99,11 @@ def aim_at(end: End, frame: Frame, photon: Photon) -> Aim:
 
 def with_variations(frame: Frame, sky: Components, ray: Path) -> tuple[tuple[Path, ...], list[Constants]]:
     """The ray with its variations in two orthonormal directions of the camera sky, and those of its constants."""
-    started = []
+    starts = []
     for direction in tangent_basis(jnp.stack(sky, axis=-1), jnp):
         tangent = tuple(direction[..., i] for i in range(3))
-        started.append(jax.jvp(lambda *s: start(frame, s)[:2], sky, tangent)[1])
-    return (ray, *(path for _, path in started)), [variation for variation, _ in started]
+        starts.append(jax.jvp(lambda *s: start(frame, s)[:2], sky, tangent)[1])
+    return (ray, *(path for _, path in starts)), [variation for variation, _ in starts]
 
 
 def all_rates(
@@ -114,7 +114,7 @@ def all_rates(
 
 
 def _density(tolerance: Reals, index: bool) -> Reals:
-    """Steps per radian of arc for a wanted error of n'; the power is the order, the factor was measured."""
+    """Steps per radian of arc for a tolerance of n'; the power is the order, the factor was measured."""
     density = 1.1 * (1e-10 / tolerance) ** (1 / 12)
     # Conjugate points lie about half a polar oscillation apart, pi radians of arc: no step may hold two.
     return jnp.maximum(density, 0.8) if index else density

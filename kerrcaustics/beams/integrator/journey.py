@@ -1,14 +1,14 @@
-"""Rays on their way: what steers each one's steps, what is known of it so far, and one step."""
+"""Rays on their way: the control of their steps, their progress, and one step."""
 
 from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.ends import Aim, End
 from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, length
 from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import Constants, horizon_rapidity, polar_rapidity, rapidity, ray_rates
 from kerrcaustics.beams.integrator.nystroem import Path, Rates, nystroem_step
+from kerrcaustics.beams.surface import Aim, End
 from kerrcaustics.spacetime.arrays import Flags, Reals
 
 MAX_STEPS = 3000
@@ -35,7 +35,7 @@ class Journey(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """A ray on its way; what was not asked for is None.
+    """A ray on its way; quantities not requested are None.
 
     time, of Mino, and steps so far; paths: the ray, its variations or its instability, and its clock where there is
     one; local_error and clock_error, summed over the steps; azimuth of m; conjugate_points passed, and the sign of the
@@ -56,30 +56,28 @@ class Progress(NamedTuple):
 
 
 def remaining(journey: Journey, now: Progress) -> Reals:
-    """Mino time left, 0 for rays that are done."""
+    """The rest of the Mino time, 0 for rays that are done."""
     end, path = journey.end, now.paths[0]
-    left = jnp.where(
-        now.time < journey.arrival,
-        journey.arrival - now.time,
-        end.time_left(journey.constants, journey.aim, path),
+    rest = jnp.where(
+        now.time < journey.arrival, journey.arrival - now.time, end.time_left(journey.constants, journey.aim, path)
     )
     pace = rapidity(journey.spin, journey.constants, path) if end.finite else polar_rapidity(journey.constants)
-    off = jnp.abs(left) * pace
+    off = jnp.abs(rest) * pace
     landing = (now.time >= journey.arrival) & ~(off > _LANDING_ARC)
-    # A ray that double precision lost on its way has no time left that is a number.
-    done = journey.idle | landing | (now.steps >= MAX_STEPS) | jnp.isnan(left)
+    # The rest of a ray that double precision lost on its way is NaN.
+    done = journey.idle | landing | (now.steps >= MAX_STEPS) | jnp.isnan(rest)
     if now.corrections is not None:
         done = done | (now.corrections >= jnp.where(off < _CLOSE, _CORRECTIONS, _MOST_CORRECTIONS))
-    return jnp.where(done, 0.0, left)
+    return jnp.where(done, 0.0, rest)
 
 
 def step(journey: Journey, now: Progress) -> Progress:
     """Take one step of every ray that is not done."""
-    left = remaining(journey, now)
-    where = journey.spin, journey.constants, now.paths[0]
-    frequency = jnp.maximum(journey.density * rapidity(*where), _TO_HORIZON * horizon_rapidity(*where))
-    count = jnp.ceil(jnp.abs(left) * frequency)
-    h = left / jnp.maximum(count, 1)
+    rest = remaining(journey, now)
+    state = journey.spin, journey.constants, now.paths[0]
+    frequency = jnp.maximum(journey.density * rapidity(*state), _TO_HORIZON * horizon_rapidity(*state))
+    count = jnp.ceil(jnp.abs(rest) * frequency)
+    h = rest / jnp.maximum(count, 1)
     watched = (0,) if now.clock_error is None else (0, len(now.paths) - 1)
     paths, gaps = nystroem_step(journey.rates, now.paths, h, watched)
     # Beyond the end, a ray goes back.
@@ -88,7 +86,7 @@ def step(journey: Journey, now: Progress) -> Progress:
     arrived = now.time >= journey.arrival
     after = now._replace(
         time=jnp.where(arrived, now.time, jnp.where(count <= 1, journey.arrival, now.time + h)),
-        steps=now.steps + (left != 0),
+        steps=now.steps + (rest != 0),
         paths=paths,
         local_error=now.local_error + local_error(journey.constants, gaps[0], journey.end, journey.aim),
         azimuth=now.azimuth + turn,
@@ -101,7 +99,7 @@ def step(journey: Journey, now: Progress) -> Progress:
 
 
 def _counted(journey: Journey, before: Progress, after: Progress, back: Reals) -> Progress:
-    """The conjugate points and the crossings of one step, if asked for; those of a step back are taken away."""
+    """The conjugate points and the crossings of one step, if requested; those of a step back are subtracted."""
     if before.conjugate_points is not None and before.area_sign is not None:
         passed, sign = changed_sign(before.area_sign, beam_area(journey, after.paths))
         after = after._replace(conjugate_points=before.conjugate_points + back * passed, area_sign=sign)
@@ -117,7 +115,7 @@ def beam_area(journey: Journey, paths: tuple[Path, ...]) -> Reals:
 
 
 def local_error(constants: Constants, gap: Path, end: End | None = None, aim: Aim | None = None) -> Reals:
-    """The error of n', radians, by the gap between the orders: what tells the arrival counts through its time."""
+    """The error of n', radians, by the gap between the orders; an end weighs the components that fix the arrival."""
     speed = polar_rapidity(constants)
     in_u = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / speed
     in_m, in_m_rate = gap.position[1:], gap.rate[1:]

@@ -1,4 +1,4 @@
-"""The last stretch of a ray, one very short Taylor step onto its end, and everything that is read off there."""
+"""The last stretch of a ray, one very short Taylor step onto its end, and the quantities at the end."""
 
 import math
 from collections.abc import Sequence
@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from kerrcaustics.beams import certainty, errors
-from kerrcaustics.beams.ends import Arriving, Jacobian
 from kerrcaustics.beams.geometry import azimuth_step, dot, length, turned
 from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import polar_rapidity
 from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
 from kerrcaustics.beams.integrator.nystroem import Path, Rates
 from kerrcaustics.beams.ray_end import RayEnd, stacked, status_of
+from kerrcaustics.beams.surface import Arriving, Jacobian
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame
@@ -26,7 +26,7 @@ from kerrcaustics.spacetime.sphere import polar_basis
 _DIRECTION_GAIN = 0.02
 # Steps per radian of arc, or more, for which that was measured: in longer ones the two orders are less far apart.
 _DENSE = 0.8
-# Round-off of 1e-16 in N, or in a step, is seen magnified by the spread of the beam; more of it in many steps. That of
+# Round-off of 1e-16 in N, or in a step, is magnified by the spread of the beam; more of it in many steps. That of
 # the angles by which the path turns round the axis is relative.
 _ROUNDING, _PER_STEP, _OF_TURN = 1e-15, 0.1, 4e-16
 # Round-off of N as it enters the Jacobian through the angular momentum.
@@ -42,7 +42,7 @@ class _Doubt(NamedTuple):
 
 
 class _Touch(NamedTuple):
-    """The paths at the end, and what the ray does there: m, n', the azimuth of m, psi'; the arc of the Taylor step."""
+    """The paths at the end, with m, n', the azimuth of m, psi' there; the arc of the Taylor step."""
 
     paths: list[Path]
     m: Components
@@ -64,7 +64,7 @@ def land(
     lost = end.lost(journey.aim, frame.spin, ray.position[0])
     hidden = jnp.where(lost, jnp.nan, 0.0)
     error, rate = jnp.minimum(doubt.direction, math.pi), started[0].rate
-    found: RayEnd[Any] = RayEnd(
+    ends: RayEnd[Any] = RayEnd(
         direction=stacked(_or(touch.n, (1.0, 0.0, 0.0)), hidden),
         azimuth=_or((touch.turn + ray.psi,), (0.0,))[0] + hidden,
         azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, doubt.direction, touch.turn, rate)
@@ -81,15 +81,15 @@ def land(
     if last.crossings is not None:
         leaving = ray.position[3] * ray.rate[3]
         count, sure = certainty.crossings(frame, end, last.crossings, (touch.n[2], error), leaving, rate)
-        found = replace(found, crossings=count, crossings_certain=sure)
+        ends = replace(ends, crossings=count, crossings_certain=sure)
     if beams:
         rows = tuple(_or(row, (0.0, 0.0)) for row in jacobian)
         sure = None if last.conjugate_points is None else certainty.index_is_certain(rows, doubt.bent)
-        found = replace(found, jacobian=stacked(rows, hidden), jacobian_error=doubt.bent + hidden, index_certain=sure)
+        ends = replace(ends, jacobian=stacked(rows, hidden), jacobian_error=doubt.bent + hidden, index_certain=sure)
     if last.clock_error is None:
-        return found
+        return ends
     time, late, rounding = _timed(frame, journey, started[0], last, touch, doubt)
-    return replace(found, time=time + hidden, time_error=late + hidden, time_noise=rounding)
+    return replace(ends, time=time + hidden, time_error=late + hidden, time_noise=rounding)
 
 
 def _horizon_noise(frame: Frame) -> Reals:
@@ -102,21 +102,21 @@ def _touch_down(journey: Journey, last: Progress) -> _Touch:
     end, spin, paths = journey.end, journey.spin, last.paths
     rest = end.time_left(journey.constants, journey.aim, paths[0])
     if end.finite:
-        there, psi_rate = _advanced(journey.rates, paths, rest)
+        at_end, psi_rate = _advanced(journey.rates, paths, rest)
     else:
         timed = last.clock_error is not None
-        there = [_advanced_far_out(spin, path, rest) for path in (paths[:-1] if timed else paths)]
+        at_end = [_advanced_far_out(spin, path, rest) for path in (paths[:-1] if timed else paths)]
         psi_rate = jnp.zeros_like(rest)
         if timed:
-            there += _advanced(journey.rates, paths, rest)[0][-1:]
-    position, rate, psi = there[0].position, there[0].rate, there[0].psi
+            at_end += _advanced(journey.rates, paths, rest)[0][-1:]
+    position, rate, psi = at_end[0].position, at_end[0].rate, at_end[0].psi
     x, y, z = (p / length(position[1:]) for p in position[1:])
     c, s = jnp.cos(psi), jnp.sin(psi)
     n = (c * x - s * y, s * x + c * y, z)
     speed = polar_rapidity(journey.constants)
     at = Arriving(jnp.abs(position[0]), jnp.abs(rate[0]), jnp.abs(psi_rate), speed)
     turn = last.azimuth + azimuth_step(journey.constants.b, paths[0].position, position)
-    return _Touch(there, (x, y, z), n, turn, psi_rate, at, jnp.abs(rest) * speed)
+    return _Touch(at_end, (x, y, z), n, turn, psi_rate, at, jnp.abs(rest) * speed)
 
 
 def _advanced_far_out(spin: Reals, path: Path, time: Reals) -> Path:
@@ -155,16 +155,11 @@ def _jacobian(journey: Journey, touch: _Touch) -> Jacobian:
 
 
 def _doubt(
-    frame: Frame,
-    journey: Journey,
-    started: tuple[Path, ...],
-    last: Progress,
-    touch: _Touch,
-    jacobian: Jacobian,
+    frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, touch: _Touch, jacobian: Jacobian
 ) -> _Doubt:
     """The growth to the end of errors made on the way, and of round-off in N: in radians, in the plane also in ln r.
 
-    The beam tells it, which opens by so many radians of arc, or more, for each in N.
+    It follows from the beam, which opens by at least this many radians of arc for each in N.
     """
     end, at, ray = journey.end, touch.at, touch.paths[0]
     size = end.spread(length([entry for row in jacobian for entry in row]), 1 / at.u)
@@ -179,11 +174,11 @@ def _doubt(
     bent = errors.of_jacobian(end, _IN_JACOBIAN * opening * often, drift + noise, at.turning, growth)
     # A beam opens with the way, and the more the less its rays have of a radial motion at their end.
     bent = bent + unsettled * (bending + 1 / jnp.maximum(last.time, 1e-300))
-    # Rounding of its place: of the height, where that tells the arrival; of the distance from the horizon in psi.
+    # Rounding of its place: of the height, if that fixes the arrival; of the distance from the horizon in psi.
     slip = end.slip(journey.aim, at) / growth + at.turning / radial.horizon_function(journey.spin, at.u)
     bent = jnp.minimum(bent + _ROUNDING * often * slip, 1.0)
     direction = _gain(journey) * drift + noise
-    # Where double precision could not follow the ray nothing is known of its end.
+    # If double precision could not follow the ray, its end is unknown.
     known = (last.steps < MAX_STEPS) & jnp.isfinite(direction + touch.turn + ray.psi)
     limited = ((direction, jnp.inf), (noise, math.pi), (bent, 1.0))
     return _Doubt(*(jnp.where(known, value, limit) for value, limit in limited))

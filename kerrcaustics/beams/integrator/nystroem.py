@@ -1,4 +1,4 @@
-"""One step of the Runge-Kutta-Nystroem pair 12(10) for several second-order paths and a first-order angle each."""
+"""A step of the Runge-Kutta-Nystroem pair 12(10) for several second-order paths and a first-order angle each."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -32,14 +32,14 @@ _Rows = Float[Array, "_ ..."]
 def nystroem_step(
     rates: Rates, paths: tuple[Path, ...], h: Reals, watched: Sequence[int] = (0,)
 ) -> tuple[tuple[Path, ...], list[Path]]:
-    """The paths one step later, and the local errors of the watched ones, each as a Path.
+    """The paths after a step, and the local errors of the watched ones, each as a Path.
 
     Parameters: rates, from the positions of all paths to their second derivatives and to the first derivatives of
     their angles; h, the step, one for each entry of the arrays.
 
     Errors: of order 12; the local error returned is the order 12 minus the order 10 result.
     """
-    # All paths in one array, and the stages in a loop: written out they compile for many times as long.
+    # All paths in one array, and the stages in a loop: written out they would compile many times as long.
     position = jnp.stack([x for path in paths for x in path.position])
     rate = jnp.stack([x for path in paths for x in path.rate])
     psi, h = jnp.stack([path.psi for path in paths]), jnp.asarray(h)
@@ -48,8 +48,8 @@ def nystroem_step(
     def evaluated(stage: Array, slopes: tuple[_Rows, _Rows]) -> tuple[_Rows, _Rows]:
         moved = position + h * nodes[stage] * rate + h * h * _weighted(stages[stage], slopes[0])
         accelerations, psi_rates = rates(_split(moved, paths))
-        found = [x for pulls in accelerations for x in pulls], psi_rates
-        pulls, psi_rates = (kept.at[stage].set(jnp.stack(one)) for kept, one in zip(slopes, found, strict=True))
+        stage_slopes = [x for pulls in accelerations for x in pulls], psi_rates
+        pulls, psi_rates = (rows.at[stage].set(jnp.stack(one)) for rows, one in zip(slopes, stage_slopes, strict=True))
         return pulls, psi_rates
 
     none = jnp.zeros((len(_STAGES), *position.shape)), jnp.zeros((len(_STAGES), *psi.shape))

@@ -5,25 +5,7 @@ Dormand, El-Mikkawy & Prince 1987 (IMA J. Numer. Anal. 7, 423): 17 stages, order
 a coefficient that is not listed is zero.
 """
 
-NODES = (
-    0.0,
-    0.02,
-    0.04,
-    0.1,
-    2 / 15,
-    0.16,
-    0.05,
-    0.2,
-    0.25,
-    1 / 3,
-    0.5,
-    5 / 9,
-    0.75,
-    6 / 7,
-    8437 / 8926,
-    1.0,
-    1.0,
-)
+NODES = (0.0, 0.02, 0.04, 0.1, 2 / 15, 0.16, 0.05, 0.2, 0.25, 1 / 3, 0.5, 5 / 9, 0.75, 6 / 7, 8437 / 8926, 1.0, 1.0)
 
 # STAGES[i][j]: weight of the acceleration of stage j in the position of stage i.
 STAGES = {
