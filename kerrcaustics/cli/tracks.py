@@ -135,9 +135,9 @@ def _in_plane(
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 0.9)
-            from kerrcaustics.draw.plane_tracks import plane_tracks_figure
+            from kerrcaustics.draw.tracks import tracks_figure
 
-            write_figure(plane_tracks_figure(found), figure)
+            write_figure(tracks_figure(found), figure)
     common.write_found(record(found), seconds, None)
     _print_tracks(found, common.console())
     if not found.certified:

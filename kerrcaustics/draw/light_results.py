@@ -46,7 +46,7 @@ def rendering(
 
 
 def traced_view(ax: Axes, traced: TracedView) -> Axes:
-    """What is open to the sky, white, and the shadow, black; all white where no sky was traced."""
+    """The open sky, white, and the shadow, black; all white if no sky was traced."""
     shape = traced.view.height, traced.view.width
     part = np.ones(shape) if traced.visible_fraction is None else np.nan_to_num(traced.visible_fraction)
     return show_picture(ax, traced.view, np.repeat((255 * np.clip(part, 0, 1)).astype(np.uint8)[..., None], 3, axis=2))

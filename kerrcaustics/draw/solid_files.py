@@ -98,7 +98,7 @@ def write_html(model: Model, path: str | os.PathLike[str]) -> None:
 
 
 def _entry(part: Surface | SpaceCurve, numbers: bytearray) -> dict[str, Any]:
-    """What the page is told of a part; its arrays are added to the numbers: where they begin, and how many they are."""
+    """A part for the page; its arrays are added to the numbers, and it holds the start and the size of each."""
 
     def stored(values: np.ndarray) -> list[int]:
         begin = len(numbers)
