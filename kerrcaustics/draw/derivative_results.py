@@ -38,10 +38,10 @@ def caustic_derivatives(ax: Axes, derivatives: CausticDerivatives) -> Axes:
 
 def _marks(ax: Axes, names: tuple[str, ...], rows: Float[Array, "row name"], errors: Float[Array, " row"]) -> None:
     """Each row at its number, its columns beside, on a logarithmic scale; what is within its error is left out."""
-    known = np.where(rows > errors[:, None], rows, np.nan)
+    visible = np.where(rows > errors[:, None], rows, np.nan)
     for j, name in enumerate(names):
         beside = np.arange(len(rows)) + 0.1 * (j - (len(names) - 1) / 2)
         look = {"color": style.PALETTE[j % len(style.PALETTE)], "marker": "o", "markersize": 3, "linestyle": "none"}
-        ax.errorbar(beside, known[:, j], errors, label=name, **look)
+        ax.errorbar(beside, visible[:, j], errors, label=name, **look)
     ax.set_yscale("log")
     ax.legend()

@@ -79,9 +79,9 @@ class SpotFrames:
             turns = (phase - self._orbital * time) / _TURN
             low, high = turns[:-1], turns[1:]
             whole = np.where(high > low, np.floor(high), np.ceil(high))
-            held = np.flatnonzero(np.floor(low) != np.floor(high))
-            part = ((whole - low)[held] / (high - low)[held]).clip(0, 1)[:, None]
-            images[crossing] = place[held] * (1 - part) + place[held + 1] * part, bright[held]
+            joints = np.flatnonzero(np.floor(low) != np.floor(high))
+            part = ((whole - low)[joints] / (high - low)[joints]).clip(0, 1)[:, None]
+            images[crossing] = place[joints] * (1 - part) + place[joints + 1] * part, bright[joints]
         return images
 
     def _panels(self) -> tuple[Axes, Axes]:

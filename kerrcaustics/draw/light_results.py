@@ -29,8 +29,8 @@ def line_profile(ax: Axes, profile: LineProfile) -> Axes:
     """Light in each bin, with its error."""
     ax.stairs(profile.flux, profile.edges, color="black")
     middle = (profile.edges[1:] + profile.edges[:-1]) / 2
-    known = np.isfinite(profile.error)
-    ax.errorbar(middle[known], profile.flux[known], profile.error[known], color="black", linestyle="none")
+    finite = np.isfinite(profile.error)
+    ax.errorbar(middle[finite], profile.flux[finite], profile.error[finite], color="black", linestyle="none")
     ax.set(xlabel="frequency, camera over emitter", ylabel="light (sr)")
     return ax
 

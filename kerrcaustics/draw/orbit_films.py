@@ -108,11 +108,11 @@ class Orbit:
         if event is None or abs(ahead) > _SPEAK:
             second = "Each runs along its own track while the camera goes round the hole."
         else:
-            second = self._spoken(event, ahead)
+            second = self._sentence(event, ahead)
             first = first if ahead else ""
         return "\n".join(fill(text, _LINE) for text in (first, second) if text)
 
-    def _spoken(self, event: PairEvent, ahead: int) -> str:
+    def _sentence(self, event: PairEvent, ahead: int) -> str:
         """A sentence about an event so many frames ahead."""
         name, (low, high) = style.order_name(event.order), event.indices
         born = event.kind == "creation"

@@ -119,7 +119,7 @@ def tubes_model(camera: Viewer, tubes: tuple[CausticTube, ...]) -> Model:
     hole = kerr.horizon(camera.spin)
     surfaces = [Surface("horizon", hole / (hole + scale) * _sphere(), HORIZON_COLOUR)]
     place = camera.radius / (camera.radius + scale) * from_angles(camera.inclination, 0.0)
-    lines, key = [*_sky_frame(), _spin_axis(1.1), *_marked(place)], []
+    lines, key = [*_sky_frame(), _spin_axis(1.1), *_camera_mark(place)], []
     for tube in tubes:
         colour, name = style.order_colour(tube.order), style.order_name(tube.order)
         points = in_all_space(tube.points, scale)
@@ -144,7 +144,7 @@ def rays_model(camera: Viewer, paths: RayPaths, reach: float = 12.0) -> Model:
         Radius of what is shown, units of M.
     """
     captured = paths.status == Status.CAPTURED
-    lines = [_spin_axis(0.6 * reach), *_marked(_near(camera), 0.02 * reach)]
+    lines = [_spin_axis(0.6 * reach), *_camera_mark(_near(camera), 0.02 * reach)]
     for position, radius, index, lost in zip(paths.position, paths.radius, paths.index, captured, strict=True):
         beyond = ~(radius <= 1.02 * reach)
         part = position[: beyond.argmax()] if beyond.any() else position
@@ -181,7 +181,7 @@ def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays
     surfaces = (*_hole(camera.spin), Surface("disk", np.stack([inner, outer]), DISK_COLOUR, 0.55))
     reach = 1.6 * rims[1]
     lines = [SpaceCurve("rim", rim, DISK_RIM_COLOUR, 2.0) for rim in (inner, outer)]
-    lines += [_spin_axis(0.7 * rims[1]), *_marked(_near(camera), 0.02 * reach)]
+    lines += [_spin_axis(0.7 * rims[1]), *_camera_mark(_near(camera), 0.02 * reach)]
     for position, number in zip(paths.position, crossing, strict=True):
         ray = _until_plane(position, int(number))
         ray = ray[np.linalg.norm(ray, axis=1) <= reach]
@@ -282,7 +282,7 @@ def _positions(spin: float, radius: Array, theta: Array, phi: Array) -> Float[Ar
     return SpacePoints(spin=spin, mino_time=0 * radius, radius=radius, theta=theta, azimuth=phi).position
 
 
-def _marked(place: Float[Array, "3"], size: float = 0.03) -> list[SpaceCurve]:
+def _camera_mark(place: Float[Array, "3"], size: float = 0.03) -> list[SpaceCurve]:
     """A camera: a small cross in space."""
     return [SpaceCurve("camera", bar, CAMERA_COLOUR, 4.0) for bar in _cross(place, size)]
 

@@ -115,8 +115,8 @@ def draw_computed(ax: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n
         fine = np.linspace(points[0].min(), points[0].max(), 400)
         points = [fine, Akima1DInterpolator(points[0][order], points[1][order], method="makima")(fine)]
     curve = [np.exp(part) if name in log else part for name, part in zip("xy", points, strict=True)]
-    (drawn,) = ax.plot(*curve, **line)
-    ax.plot(x, y, ".", color=drawn.get_color(), alpha=drawn.get_alpha(), markersize=2.5, linestyle="none")
+    (smooth,) = ax.plot(*curve, **line)
+    ax.plot(x, y, ".", color=smooth.get_color(), alpha=smooth.get_alpha(), markersize=2.5, linestyle="none")
 
 
 def draw_letters(

@@ -78,13 +78,13 @@ def tracks_on_sky(
         ax.plot(*line.T, zorder=1.5, **_CRITICAL)
     beyond = any(star.surface.is_beyond(star.camera) for star in stars)
     extents = [np.abs(line).max() for line in (outline, *curves)]
-    moving = []
+    arrows = []
     for star in stars:
         for track in star.tracks:
             picture = azimuthal_equidistant(track.sky, axes)
             for index, line in moving_lines(star, track, picture):
                 ax.plot(*line.T, **_track_line(track, index))
-                moving += [(index, line)] * bool(star.angular_velocity)
+                arrows += [(index, line)] * bool(star.angular_velocity)
             if track.events or not beyond:
                 extents.append(np.abs(picture).max())
         for event in _all_events(star):
@@ -92,7 +92,7 @@ def tracks_on_sky(
     limit = min(max(90.0 if beyond else 0.0, 1.1 * max(extents)), 180.0)
     ax.set(xlim=(-limit, limit), ylim=(-limit, limit))
     ax.set_aspect("equal", adjustable="box")
-    for index, line in moving:
+    for index, line in arrows:
         draw_motion(ax, line, style.order_colour(index + 1))
     return camera_sky_axes(ax, style.tick_step(2 * limit, 7))
 
@@ -292,17 +292,17 @@ def _figure_by_azimuth(tracks: StarTracks, edge: Float[Array, "n 3"]) -> Figure:
 
 
 def _figure_in_time(tracks: StarTracks, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Figure:
-    created = [event for event in tracks.events if event.kind == "creation"]
+    creations = [event for event in tracks.events if event.kind == "creation"]
     figure = Figure(figsize=(style.PAGE_WIDTH, 6.3), layout="constrained")
     grid = figure.add_gridspec(2, 1, height_ratios=[3.1, 2.0])
     top = grid[0].subgridspec(1, 2)
     tracks_on_sky(figure.add_subplot(top[0]), tracks, caustics, edge).set_title("tracks, camera sky")
     tracks_unrolled(figure.add_subplot(top[1]), tracks, caustics, edge).set_title("tracks, unrolled")
-    below = grid[1].subgridspec(1, 2 if created else 1, width_ratios=[1.6, 1.0] if created else [1.0])
+    below = grid[1].subgridspec(1, 2 if creations else 1, width_ratios=[1.6, 1.0] if creations else [1.0])
     orbit = brightness(figure.add_subplot(below[0]), tracks, 0.0, tracks.period)
     orbit.set_title("brightness over one orbit", pad=9)
-    if created:
-        first = min(created, key=lambda event: event.order)
+    if creations:
+        first = min(creations, key=lambda event: event.order)
         zoom = brightness(figure.add_subplot(below[1]), tracks, *_window(tracks, first))
         zoom.set_title(f"creation of images of index {first.indices[0]} and {first.indices[1]}", pad=9)
     return figure
