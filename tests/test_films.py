@@ -208,7 +208,7 @@ def test_templates_are_films_by_name(capsys, monkeypatch):
         made.append((path.name, film))
         return FilmResult(path, frames_folder(path), film.frames, 0, film.frames, (), 0.0)
 
-    monkeypatch.setattr("kerrcaustics.cli.film.filmed", filmed)
+    monkeypatch.setattr("kerrcaustics.films.film.make_film", filmed)
     for name in ("star_field", "left_edge", "approach"):
         assert run(capsys, "film", name)[0] == 0
     assert [path for path, _ in made] == ["star_field.mp4", "left_edge.mp4", "approach.mp4"]
