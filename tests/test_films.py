@@ -133,7 +133,7 @@ def test_an_orbit_is_whole_and_in_order(orbit):
     shown = {(event.kind, event.order) for event in orbit.events.values()}
     assert shown == {(kind, order) for kind in ("creation", "annihilation") for order in (2, 3)}
     for number, event in orbit.events.items():
-        assert orbit.times[number] % orbit.tracks.period == pytest.approx(event.time, abs=1e-9)
+        assert orbit.times[number] % orbit.tracks.period == pytest.approx(event.moment, abs=1e-9)
         before, after = orbit.images[number - 1].per_index, orbit.images[number + 1].per_index
         change = {k: after[k] - before[k] for k in after}
         sign = 1 if event.kind == "creation" else -1
