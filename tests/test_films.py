@@ -133,7 +133,7 @@ def test_an_orbit_is_whole_and_in_order(orbit):
     shown = {(event.kind, event.order) for event in orbit.events.values()}
     assert shown == {(kind, order) for kind in ("creation", "annihilation") for order in (2, 3)}
     for number, event in orbit.events.items():
-        assert orbit.times[number] % orbit.tracks.period == pytest.approx(event.time, abs=1e-9)
+        assert orbit.times[number] % orbit.tracks.period == pytest.approx(event.moment, abs=1e-9)
         before, after = orbit.images[number - 1].per_index, orbit.images[number + 1].per_index
         change = {k: after[k] - before[k] for k in after}
         sign = 1 if event.kind == "creation" else -1
@@ -208,7 +208,7 @@ def test_templates_are_films_by_name(capsys, monkeypatch):
         made.append((path.name, film))
         return FilmResult(path, frames_folder(path), film.frames, 0, film.frames, (), 0.0)
 
-    monkeypatch.setattr("kerrcaustics.cli.film.filmed", filmed)
+    monkeypatch.setattr("kerrcaustics.films.film.make_film", filmed)
     for name in ("star_field", "left_edge", "approach"):
         assert run(capsys, "film", name)[0] == 0
     assert [path for path, _ in made] == ["star_field.mp4", "left_edge.mp4", "approach.mp4"]

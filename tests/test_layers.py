@@ -9,6 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 STAGES = [
+    "choices",
     "files",
     "interrupts",
     "own_folder",

@@ -8,6 +8,7 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
+from kerrcaustics.draw.tracks import tracks_figure
 from kerrcaustics.scripts import STUDIES
 
 TWIN = STUDIES.module("near_sources.twin")
@@ -87,6 +88,16 @@ def test_command_line_refuses_bad_planes(capsys):
 def test_caustics_in_the_plane_have_engine_and_tolerance(engine, tolerance, complaint):
     with pytest.raises(ValueError, match=f"Argument `{complaint}` must"):
         kc.caustics(CAMERA, 1, engine, tolerance, end=kc.EquatorialPlane(2))
+
+
+def test_the_figure_of_a_circle_shows_what_there_is():
+    figure = tracks_figure(kc.star_tracks(CAMERA, 6.0, 1, end=kc.EquatorialPlane(1)))
+    sky, light = figure.axes
+    assert figure.get_suptitle().startswith("star at r = 6 on crossing 1 of the equatorial plane\nspin 0.9")
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["index 0"]
+    assert (sky.get_title(), light.get_ylabel()) == ("tracks, camera sky", "magnification (1/M²)")
+    # Close about the hole, which is small on this sky: no half of it is shown.
+    assert np.abs(sky.lines[0].get_xydata()).max() < sky.get_xlim()[1] < 90
 
 
 def _random_camera(rng):

@@ -1,4 +1,4 @@
-"""The program itself: what runs a command, and how it ends."""
+"""The program itself: it runs a command, and ends with a status."""
 
 import logging
 import os
@@ -27,19 +27,19 @@ app.register_install_completion_command()
 
 
 class BadInput(ValueError):
-    """Something the user gave that cannot be: exit status 2, one line."""
+    """Invalid input of the user: exit status 2, one line."""
 
 
 def with_examples(*lines: str) -> dict[str, Any]:
     """The end of a command's help: lines to try, and the exit status."""
     # Two spaces end a line of Markdown.
-    shown = "  \n".join(f"$ kerrcaustics {line}" for line in lines)
-    return {"help_epilogue": f"Try:\n\n{shown}\n\n{_EXIT_STATUS}"}
+    block = "  \n".join(f"$ kerrcaustics {line}" for line in lines)
+    return {"help_epilogue": f"Try:\n\n{block}\n\n{_EXIT_STATUS}"}
 
 
 def main() -> None:
     """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
-    # Where its folder cannot be written to, it takes another one, and need not say so.
+    # If its folder cannot be written to, it takes another one, and need not say so.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         app.meta(sys.argv[1:], exit_on_error=False, print_error=False)
@@ -63,7 +63,7 @@ def _run(
     Parameters
     ----------
     quiet
-        Print neither tables nor progress; what goes wrong is told all the same.
+        Print neither tables nor progress, but errors all the same.
     """
     if quiet:
         from kerrcaustics.cli.terminal import be_quiet

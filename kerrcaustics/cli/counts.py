@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,23 +23,31 @@ from kerrcaustics.cli.options import (
     MaxIndex,
     SourceOptions,
     WholeNumber,
-    radians,
 )
 from kerrcaustics.cli.outputs import check_ending, write_figure
-from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import counted, place_cells, place_heads, place_of, plain_errors, progress, say, sure
+from kerrcaustics.cli.tables import PlainTable, rows_of, table_of
+from kerrcaustics.cli.terminal import (
+    index_counts,
+    place_cells,
+    place_heads,
+    place_of,
+    plain_errors,
+    progress,
+    say,
+    say_all,
+    verdict,
+)
 from kerrcaustics.files import read_text
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from kerrcaustics.beams.ends import EquatorialPlane
+    from kerrcaustics.beams.ends import Wherever
     from kerrcaustics.spacetime.viewer import Viewer
     from kerrcaustics.stars.circles import CircleImages
     from kerrcaustics.stars.counts import CountMap, ImageCounts
-    from kerrcaustics.stars.lines import LineCrossings
 
-Counted = tuple[dict[str, Any], bool]
+Places = list[tuple[float, float]]
+Counted = tuple[dict[str, Any], bool, Callable[[Console], None]]
+"""A record, its certificate, and the function that prints it."""
 
 _ROWS = 180
 _MOST_ROWS_PRINTED = 40
@@ -98,93 +107,80 @@ def counts(
     common.check_points(points)
     common.check({"--figure": figure})
     check_ending(figure)
-    places: list[tuple[float, float]] = []
-    if stars:
-        places = _read_stars(stars, source)
-    elif star:
-        places = [source.place("--star", star)]
-    count = (
-        partial(_stars, places, "stars" if stars else "star", source.end())
-        if places
-        else partial(_map, rows, source.end(), figure)
-    )
-    if circle:
-        if source != SKY_SOURCES:
-            raise BadInput("Arguments --source-radius and --plane must not come with --circle.")
-        count = partial(_circle, radians("--circle", circle), line, points)
-    seen_from = camera.camera() if circle else camera.viewer()
+    if circle and source != SKY_SOURCES:
+        raise BadInput("Arguments --source-radius and --plane must not come with --circle.")
+    places = _read_stars(stars, source) if stars else [source.place(kind, place) for place in (star, circle) if place]
+    end, seen_from = source.end(), camera.camera() if circle else camera.viewer()
     began = time.perf_counter()
-    entry, certified = count(seen_from, max_index, common.console())
-    common.write_found(entry, time.perf_counter() - began, None if points or map_ else 2)
+    with plain_errors({"stars": kind[2:]}), progress() as report:
+        if circle:
+            entry, certified, print_on = _circle(seen_from, places[0], max_index, line, points)
+        elif map_:
+            entry, certified, print_on = _map(seen_from, max_index, rows, end, figure, report)
+        else:
+            entry, certified, print_on = _stars(seen_from, places, max_index, end)
+    print_on(common.console())
+    common.write_result(entry, time.perf_counter() - began, None if points or map_ else 2)
     if not certified:
         stop(1, "Not all of it is certified: see the remarks.")
 
 
-def _stars(
-    places: list[tuple[float, float]],
-    argument: str,
-    end: "float | EquatorialPlane",
-    camera: "Viewer",
-    max_index: int,
-    out: Console,
-) -> Counted:
-    with plain_errors({"stars": argument}), progress():
-        from kerrcaustics.results.records import record
-        from kerrcaustics.stars.counts import image_counts
+def _stars(camera: "Viewer", places: Places, max_index: int, end: "Wherever") -> Counted:
+    from kerrcaustics.results.records import record
+    from kerrcaustics.stars.counts import image_counts
 
-        found = image_counts(camera, places, max_index, end=end)
-    _print_counts(found, out)
-    return record(found), found.all_certified
+    counts = image_counts(camera, places, max_index, end=end)
+    return record(counts), counts.all_certified, partial(_print_counts, counts)
 
 
 def _map(
-    rows: int,
-    end: "float | EquatorialPlane",
-    figure: Path | None,
     camera: "Viewer",
     max_index: int,
-    out: Console,
+    rows: int,
+    end: "Wherever",
+    figure: Path | None,
+    report: Callable[[str, float], None],
 ) -> Counted:
-    with plain_errors(), progress() as report:
-        from kerrcaustics.results.records import record
-        from kerrcaustics.stars.counts import count_map
+    from kerrcaustics.results.records import record
+    from kerrcaustics.stars.counts import count_map
 
-        found = count_map(camera, max_index, rows, end=end)
-        if figure is not None:
-            report("drawing", 0.9)
-            from kerrcaustics.curves.caustic_search import caustics
-            from kerrcaustics.draw.count_map import count_map_figure
+    counts = count_map(camera, max_index, rows, end=end)
+    if figure is not None:
+        report("drawing", 0.9)
+        from kerrcaustics.curves.caustic_search import caustics
+        from kerrcaustics.draw.count_map import count_map_figure
 
-            write_figure(count_map_figure(found, caustics(camera, max_index + 1, end=end)), figure)
-    _print_map(found, out)
+        write_figure(count_map_figure(counts, caustics(camera, max_index + 1, end=end)), figure)
     # Where the winding alone counts, nothing is certified, and nothing was to be.
-    return record(found), bool((found.certified | found.on_caustic).all()) or not found.certified.any()
+    certified = bool((counts.certified | counts.on_caustic).all()) or not counts.certified.any()
+    return record(counts), certified, partial(_print_map, counts)
 
 
 def _circle(
-    normal: tuple[float, float], line: float | None, points: bool, camera: "Viewer", max_index: int, out: Console
+    camera: "Viewer", normal: tuple[float, float], max_index: int, degrees: float | None, points: bool
 ) -> Counted:
-    turn = math.radians(line or 0.0)
-    with plain_errors(), progress():
-        from kerrcaustics.results.records import in_degrees, record
-        from kerrcaustics.stars.circles import circle_images
-        from kerrcaustics.stars.lines import crossings_of_line
+    from kerrcaustics.results.records import in_degrees, record
+    from kerrcaustics.stars.circles import circle_images
+    from kerrcaustics.stars.lines import crossings_of_line
 
-        found = circle_images(camera, normal, max_index)
-        crossed = None if line is None else crossings_of_line(found, turn)
-    _print_circle(found, crossed, line, out)
-    entry = record(found, points=points)
-    if crossed is not None:
-        inner = record(crossed)
+    circle = circle_images(camera, normal, max_index)
+    entry, lines = record(circle, points=points), []
+    if degrees is not None:
+        turn = math.radians(degrees)
+        crossings = crossings_of_line(circle, turn)
+        inner = record(crossings)
         del inner["schema"]
-        entry["certified"] &= crossed.certified
+        entry["certified"] &= crossings.certified
         entry["remarks"] += inner.pop("remarks")
         entry["line"] = {"turn_deg": in_degrees(turn), **inner}
-    return entry, entry["certified"]
+        total = f"{index_counts(crossings.per_index)}: {verdict(crossings.certified)}"
+        lines.append(f"the line at {degrees:zg} deg crosses images of the circle: {total}")
+    lines = [*entry["remarks"], *lines, f"curves {verdict(circle.certified)}"]
+    return entry, entry["certified"], partial(_print_circle, circle, lines)
 
 
 def _one_kind(given: dict[str, Any]) -> str:
-    """Which of the arguments was given; it must be one."""
+    """The argument that was given; there must be exactly one."""
     kinds = [name for name, value in given.items() if value is not None]
     if len(kinds) != 1:
         which = f"{kinds[0]} and {kinds[1]} were given" if kinds else "none was given"
@@ -198,23 +194,23 @@ def _only_with(kind: str, needed: str, given: dict[str, Any]) -> None:
             raise BadInput(f"Argument {name} must come with {needed}.")
 
 
-def _read_stars(path: Path, source: SourceOptions) -> list[tuple[float, float]]:
+def _read_stars(path: Path, source: SourceOptions) -> Places:
     try:
         lines = read_text(path, _LONGEST).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not text"
         raise BadInput(f"Argument --stars must name a file that can be read: {path}: {reason}.") from None
-    told = [(number, text.strip()) for number, text in enumerate(lines, start=1)]
-    told = [(number, text) for number, text in told if text and not text.startswith("#")]
+    rows = [(number, text.strip()) for number, text in enumerate(lines, start=1)]
+    rows = [(number, text) for number, text in rows if text and not text.startswith("#")]
     # A head line.
-    if told and told[0][0] == 1 and _angles(told[0][1]) is None and any(map(str.isalpha, told[0][1])):
-        del told[0]
+    if rows and rows[0][0] == 1 and _angles(rows[0][1]) is None and any(map(str.isalpha, rows[0][1])):
+        del rows[0]
     places = []
-    for number, text in told:
+    for number, text in rows:
         angles = _angles(text)
         if angles is None:
-            where = f"line {number} of {path} is {text[:60]!r}"
-            raise BadInput(f'Argument --stars must name a file of lines "theta,phi" in degrees, but {where}.')
+            line = f"line {number} of {path} is {text[:60]!r}"
+            raise BadInput(f'Argument --stars must name a file of lines "theta,phi" in degrees, but {line}.')
         places.append(source.place(f"--stars, line {number},", angles))
     if not places:
         raise BadInput(f"Argument --stars must name a file with at least one star, but {path} has none.")
@@ -230,61 +226,56 @@ def _angles(text: str) -> tuple[float, float] | None:
     return theta, phi
 
 
-def _print_counts(found: "ImageCounts", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: image counts on {found.surface.in_words()}")
-    indices = range(found.counts.shape[1])
-    table = PlainTable((*place_heads(found.surface), *(f"index {k}" for k in indices), "total", ""))
-    shown = range(min(len(found.stars), _MOST_ROWS_PRINTED))
-    for i in shown:
-        remark = "certified" if found.certified[i] else "on a caustic" if found.on_caustic[i] else "not certified"
-        counts = (str(found.counts[i, k]) for k in indices)
-        table.add_row(*place_cells(found.surface, found.stars[i]), *counts, str(found.counts[i].sum()), remark)
+def _print_counts(counts: "ImageCounts", out: Console) -> None:
+    surface, stars = counts.surface, rows_of(counts)
+    say(out, f"{place_of(counts.camera)}: image counts on {surface.in_words()}")
+    heads = (*place_heads(surface), *(f"index {k}" for k in range(counts.max_index + 1)), "total", "")
+    table = PlainTable(heads)
+    for star in stars[:_MOST_ROWS_PRINTED]:
+        remark = "certified" if star.certified else "on a caustic" if star.on_caustic else "not certified"
+        table.add_row(*place_cells(surface, star.stars), *map(str, (*star.counts, star.total)), remark)
     out.print(table)
-    if len(found.stars) > len(shown):
-        say(out, f"... and {len(found.stars) - len(shown)} more stars: --json writes them all")
-    _print_note(found, out)
-    certified, apart = int(found.certified.sum()), int(found.on_caustic.sum())
-    say(out, f"{certified} of {len(found.stars)} certified, {apart} on a caustic")
-    for i in (~(found.certified | found.on_caustic)).nonzero()[0][:_MOST_ROWS_PRINTED]:
-        say(out, f"star {i + 1}: found {found.counts[i].tolist()}, the caustics tell {found.expected[i].tolist()}")
+    if len(stars) > _MOST_ROWS_PRINTED:
+        say(out, f"... and {len(stars) - _MOST_ROWS_PRINTED} more stars: --json writes them all")
+    _print_note(counts, out)
+    say(out, f"{counts.certified.sum()} of {len(stars)} certified, {counts.on_caustic.sum()} on a caustic")
+    for i in (~(counts.certified | counts.on_caustic)).nonzero()[0][:_MOST_ROWS_PRINTED]:
+        images, expected = counts.counts[i].tolist(), counts.expected[i].tolist()
+        say(out, f"star {i + 1}: found {images}, the caustics require {expected}")
 
 
-def _print_note(found: "ImageCounts | CountMap", out: Console) -> None:
-    if math.isinf(found.camera.radius) and not found.surface.finite:
-        say(out, "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not counted")
+def _print_note(counts: "ImageCounts | CountMap", out: Console) -> None:
+    if math.isinf(counts.camera.radius) and not counts.surface.finite:
+        say(
+            out,
+            "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not counted",
+        )
 
 
-def _print_map(found: "CountMap", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: image counts over {found.surface.in_words()}")
-    over_sphere = found.surface.coordinates[0].unit == "rad"
-    _print_layers(found.counts, found.solid_angle[:, None] / (4 * math.pi) if over_sphere else None, out)
-    _print_note(found, out)
-    if found.certified.any():
-        say(out, f"{found.certified.mean():.2%} of {found.certified.size} places certified")
-
-
-def _print_layers(counts: "np.ndarray", share: "np.ndarray | None", out: Console) -> None:
-    """Fewest, most and mean of a map's counts, by index; share: of each cell in the whole, None for no mean."""
-    table = PlainTable(("index", "fewest", "most", *(() if share is None else ("mean",))))
-    layers = {str(k): counts[..., k] for k in range(counts.shape[2])} | {"all": counts.sum(axis=2)}
+def _print_map(counts: "CountMap", out: Console) -> None:
+    """Fewest, most and, over a sphere, mean of the counts of each index."""
+    say(out, f"{place_of(counts.camera)}: image counts over {counts.surface.in_words()}")
+    over_sphere = counts.surface.coordinates[0].unit == "rad"
+    table = PlainTable(("index", "fewest", "most", *["mean"] * over_sphere))
+    layers = {str(k): counts.counts[..., k] for k in range(counts.max_index + 1)} | {"all": counts.counts.sum(axis=2)}
     for name, layer in layers.items():
-        mean = () if share is None else (f"{(layer * share).sum():.4f}",)
+        mean = [f"{(layer * counts.solid_angle[:, None]).sum() / (4 * math.pi):.4f}"] if over_sphere else []
         table.add_row(name, str(layer.min()), str(layer.max()), *mean)
     out.print(table)
+    _print_note(counts, out)
+    if counts.certified.any():
+        say(out, f"{counts.certified.mean():.2%} of {counts.certified.size} places certified")
 
 
-def _print_circle(found: "CircleImages", line: "LineCrossings | None", degrees: float | None, out: Console) -> None:
-    theta, phi = (math.degrees(angle) for angle in found.normal)
-    say(out, f"{place_of(found.camera)}: images of the great circle with normal {theta:z.12g}, {phi:z.12g} deg")
-    table = PlainTable(("index", "curve", "longitude from", "to (deg)", "error"))
-    for curve in found.curves:
-        first, last = math.degrees(curve.longitude[0]), math.degrees(curve.longitude[0] + curve.sweep)
-        kind = "closed" if curve.closed else "open"
-        table.add_row(str(curve.index), kind, f"{first:z.5f}", f"{last:z.5f}", f"{curve.error:.0e}")
-    out.print(table)
-    for remark in (*found.remarks, *(line.remarks if line else ())):
-        say(out, remark)
-    if line is not None:
-        total = f"{counted(line.per_index)}: {sure(line.certified)}"
-        say(out, f"the line at {degrees:zg} deg crosses images of the circle: {total}")
-    say(out, f"curves {sure(found.certified)}")
+def _print_circle(circle: "CircleImages", lines: list[str], out: Console) -> None:
+    theta, phi = (math.degrees(angle) for angle in circle.normal)
+    say(out, f"{place_of(circle.camera)}: images of the great circle with normal {theta:z.12g}, {phi:z.12g} deg")
+    columns = {
+        "index": "index",
+        "curve": lambda curve: "closed" if curve.closed else "open",
+        "longitude from": lambda curve: f"{math.degrees(curve.longitude[0]):z.5f}",
+        "to (deg)": lambda curve: f"{math.degrees(curve.longitude[0] + curve.sweep):z.5f}",
+        "error": "error:.0e",
+    }
+    out.print(table_of(circle.curves, columns))
+    say_all(out, lines)

@@ -1,4 +1,4 @@
-"""The command `doctor`: what is installed, what is missing, and what to do about it."""
+"""The command `doctor`: the state of the installation, and advice about missing parts."""
 
 import os
 import platform
@@ -15,7 +15,7 @@ from kerrcaustics.cli.options import COMMON, CommonOptions
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import progress, say
 
-# What each extra is for; those for development are not told.
+# The purpose of each extra; those for development are left out.
 _EXTRAS = {
     "explore": "the explorer in a browser",
     "notebook": "the explorer in notebooks",
@@ -30,7 +30,7 @@ _EXTRAS = {
 
 @app.command(**with_examples("doctor"))
 def doctor(*, common: CommonOptions = COMMON) -> None:
-    """Tell what is installed and what is missing: extras, device, cache of compiled programs, OpenGL."""
+    """List what is installed and what is missing: extras, device, cache of compiled programs, OpenGL."""
     common.check()
     with progress() as report:
         report("looking at the device", 0.2)
@@ -38,7 +38,7 @@ def doctor(*, common: CommonOptions = COMMON) -> None:
         report("trying OpenGL", 0.6)
         extras = {name: _missing(name) for name in _EXTRAS}
         opengl = _opengl(tried=not extras["space"])
-    found = {
+    entry = {
         "schema": "kerrcaustics/doctor/1",
         "version": version("kerrcaustics"),
         "python": platform.python_version(),
@@ -49,12 +49,12 @@ def doctor(*, common: CommonOptions = COMMON) -> None:
         "opengl": opengl,
         "cache": _cache(),
     }
-    common.write(found)
-    _tell(found, common.console())
+    common.write(entry)
+    _print(entry, common.console())
 
 
 def _device() -> str:
-    """What computes, in words."""
+    """The device that computes, in words."""
     import jax
 
     first = jax.devices()[0]
@@ -63,23 +63,25 @@ def _device() -> str:
 
 
 def _missing(extra: str) -> list[str]:
-    """What an extra asks for that is not installed, or too old."""
-    asked = [Requirement(line) for line in requires("kerrcaustics") or []]
-    wanted = [
-        r for r in asked if r.marker and r.marker.evaluate({"extra": extra}) and not r.marker.evaluate({"extra": ""})
-    ]
-    return [f"{r.name}{r.specifier}" for r in wanted if not _installed(r)]
+    """Requirements of an extra that are not installed, or too old."""
+    requirements = [Requirement(line) for line in requires("kerrcaustics") or []]
+    own = (r for r in requirements if _applies(r, extra) and not _applies(r, ""))
+    return [f"{r.name}{r.specifier}" for r in own if not _installed(r)]
 
 
-def _installed(wanted: Requirement) -> bool:
+def _applies(requirement: Requirement, extra: str) -> bool:
+    return requirement.marker is None or requirement.marker.evaluate({"extra": extra})
+
+
+def _installed(requirement: Requirement) -> bool:
     try:
-        return wanted.specifier.contains(version(wanted.name), prereleases=True)
+        return requirement.specifier.contains(version(requirement.name), prereleases=True)
     except PackageNotFoundError:
         return False
 
 
 def _opengl(tried: bool) -> dict[str, Any]:
-    """Whether OpenGL draws, None where it is not tried, and what to do about it."""
+    """State of OpenGL, None if it is not tried, and advice."""
     if not tried:
         return {"works": None, "advice": "not tried without the extra space"}
     from kerrcaustics.draw.space import NoOpenGLError, check_opengl
@@ -92,7 +94,7 @@ def _opengl(tried: bool) -> dict[str, Any]:
 
 
 def _cache() -> dict[str, Any]:
-    """The folder of compiled programs: where, how many, how large, whether more can be kept, and why not."""
+    """The folder of compiled programs: path, number and size of files, whether it can be written, and why not."""
     from kerrcaustics.beams.compile_cache import KEPT, cache_folder, unsafe_cache
 
     folder, unsafe = cache_folder(), unsafe_cache()
@@ -102,33 +104,28 @@ def _cache() -> dict[str, Any]:
     files = [path.stat().st_size for path in folder.iterdir() if KEPT.fullmatch(path.name)] if readable else []
     home = next((place for place in (folder, *folder.parents) if place.exists()), Path("/"))
     writable = not unsafe and os.access(home, os.W_OK)
-    return {
-        "folder": str(folder),
-        "programs": len(files),
-        "bytes": sum(files),
-        "writable": writable,
-        "unsafe": unsafe or None,
-    }
+    sizes = {"programs": len(files), "bytes": sum(files)}
+    return {"folder": str(folder), **sizes, "writable": writable, "unsafe": unsafe or None}
 
 
-def _tell(found: dict[str, Any], out: Console) -> None:
-    say(out, f"kerrcaustics {found['version']}, Python {found['python']}, {found['platform']}")
-    say(out, ", ".join(f"{name} {number}" for name, number in found["packages"].items()))
-    say(out, f"Device: {found['device']}")
-    cache = found["cache"]
-    kept = f"{cache['programs']} compiled programs, {cache['bytes'] / 1e6:.0f} MB"
+def _print(entry: dict[str, Any], out: Console) -> None:
+    say(out, f"kerrcaustics {entry['version']}, Python {entry['python']}, {entry['platform']}")
+    say(out, ", ".join(f"{name} {number}" for name, number in entry["packages"].items()))
+    say(out, f"Device: {entry['device']}")
+    cache = entry["cache"]
+    content = f"{cache['programs']} compiled programs, {cache['bytes'] / 1e6:.0f} MB"
     if cache["unsafe"]:
         mend = "every start compiles anew (mend that, or set XDG_CACHE_HOME to a folder of your own)"
         say(out, f"Cache: {cache['folder'] or 'none'}: not used, as {cache['unsafe']}: {mend}")
     else:
         unkept = "" if cache["writable"] else "; it cannot be written: what is missing is compiled anew at every start"
-        say(out, f"Cache: {cache['folder']}: {kept}{unkept}")
-    say(out, f"OpenGL: {found['opengl']['advice']}")
+        say(out, f"Cache: {cache['folder']}: {content}{unkept}")
+    say(out, f"OpenGL: {entry['opengl']['advice']}")
     table = PlainTable(("extra", "for", "installed"), words=("extra", "for", "installed"))
-    for name, state in found["extras"].items():
+    for name, state in entry["extras"].items():
         table.add_row(name, _EXTRAS[name], "yes" if state["installed"] else f"without {', '.join(state['missing'])}")
     out.print(table)
-    absent = [name for name, state in found["extras"].items() if not state["installed"]]
+    absent = [name for name, state in entry["extras"].items() if not state["installed"]]
     if absent:
         say(out, f"What is missing: {Path(sys.executable).name} -m pip install 'kerrcaustics[{','.join(absent)}]'")
     else:

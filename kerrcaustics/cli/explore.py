@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
-from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, WholeNumber
+from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, Port
 from kerrcaustics.files import UNFINISHED
 from kerrcaustics.interrupts import on_interrupt
 
@@ -30,25 +30,23 @@ _LEADS_ON = """<!doctype html>
 
 @app.command(**with_examples("explore", "explore --no-browser --port 8765"))
 def explore(
-    *, port: WholeNumber = 0, host: str = "127.0.0.1", no_browser: Flag = False, common: CommonOptions = COMMON
+    *, port: Port = 0, host: str = "127.0.0.1", no_browser: Flag = False, common: CommonOptions = COMMON
 ) -> None:
-    """Open the explorer in a browser: drag a star over the caustics, and see pairs of images being born.
+    """Open the explorer in a browser: drag a star over the caustics, and see how pairs of images appear.
 
-    Its address, with the token that it asks for, is printed at once. Ctrl-C ends it.
+    Its address, which contains a token, is printed at once. Ctrl-C ends it.
 
     Parameters
     ----------
     port
         Port to listen at; 0 is any free one.
     host
-        Address to listen at. Only this machine can reach the one by default; with any other one, whoever has the token
-        can use the explorer.
+        Address to listen at. Only this machine can reach the default; at any other one, everyone with the token can use
+        the explorer.
     no_browser
         Open no browser: for use over ssh, with `ssh -L PORT:localhost:PORT`.
     """
     common.check()
-    if not 0 <= port <= 65535:
-        raise BadInput(f"Argument --port must lie in [0, 65535], but is {port}.")
     if not host:
         raise BadInput("Argument --host must be an address, but is empty.")
     missing = [name for name in _NEEDED if find_spec(name) is None]
@@ -57,13 +55,13 @@ def explore(
     from kerrcaustics.explorer.server import is_loopback, listening, serve
 
     try:
-        opened = listening(host, port)
+        listener = listening(host, port)
     except OSError as error:
         raise BadInput(
             f"Argument --{'port' if port else 'host'} must be free to listen at, but is not: {error}."
         ) from None
     token = secrets.token_urlsafe(24)
-    address = _address(host, opened.getsockname()[1], token)
+    address = _address(host, listener.getsockname()[1], token)
     if common.json != "-":
         sys.stdout.write(f"{address}\n")
         sys.stdout.flush()
@@ -73,7 +71,7 @@ def explore(
     if not no_browser:
         threading.Thread(target=_open_browser, args=(address,), daemon=True).start()
     on_interrupt(lambda: "the explorer has ended.", status=0)
-    serve(opened, host, token)
+    serve(listener, host, token)
 
 
 def _open_browser(address: str) -> None:
@@ -89,5 +87,5 @@ def _open_browser(address: str) -> None:
 
 
 def _address(host: str, port: int, token: str) -> str:
-    shown = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
-    return f"http://{f'[{shown}]' if ':' in shown else shown}:{port}/?token={token}"
+    name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+    return f"http://{f'[{name}]' if ':' in name else name}:{port}/?token={token}"

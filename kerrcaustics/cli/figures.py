@@ -16,41 +16,41 @@ from kerrcaustics.cli.terminal import progress, say
 def figures(*names: str, output: FileName | None = None, common: CommonOptions = COMMON) -> None:
     """Make the figures (the scripts of the folder figures/ of a checkout) and say where each file went.
 
-    A figure that fails is told on standard error; the others are made all the same, and the exit status is 1.
+    A figure that fails is reported on standard error; the others are made all the same, and the exit status is 1.
 
     Parameters
     ----------
     names
-        Which figures, by the names of their scripts; all of them when none is named.
+        Names of the figures' scripts; all of them when none is named.
     output
         Folder for the files, by default figures/out of a checkout, else kerrcaustics-figures; it is made when missing.
     """
     from kerrcaustics.scripts import FIGURES, figures_folder
 
-    known = script_names(FIGURES, "Figures")
+    available = script_names(FIGURES, "Figures")
     for name in names:
-        if name not in known:
-            raise BadInput(f"Argument NAMES must be some of {', '.join(known)}, but one is {name}.")
-    wanted = list(dict.fromkeys(names)) or known
+        if name not in available:
+            raise BadInput(f"Argument NAMES must be some of {', '.join(available)}, but one is {name}.")
+    selection = list(dict.fromkeys(names)) or available
     folder = output or figures_folder(FIGURES)
     make_folder(folder)
     common.check()
-    made: list[dict[str, Any]] = []
+    entries: list[dict[str, Any]] = []
     failed = []
     with progress(left=True) as report:
-        for done, name in enumerate(wanted):
-            report(f"{name} ({done + 1} of {len(wanted)})", done / len(wanted))
-            if (entry := _made(name, folder, common)) is None:
+        for done, name in enumerate(selection):
+            report(f"{name} ({done + 1} of {len(selection)})", done / len(selection))
+            if (entry := _run_one(name, folder, common)) is None:
                 failed.append(name)
             else:
-                made.append(entry)
-    common.write({"schema": "kerrcaustics/figures/1", "figures": made, "failed": failed})
+                entries.append(entry)
+    common.write({"schema": "kerrcaustics/figures/1", "figures": entries, "failed": failed})
     if failed:
-        stop(1, f"{len(failed)} of {len(wanted)} figures could not be made: {', '.join(failed)}")
+        stop(1, f"{len(failed)} of {len(selection)} figures could not be made: {', '.join(failed)}")
 
 
-def _made(name: str, folder: Path, common: CommonOptions) -> dict[str, Any] | None:
-    """What a figure made, None where it failed; its files are told, and its failure."""
+def _run_one(name: str, folder: Path, common: CommonOptions) -> dict[str, Any] | None:
+    """Run a script and print its files; None if it fails."""
     from kerrcaustics.scripts import FIGURES
 
     began = time.perf_counter()

@@ -2,22 +2,22 @@
 
 import os
 import re
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
-from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
+from kerrcaustics.choices import Quality
+from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.options import COMMON, HERE, CommonOptions, FileName, Flag, WorkerOptions
 from kerrcaustics.cli.outputs import check_film
 from kerrcaustics.cli.script_names import script_names
-from kerrcaustics.cli.terminal import plain_errors, progress, say
+from kerrcaustics.cli.terminal import one_line_errors, plain_errors, progress, say
 from kerrcaustics.interrupts import NOTHING_LEFT, on_interrupt
 from kerrcaustics.results.stages import in_words
 
 if TYPE_CHECKING:
     from kerrcaustics.films.film import Film, FilmResult
-
-Quality = Literal["draft", "normal", "high"]
 
 
 @app.command(**with_examples("film scene.toml --quality draft --frames 0:10", "film star_field --output stars.mp4"))
@@ -28,8 +28,7 @@ def film(
     output: FileName | None = None,
     frames: str | None = None,
     quality: Quality | None = None,
-    workers: WholeNumber | None = None,
-    scheduler: str | None = None,
+    workers: WorkerOptions = HERE,
     restart: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
@@ -47,15 +46,10 @@ def film(
         A:B for a clip of frames A to B - 1 alone; or, for a script, how many frames, 2 or more.
     quality
         Of the pictures of a scene: draft, normal or high; by default as the scene says.
-    workers
-        Draw in so many processes of this machine. By default in this one.
-    scheduler
-        Draw on the Dask cluster with this scheduler, such as tcp://host:8786, whose workers see the same files.
     restart
         Throw away the frames that are there, and draw all anew.
     """
-    if workers is not None and scheduler is not None:
-        raise BadInput("Arguments --workers and --scheduler: only one of them can be given.")
+    workers.check()
     count, only = _frames(frames)
     path = output or Path(f"{Path(name).stem}.mp4")
     check_film(path, "--output")
@@ -63,51 +57,43 @@ def film(
     _check_name(name, count, quality)
     with progress(left=True) as report:
         scene = _scene_of(name)
-        if scene is not None:
-            made = _scene_film(scene, quality)
-        else:
-            made = _script_film(name, count, workers is not None or scheduler is not None)
-        options = {"frames": only, "workers": workers, "scheduler": scheduler, "restart": restart}
-        result = filmed(path, made, report, **options)
-    _tell(result, common)
+        film = _script_film(name, count, workers != HERE) if scene is None else _scene_film(scene, quality)
+        result = _make(path, film, report, frames=only, restart=restart, **asdict(workers))
+    _report(result, common)
 
 
-def filmed(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult":
-    """Make a film; whatever is in the way is one line."""
+def write_film(path: Path, film: "Callable[[], Film]", restart: bool) -> None:
+    """Make a film beside other output of a command."""
+    with progress(left=True) as report:
+        result = _make(path, film(), report, restart=restart)
+    if result.output is None:
+        stop(1, result.complaint)
+
+
+def _make(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult":
+    """Make a film; every error is one line."""
     from kerrcaustics.films.film import frames_folder, make_film
-    from kerrcaustics.workers.worker_failures import WorkersLost
 
     folder = frames_folder(path)
     on_interrupt(lambda: _left_in(folder))
-    try:
-        with plain_errors():
-            return make_film(path, film, report, **options)
-    except ImportError as error:
-        raise BadInput(one_line(str(error))) from None
-    except WorkersLost as lost:
-        stop(1, str(lost))
-    except OSError as error:
-        kept = f"Frames that are drawn are kept in {folder}; start again to go on."
-        stop(1, f"The film {path} cannot be written: {error.strerror or one_line(str(error))}. {kept}")
-    except BadInput:
-        raise
-    except ValueError as error:
-        raise BadInput(one_line(str(error))) from None
+    kept = f"Frames that are drawn are kept in {folder}; start again to go on."
+    with one_line_errors(lambda reason: f"The film {path} cannot be written: {reason}. {kept}"), plain_errors():
+        return make_film(path, film, report, **options)
 
 
 def _left_in(folder: Path) -> str:
-    """What an interrupted film leaves behind, in words; nothing where nothing was drawn."""
+    """The frames that an interrupted film leaves behind, in words."""
     from kerrcaustics.films.frame_store import discard, frames_in
 
-    drawn = len(frames_in(folder))
-    if not drawn:
+    count = len(frames_in(folder))
+    if not count:
         discard(folder)
         return NOTHING_LEFT
-    frames = "1 frame is" if drawn == 1 else f"{drawn} frames are"
+    frames = "1 frame is" if count == 1 else f"{count} frames are"
     return f"{frames} kept in {folder}; start again to go on."
 
 
-def _tell(result: "FilmResult", common: CommonOptions) -> None:
+def _report(result: "FilmResult", common: CommonOptions) -> None:
     from kerrcaustics.films.frame_store import frames_in
     from kerrcaustics.results.records import record
 
@@ -132,7 +118,7 @@ def _scene_of(name: str) -> Path | None:
 
 
 def _frames(frames: str | None) -> tuple[int | None, range | None]:
-    """How many frames, or which."""
+    """The number of frames, or a range of them."""
     if frames is None:
         return None, None
     clip = re.fullmatch(r"(\d+):(\d+)", frames)
@@ -157,9 +143,9 @@ def _check_name(name: str, count: int | None, quality: Quality | None) -> None:
     from kerrcaustics.scene_files.templates import film_templates
     from kerrcaustics.scripts import FILMS
 
-    known = sorted([*script_names(FILMS, "Films"), *film_templates()])
-    if name not in known:
-        raise BadInput(f"Argument NAME must be one of {', '.join(known)}, or a scene (.toml), but is {name}.")
+    names = sorted([*script_names(FILMS, "Films"), *film_templates()])
+    if name not in names:
+        raise BadInput(f"Argument NAME must be one of {', '.join(names)}, or a scene (.toml), but is {name}.")
     if quality is not None:
         raise BadInput(f"Argument --quality must come with a scene (.toml), but {name} is a script.")
 
@@ -167,15 +153,13 @@ def _check_name(name: str, count: int | None, quality: Quality | None) -> None:
 def _scene_film(path: Path, quality: Quality | None) -> "Film":
     from kerrcaustics.films.scene_films import FilmedScene, scene_film
 
-    try:
+    with one_line_errors():
         from kerrcaustics.scene_files.reading import read_scene
 
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):
             raise BadInput(f"Argument NAME must be a scene to be shown, but {path} says what to sweep over.")
         return scene_film(scene, quality)
-    except (OSError, ValueError, ImportError) as error:
-        raise BadInput(one_line(str(error))) from None
 
 
 def _script_film(name: str, count: int | None, elsewhere: bool) -> "Film":

@@ -1,4 +1,4 @@
-"""What `kerrcaustics` alone prints: what there is, and what to try first."""
+"""The page that `kerrcaustics` alone prints: all commands, and three to try."""
 
 from importlib.metadata import version
 
@@ -16,7 +16,7 @@ _TRY = {
 
 
 def first_page() -> None:
-    """Print what there is, with three commands to try."""
+    """Print all commands, and three to try."""
     out = console()
     say(out, f"kerrcaustics {version('kerrcaustics')}. {app.help}")
     say(out, "\nTo begin:")

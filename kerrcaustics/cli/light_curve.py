@@ -2,12 +2,13 @@
 
 import time
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import app, stop, with_examples
+from kerrcaustics.choices import SpotMotion
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.film import write_film
 from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Crossings, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.tables import PlainTable
@@ -25,7 +26,7 @@ def light_curve(
     size: float = 0.1,
     times: WholeNumber = 200,
     crossings: Crossings = 4,
-    motion: Literal["circular", "retrograde"] = "circular",
+    motion: SpotMotion = "circular",
     power: float = 4.0,
     figure: FileName | None = None,
     film: FileName | None = None,
@@ -36,7 +37,7 @@ def light_curve(
 ) -> None:
     """Follow the light of a small spot that circles the hole, image by image: flux, centroid, creations of images.
 
-    The camera is static unless --velocity tells otherwise.
+    The camera is static unless --velocity is given.
 
     Parameters
     ----------
@@ -45,11 +46,11 @@ def light_curve(
     size
         Deviation of the spot's Gaussian profile along its orbit, in units of the mass.
     times
-        So many times, evenly over one orbit.
+        Number of times, evenly over one orbit.
     crossings
-        How many crossings of the plane add to the light, 1 to 12.
+        Number of crossings of the plane that add to the light, 1 to 12.
     motion
-        Which way the spot circles.
+        Sense in which the spot circles.
     power
         Intensity goes by the frequency ratio to this power: 4 for all light together.
     figure
@@ -75,44 +76,34 @@ def light_curve(
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
-        found = follow(seen_from, orbit, times, size=size, crossings=crossings, motion=motion, power=power)
+        light = follow(seen_from, orbit, times, size=size, crossings=crossings, motion=motion, power=power)
         seconds = time.perf_counter() - began
         if save is not None:
-            storage.save(save, found)
+            storage.save(save, light)
         if figure is not None:
             report("drawing", 0.9)
             from kerrcaustics.draw.light_curves import light_curve_figure
 
-            write_figure(light_curve_figure(found), figure)
+            write_figure(light_curve_figure(light), figure)
     if film is not None:
-        _write_film(found, motion, film, restart)
-    common.write_found(record(found, camera=seen_from, points=points), seconds, None)
-    _print(found, common.console())
+        from kerrcaustics.draw.light_curve_films import light_curve_film
+
+        write_film(film, lambda: light_curve_film(light, motion), restart)
+    common.write_result(record(light, camera=seen_from, points=points), seconds, None)
+    _print(light, common.console())
 
 
-def _write_film(found: "LightCurve", motion: str, path: Path, restart: bool) -> None:
-    from kerrcaustics.cli.film import filmed
-    from kerrcaustics.draw.light_curve_films import light_curve_film
-
-    with progress(left=True) as report:
-        made = filmed(path, light_curve_film(found, motion), report, restart=restart)
-    if made.output is None:
-        stop(1, made.complaint)
-
-
-def _print(found: "LightCurve", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: a spot on a circular orbit at r = {found.radius:g}, period {found.period:.9g}")
+def _print(light: "LightCurve", out: Console) -> None:
+    say(out, f"{place_of(light.camera)}: a spot on a circular orbit at r = {light.radius:g}, period {light.period:.9g}")
     table = PlainTable(("crossing", "of all light", "brightest", "at time"))
-    whole = found.flux.mean()
-    for crossing, share in enumerate(found.shares, start=1):
+    whole = light.flux.mean()
+    for crossing, share in enumerate(light.shares, start=1):
         best = int(share.argmax())
-        table.add_row(str(crossing), f"{share.mean() / whole:.3%}", f"{share[best]:.6g}", f"{found.time[best]:z.6g}")
+        table.add_row(str(crossing), f"{share.mean() / whole:.3%}", f"{share[best]:.6g}", f"{light.time[best]:z.6g}")
     out.print(table)
-    for event in found.events:
-        when = f"time {event.time:z.9g}, off by {event.error:.0e}"
-        say(out, f"{event.kind} of two images at crossing {event.crossing}, {when}")
-    low, high = found.flux.min(), found.flux.max()
-    say(
-        out,
-        f"flux from {low:.6g} to {high:.6g} for a spot of unit light, off by {(found.error / found.flux).max():.0e}",
-    )
+    for event in light.events:
+        moment = f"time {event.time:z.9g}, off by {event.error:.0e}"
+        say(out, f"{event.kind} of two images at crossing {event.crossing}, {moment}")
+    low, high = light.flux.min(), light.flux.max()
+    error = f"{(light.error / light.flux).max():.0e}"
+    say(out, f"flux from {low:.6g} to {high:.6g} for a spot of unit light, off by {error}")

@@ -1,14 +1,15 @@
-"""Options that commands share, each described once."""
+"""Options that commands share, each described once, with the range of its numbers."""
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import cyclopts
 from rich.console import Console
 
+from kerrcaustics.choices import VelocityName
 from kerrcaustics.cli.app import BadInput
 from kerrcaustics.cli.outputs import check_outputs, write_json
 from kerrcaustics.cli.terminal import console, plain_errors
@@ -19,24 +20,29 @@ if TYPE_CHECKING:
     from kerrcaustics.spacetime.viewer import Viewer
 
 
-def _whole_number(_type: type, tokens: Sequence[cyclopts.Token]) -> int:
-    """The number itself: 2.5 is refused, and not rounded."""
-    try:
-        return int(tokens[0].value)
-    except ValueError:
-        raise BadInput(f"Argument {tokens[0].keyword} must be a whole number, but is {tokens[0].value}.") from None
+def _number(
+    kind: Callable[[str], float], least: float = -math.inf, most: float = math.inf, must: str = ""
+) -> Callable[[type, Sequence[cyclopts.Token]], float]:
+    """Reader of a number in a range, which is checked before anything heavy is loaded.
 
+    must: the words of the message, "be a whole number from `least` to `most`" where left out; 2.5 is not rounded.
+    """
 
-def _between(least: int, most: int) -> Callable[[type, Sequence[cyclopts.Token]], int]:
-    """What reads a whole number within limits that are known before anything heavy is loaded."""
-
-    def read(kind: type, tokens: Sequence[cyclopts.Token]) -> int:
-        number = _whole_number(kind, tokens)
+    def read(_type: type, tokens: Sequence[cyclopts.Token]) -> float:
+        text = tokens[0].value
+        try:
+            number = kind(text)
+        except ValueError:
+            raise ValueError(f"must be {'a whole' if kind is int else 'a'} number, but is {text}.") from None
         if not least <= number <= most:
-            raise ValueError(f"must be a whole number from {least} to {most}, but is {number}.")
+            raise ValueError(f"must {must or f'be a whole number from {least} to {most}'}, but is {number:.12g}.")
         return number
 
     return read
+
+
+def _whole(*limits: Any, **settings: Any) -> cyclopts.Parameter:
+    return cyclopts.Parameter(converter=_number(int, *limits), allow_leading_hyphen=True, **settings)
 
 
 def _file_name(_type: type, tokens: Sequence[cyclopts.Token]) -> Path:
@@ -54,16 +60,19 @@ Angles = Annotated[tuple[float, float], cyclopts.Parameter(allow_leading_hyphen=
 FileName = Annotated[Path, cyclopts.Parameter(converter=_file_name)]
 """Of a file or a folder."""
 
-WholeNumber = Annotated[int, cyclopts.Parameter(converter=_whole_number, allow_leading_hyphen=True)]
-MaxIndex = Annotated[int, cyclopts.Parameter(converter=_between(0, 6), allow_leading_hyphen=True, help=_HIGHEST_INDEX)]
-Orders = Annotated[int, cyclopts.Parameter(converter=_between(1, 10), allow_leading_hyphen=True)]
-Crossings = Annotated[int, cyclopts.Parameter(converter=_between(1, 12), allow_leading_hyphen=True)]
+PolarAngle = Annotated[float, cyclopts.Parameter(converter=_number(float, 0, 180, "lie in [0, 180] degrees"))]
+WholeNumber = Annotated[int, _whole()]
+MaxIndex = Annotated[int, _whole(0, 6, help=_HIGHEST_INDEX)]
+Orders = Annotated[int, _whole(1, 10)]
+Crossings = Annotated[int, _whole(1, 12)]
+Crossing = Annotated[int, _whole(1, math.inf, "be at least 1")]
+Port = Annotated[int, _whole(0, 65535, "lie in [0, 65535]")]
 
 
 @cyclopts.Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class CameraOptions:
-    """Which camera looks.
+    """The camera.
 
     Attributes
     ----------
@@ -81,15 +90,15 @@ class CameraOptions:
 
     spin: float
     radius: float
-    inclination: float = 90.0
-    velocity: Literal["circular", "fiducial", "static"] | None = None
+    inclination: PolarAngle = 90.0
+    velocity: VelocityName | None = None
 
     def camera(self) -> "Camera":
         """The camera that the options describe."""
         with plain_errors():
             from kerrcaustics.spacetime.camera import Camera
 
-            return Camera(self.spin, self.radius, self._inclination(), self.velocity)
+            return Camera(self.spin, self.radius, math.radians(self.inclination), self.velocity)
 
     def viewer(self) -> "Viewer":
         """The same, or an observer at infinity."""
@@ -100,19 +109,13 @@ class CameraOptions:
         with plain_errors():
             from kerrcaustics.spacetime.observer import Observer
 
-            return Observer(spin=self.spin, inclination=self._inclination())
-
-    def _inclination(self) -> float:
-        """The inclination in radians."""
-        if not 0 <= self.inclination <= 180:
-            raise BadInput(f"Argument --inclination must lie in [0, 180] degrees, but is {self.inclination:g}.")
-        return math.radians(self.inclination)
+            return Observer(spin=self.spin, inclination=math.radians(self.inclination))
 
 
 @cyclopts.Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class SourceOptions:
-    """Where the sources lie.
+    """The surface of the sources.
 
     Attributes
     ----------
@@ -124,31 +127,20 @@ class SourceOptions:
     """
 
     source_radius: float | None = None
-    plane: WholeNumber | None = None
-
-    def check(self) -> None:
-        """Refuse two places."""
-        if self.source_radius is not None and self.plane is not None:
-            raise BadInput("Arguments --source-radius, --plane: one of them may be given, but both were.")
-        if self.plane is not None and self.plane < 1:
-            raise BadInput(f"Argument --plane must be at least 1, but is {self.plane}.")
-
-    def sphere(self) -> float:
-        """The radius of the sources, where they lie in no plane."""
-        self.check()
-        return math.inf if self.source_radius is None else self.source_radius
+    plane: Crossing | None = None
 
     def end(self) -> "float | EquatorialPlane":
-        """As the functions of the package take it."""
-        self.check()
+        """The surface as the functions of the package take it."""
+        if self.source_radius is not None and self.plane is not None:
+            raise BadInput("Arguments --source-radius, --plane: one of them may be given, but both were.")
         if self.plane is None:
-            return self.sphere()
+            return math.inf if self.source_radius is None else self.source_radius
         from kerrcaustics.beams.ends import EquatorialPlane
 
         return EquatorialPlane(self.plane)
 
     def place(self, argument: str, place: tuple[float, float]) -> tuple[float, float]:
-        """The place of a source, radians, from what was given in degrees, or as r and degrees."""
+        """The place of a source, radians, from degrees, or from r and degrees."""
         if self.plane is None:
             return radians(argument, place)
         radius, phi = place
@@ -164,7 +156,7 @@ SKY_SOURCES = SourceOptions()
 @cyclopts.Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class CommonOptions:
-    """Where the numbers go.
+    """The file of the numbers.
 
     Attributes
     ----------
@@ -177,10 +169,8 @@ class CommonOptions:
     def check(self, files: dict[str, Path | None] | None = None) -> None:
         """Refuse files that cannot be written: that of --json, and others by their arguments."""
         target = None if self.json in (None, "-") else self.json
-        if target == "":
-            raise BadInput("Argument --json must be a file name or -, but is empty.")
-        if target is not None and target.startswith("-"):
-            raise BadInput(f"Argument --json must be a file name or -, but is {target}.")
+        if target is not None and (not target or target.startswith("-")):
+            raise BadInput(f"Argument --json must be a file name or -, but is {target or 'empty'}.")
         check_outputs({**(files or {}), "--json": None if target is None else Path(target)})
 
     def check_points(self, points: bool) -> None:
@@ -189,21 +179,47 @@ class CommonOptions:
             raise BadInput("Argument --points must come with --json.")
 
     def console(self) -> Console:
-        """Where tables go: to standard error where standard output is for the JSON alone."""
+        """The console of tables: standard error where standard output is for the JSON alone."""
         return console(stderr=self.json == "-")
 
     def write(self, entry: dict[str, Any], indent: int | None = 2, private: bool = False) -> None:
-        """Write a record where --json says; private: into a file that only the user can read."""
+        """Write a record to the file of --json; private: into a file that only the user can read."""
         if self.json is not None:
             write_json(entry, self.json, indent, private)
 
-    def write_found(self, entry: dict[str, Any], seconds: float, indent: int | None = 2) -> None:
+    def write_result(self, entry: dict[str, Any], seconds: float, indent: int | None = 2) -> None:
         """Write the record of a search, with how it was traced and how long it took."""
         self.write({**entry, "engine": "auto", "seconds": seconds}, indent)
 
 
 COMMON = CommonOptions()
 """No JSON."""
+
+
+@cyclopts.Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class WorkerOptions:
+    """The processes that compute.
+
+    Attributes
+    ----------
+    workers
+        Compute in so many processes of this machine. By default in this one.
+    scheduler
+        Compute on the Dask cluster with this scheduler, such as tcp://host:8786, whose workers see the same files.
+    """
+
+    workers: WholeNumber | None = None
+    scheduler: str | None = None
+
+    def check(self) -> None:
+        """Refuse both."""
+        if self.workers is not None and self.scheduler is not None:
+            raise BadInput("Arguments --workers and --scheduler: only one of them can be given.")
+
+
+HERE = WorkerOptions()
+"""No other process."""
 
 
 def radians(argument: str, angles: tuple[float, float]) -> tuple[float, float]:

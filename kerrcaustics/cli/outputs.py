@@ -1,4 +1,4 @@
-"""The files that commands write: refused before any work is done where they cannot be written, never half-written."""
+"""The files that commands write: checked before any work is done, never half-written."""
 
 import json
 import os
@@ -12,9 +12,15 @@ from kerrcaustics.cli.app import BadInput
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_FIGURE_ENDINGS = (".png", ".pdf", ".svg")
-_PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".exr")
-_FILM_ENDINGS = (".mp4", ".gif")
+# Endings, and the word between them in messages.
+_FIGURE = (".png", ".pdf", ".svg"), ", "
+_PICTURE = (".png", ".jpg", ".jpeg", ".exr"), ", "
+_FILM = (".mp4", ".gif"), " or "
+# Packages that endings need, and what a message says of them.
+_NEEDS = {
+    ".exr": ("OpenEXR", '.exr needs the package OpenEXR (pip install "kerrcaustics[exr]").'),
+    ".mp4": ("av", 'MP4 needs the package av (pip install "kerrcaustics[films]"); .gif does not.'),
+}
 
 
 def check_outputs(paths: dict[str, Path | None]) -> None:
@@ -61,33 +67,32 @@ def check_store(argument: str, path: Path) -> None:
 
 def check_ending(figure: Path | None) -> None:
     """Refuse pictures of other formats."""
-    if figure is not None and figure.suffix.lower() not in _FIGURE_ENDINGS:
-        raise BadInput(f"Argument --figure must end in {', '.join(_FIGURE_ENDINGS)}, but is {figure}.")
+    _check_ending("--figure", figure, *_FIGURE)
 
 
 def check_picture(output: Path) -> None:
     """Refuse rendered pictures of other formats, or that cannot be written here."""
-    ending = output.suffix.lower()
-    if ending not in _PICTURE_ENDINGS:
-        raise BadInput(f"Argument --output must end in {', '.join(_PICTURE_ENDINGS)}, but is {output}.")
-    if ending == ".exr" and find_spec("OpenEXR") is None:
-        raise BadInput('Argument --output: .exr needs the package OpenEXR (pip install "kerrcaustics[exr]").')
+    _check_ending("--output", output, *_PICTURE)
 
 
 def check_film(film: Path | None, argument: str = "--film") -> None:
     """Refuse films of other formats, or that cannot be written here."""
-    if film is None:
+    _check_ending(argument, film, *_FILM)
+
+
+def _check_ending(argument: str, path: Path | None, endings: tuple[str, ...], between: str) -> None:
+    if path is None:
         return
-    if film.suffix.lower() not in _FILM_ENDINGS:
-        raise BadInput(f"Argument {argument} must end in {' or '.join(_FILM_ENDINGS)}, but is {film}.")
-    if film.suffix.lower() == ".mp4" and find_spec("av") is None:
-        raise BadInput(
-            f'Argument {argument}: MP4 needs the package av (pip install "kerrcaustics[films]"); .gif does not.'
-        )
+    ending = path.suffix.lower()
+    if ending not in endings:
+        raise BadInput(f"Argument {argument} must end in {between.join(endings)}, but is {path}.")
+    package, needs = _NEEDS.get(ending, ("", ""))
+    if package and find_spec(package) is None:
+        raise BadInput(f"Argument {argument}: {needs}")
 
 
 def make_folder(output: Path, argument: str = "--output") -> None:
-    """Make the folder that an argument names, where there is none; refused where nothing can be written into it."""
+    """Make the folder that an argument names unless it exists; refuse one that nothing can be written into."""
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:

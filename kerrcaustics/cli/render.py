@@ -3,14 +3,15 @@
 import math
 from pathlib import Path
 from time import perf_counter as clock
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import cyclopts
 
-from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
+from kerrcaustics.choices import Quality
+from kerrcaustics.cli.app import BadInput, app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_picture
-from kerrcaustics.cli.terminal import place_of, progress, say
+from kerrcaustics.cli.terminal import one_line_errors, place_of, progress, say
 from kerrcaustics.results.stages import in_words, stage, stages_timed
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def render(
     *,
     output: FileName | None = None,
     frame: WholeNumber = 0,
-    quality: Literal["draft", "normal", "high"] | None = None,
+    quality: Quality | None = None,
     preview: Flag = False,
     overrides: Annotated[list[str] | None, cyclopts.Parameter(name="--set", negative=())] = None,
     common: CommonOptions = COMMON,
@@ -44,9 +45,9 @@ def render(
     output
         The picture: .png, .jpg, or .exr with linear light; by default in this folder, named like the scene.
     frame
-        Which frame, from 0 on.
+        Number of the frame, from 0 on.
     quality
-        How well; by default as the scene says.
+        Of the picture; by default that of the scene.
     preview
         A small picture, 320 pixels wide, as a draft.
     overrides
@@ -59,25 +60,28 @@ def render(
         raise BadInput(f"Argument --output must name another file than the scene, but both are {path}.")
     began = clock()
     with progress() as report:
-        read = _read(scene, overrides or [])
-        if not 0 <= frame < read.frames:
-            raise BadInput(f"Argument --frame must be a whole number from 0 to {read.frames - 1}, but is {frame}.")
-        wanted = quality or ("draft" if preview else read.quality)
+        with one_line_errors():
+            from kerrcaustics.scene_files.scene_file import SceneFile
+
+            file = SceneFile.read(scene, overrides or [])
+        if not 0 <= frame < file.frames:
+            raise BadInput(f"Argument --frame must be a whole number from 0 to {file.frames - 1}, but is {frame}.")
+        level = quality or ("draft" if preview else file.quality)
         with stages_timed(lambda name, seconds: report(_now(name, seconds), len(seconds) / _STAGES)) as stages:
-            rendering = _written(read, frame, wanted, preview, path)
+            rendering = _render(file, frame, level, preview, path)
     from kerrcaustics.results.records import in_degrees
 
     entry = {
         "schema": "kerrcaustics/render/1",
         "scene": str(scene),
         "frame": frame,
-        "time": read.moment(frame),
+        "time": file.moment(frame),
         "spin": rendering.camera.spin,
         "radius": rendering.camera.radius,
         "inclination_deg": in_degrees(rendering.camera.inclination),
         "velocity": list(rendering.camera.fido_velocity()),
         "size": [rendering.view.width, rendering.view.height],
-        "quality": wanted,
+        "quality": level,
         "beams": rendering.beams,
         "stages": stages,
         "seconds": clock() - began,
@@ -85,15 +89,15 @@ def render(
     }
     common.write(entry)
     out = common.console()
-    say(out, f"{_where(rendering)}, t = {entry['time']:z.6g}")
+    say(out, f"{_camera_in_words(rendering)}, t = {entry['time']:z.6g}")
     size = f"{rendering.view.width} x {rendering.view.height} pixels"
     say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
     say(out, in_words(stages))
     say(out, f"Picture: {path}")
 
 
-def _where(rendering: "Rendering") -> str:
-    """The camera, in words; a velocity in three numbers by its size."""
+def _camera_in_words(rendering: "Rendering") -> str:
+    """Place and motion; a velocity in three numbers by its size."""
     velocity = rendering.camera.velocity
     words = place_of(rendering.camera)
     if isinstance(velocity, str):
@@ -102,35 +106,20 @@ def _where(rendering: "Rendering") -> str:
 
 
 def _now(stage: str, before: dict[str, float]) -> str:
-    """The stage that is on, and how long those before it took."""
+    """The stage that is on, and the time of those before it."""
     return f"{stage.replace('_', ' ')} ({in_words(before)})" if before else stage.replace("_", " ")
 
 
-def _read(scene: Path, overrides: list[str]) -> "SceneFile":
-    from kerrcaustics.scene_files.scene_file import SceneFile
-
-    try:
-        return SceneFile.read(scene, overrides)
-    except ImportError as error:
-        raise BadInput(one_line(str(error))) from None
-    except ValueError as error:
-        raise BadInput(one_line(str(error))) from None
-
-
-def _written(scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path) -> "Rendering":
+def _render(scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path) -> "Rendering":
     """Render a frame and write its picture."""
     from kerrcaustics.draw.scenes import save_light, save_picture
 
     scale = min(_PREVIEW / scene.size[0], 1.0) if preview else 1.0
-    try:
+    with one_line_errors(lambda reason: f"The picture {path} cannot be written: {reason}."):
         rendering = scene.rendering(frame, quality=quality, scale=scale)
         with stage("developing"):
             linear = path.suffix.lower() == ".exr"
             picture = scene.light(rendering, scale) if linear else scene.developed(frame, rendering, scale)
         with stage("encoding"):
             (save_light if linear else save_picture)(path, picture)
-    except ValueError as error:
-        raise BadInput(one_line(str(error))) from None
-    except OSError as error:
-        stop(1, f"The picture {path} cannot be written: {error.strerror or one_line(str(error))}.")
-    return rendering
+        return rendering

@@ -1,4 +1,4 @@
-"""The command `scale`: what one M is for a hole of known mass and distance."""
+"""The command `scale`: the size of one M for a hole of known mass and distance."""
 
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions
@@ -7,7 +7,7 @@ from kerrcaustics.cli.terminal import plain_errors, say
 
 @app.command(**with_examples("scale --mass 4.3e6 --distance 8178"))
 def scale(*, mass: float, distance: float | None = None, common: CommonOptions = COMMON) -> None:
-    """Tell what one M is in seconds, metres, astronomical units and, at a distance, micro-arcseconds.
+    """Print one M in seconds, metres, astronomical units and, at a distance, micro-arcseconds.
 
     Parameters
     ----------
@@ -20,8 +20,8 @@ def scale(*, mass: float, distance: float | None = None, common: CommonOptions =
     with plain_errors():
         from kerrcaustics.astronomy.physical_scale import PhysicalScale
 
-        found = PhysicalScale(mass, distance)
+        scale = PhysicalScale(mass, distance)
     names = ("seconds", "metres", "astronomical_units", *(() if distance is None else ("microarcseconds",)))
-    values = {name: getattr(found, name) for name in names}
+    values = {name: getattr(scale, name) for name in names}
     common.write({"schema": "kerrcaustics/scale/1", "mass": mass, "distance": distance, **values})
     say(common.console(), "One M is " + ", ".join(f"{v:.6g} {name.replace('_', ' ')}" for name, v in values.items()))

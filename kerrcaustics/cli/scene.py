@@ -7,29 +7,29 @@ from kerrcaustics.cli.terminal import say
 
 @app.command(**with_examples("scene", "scene --template disk > scene.toml"))
 def scene(*, template: str | None = None, common: CommonOptions = COMMON) -> None:
-    """Print a scene file with comments, to begin with; without a name, list those there are.
+    """Print a scene file with comments, to begin with; without a name, list all of them.
 
     Parameters
     ----------
     template
-        Which one.
+        Name of the template.
     """
     import sys
     import tomllib
 
     from kerrcaustics.scene_files.templates import first_lines, template_text
 
-    known = first_lines()
+    templates = first_lines()
     common.check()
     if template is None:
-        common.write({"schema": "kerrcaustics/templates/1", "templates": known})
+        common.write({"schema": "kerrcaustics/templates/1", "templates": templates})
         out = common.console()
         say(out, "kerrcaustics scene --template NAME > scene.toml prints one of these:")
-        for name, line in known.items():
+        for name, line in templates.items():
             say(out, f"  {name:<14}{line}")
         return
-    if template not in known:
-        raise BadInput(f"Argument --template must be one of {', '.join(known)}, but is {template}.")
+    if template not in templates:
+        raise BadInput(f"Argument --template must be one of {', '.join(templates)}, but is {template}.")
     text = template_text(template)
     common.write({"schema": "kerrcaustics/scene/1", "template": template, **tomllib.loads(text)})
     if common.json != "-":

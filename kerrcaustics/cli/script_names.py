@@ -1,4 +1,4 @@
-"""What commands that run figures, films and studies share."""
+"""Names of the scripts of figures, films and studies."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def script_names(scripts: "ScriptFolder", what: str) -> list[str]:
-    """Names of the scripts in a folder; refused where there is none."""
+    """Names of the scripts in a folder, of which there must be one."""
     names = scripts.names()
     if not names:
         raise BadInput(f"{what} need an installed wheel or a checkout: there is no folder {scripts.folder}.")

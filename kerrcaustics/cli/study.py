@@ -37,7 +37,7 @@ def study(name: str, /, *, output: FileName | None = None, common: CommonOptions
     Parameters
     ----------
     name
-        Which study: accuracy, adversary, astroids, cost, disk_checks, far_camera, fit, inclination, near_sources,
+        Name of the study: accuracy, adversary, astroids, cost, disk_checks, far_camera, fit, inclination, near_sources,
         open_questions, orders, spin_radius or stability.
     output
         Folder for the files, by default study-NAME; it is made when missing.
@@ -51,7 +51,7 @@ def study(name: str, /, *, output: FileName | None = None, common: CommonOptions
     make_folder(folder)
     check_outputs({"--output": folder / f"{name}.json"})
     common.check()
-    # What a study prints goes where its tables do.
+    # A study prints its own tables.
     with redirect_stdout(sys.stderr if common.json == "-" else sys.stdout):
         files = STUDIES.run(name, folder)
     if common.json is not None:
@@ -73,19 +73,18 @@ def report(
 ) -> None:
     """Put the studies that were run on one HTML page: error against run time, stability, and what the others found.
 
-    The page holds its pictures and loads nothing. It says which studies were not run, and which were run by another
-    version or on another machine.
+    The page holds its pictures and loads nothing. It names the studies that were not run, and those that were run by
+    another version or on another machine.
 
     Parameters
     ----------
     folder
-        Where the studies left their files: this folder and those directly in it are looked through; by default the
-        current one.
+        Folder of the studies' files, its subfolders included; by default the current one.
     output
         The page.
     run
         First run the studies that are missing, one after the other, into FOLDER/study-NAME: some 25 minutes for
-        all of them. One that fails is told, and the page is made without it; the exit status is 1.
+        all of them. One that fails is reported, and the page is made without it; the exit status is 1.
     """
     from importlib.metadata import version
 
@@ -104,8 +103,8 @@ def report(
         raise BadInput(f"Argument FOLDER must hold records of studies, but {folder} has none: {hint}.")
     missing = [name for name in names if name not in records] if names else None
     write_report(output, list(records.values()), version("kerrcaustics"), missing)
-    told = {"studies": list(records), "missing": missing or [], "failed": failed, "output": str(output)}
-    common.write({"schema": "kerrcaustics/report/1", **told})
+    entry = {"studies": list(records), "missing": missing or [], "failed": failed, "output": str(output)}
+    common.write({"schema": "kerrcaustics/report/1", **entry})
     out = common.console()
     say(out, f"Report: {output}: {', '.join(records)}")
     if missing:

@@ -1,6 +1,9 @@
 """Tables that keep all their digits, however narrow the terminal is."""
 
-from collections.abc import Container, Iterator
+import math
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from types import SimpleNamespace
+from typing import Any
 
 from rich import box
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -51,6 +54,36 @@ class PlainTable:
             for head, cell in zip(heads, row, strict=True):
                 yield Text(f"{head:<{width}}  {cell}".rstrip(), overflow="fold")
             yield Text()
+
+
+def table_of(rows: Iterable[Any], columns: Mapping[str, str | Callable[[Any], str]]) -> PlainTable:
+    """Table with a row for each result.
+
+    columns: under each head a quantity and its format, "error:.0e", or a function of the result. Under a head that ends
+    in "(deg)" stand degrees.
+    """
+    table = PlainTable(tuple(columns))
+    for row in rows:
+        table.add_row(*(cell(row) if callable(cell) else _cell(head, cell, row) for head, cell in columns.items()))
+    return table
+
+
+def rows_of(result: Any) -> list[SimpleNamespace]:
+    """Rows of a result whose arrays run along one dimension, as it declares them."""
+    from kerrcaustics.results.declared import LAYOUTS
+
+    columns = {name: getattr(result, name) for name in LAYOUTS[type(result)].rows}
+    columns = {name: column for name, column in columns.items() if column is not None}
+    return [SimpleNamespace(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
+
+
+def _cell(head: str, column: str, row: Any) -> str:
+    """A number, or several, of a row in a format."""
+    import numpy as np
+
+    name, _, form = column.partition(":")
+    numbers = np.ravel(getattr(row, name)).tolist()
+    return " ".join(format(math.degrees(x) if head.endswith("(deg)") else x, form) for x in numbers)
 
 
 def _whole(head: str) -> str:

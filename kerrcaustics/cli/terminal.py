@@ -1,4 +1,4 @@
-"""What a user reads while and after a command works: lines, tables, progress, and errors about arguments."""
+"""The terminal: lines, tables, progress, and errors about arguments."""
 
 import math
 import sys
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import BadInput
+from kerrcaustics.cli.app import BadInput, one_line, stop
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import End
@@ -31,20 +31,26 @@ _quiet = False
 
 
 def be_quiet() -> None:
-    """From now on neither tables nor progress: what is wrong is told all the same, and so is what was asked for."""
+    """Print neither tables nor progress from now on, but errors and requested output all the same."""
     global _quiet
     _quiet = True
 
 
 def console(stderr: bool = False) -> Console:
-    """Where tables go."""
+    """The console of tables."""
     width = None if (sys.stderr if stderr else sys.stdout).isatty() else _ENDLESS
     return Console(stderr=stderr, width=width, quiet=_quiet, markup=False, emoji=False)
 
 
 def say(out: Console, text: str) -> None:
-    """A line that no terminal width cuts up."""
+    """Print a line that no terminal width cuts up."""
     out.print(text, soft_wrap=True, highlight=False)
+
+
+def say_all(out: Console, lines: Iterable[str]) -> None:
+    """Print several lines."""
+    for line in lines:
+        say(out, line)
 
 
 def place_of(camera: "Viewer") -> str:
@@ -54,7 +60,7 @@ def place_of(camera: "Viewer") -> str:
 
 
 def place_heads(surface: "End") -> tuple[str, ...]:
-    """What the coordinates of places on a surface are called in tables."""
+    """The names of the coordinates of a surface in tables."""
     return tuple(each.symbol + " (deg)" * (each.unit == "rad") for each in surface.coordinates)
 
 
@@ -74,13 +80,13 @@ def place_cells(surface: "End", place: Iterable[float], digits: int = 8) -> list
     return [f"{math.degrees(x) if each.unit == 'rad' else x:z.{digits}g}" for each, x in pairs]
 
 
-def counted(per_index: dict[int, int]) -> str:
-    """How many there are of each index, in words."""
+def index_counts(per_index: dict[int, int]) -> str:
+    """The count of each index, in words."""
     return ", ".join(f"{count} of index {k}" for k, count in per_index.items())
 
 
-def sure(certified: bool) -> str:
-    """Whether nothing is missing, in words."""
+def verdict(certified: bool) -> str:
+    """The certificate in words."""
     return "certified" if certified else "NOT certified"
 
 
@@ -96,6 +102,26 @@ def plain_errors(named: dict[str, str] | None = None) -> Iterator[None]:
         name = message.split("`")[1]
         option = {**_OPTIONS, **(named or {})}.get(name, name).replace("_", "-")
         raise BadInput(message.replace(f"`{name}`", f"--{option}", 1)) from None
+
+
+@contextmanager
+def one_line_errors(unwritten: Callable[[str], str] | None = None) -> Iterator[None]:
+    """Turn errors about files and packages into lines of the command line, and end if workers are lost.
+
+    unwritten: makes the line about a file that cannot be written of the reason; left out, that is an error of input.
+    """
+    from kerrcaustics.workers.worker_failures import WorkersLost
+
+    try:
+        yield
+    except WorkersLost as error:
+        stop(1, str(error))
+    except OSError as error:
+        if unwritten is None:
+            raise BadInput(one_line(str(error))) from None
+        stop(1, unwritten(error.strerror or one_line(str(error))))
+    except (ImportError, ValueError) as error:
+        raise BadInput(one_line(str(error))) from None
 
 
 @contextmanager
@@ -126,7 +152,7 @@ class _Lines:
 
     def __init__(self, prefix: str) -> None:
         self._prefix, self._what, self._count = prefix, "computing", 0
-        self._said = time.monotonic()
+        self._last = time.monotonic()
         self._first: tuple[float, float] | None = None
 
     @contextmanager
@@ -148,8 +174,8 @@ class _Lines:
         self._what = what
         # What was done before says nothing about how long the rest takes.
         self._first = self._first or (now, part)
-        if now - self._said >= _PAUSE:
-            self._said = now
+        if now - self._last >= _PAUSE:
+            self._last = now
             self._write(_left(now - self._first[0], part - self._first[1], 1 - part))
 
     def _watch(self, over: threading.Event) -> None:

@@ -3,28 +3,28 @@
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.film import write_film
 from kerrcaustics.cli.options import (
     COMMON,
     SKY_SOURCES,
-    Angle,
     CameraOptions,
     CommonOptions,
     FileName,
     Flag,
     MaxIndex,
+    PolarAngle,
     SourceOptions,
 )
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
-from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, sure
+from kerrcaustics.cli.tables import PlainTable, table_of
+from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, say_all, verdict
 
 if TYPE_CHECKING:
-    from kerrcaustics.beams.ends import Spherical
     from kerrcaustics.curves.caustic import CausticSet
     from kerrcaustics.spacetime.viewer import Viewer
     from kerrcaustics.stars.tracks import StarTracks
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def tracks(
     *,
     camera: CameraOptions,
-    star_theta: Angle | None = None,
+    star_theta: PolarAngle | None = None,
     orbit: float | None = None,
     max_index: MaxIndex = 2,
     figure: FileName | None = None,
@@ -50,7 +50,7 @@ def tracks(
 ) -> None:
     """Follow all images of a star over one orbit of the camera, with the creation and annihilation of pairs.
 
-    The camera must orbit the spin axis: static is refused. For an observer at infinity the star goes round.
+    The camera must orbit the spin axis, and not be static. For an observer at infinity the star goes round.
 
     Parameters
     ----------
@@ -62,113 +62,69 @@ def tracks(
     figure
         Draw the tracks, the events and the brightness into this file: .png, .pdf or .svg.
     film
-        Write a film of the orbit into this file: .mp4 or .gif. It takes minutes; started again after an interruption,
-        it goes on where it stopped.
+        Write a film of the orbit into this file: .mp4 or .gif. It takes minutes; an interrupted film resumes when it is
+        started again.
     restart
         Throw away frames of an unfinished film that are there, and draw all anew.
     """
     common.check({"--figure": figure, "--film": film})
     check_ending(figure)
     check_film(film)
-    if source.plane is not None:
-        _only_a_circle(star_theta, film)
-        _in_plane(camera.camera(), orbit, max_index, figure, source, common)
-        return
-    theta, sphere = _checked(star_theta, orbit), source.sphere()
-    seen_from = camera.viewer()
-    _check_orbit(seen_from)
-    for argument, picture in (("--figure", figure), ("--film", film)):
+    argument, level = _level(star_theta, orbit, film, source)
+    end, seen_from = source.end(), camera.viewer() if source.plane is None else camera.camera()
+    if source.plane is None:
+        _check_orbit(seen_from)
+    for name, picture in (("--figure", figure), ("--film", film)):
         if math.isinf(seen_from.radius) and picture is not None:
-            raise BadInput(f"Argument {argument} must be left out for an observer at infinity.")
+            raise BadInput(f"Argument {name} must be left out for an observer at infinity.")
     began = time.perf_counter()
-    with plain_errors({"level": "star-theta"}), progress() as report:
+    with plain_errors({"level": argument}), progress() as report:
         from kerrcaustics.results.records import record
         from kerrcaustics.stars.tracks import star_tracks
 
-        found = star_tracks(seen_from, math.radians(theta), max_index, end=sphere)
+        tracks = star_tracks(seen_from, level, max_index, end=end)
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 0.9)
-            _draw(found, figure)
+            from kerrcaustics.draw.tracks import tracks_figure
+
+            write_figure(tracks_figure(tracks, _caustics(tracks) if source.plane is None else None), figure)
     if film is not None:
-        _write_film(found, film, restart)
-    common.write_found(record(found), seconds, None)
-    _print_tracks(found, common.console())
-    if not found.certified:
+        from kerrcaustics.draw.orbit_films import orbit_film
+
+        write_film(film, lambda: orbit_film(tracks, _caustics(tracks)), restart)
+    common.write_result(record(tracks), seconds, None)
+    _print_tracks(tracks, common.console())
+    if not tracks.certified:
         stop(1, "The tracks are not certified: see the remarks.")
 
 
-def _checked(star_theta: float | None, orbit: float | None) -> float:
-    """The angle of a star on a sphere, degrees."""
-    if orbit is not None:
-        raise BadInput("Argument --orbit must come with --plane.")
-    if star_theta is None:
-        raise BadInput("Argument --star-theta must be given.")
-    if not 0 <= star_theta <= 180:
-        raise BadInput(f"Argument --star-theta must lie in [0, 180] degrees, but is {star_theta:g}.")
-    return star_theta
-
-
-def _only_a_circle(star_theta: float | None, film: Path | None) -> None:
+def _level(
+    star_theta: float | None, orbit: float | None, film: Path | None, source: SourceOptions
+) -> tuple[str, float]:
+    """The argument that places the source, and its value: theta', radians, on a sphere; r in the plane."""
+    if source.plane is None:
+        if orbit is not None:
+            raise BadInput("Argument --orbit must come with --plane.")
+        if star_theta is None:
+            raise BadInput("Argument --star-theta must be given.")
+        return "star-theta", math.radians(star_theta)
     for name, value in (("--star-theta", star_theta), ("--film", film)):
         if value is not None:
             raise BadInput(f"Argument {name} must not come with --plane.")
-
-
-def _in_plane(
-    camera: "Viewer",
-    orbit: float | None,
-    max_index: int,
-    figure: Path | None,
-    source: SourceOptions,
-    common: CommonOptions,
-) -> None:
-    """The tracks of a source that circles in the plane."""
     if orbit is None:
         raise BadInput("Argument --orbit must be given with --plane.")
-    began = time.perf_counter()
-    with plain_errors({"level": "orbit"}), progress() as report:
-        from kerrcaustics.results.records import record
-        from kerrcaustics.stars.tracks import star_tracks
-
-        found = star_tracks(camera, orbit, max_index, end=source.end())
-        seconds = time.perf_counter() - began
-        if figure is not None:
-            report("drawing", 0.9)
-            from kerrcaustics.draw.plane_tracks import plane_tracks_figure
-
-            write_figure(plane_tracks_figure(found), figure)
-    common.write_found(record(found), seconds, None)
-    _print_tracks(found, common.console())
-    if not found.certified:
-        stop(1, "The tracks are not certified: see the remarks.")
+    return "orbit", orbit
 
 
-def _caustics(found: "StarTracks") -> "CausticSet":
+def _caustics(tracks: "StarTracks") -> "CausticSet":
     from kerrcaustics.curves.caustic_search import caustics
 
-    return caustics(found.camera, found.max_index + 1, end=cast("Spherical", found.surface))
-
-
-def _draw(found: "StarTracks", path: Path) -> None:
-    from kerrcaustics.draw.tracks import tracks_figure
-
-    write_figure(tracks_figure(found, _caustics(found)), path)
-
-
-def _write_film(found: "StarTracks", path: Path, restart: bool) -> None:
-    from kerrcaustics.cli.film import filmed
-    from kerrcaustics.draw.orbit_films import orbit_film
-
-    with progress(left=True) as report:
-        film = orbit_film(found, _caustics(found))
-        made = filmed(path, film, report, restart=restart)
-    if made.output is None:
-        stop(1, made.complaint)
+    return caustics(tracks.camera, tracks.max_index + 1, end=tracks.surface)
 
 
 def _check_orbit(camera: "Viewer") -> None:
-    """Refuse a camera that stands still, before any work is done."""
+    """Refuse a camera that stands still before any work is done."""
     try:
         camera.orbital_velocity()
     except ValueError:
@@ -177,44 +133,40 @@ def _check_orbit(camera: "Viewer") -> None:
         ) from None
 
 
-def _print_tracks(found: "StarTracks", out: Console) -> None:
-    place = place_in_words(found.surface, [found.level])
-    say(out, f"{place_of(found.camera)}: tracks of a source at {place} on {found.surface.in_words()}")
-    _print_curves(found, out)
-    if found.events:
-        _print_events(found, out)
-    for remark in found.remarks:
-        say(out, remark)
-    total = f"{len(found.tracks)} tracks, {len(found.events)} events"
-    if not found.angular_velocity:
-        say(out, f"{total} in one turn of phi: {sure(found.certified)}; errors are those of phi in radians")
+def _print_tracks(tracks: "StarTracks", out: Console) -> None:
+    place = place_in_words(tracks.surface, [tracks.level])
+    say(out, f"{place_of(tracks.camera)}: tracks of a source at {place} on {tracks.surface.in_words()}")
+    _print_curves(tracks, out)
+    if tracks.events:
+        _print_events(tracks, out)
+    say_all(out, tracks.remarks)
+    total = f"{len(tracks.tracks)} tracks, {len(tracks.events)} events"
+    if not tracks.angular_velocity:
+        say(out, f"{total} in one turn of phi: {verdict(tracks.certified)}; errors are those of phi in radians")
         return
-    say(out, f"{total} in a period of {found.period:.9g}: {sure(found.certified)};")
+    say(out, f"{total} in a period of {tracks.period:.9g}: {verdict(tracks.certified)};")
     say(out, "time 0 is when the star's phi' is that of the camera; errors are those of phi' in radians")
 
 
-def _print_curves(found: "StarTracks", out: Console) -> None:
+def _print_curves(tracks: "StarTracks", out: Console) -> None:
     table = PlainTable(("track", "index", "points", "turns in phi'", "events"))
-    for i, track in enumerate(found.tracks, start=1):
+    for i, track in enumerate(tracks.tracks, start=1):
         # At the ends of an open track the index is that of the images beyond.
-        low, high = track.index.min(), min(track.index.max(), found.max_index)
+        low, high = track.index.min(), min(track.index.max(), tracks.max_index)
         turns = str(track.turns) if track.closed else "open"
         index = f"{low} to {high}" if low < high else str(low)
         table.add_row(str(i), index, str(len(track)), turns, str(len(track.events)))
     out.print(table)
 
 
-def _print_events(found: "StarTracks", out: Console) -> None:
-    # Without an orbit there is no time.
-    timed = ["time"] if found.angular_velocity else []
-    table = PlainTable((*timed, "event", "of index", "phi' (deg)", found.camera.sky_coordinates, "error"))
-    for event in found.events:
-        table.add_row(
-            *(f"{event.moment:z.9g}" for _ in timed),
-            event.kind,
-            f"{event.indices[0]}, {event.indices[1]}",
-            f"{math.degrees(event.azimuth):z.8f}",
-            " ".join(f"{x:+z.5f}" for x in event.sky),
-            f"{event.error:.0e}",
-        )
-    out.print(table)
+def _print_events(tracks: "StarTracks", out: Console) -> None:
+    columns = {
+        # Without an orbit there is no time.
+        **({"time": "moment:z.9g"} if tracks.angular_velocity else {}),
+        "event": "kind",
+        "of index": lambda event: f"{event.indices[0]}, {event.indices[1]}",
+        "phi' (deg)": "azimuth:z.8f",
+        tracks.camera.sky_coordinates: "sky:+z.5f",
+        "error": "error:.0e",
+    }
+    out.print(table_of(tracks.events, columns))

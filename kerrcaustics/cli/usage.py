@@ -10,14 +10,10 @@ _WORDS = {int: "a whole number", float: "a number", bool: "true or false"}
 
 
 def usage_message(error: cyclopts.CycloptsError) -> str:
-    """One line about what cannot be parsed."""
-    for kind, told in _TOLD.items():
-        if isinstance(error, kind):
-            line = told(error)
-            if line:
-                return line
+    """Line about an error of the parser."""
     error.verbose = False
-    return " ".join(str(error).split())
+    lines = (line_about(error) for kind, line_about in _LINES.items() if isinstance(error, kind))
+    return next(filter(None, lines), " ".join(str(error).split()))
 
 
 def _command(error: cyclopts.CycloptsError) -> str:
@@ -26,8 +22,8 @@ def _command(error: cyclopts.CycloptsError) -> str:
 
 def _unknown_command(error: Any) -> str:
     names = [name for name in error.app if not name.startswith("-")]
-    given = error.unused_tokens[0]
-    return f"Argument COMMAND must be one of {', '.join(names)}, but is {given}{_near(given, names) or '.'}"
+    word = error.unused_tokens[0]
+    return f"Argument COMMAND must be one of {', '.join(names)}, but is {word}{_near(word, names) or '.'}"
 
 
 def _unknown_option(error: Any) -> str:
@@ -35,31 +31,31 @@ def _unknown_option(error: Any) -> str:
     return _unknown(error, error.token.keyword or error.token.value, names)
 
 
-def _unknown(error: cyclopts.CycloptsError, given: str, names: Iterable[str]) -> str:
-    option = given.partition("=")[0]
+def _unknown(error: cyclopts.CycloptsError, word: str, names: Iterable[str]) -> str:
+    option = word.partition("=")[0]
     near = _near(option, names) or f"; {_command(error)} --help lists those there are."
     return f"Argument {option} is unknown{near}"
 
 
-def _near(given: str, names: Iterable[str]) -> str:
-    """A word that may be meant, as the end of a line; nothing where there is none."""
-    near = difflib.get_close_matches(given, list(names), n=1)
+def _near(word: str, names: Iterable[str]) -> str:
+    """A word that may be meant, as the end of a line, or nothing."""
+    near = difflib.get_close_matches(word, list(names), n=1)
     return f"; did you mean {near[0]}?" if near else ""
 
 
 def _no_value(error: Any) -> str:
-    """A value was left out, or all of an argument."""
+    """Line about a missing value, or a missing argument."""
     argument = error.argument
     name = _name(argument)
-    given = [token for token in error.root_input_tokens or () if token in argument.names]
-    for token in [] if given else error.unused_tokens or ():
+    options = [token for token in error.root_input_tokens or () if token in argument.names]
+    for token in [] if options else error.unused_tokens or ():
         # Misspelt, it is missing too.
         if token.startswith("--") and _near(token.partition("=")[0], argument.names) and _is_unknown(error, token):
             return _unknown(error, token, argument.names)
     if error.tokens_so_far:
         return f"Argument {name} must be {_values(argument)}, but is {' '.join(error.tokens_so_far)}."
-    if given:
-        return f"Argument {given[-1]} must be followed by {_values(argument)}."
+    if options:
+        return f"Argument {options[-1]} must be followed by {_values(argument)}."
     return f"Argument {name} must be given."
 
 
@@ -68,7 +64,7 @@ def _is_unknown(error: cyclopts.CycloptsError, token: str) -> bool:
 
 
 def _too_many(error: Any) -> str:
-    """Tokens that nothing takes: they follow an option that has its values, or there is no place for them at all."""
+    """Line about tokens that follow an option that has its values, or that no argument takes."""
     tokens, extra = list(error.root_input_tokens or ()), error.unused_tokens[0]
     before = tokens[: tokens.index(extra)] if extra in tokens else []
     place = next((i for i in reversed(range(len(before))) if before[i].startswith("--")), None)
@@ -79,10 +75,8 @@ def _too_many(error: Any) -> str:
 
 
 def _wrong_value(error: Any) -> str:
-    """A value of the wrong kind; converters of ours say themselves what it must be."""
+    """Line about a value of the wrong kind; converters of the options say themselves what it must be."""
     ours = str(error.msg or "")
-    if ours.startswith("Argument "):
-        return ours
     token, argument = error.token, error.argument
     if ours.startswith("must "):
         return f"Argument {token.keyword or _name(argument)} {ours}"
@@ -97,9 +91,9 @@ def _wrong_value(error: Any) -> str:
 
 
 def _after_sign(error: cyclopts.CycloptsError, keyword: str | None) -> str:
-    """What stands behind `--option=`, where the parser does not tell."""
-    given = [token for token in error.root_input_tokens or () if token.startswith(f"{keyword}=")]
-    return given[-1].partition("=")[2] if given else ""
+    """The text behind `--option=`, which the parser does not pass on."""
+    tokens = [token for token in error.root_input_tokens or () if token.startswith(f"{keyword}=")]
+    return tokens[-1].partition("=")[2] if tokens else ""
 
 
 def _repeated(error: Any) -> str:
@@ -107,12 +101,12 @@ def _repeated(error: Any) -> str:
 
 
 def _arguments(error: cyclopts.CycloptsError) -> Sequence[Any]:
-    """Those of the command."""
+    """The arguments of the command."""
     return [] if error.app is None else list(error.app.assemble_argument_collection())
 
 
 def _name(argument: Any) -> str:
-    """An option by its name, what has only a place in capitals."""
+    """The name of an option; an argument without one in capitals."""
     return argument.name if argument.name.startswith("-") else argument.name.upper()
 
 
@@ -121,7 +115,7 @@ def _count(argument: Any) -> int:
 
 
 def _values(argument: Any) -> str:
-    """What an argument takes, in words."""
+    """The values of an argument, in words."""
     count = _count(argument)
     kinds = [part for part in get_args(argument.hint) if part is not type(None)]
     if count > 1:
@@ -136,7 +130,7 @@ def _choices(kind: Any) -> str:
     return " or ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
 
 
-_TOLD: dict[type[cyclopts.CycloptsError], Any] = {
+_LINES: dict[type[cyclopts.CycloptsError], Any] = {
     cyclopts.UnknownCommandError: _unknown_command,
     cyclopts.UnknownOptionError: _unknown_option,
     cyclopts.MissingArgumentError: _no_value,

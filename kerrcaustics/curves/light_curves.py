@@ -11,7 +11,7 @@ N or T under the integral it gives the centroid and the mean travel time of that
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -21,6 +21,7 @@ from scipy.special import ndtr
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.choices import SpotMotion
 from kerrcaustics.curves.isoradials import Isoradial, Lines, check_circles
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
@@ -33,7 +34,6 @@ _PIECES, _DEVIATIONS = 16, 7
 # Points of an image are so close in phase (radians), unless that takes more lines or rounds than these.
 _LONGEST, _MOST_LINES, _ROUNDS = 0.03, 20_000, 6
 _MOST_TIMES = 1_000_000
-_MOTIONS = ("circular", "retrograde")
 
 
 @result("spot-event/1")
@@ -148,7 +148,7 @@ def light_curve(
     >>> round(light.period, 3), len(light.events)
     (147.827, 6)
     """
-    one_of("motion", motion, _MOTIONS)
+    one_of("motion", motion, get_args(SpotMotion))
     if not math.isfinite(real_number("power", power)):
         raise ValueError(f"Argument `power` must be a finite number, but is {quoted(power)}.")
     if not 0 < real_number("size", size) < math.inf:

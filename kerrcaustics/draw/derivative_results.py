@@ -15,7 +15,7 @@ _UNIT = "rad for 1, GM/c² or rad"
 
 
 def image_derivatives(ax: Axes, derivatives: ImageDerivatives) -> Axes:
-    """How far each image moves on the camera sky with each parameter."""
+    """Movement of each image on the camera sky with each parameter."""
     speed = np.linalg.norm(derivatives.sky, axis=1)
     _marks(ax, derivatives.parameters, speed, derivatives.error[:, 0] * speed.max(axis=1, initial=0))
     ax.set_xticks(range(len(derivatives)))
@@ -24,7 +24,7 @@ def image_derivatives(ax: Axes, derivatives: ImageDerivatives) -> Axes:
 
 
 def caustic_derivatives(ax: Axes, derivatives: CausticDerivatives) -> Axes:
-    """How far the widths and the cusps of the caustic move with each parameter."""
+    """Change of the widths and the cusps of the caustic with each parameter."""
     names, rows = ["width θ′", "width φ′"], [derivatives.theta_extent, derivatives.phi_extent]
     for letter, (theta, phi) in zip(string.ascii_uppercase, derivatives.cusps, strict=False):
         names += [f"{letter} θ′", f"{letter} φ′"]
@@ -38,10 +38,10 @@ def caustic_derivatives(ax: Axes, derivatives: CausticDerivatives) -> Axes:
 
 def _marks(ax: Axes, names: tuple[str, ...], rows: Float[Array, "row name"], errors: Float[Array, " row"]) -> None:
     """Each row at its number, its columns beside, on a logarithmic scale; what is within its error is left out."""
-    known = np.where(rows > errors[:, None], rows, np.nan)
+    visible = np.where(rows > errors[:, None], rows, np.nan)
     for j, name in enumerate(names):
         beside = np.arange(len(rows)) + 0.1 * (j - (len(names) - 1) / 2)
         look = {"color": style.PALETTE[j % len(style.PALETTE)], "marker": "o", "markersize": 3, "linestyle": "none"}
-        ax.errorbar(beside, known[:, j], errors, label=name, **look)
+        ax.errorbar(beside, visible[:, j], errors, label=name, **look)
     ax.set_yscale("log")
     ax.legend()

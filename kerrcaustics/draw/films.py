@@ -1,6 +1,7 @@
-"""Frames of films that are drawn as figures. How they become a film is the matter of `kerrcaustics.films`.
+"""Frames of films that are drawn as figures; `kerrcaustics.films` joins them.
 
-What a frame shows is drawn elsewhere: caustics in `caustic_films`, a star over an orbit in `orbit_films`.
+The pictures themselves: caustics in `caustic_films`, a star over an orbit in `orbit_films`, a spot in
+`light_curve_films`.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 
 from kerrcaustics.films.film import Film as Film, write_film as write_film
 from kerrcaustics.films.frame_store import write_frame as write_frame
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -33,6 +35,11 @@ def pixels(figure: Figure) -> UInt8[Array, "height width 3"]:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def camera_settings(camera: Viewer) -> dict[str, Any]:
+    """The camera, among the settings of a film."""
+    return {name: getattr(camera, name) for name in ("spin", "radius", "inclination", "velocity")}
 
 
 class Backdrop:

@@ -12,8 +12,9 @@ from matplotlib.collections import PathCollection
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.curves.isoradials import Isoradial, isoradials
 from kerrcaustics.draw import style
-from kerrcaustics.draw.films import Backdrop, Film, blank_frame
-from kerrcaustics.draw.light_curves import crossing_colour, in_degrees_about_hole, show_flux, show_orbit
+from kerrcaustics.draw.films import Backdrop, Film, blank_frame, camera_settings
+from kerrcaustics.draw.light_curves import crossing_colour, show_flux, show_orbit
+from kerrcaustics.draw.projection import about_hole
 from kerrcaustics.spacetime.checks import whole_number
 
 if TYPE_CHECKING:
@@ -27,14 +28,14 @@ _POINTS, _FAINTEST = 1440, 1e-4
 
 
 class SpotFrames:
-    """One orbit of a spot, drawn frame by frame.
+    """An orbit of a spot, drawn frame by frame.
 
-    times (frames,): of the camera. A dot stands for an image of the spot, the larger the more light it sends, a grey
-    one for the centroid; those on the curves tell the flux at that moment, of each crossing and of all.
+    times (frames,): of the camera. A dot is an image of the spot, the larger the more light it sends, a grey one the
+    centroid; those on the curves are the flux at that moment, of each crossing and of all.
     """
 
     def __init__(self, light: "LightCurve", motion: str, frames: int) -> None:
-        """Find where the orbit is seen. motion: as it was given to `light_curve`."""
+        """Find the images of the orbit. motion: as it was given to `light_curve`."""
         self.light = light
         self.times = light.time.min() + light.period * np.arange(frames) / frames
         self._orbital = float(EMITTERS[motion](light.camera.spin, light.radius, 0.0).orbital)
@@ -42,7 +43,7 @@ class SpotFrames:
         self._rings = [(curve.crossing, *_ring(curve, self._orbital, light)) for curve in curves]
         self._brightest = max(float(np.quantile(ring[3], 0.99)) for ring in self._rings)
         order = np.argsort(light.time)
-        self._way = in_degrees_about_hole(light.centroid[order])
+        self._way = about_hole(light.centroid[order])
         self._curves = light.time[order], [light.flux[order], *(share[order] for share in light.shares)]
         with rc_context(style.FILM_RC):
             self.figure = blank_frame()
@@ -72,16 +73,16 @@ class SpotFrames:
             return self._backdrop.pixels()
 
     def images(self, time: float) -> dict[int, tuple[Float[Array, "images 2"], Float[Array, " images"]]]:
-        """Where the images of the spot are at a time, degrees right and up, and how bright, by crossing."""
-        found = {}
+        """Images of the spot at a time by crossing: places, degrees right and up, and brightness."""
+        images = {}
         for crossing, place, phase, bright in self._rings:
             turns = (phase - self._orbital * time) / _TURN
             low, high = turns[:-1], turns[1:]
             whole = np.where(high > low, np.floor(high), np.ceil(high))
-            held = np.flatnonzero(np.floor(low) != np.floor(high))
-            part = ((whole - low)[held] / (high - low)[held]).clip(0, 1)[:, None]
-            found[crossing] = place[held] * (1 - part) + place[held + 1] * part, bright[held]
-        return found
+            joints = np.flatnonzero(np.floor(low) != np.floor(high))
+            part = ((whole - low)[joints] / (high - low)[joints]).clip(0, 1)[:, None]
+            images[crossing] = place[joints] * (1 - part) + place[joints + 1] * part, bright[joints]
+        return images
 
     def _panels(self) -> tuple[Axes, Axes]:
         left, right = self.figure.subplots(1, 2, width_ratios=[1, 1.25])
@@ -115,7 +116,7 @@ def _ring(
     phase = azimuth + orbital * np.append(curve.time, curve.time[:1])
     # A spot is so wide in phase: where the phase stands still its light does not grow without bound.
     step = np.linalg.norm(np.diff(sky, axis=0), axis=1) / np.hypot(np.diff(phase), light.size / light.radius)
-    return in_degrees_about_hole(sky), phase, curve.redshift**light.power * curve.width * step
+    return about_hole(sky), phase, curve.redshift**light.power * curve.width * step
 
 
 def light_curve_film(light: "LightCurve", motion: str = "circular", frames: int = 240, rate: int = 24) -> Film:
@@ -131,12 +132,8 @@ def light_curve_film(light: "LightCurve", motion: str = "circular", frames: int 
         How many, and how many a second.
     """
     frames = whole_number("frames", frames, 2)
-    camera = light.camera
     settings = {
-        "spin": camera.spin,
-        "radius": camera.radius,
-        "inclination": camera.inclination,
-        "velocity": camera.velocity,
+        **camera_settings(light.camera),
         "orbit": light.radius,
         "size": light.size,
         "crossings": len(light.shares),

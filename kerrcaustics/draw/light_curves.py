@@ -4,14 +4,13 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kerrcaustics.curves.isoradials import isoradials
 from kerrcaustics.draw import style
-from kerrcaustics.scenes.view import View
+from kerrcaustics.draw.projection import about_hole, whole_line
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 if TYPE_CHECKING:
@@ -44,8 +43,8 @@ def show_flux(ax: Axes, light: "LightCurve") -> None:
     time = light.time[order]
     ax.semilogy(time, light.flux[order], color="black", label="all")
     for crossing, share in enumerate(light.shares, start=1):
-        shown = np.maximum(share[order], 1e-300)
-        ax.semilogy(time, shown, color=crossing_colour(crossing), lw=1, label=f"{_name(crossing)} crossing")
+        positive = np.maximum(share[order], 1e-300)
+        ax.semilogy(time, positive, color=crossing_colour(crossing), lw=1, label=f"{_name(crossing)} crossing")
     for event in light.events:
         line = "--" if event.kind == "creation" else ":"
         ax.axvline(event.time, color=crossing_colour(event.crossing), ls=line, lw=0.8)
@@ -59,31 +58,20 @@ def show_flux(ax: Axes, light: "LightCurve") -> None:
 def show_orbit(ax: Axes, light: "LightCurve") -> None:
     """The images of the orbit about the shadow; creations (circles), annihilations (crosses), the centroid (grey)."""
     crossings = len(light.shares)
-    ax.fill(*in_degrees_about_hole(shadow_edge(light.camera, 400)).T, color="0.85")
+    ax.fill(*about_hole(shadow_edge(light.camera, 400)).T, color="0.85")
     for curve in isoradials(light.camera, [light.radius], crossings, _POINTS):
-        ax.plot(
-            *in_degrees_about_hole(np.append(curve.sky, curve.sky[:1], axis=0)).T,
-            color=crossing_colour(curve.crossing),
-            lw=1,
-        )
-    ax.plot(*in_degrees_about_hole(light.centroid).T, color="0.4", lw=0.8, ls=(0, (4, 2)))
+        ax.plot(*about_hole(whole_line(curve.sky, True)).T, color=crossing_colour(curve.crossing), lw=1)
+    ax.plot(*about_hole(light.centroid).T, color="0.4", lw=0.8, ls=(0, (4, 2)))
     for event in light.events:
         marker = "o" if event.kind == "creation" else "x"
-        ax.plot(*in_degrees_about_hole(event.sky), marker, color=crossing_colour(event.crossing), ms=5)
+        ax.plot(*about_hole(event.sky), marker, color=crossing_colour(event.crossing), ms=5)
     ax.set_aspect("equal")
     ax.set_xlabel("to the right (deg)")
     ax.set_ylabel("up (deg)")
 
 
-def in_degrees_about_hole(sky: Float[Array, "*batch 3"]) -> Float[Array, "*batch 2"]:
-    """Angles to the right and up of directions N, about the hole."""
-    view = View(1000, 500, math.radians(22), "fisheye")
-    place = view.pixels(sky) - [(view.width - 1) / 2, (view.height - 1) / 2]
-    return np.asarray(np.degrees(place * view.pixel) * [1, -1])
-
-
 def crossing_colour(crossing: int) -> str:
-    """Of all that belongs to one crossing."""
+    """The colour of all that belongs to a crossing."""
     return f"C{crossing - 1}"
 
 

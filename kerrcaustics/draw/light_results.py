@@ -29,8 +29,8 @@ def line_profile(ax: Axes, profile: LineProfile) -> Axes:
     """Light in each bin, with its error."""
     ax.stairs(profile.flux, profile.edges, color="black")
     middle = (profile.edges[1:] + profile.edges[:-1]) / 2
-    known = np.isfinite(profile.error)
-    ax.errorbar(middle[known], profile.flux[known], profile.error[known], color="black", linestyle="none")
+    finite = np.isfinite(profile.error)
+    ax.errorbar(middle[finite], profile.flux[finite], profile.error[finite], color="black", linestyle="none")
     ax.set(xlabel="frequency, camera over emitter", ylabel="light (sr)")
     return ax
 
@@ -46,7 +46,7 @@ def rendering(
 
 
 def traced_view(ax: Axes, traced: TracedView) -> Axes:
-    """What is open to the sky, white, and the shadow, black; all white where no sky was traced."""
+    """The open sky, white, and the shadow, black; all white if no sky was traced."""
     shape = traced.view.height, traced.view.width
     part = np.ones(shape) if traced.visible_fraction is None else np.nan_to_num(traced.visible_fraction)
     return show_picture(ax, traced.view, np.repeat((255 * np.clip(part, 0, 1)).astype(np.uint8)[..., None], 3, axis=2))

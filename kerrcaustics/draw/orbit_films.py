@@ -13,9 +13,9 @@ from matplotlib.lines import Line2D
 
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.draw.films import Backdrop, Film, blank_frame
+from kerrcaustics.draw.films import Backdrop, Film, blank_frame, camera_settings
 from kerrcaustics.draw.plots import headline
-from kerrcaustics.draw.projection import azimuthal_equidistant, distance_to_edge, position_angle, unrolled, view_axes
+from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_curve, unrolled_places, view_axes
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, critical_line, draw_wrapped
 from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -29,27 +29,14 @@ _EDGE_POINTS = 2000
 # the time. So many frames its flash is seen, and before and after it the caption speaks of it.
 _SLOWER, _FLASH, _SPEAK = ((8.0, 0.012), (60.0, 0.0012)), 24, 60
 _LINE = 66
-_STAR: dict[str, Any] = {
-    "marker": "*",
-    "markersize": 15,
-    "color": "#F0B000",
-    "markeredgecolor": "black",
-    "markeredgewidth": 0.8,
-    "linestyle": "none",
-    "zorder": 6,
-}
+_STAR_COLOUR = "#F0B000"
+_STAR: dict[str, Any] = {"marker": "*", "markersize": 15, "color": _STAR_COLOUR, "linestyle": "none", "zorder": 6}
 _IMAGE: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.7, "zorder": 5}
-_RING: dict[str, Any] = {
-    "linestyle": "none",
-    "marker": "o",
-    "markerfacecolor": "none",
-    "markeredgecolor": "#D00000",
-    "zorder": 7,
-}
+_RING: dict[str, Any] = {"linestyle": "none", "marker": "o", "markerfacecolor": "none", "zorder": 7}
 
 
 class Orbit:
-    """One orbit of a camera, drawn frame by frame; time runs slower at pair events, each of which has its own frame.
+    """An orbit of a camera, drawn frame by frame; time runs slower at pair events, each of which has its own frame.
 
     Attributes
     ----------
@@ -102,13 +89,16 @@ class Orbit:
             for dots, picture in zip(self._dots[index], places, strict=True):
                 dots.set_offsets(picture)
                 dots.set_sizes(_area(bright))
-        phi = math.degrees(self.tracks.azimuth_at(self.times[number]))
-        self._star.set_data([(phi + 180) % 360 - 180], [math.degrees(self.tracks.level)])
+        self._star.set_data(*self._star_at(self.tracks.azimuth_at(self.times[number]))[:, None])
         self._flash(number)
         self._caption.set_text(self.caption(number))
 
+    def _star_at(self, azimuth: float | np.ndarray) -> Float[Array, "2"]:
+        """The star on the picture of the celestial sphere."""
+        return np.array([(math.degrees(azimuth) + 180) % 360 - 180, math.degrees(self.tracks.level)])
+
     def caption(self, number: int) -> str:
-        """What is to be seen in a frame, in a few lines."""
+        """Describe a frame in a few lines."""
         images = self.images[number]
         counts = " + ".join(str(images.per_index[k]) for k in sorted(images.per_index))
         first = f"The star has {counts} images of index 0 to {self.tracks.max_index}."
@@ -118,11 +108,11 @@ class Orbit:
         if event is None or abs(ahead) > _SPEAK:
             second = "Each runs along its own track while the camera goes round the hole."
         else:
-            second = self._spoken(event, ahead)
+            second = self._sentence(event, ahead)
             first = first if ahead else ""
         return "\n".join(fill(text, _LINE) for text in (first, second) if text)
 
-    def _spoken(self, event: PairEvent, ahead: int) -> str:
+    def _sentence(self, event: PairEvent, ahead: int) -> str:
         """A sentence about an event so many frames ahead."""
         name, (low, high) = style.order_name(event.order), event.indices
         born = event.kind == "creation"
@@ -142,8 +132,7 @@ class Orbit:
 
     def _pictures(self, sky: Float[Array, "n 3"]) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
         """Places (n, 2) of directions (n, 3) on the two pictures of the camera sky."""
-        distance = distance_to_edge(sky, self._edge)
-        return azimuthal_equidistant(sky, self._view), np.stack([position_angle(sky, self._view), distance], axis=-1)
+        return azimuthal_equidistant(sky, self._view), unrolled_places(sky, self._view, self._edge)
 
     def _panels(self) -> tuple[Axes, Axes, Axes]:
         sky = self.figure.add_axes((0.065, 0.205, 0.425, 0.71))
@@ -162,14 +151,14 @@ class Orbit:
         sky.set_title("what the camera sees, looking at the hole")
         near.set_title("the same, near the shadow (its edge is at the bottom)")
         sphere.set_title("where the star is, and the caustics")
-        sphere.axhline(math.degrees(self.tracks.level), color=_STAR["color"], linewidth=0.8, zorder=1)
+        sphere.axhline(math.degrees(self.tracks.level), color=_STAR_COLOUR, linewidth=0.8, zorder=1)
         celestial_sphere_axes(sphere, "φ′ from the camera (deg)", 45)
-        (self._star,) = sphere.plot([], [], **_STAR)
+        (self._star,) = sphere.plot([], [], markeredgecolor="black", markeredgewidth=0.8, **_STAR)
         self._dots = [
             [ax.scatter([], [], color=style.order_colour(index + 1), **_IMAGE) for ax in (sky, near)]
             for index in range(self.tracks.max_index + 1)
         ]
-        self._rings = [ax.plot([], [], **_RING)[0] for ax in self.axes]
+        self._rings = [ax.plot([], [], markeredgecolor="#D00000", **_RING)[0] for ax in self.axes]
         self._legend()
         star = f"star at θ′ = {math.degrees(self.tracks.level):.6g} deg; {headline(self.caustics)}"
         self.figure.text(0.5, 0.993, star, ha="center", va="top")
@@ -181,37 +170,29 @@ class Orbit:
         for caustic in self.caustics:
             line = {"linewidth": 1.0, "zorder": 1.6, **style.order_line(caustic.order)}
             sky.plot(*critical_line(caustic, self._view).T, **line)
-            angle, distance = self._pictures(caustic.sky)[1].T
-            near.plot(*unrolled(angle, distance, caustic.closed).T, **line)
+            near.plot(*unrolled_curve(caustic.sky, self._view, self._edge, caustic.closed).T, **line)
             draw_wrapped(sphere, caustic, 1.2, 0.5)
 
     def _legend(self) -> None:
-        """One column an order: the curve, and the images that lie outside it."""
-        orders = range(1, len(self.caustics) + 1)
-        curves = [
-            Line2D([], [], label=f"{style.order_name(k)} caustic and critical curve", **style.order_line(k))
-            for k in orders
-        ]
+        """Add a legend with a row for the curves, and one for the images that lie outside them."""
         dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black", "markeredgewidth": 0.7}
-        names = [f"image of index {k - 1}{'' if k % 2 else ', mirrored'}" for k in orders]
-        dots = [
-            Line2D([], [], label=name, color=style.order_colour(k), **dot)
-            for k, name in zip(orders, names, strict=True)
-        ]
-        self.figure.legend(
-            handles=[*curves, *dots], loc="upper left", bbox_to_anchor=(0.555, 0.13), ncols=2, fontsize=9.5
-        )
+        curves, dots = [], []
+        for k in range(1, len(self.caustics) + 1):
+            name = f"{style.order_name(k)} caustic and critical curve"
+            curves.append(Line2D([], [], label=name, **style.order_line(k)))
+            name = f"image of index {k - 1}{'' if k % 2 else ', mirrored'}"
+            dots.append(Line2D([], [], label=name, color=style.order_colour(k), **dot))
+        place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.555, 0.13)}
+        self.figure.legend(handles=[*curves, *dots], ncols=2, fontsize=9.5, **place)
 
     def _flash(self, number: int) -> None:
         """Rings that grow from where a pair has just appeared, or vanished."""
         recent = [n for n in self.events if 0 <= number - n < _FLASH]
         for ring in self._rings:
             ring.set_data([], [])
-        for shown in recent[:1]:
-            age = number - shown
-            phi = math.degrees(self.events[shown].star[1])
-            places = [picture[0] for picture in self._event_places[shown]]
-            places.append(np.array([(phi + 180) % 360 - 180, math.degrees(self.tracks.level)]))
+        for first in recent[:1]:
+            age = number - first
+            places = [*(picture[0] for picture in self._event_places[first]), self._star_at(self.events[first].star[1])]
             for ring, place in zip(self._rings, places, strict=True):
                 ring.set_data(place[:1], place[1:])
                 ring.set_markersize(12 + 1.6 * age)
@@ -230,16 +211,8 @@ def orbit_film(tracks: StarTracks, caustics: CausticSet, frames: int = 600, rate
     frames, rate : int
         How many, and how many a second.
     """
-    camera = tracks.camera
-    settings = {
-        "spin": camera.spin,
-        "radius": camera.radius,
-        "inclination": camera.inclination,
-        "velocity": camera.velocity,
-        "theta": tracks.level,
-        "max_index": tracks.max_index,
-        "surface": tracks.surface.in_words(),
-    }
+    star = {"theta": tracks.level, "max_index": tracks.max_index, "surface": tracks.surface.in_words()}
+    settings = {**camera_settings(tracks.camera), **star}
     return Film("orbit", settings, frames, rate, Orbit(tracks, caustics, frames).frame)
 
 
@@ -267,12 +240,12 @@ def _moments(tracks: StarTracks, frames: int) -> tuple[Float[Array, " frames"], 
         weight += (slower - 1) * np.exp(-((away / near) ** 2)).sum(axis=1)
     run = np.concatenate([[0], np.cumsum((weight[1:] + weight[:-1]) / 2)])
     times = np.interp(np.arange(frames) / frames * run[-1], run, time)
-    shown = {}
+    frames_of = {}
     for event in events:
         moment = start + (event.moment - start) % period
         number = int(np.abs(times - moment).argmin())
-        times[number], shown[number] = moment, event
-    return times, shown
+        times[number], frames_of[number] = moment, event
+    return times, frames_of
 
 
 def _longest_pause(at: Float[Array, " events"], period: float) -> float:

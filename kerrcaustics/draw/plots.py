@@ -6,6 +6,7 @@ together have one colour, and matching points of a critical curve and its causti
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -18,13 +19,15 @@ from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import (
     OVERLAP,
+    TURNS,
     azimuthal_equidistant,
-    distance_to_edge,
-    position_angle,
-    unrolled,
+    unrolled_curve,
+    unrolled_places,
     view_axes,
+    whole_line,
 )
 from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_axes
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -60,7 +63,7 @@ def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axe
     curves = [critical_line(caustic, axes) for caustic in caustics]
     span = float(np.ptp(np.concatenate([outline, *curves]), axis=0).max())
     for i, (caustic, curve) in enumerate(zip(caustics, curves, strict=True)):
-        ax.plot(*curve.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
+        ax.plot(*curve.T, **_named_line(caustic))
         if caustic.order <= _HIGHEST_LETTERED and caustic.cusps and np.ptp(curve, axis=0).max() > _ROOM * span:
             cusps = azimuthal_equidistant(np.array([cusp.sky for cusp in caustic.cusps]), axes)
             outer = curves[i - 1] if i else None
@@ -92,20 +95,16 @@ def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"
     are good to 2e-8 rad for n = 360, 3e-13 for 2000, 2e-15 for 6000. Points nearer than 1e-15 rad are left out.
     """
     axes = view_axes(caustics, edge)
-    nearest = []
+    distances = []
     for caustic in caustics:
-        angle = position_angle(caustic.sky, axes)
-        distance = distance_to_edge(caustic.sky, edge)
-        nearest.append(distance)
-        line = unrolled(angle, distance, caustic.closed)
-        ax.plot(*line.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
+        line = unrolled_curve(caustic.sky, axes, edge, caustic.closed)
+        distances.append(line[:, 1])
+        ax.plot(*line.T, **_named_line(caustic))
         if caustic.cusps:
             cusps = np.array([cusp.sky for cusp in caustic.cusps])
-            points = np.stack([position_angle(cusps, axes), distance_to_edge(cusps, edge)], axis=-1)
-            _letter_unrolled(ax, points, line, caustic.order)
-    unrolled_axes(ax)
-    _distance_axis(ax, np.concatenate([[], *nearest]))
-    return ax
+            _letter_unrolled(ax, unrolled_places(cusps, axes, edge), line, caustic.order)
+    _distance_axis(ax, np.concatenate([[], *distances]))
+    return unrolled_axes(ax)
 
 
 def celestial_sphere(ax: Axes, caustic: Caustic) -> Axes:
@@ -166,7 +165,7 @@ def primary_zoom(ax: Axes, caustic: Caustic) -> Axes:
 
 
 def overview(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Figure:
-    """Figure of all that `caustics` found for one camera: its sky, plain and unrolled, and every caustic.
+    """Figure of the caustics of one camera: its sky, plain and unrolled, and every caustic.
 
     Parameters
     ----------
@@ -238,22 +237,28 @@ def _panel_rows(caustics: Sequence[Caustic]) -> list[list[Caustic]]:
 
 
 def headline(caustics: CausticSet) -> str:
-    """The camera in words, and what is missing: the title of a figure."""
-    camera = caustics.camera
+    """The camera in words, and the orders that are missing: the title of a figure."""
+    missing = ", ".join(style.order_name(order) for order in caustics.lost)
+    return camera_in_words(caustics.camera) + f"\nnot found: {missing}" * bool(missing)
+
+
+def camera_in_words(camera: Viewer) -> str:
+    """Spin, place and motion of a camera."""
     if isinstance(camera.velocity, str):
         motion = _MOTIONS[camera.velocity]
     else:
         motion = "velocity (r, θ, φ) = (" + ", ".join(style.number(v, ".4g") for v in camera.fido_velocity()) + ")"
     inclination = f"{math.degrees(camera.inclination):.12g} deg"
-    text = f"spin {camera.spin:.12g}, radius {camera.radius:.12g}, inclination {inclination}, {motion}"
-    if caustics.lost:
-        text += "\nnot found: " + ", ".join(style.order_name(order) for order in caustics.lost)
-    return text
+    return f"spin {camera.spin:.12g}, radius {camera.radius:.12g}, inclination {inclination}, {motion}"
+
+
+def _named_line(caustic: Caustic) -> dict[str, Any]:
+    """Line settings of an order, and its name for a legend."""
+    return {"label": style.order_name(caustic.order), **style.order_line(caustic.order)}
 
 
 def _draw_curve(ax: Axes, curve: Float[Array, "n 2"], caustic: Caustic) -> None:
-    line = np.concatenate([curve, curve[:1]]) if caustic.closed else curve
-    ax.plot(*line.T, label=style.order_name(caustic.order), **style.order_line(caustic.order))
+    ax.plot(*whole_line(curve, caustic.closed).T, **_named_line(caustic))
 
 
 def _camera_sky_offsets(
@@ -285,10 +290,10 @@ def _free_side(points: Float[Array, "n 2"], line: Float[Array, "m 2"]) -> Float[
 def _distance_axis(ax: Axes, distances: Float[Array, " n"]) -> None:
     """A logarithmic vertical axis for distances (n,), plain numbers as long as they are short."""
     ax.set_yscale("log")
-    seen = distances[np.isfinite(distances)]
-    if len(seen):
-        room = max(2.5, (seen.max() / seen.min()) ** 0.1)
-        ax.set_ylim(seen.min() / room, seen.max() * room)
+    finite = distances[np.isfinite(distances)]
+    if len(finite):
+        room = max(2.5, (finite.max() / finite.min()) ** 0.1)
+        ax.set_ylim(finite.min() / room, finite.max() * room)
     low, high = ax.get_ylim()
     ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,), numticks=8))
     ax.yaxis.set_minor_locator(NullLocator())
@@ -299,7 +304,7 @@ def _distance_axis(ax: Axes, distances: Float[Array, " n"]) -> None:
 def _letter_unrolled(ax: Axes, cusps: Float[Array, "n 2"], line: Float[Array, "m 2"], order: int) -> None:
     """Letters of cusps above or below an unrolled line, a turn further on where they are seen there too."""
     offsets = style.LETTER_DISTANCE * np.outer(_free_side(cusps, line), (0, 1))
-    for turn in (-360, 0, 360):
+    for turn in TURNS:
         here = (np.abs(cusps[:, 0] + turn - 180) < 180 + OVERLAP) & np.isfinite(cusps[:, 1])
         style.draw_letters(ax, cusps + np.array([turn, 0]), offsets, order, shown=here)
 

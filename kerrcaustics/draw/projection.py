@@ -18,8 +18,11 @@ Array = np.ndarray
 OVERLAP = 14
 # Nearer to the shadow edge than this (degrees), round-off of the camera-sky direction is all there is.
 _ROUND_OFF = 5e-14
-# The unrolled camera sky shows a little more than a turn.
-_TURNS = (-360, 0, 360)
+TURNS = (-360, 0, 360)
+"""Degrees by which a line is moved to be seen throughout: the unrolled camera sky shows a little more than a turn."""
+
+# Rows: forward to the hole, right, up, for a camera that is at rest or moves along e_phi.
+_TO_THE_HOLE = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 # Curves of so many points are smoothed: fewer are drawn as they are, more need it not.
 _FEWEST_SMOOTHED, _MOST_SMOOTHED = 32, 1000
 
@@ -71,6 +74,11 @@ def azimuthal_equidistant(directions: Float[Array, "*batch 3"], axes: Float[Arra
     return np.stack([right * scale, up * scale], axis=-1)
 
 
+def about_hole(sky: Float[Array, "*batch k"]) -> Float[Array, "*batch 2"]:
+    """Degrees to the right and up from the hole of directions (..., 3); places (alpha, beta) as they are."""
+    return sky if sky.shape[-1] == 2 else azimuthal_equidistant(sky, _TO_THE_HOLE)
+
+
 def position_angle(directions: Float[Array, "*batch 3"], axes: Float[Array, "3 3"]) -> Float[Array, "*batch"]:
     """Angle (...,) in [0, 360) degrees about the forward axis, from right over up."""
     right, up = np.moveaxis(directions @ axes[1:].T, -1, 0)
@@ -95,6 +103,21 @@ def distance_to_edge(directions: Float[Array, "n 3"], edge: Float[Array, "m 3"])
     return np.where(distance > _ROUND_OFF, distance, np.nan)
 
 
+def unrolled_places(
+    sky: Float[Array, "n 3"], axes: Float[Array, "3 3"], edge: Float[Array, "m 3"]
+) -> Float[Array, "n 2"]:
+    """Position angle and distance to the shadow edge (n, 2) of directions (n, 3), in degrees."""
+    return np.stack([position_angle(sky, axes), distance_to_edge(sky, edge)], axis=-1)
+
+
+def unrolled_curve(
+    sky: Float[Array, "n 3"], axes: Float[Array, "3 3"], edge: Float[Array, "m 3"], closed: bool
+) -> Float[Array, "k 2"]:
+    """Line of a curve of directions (n, 3) on the unrolled camera sky."""
+    angle, distance = unrolled_places(sky, axes, edge).T
+    return unrolled(angle, distance, closed)
+
+
 def unrolled(angle: Float[Array, " n"], distance: Float[Array, " n"], closed: bool) -> Float[Array, "m 2"]:
     """Line (m, 2) of a curve round the shadow; a closed one runs through the whole of 0 to 360 degrees.
 
@@ -108,8 +131,8 @@ def unrolled(angle: Float[Array, " n"], distance: Float[Array, " n"], closed: bo
     if circuit == 0:
         # Beside the centre rather than round it: the whole curve, at every turn at which it is seen.
         whole = np.append(distance, distance[0])
-        return np.concatenate([[*zip(smooth + turn, whole, strict=True), (math.nan, math.nan)] for turn in _TURNS])
+        return np.concatenate([[*zip(smooth + turn, whole, strict=True), (math.nan, math.nan)] for turn in TURNS])
     thrice = np.concatenate([smooth[:-1] + turn * circuit for turn in (-1, 0, 1)])
-    wanted = np.flatnonzero(np.abs(thrice - 180) < 185 + OVERLAP)
-    part = slice(wanted[0], wanted[-1] + 1)
+    visible = np.flatnonzero(np.abs(thrice - 180) < 185 + OVERLAP)
+    part = slice(visible[0], visible[-1] + 1)
     return np.stack([thrice[part], np.tile(distance, 3)[part]], axis=-1)

@@ -1,4 +1,4 @@
-"""What `plot` of a result draws, by the name of its class; and the small pictures of notebooks."""
+"""The plots of results by the name of their class, and the small pictures of notebooks."""
 
 from collections.abc import Callable, Sized
 from typing import Any
@@ -9,47 +9,37 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kerrcaustics.draw import derivative_results, light_results, plane_results, sky_results, style
+from kerrcaustics.draw import derivative_results, light_results, sky_results, space_results, style
 
 _SMALL = (4.4, 2.9)
-
-# By the first coordinate of the surface.
-_CAUSTIC: dict[str, Callable[..., Axes]] = {"theta": sky_results.one_caustic, "radius": plane_results.plane_caustic}
-_CAUSTICS: dict[str, Callable[..., Axes]] = {
-    "theta": sky_results.caustic_set,
-    "radius": plane_results.plane_caustic_set,
-}
-_COUNTS: dict[str, Callable[..., Axes]] = {"theta": sky_results.star_counts, "radius": plane_results.plane_counts}
-_EVENTS: dict[str, Callable[..., Axes]] = {"theta": sky_results.event_places, "radius": plane_results.plane_events}
-_MAPS: dict[str, Callable[..., Axes]] = {"theta": sky_results.count_map, "radius": plane_results.plane_count_map}
 
 _PLOTS: dict[str, Callable[..., Axes]] = {
     "Beams": sky_results.ray_ends,
     "Camera": sky_results.shadow,
-    "Caustic": lambda ax, caustic, **settings: _on_surface(caustic, _CAUSTIC)(ax, caustic, **settings),
+    "Caustic": sky_results.one_caustic,
     "CausticDerivatives": derivative_results.caustic_derivatives,
-    "CausticSet": lambda ax, caustics, **settings: _on_surface(caustics, _CAUSTICS)(ax, caustics, **settings),
-    "CausticTube": plane_results.tube_rows,
+    "CausticSet": sky_results.caustic_set,
+    "CausticTube": space_results.tube_rows,
     "CircleCurve": sky_results.circle_curve,
     "CircleImages": sky_results.circle_curves,
-    "CountMap": lambda ax, counts, **settings: _on_surface(counts, _MAPS)(ax, counts, **settings),
+    "CountMap": sky_results.count_map,
     "Cusp": sky_results.cusp_place,
     "IsoradialSet": sky_results.isoradials,
     "FollowedStar": sky_results.followed_images,
     "Footprint": sky_results.footprint_places,
-    "ImageCounts": lambda ax, counts: _on_surface(counts, _COUNTS)(ax, counts),
+    "ImageCounts": sky_results.star_counts,
     "ImageDerivatives": derivative_results.image_derivatives,
     "Isoradial": sky_results.isoradial,
     "LightCurve": light_results.light_curve,
     "LineCrossings": sky_results.line_crossings,
     "LineProfile": light_results.line_profile,
     "Observer": sky_results.shadow,
-    "PairEvent": lambda ax, event: _event_places(ax, [event]),
-    "PairEvents": lambda ax, events: _event_places(ax, events),
-    "RayPaths": plane_results.space_points,
+    "PairEvent": sky_results.one_event,
+    "PairEvents": sky_results.event_places,
+    "RayPaths": space_results.space_points,
     "Rays": sky_results.ray_ends,
     "Rendering": light_results.rendering,
-    "SpacePoints": plane_results.space_points,
+    "SpacePoints": space_results.space_points,
     "SpotEvent": sky_results.spot_event,
     "StarCatalogue": sky_results.catalogue,
     "StarField": sky_results.star_field,
@@ -73,17 +63,6 @@ def plot(result: Any, ax: Axes | None = None, **settings: Any) -> Axes:
         return _PLOTS[name](plt.figure(layout="constrained").add_subplot(), result, **settings)
 
 
-def _event_places(ax: Axes, events: Any) -> Axes:
-    """Where sources are when their images meet."""
-    place = next((event.surface.coordinates[0].name for event in events), "theta")
-    return _EVENTS[place](ax, events)
-
-
-def _on_surface(result: Any, plots: dict[str, Callable[..., Axes]]) -> Callable[..., Axes]:
-    """The plot that belongs to the surface of a result."""
-    return plots[result.surface.coordinates[0].name]
-
-
 def small_picture(result: Any) -> Figure | None:
     """A small figure of a result; None for one that cannot be drawn, or that holds nothing."""
     if type(result).__name__ not in _PLOTS or _is_empty(result):
@@ -95,7 +74,7 @@ def small_picture(result: Any) -> Figure | None:
 
 
 def _is_empty(result: Any) -> bool:
-    """Whether it is a sequence of nothing, or an array of it is."""
+    """True if a result is an empty sequence, or one of its arrays is empty."""
     if isinstance(result, Sized):
         return len(result) == 0
     return any(isinstance(part, np.ndarray) and part.size == 0 for part in vars(result).values())

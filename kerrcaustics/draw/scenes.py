@@ -17,7 +17,7 @@ from PIL import Image
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed
+from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed, whole_line
 from kerrcaustics.files import writing
 from kerrcaustics.scenes.view import View
 
@@ -68,17 +68,14 @@ def show_picture(ax: Axes, view: View, picture: UInt8[Array, "height width 3"], 
         _degrees(ax, view)
     else:
         _degrees_of(ax, view, whole)
-    ax.set_xlabel("to the right (deg)")
-    ax.set_ylabel("up (deg)")
+    ax.set(xlabel="to the right (deg)", ylabel="up (deg)")
     return ax
 
 
 def show_critical_curves(ax: Axes, view: View, caustics: Iterable[Caustic], **line: Any) -> Axes:
     """Critical curves over a picture of the same view and camera, one colour an order, as lines in its pixels."""
     for caustic in caustics:
-        curve = smoothed(caustic.sky) if caustic.closed else caustic.sky
-        if caustic.closed:
-            curve = np.concatenate([curve, curve[:1]])
+        curve = whole_line(smoothed(caustic.sky), True) if caustic.closed else caustic.sky
         settings = {**style.order_line(caustic.order), "linewidth": 0.9, "path_effects": _CASING, **line}
         show_line(ax, view, curve, label=style.order_name(caustic.order), **settings)
     return ax
@@ -96,7 +93,7 @@ def show_line(ax: Axes, view: View, sky: Float[Array, "n 3"], **line: Any) -> Ax
 def show_curve_names(ax: Axes, view: View, caustics: CausticSet, angles: Mapping[int, float]) -> Axes:
     """Names 1cc, 2cc, 3cc, as JTFT write them, beside critical curves on a picture.
 
-    angles: for each order, where on the curve: degrees from the right over up, at the middle of the picture.
+    angles: for each order the place on the curve: degrees from the right over up, at the middle of the picture.
     """
     middle = np.array([(view.width - 1) / 2, (view.height - 1) / 2])
     for caustic in caustics:
@@ -141,7 +138,6 @@ def _degrees_of(ax: Axes, view: View, whole: View) -> None:
 def _tick(axis: Axis, places: Float[Array, " n"], values: Float[Array, " n"]) -> None:
     """Ticks at places (n,) with the numbers (n,)."""
     axis.set_major_locator(FixedLocator(places.tolist()))
-    names = {
-        round(float(place), 6): style.number(float(value) + 0.0) for place, value in zip(places, values, strict=True)
-    }
+    texts = [style.number(float(value) + 0.0) for value in values]
+    names = {round(float(place), 6): text for place, text in zip(places, texts, strict=True)}
     axis.set_major_formatter(FuncFormatter(lambda place, _: names.get(round(float(place), 6), "")))

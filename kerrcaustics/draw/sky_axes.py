@@ -1,4 +1,4 @@
-"""What pictures of the two spheres share: axes in degrees, and lines of critical curves and caustics on them."""
+"""Axes of the camera sky and of the celestial sphere in degrees; lines of critical curves and caustics on them."""
 
 import math
 from itertools import pairwise
@@ -47,8 +47,7 @@ def celestial_sphere_axes(ax: Axes, name: str = "φ′ (deg)", step: float = 30)
 
 def critical_line(caustic: Caustic, axes: Float[Array, "3 3"]) -> Float[Array, "n 2"]:
     """Critical curve in degrees on the picture of `view_axes`, ready to be drawn: closed where it is."""
-    line = azimuthal_equidistant(smoothed(caustic.sky) if caustic.closed else caustic.sky, axes)
-    return whole_line(line, caustic.closed)
+    return azimuthal_equidistant(whole_line(smoothed(caustic.sky), True) if caustic.closed else caustic.sky, axes)
 
 
 def draw_wrapped(ax: Axes, caustic: Caustic, width: float, narrow: float, **settings: Any) -> None:
@@ -67,7 +66,7 @@ def draw_wrapped(ax: Axes, caustic: Caustic, width: float, narrow: float, **sett
 def wrapped(celestial: Float[Array, "n 2"]) -> Float[Array, "m 2"]:
     """Line of phi' in [-180, 180] and theta', degrees, of a curve of theta' and unwrapped phi'.
 
-    Where it leaves the picture on one side it is led to the border, broken, and begun again on the other.
+    A line that leaves the picture on one side is led to the border, broken, and begun again on the other.
     """
     pieces = []
     # A point on the border itself belongs to the side of larger phi'.

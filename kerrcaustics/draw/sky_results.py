@@ -1,6 +1,5 @@
 """Plots of results on the camera sky and on the celestial sphere."""
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -9,15 +8,24 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from kerrcaustics.beams.beam import Rays
+from kerrcaustics.beams.ends import SKY, End, Spherical
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
 from kerrcaustics.curves.isoradials import Isoradial
 from kerrcaustics.curves.light_curves import SpotEvent
 from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import count_map_axes
-from kerrcaustics.draw.plane_results import numbered
 from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
-from kerrcaustics.draw.projection import azimuthal_equidistant, whole_line
+from kerrcaustics.draw.projection import about_hole, whole_line
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped
+from kerrcaustics.draw.source_axes import (
+    draw_from_above,
+    draw_places,
+    draw_totals,
+    from_above,
+    is_sphere,
+    on_axes,
+    source_axes,
+)
 from kerrcaustics.draw.tracks import stretches
 from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
@@ -38,21 +46,22 @@ Array = np.ndarray
 
 # x and y of the corners of a picture, the first of them twice, in parts of its width and height.
 _CORNERS = [[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]]
-# Rows: forward to the hole, right, up, for a camera that is at rest or moves along e_phi.
-_TO_THE_HOLE = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 def one_caustic(ax: Axes, caustic: Caustic, *, zoom: bool | None = None) -> Axes:
-    """On the celestial sphere; zoom, which is usual for one below 10 degrees, in its true shape about its middle."""
-    zoom = is_small(caustic) if zoom is None else zoom
-    draw = primary_zoom if zoom and caustic.kind != "point" else celestial_sphere
-    draw(ax, caustic)
+    """On its surface; zoom, which is usual on spheres for one below 10 degrees: in its true shape about its middle."""
+    if is_sphere(caustic.surface):
+        zoom = is_small(caustic) if zoom is None else zoom
+        draw = primary_zoom if zoom and caustic.kind != "point" else celestial_sphere
+        draw(ax, caustic)
+    else:
+        draw_from_above(from_above(ax), caustic)
     ax.set_title(f"{style.order_name(caustic.order)} caustic")
     return ax
 
 
 def caustic_set(ax: Axes, caustics: CausticSet, *, sky: str = "celestial") -> Axes:
-    """The caustics on the celestial sphere, phi' wrapped; sky="camera": the critical curves round the shadow."""
+    """The caustics on their surface, phi' wrapped; sky="camera": the critical curves round the shadow."""
     if sky not in ("celestial", "camera"):
         raise ValueError(f"Argument `sky` must be celestial or camera, but is {sky!r}.")
     if sky == "camera":
@@ -62,44 +71,55 @@ def caustic_set(ax: Axes, caustics: CausticSet, *, sky: str = "celestial") -> Ax
             _on_sky(ax, whole_line(caustic.sky, caustic.closed), label=style.order_name(caustic.order), **line)
         return _legend(ax)
     for caustic in caustics:
-        draw_wrapped(ax, caustic, 1.1, 0.7, label=style.order_name(caustic.order))
-    return _legend(celestial_sphere_axes(ax))
+        if is_sphere(caustics.surface):
+            draw_wrapped(ax, caustic, 1.1, 0.7, label=style.order_name(caustic.order))
+        else:
+            draw_from_above(ax, caustic, label=style.order_name(caustic.order))
+    return _legend(source_axes(ax, caustics.surface))
 
 
 def cusp_place(ax: Axes, cusp: Cusp) -> Axes:
     """The cusp on the celestial sphere."""
-    return _on_sphere(ax, cusp.celestial[None], marker="o")
+    return draw_places(ax, SKY, cusp.celestial[None], marker="o")
 
 
 def event_places(ax: Axes, events: Iterable[PairEvent]) -> Axes:
-    """Where the star is, relative to the camera, when its images are created or annihilated, one colour an order."""
+    """Places of the source, relative to the camera, at creations (up) and annihilations (down), one colour an order."""
+    surface: End = SKY
     for event in events:
+        surface = event.surface
         mark = {"marker": style.EVENTS.get(event.kind, "o"), "color": style.order_colour(event.order)}
-        _on_sphere(ax, np.array([event.star]), label=f"{event.kind}, order {event.order}", **mark)
-    return _legend(celestial_sphere_axes(ax))
+        draw_places(ax, surface, np.array([event.star]), label=f"{event.kind}, order {event.order}", **mark)
+    return _legend(source_axes(ax, surface))
+
+
+def one_event(ax: Axes, event: PairEvent) -> Axes:
+    """The place of the source at the event."""
+    return event_places(ax, [event])
 
 
 def ray_ends(ax: Axes, rays: Rays) -> Axes:
-    """Where the rays end, theta' and phi'; those that do not escape are left out."""
-    return _on_sphere(ax, _angles(rays.direction.reshape(-1, 3)[rays.escaped.ravel()]), marker=".", markersize=3)
+    """Ends of rays, theta' and phi'; those of rays that do not escape are left out."""
+    ends = rays.direction.reshape(-1, 3)[rays.escaped.ravel()]
+    return draw_places(ax, SKY, _angles(ends), marker=".", markersize=3)
 
 
 def footprint_places(ax: Axes, footprint: Footprint) -> Axes:
-    """Where the pixels look."""
-    return _on_sphere(ax, _angles(footprint.direction), marker=".", markersize=3)
+    """Places on the celestial sphere that the pixels show."""
+    return draw_places(ax, SKY, _angles(footprint.direction), marker=".", markersize=3)
 
 
 def count_map(ax: Axes, counts: CountMap, *, caustics: CausticSet | tuple[Caustic, ...] = ()) -> Axes:
-    """One colour a count; caustics of the same camera are drawn over it."""
-    return count_map_axes(ax, counts, caustics)
+    """Totals over the surface, one colour a count; over a sphere with caustics of the same camera."""
+    if isinstance(counts.surface, Spherical):
+        return count_map_axes(ax, counts, caustics)
+    places = np.stack(np.meshgrid(counts.level, counts.phi, indexing="ij"), axis=-1).reshape(-1, 2)
+    return draw_totals(ax, counts.surface, places, counts.counts.sum(axis=2).ravel())
 
 
 def star_counts(ax: Axes, counts: ImageCounts) -> Axes:
-    """The stars on the celestial sphere, coloured by how many images each has."""
-    places = np.degrees(_turned(counts.stars))
-    drawn = numbered(ax, places[:, 1], places[:, 0], counts.total)
-    drawn.colorbar(ax.collections[-1], ax=ax, label="images")
-    return celestial_sphere_axes(ax)
+    """The sources, coloured by how many images each has."""
+    return draw_totals(ax, counts.surface, counts.stars, counts.total)
 
 
 def image_places(ax: Axes, images: StarImages) -> Axes:
@@ -157,7 +177,7 @@ def line_crossings(ax: Axes, crossings: LineCrossings) -> Axes:
 
 
 def isoradial(ax: Axes, curve: Isoradial) -> Axes:
-    """On the camera sky about the hole."""
+    """The curve on the camera sky about the hole."""
     return isoradials(ax, [curve])
 
 
@@ -170,7 +190,7 @@ def isoradials(ax: Axes, curves: Iterable[Isoradial]) -> Axes:
 
 
 def spot_event(ax: Axes, event: SpotEvent) -> Axes:
-    """Where it is seen on the camera sky."""
+    """The place of the event on the camera sky."""
     return _on_sky(ax, event.sky[None], linestyle="none", marker=style.EVENTS.get(event.kind, "o"), color="black")
 
 
@@ -178,7 +198,7 @@ def shadow(ax: Axes, camera: Viewer) -> Axes:
     """The shadow of the hole."""
     edge = shadow_edge(camera, 400)
     _name_axes(ax, edge)
-    ax.fill(*_flat(edge).T, label="shadow", **style.SHADOW)
+    ax.fill(*about_hole(edge).T, label="shadow", **style.SHADOW)
     return ax
 
 
@@ -190,7 +210,7 @@ def view_border(ax: Axes, view: View) -> Axes:
     )
     sky = view.directions(x, y)[0]
     # Through the direction away from the hole, which is a whole circle here, no line is drawn.
-    sky[1:][np.linalg.norm(np.diff(_flat(sky), axis=0), axis=1) > 90] = np.nan
+    sky[1:][np.linalg.norm(np.diff(about_hole(sky), axis=0), axis=1) > 90] = np.nan
     return _on_sky(ax, sky, color="black", label="border of the picture")
 
 
@@ -205,34 +225,18 @@ def star_field(ax: Axes, field: StarField, *, brightest: int = 3000) -> Axes:
 
 
 def _stars(ax: Axes, catalogue: StarCatalogue, orientation: Float[Array, "3 3"], brightest: int) -> Axes:
-    shown = np.argsort(catalogue.magnitude)[:brightest]
-    places = np.degrees(_turned(_angles(catalogue.direction[shown] @ orientation.T)))
-    size = 10 ** (-0.2 * (catalogue.magnitude[shown] - 2)) * 6
-    ax.scatter(places[:, 1], places[:, 0], s=size, color="black", linewidths=0)
+    chosen = np.argsort(catalogue.magnitude)[:brightest]
+    places = _angles(catalogue.direction[chosen] @ orientation.T)
+    size = 10 ** (-0.2 * (catalogue.magnitude[chosen] - 2)) * 6
+    ax.scatter(*on_axes(SKY, places), s=size, color="black", linewidths=0)
     return celestial_sphere_axes(ax)
-
-
-def _on_sphere(ax: Axes, celestial: Float[Array, "n 2"], **settings: Any) -> Axes:
-    """Points (theta', phi'), radians, on axes of the celestial sphere."""
-    places = np.degrees(_turned(celestial))
-    ax.plot(places[:, 1], places[:, 0], **{"linestyle": "none", "color": "black", **settings})
-    return celestial_sphere_axes(ax)
-
-
-def _turned(celestial: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
-    """Theta' and phi' in [-pi, pi)."""
-    return np.stack([celestial[:, 0], (celestial[:, 1] + math.pi) % (2 * math.pi) - math.pi], axis=-1)
 
 
 def _on_sky(ax: Axes, sky: Float[Array, "n k"], **settings: Any) -> Axes:
     """A line, or points, on the camera sky: degrees to the right and up from the hole; of an Observer alpha, beta."""
     _name_axes(ax, sky)
-    ax.plot(*_flat(sky).T, **settings)
+    ax.plot(*about_hole(sky).T, **settings)
     return ax
-
-
-def _flat(sky: Float[Array, "n k"]) -> Float[Array, "n 2"]:
-    return sky if sky.shape[-1] == 2 else azimuthal_equidistant(sky, _TO_THE_HOLE)
 
 
 def _name_axes(ax: Axes, sky: Float[Array, "n k"]) -> None:

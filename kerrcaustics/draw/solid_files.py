@@ -85,32 +85,32 @@ def write_html(model: Model, path: str | os.PathLike[str]) -> None:
     tree = {"parts": parts, "look": model.look, "extent": model.extent}
     key = "".join(f'<li style="color:{colour}">{html.escape(words)}</li>' for words, colour in model.key)
     page = resources.files("kerrcaustics.draw").joinpath("solid_page.html").read_text(encoding="utf-8")
-    filled = {
+    entries = {
         "TITLE": html.escape(model.title),
         "KEY": key,
         "MODEL": json.dumps(tree),
         "NUMBERS": base64.b64encode(numbers).decode(),
     }
-    for name, text in filled.items():
+    for name, text in entries.items():
         page = page.replace(f"@{name}@", text)
     with writing(path) as file:
         file.write(page.encode())
 
 
 def _entry(part: Surface | SpaceCurve, numbers: bytearray) -> dict[str, Any]:
-    """What the page is told of a part; its arrays are added to the numbers: where they begin, and how many they are."""
+    """A part for the page; its arrays are added to the numbers, and it holds the start and the size of each."""
 
-    def stored(values: np.ndarray) -> list[int]:
+    def store(values: np.ndarray) -> list[int]:
         begin = len(numbers)
         numbers.extend(values.tobytes())
         return [begin, values.size]
 
     entry: dict[str, Any] = {"colour": _rgb(part.colour), "opacity": part.opacity}
-    entry["points"] = stored(_places(part).astype(np.float32))
+    entry["points"] = store(_places(part).astype(np.float32))
     if isinstance(part, SpaceCurve):
         return entry | {"width": part.width}
-    entry["normals"] = stored(part.normals().astype(np.float32))
-    return entry | {"corners": stored(part.triangles().astype(np.uint32))}
+    entry["normals"] = store(part.normals().astype(np.float32))
+    return entry | {"corners": store(part.triangles().astype(np.uint32))}
 
 
 def _places(part: Surface | SpaceCurve) -> Float[np.ndarray, "n 3"]:

@@ -28,6 +28,8 @@ ERGOSPHERE_COLOUR = "#7f7fb5"
 CAPTURED_COLOUR = "#a8a8a8"
 CAMERA_COLOUR = "#000000"
 DISK_COLOUR, DISK_RIM_COLOUR = "#e8dcc0", "#a08c5a"
+# Entries of legends.
+_HORIZON, _ERGOSPHERE = ("horizon", HORIZON_COLOUR), ("ergosphere", ERGOSPHERE_COLOUR)
 _MIDDLE, _FINE = 48, 96
 # Radius, units of M: the ergosphere's in the equatorial plane.
 _TUBES_FROM = 2.0
@@ -77,7 +79,7 @@ class SpaceCurve:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What is to be seen. key: (words, colour) for the legend; look: where from, (azimuth, elevation) in degrees.
+    """Surfaces and lines in space. key: (words, colour) for the legend; look: (azimuth, elevation) of the eye, degrees.
 
     extent: radius of the sphere round the hole that fills the picture.
     """
@@ -103,6 +105,11 @@ def in_all_space(points: SpacePoints, scale: float) -> Float[Array, "*batch 3"]:
     return part[..., None] * points.direction
 
 
+def _by(camera: Viewer) -> str:
+    """The camera in a title."""
+    return f"spin {camera.spin:g}, camera at r = {camera.radius:g} M"
+
+
 def tubes_model(camera: Viewer, tubes: tuple[CausticTube, ...]) -> Model:
     """The caustic tubes of a camera from next to the hole to the celestial sphere; radius drawn as r / (r + r_c).
 
@@ -111,17 +118,18 @@ def tubes_model(camera: Viewer, tubes: tuple[CausticTube, ...]) -> Model:
     scale = camera.radius
     hole = kerr.horizon(camera.spin)
     surfaces = [Surface("horizon", hole / (hole + scale) * _sphere(), HORIZON_COLOUR)]
-    lines = [*_sky_frame(), _spin_axis(1.1), *_marked(_place(camera, scale))]
+    place = camera.radius / (camera.radius + scale) * from_angles(camera.inclination, 0.0)
+    lines, key = [*_sky_frame(), _spin_axis(1.1), *_camera_mark(place)], []
     for tube in tubes:
         colour, name = style.order_colour(tube.order), style.order_name(tube.order)
         points = in_all_space(tube.points, scale)
         outside = np.flatnonzero(tube.points.radius.min(axis=1) > _TUBES_FROM)
         points = points[: outside[-1] + 1] if len(outside) else points
         surfaces.append(Surface(f"{name} tube", points, colour, 1.0 if tube.order == 1 else 0.3, closed=True))
-        lines.append(SpaceCurve(f"{name} caustic", _closed(points[0]), colour, 5.0))
-    key = [(f"{style.order_name(tube.order)} caustic", style.order_colour(tube.order)) for tube in tubes]
-    title = f"Caustic tubes, spin {camera.spin:g}, camera at r = {camera.radius:g} M; radius drawn as r / (r + r_c)"
-    return Model(title, tuple(surfaces), tuple(lines), (*key, ("horizon", HORIZON_COLOUR)), (-20.0, 32.0), extent=1.25)
+        lines.append(SpaceCurve(f"{name} caustic", whole_line(points[0], True), colour, 5.0))
+        key.append((f"{name} caustic", colour))
+    title = f"Caustic tubes, {_by(camera)}; radius drawn as r / (r + r_c)"
+    return Model(title, tuple(surfaces), tuple(lines), (*key, _HORIZON), (-20.0, 32.0), extent=1.25)
 
 
 def rays_model(camera: Viewer, paths: RayPaths, reach: float = 12.0) -> Model:
@@ -136,17 +144,17 @@ def rays_model(camera: Viewer, paths: RayPaths, reach: float = 12.0) -> Model:
         Radius of what is shown, units of M.
     """
     captured = paths.status == Status.CAPTURED
-    lines = [_spin_axis(0.6 * reach), *_marked(_near(camera), 0.02 * reach)]
+    lines = [_spin_axis(0.6 * reach), *_camera_mark(_near(camera), 0.02 * reach)]
     for position, radius, index, lost in zip(paths.position, paths.radius, paths.index, captured, strict=True):
-        beyond = np.flatnonzero(~(radius <= 1.02 * reach))
-        part = position[: beyond[0]] if len(beyond) else position
+        beyond = ~(radius <= 1.02 * reach)
+        part = position[: beyond.argmax()] if beyond.any() else position
         if index >= 0 and len(part) > 1:
             lines.append(_ray(part, int(index), bool(lost)))
-    seen = sorted({int(k) for k in paths.index[(paths.index >= 0) & ~captured]})
-    key = [(f"index {k}", style.order_colour(k + 1)) for k in seen]
-    key += [("captured", CAPTURED_COLOUR)] if captured.any() else []
-    key += [("ergosphere", ERGOSPHERE_COLOUR), ("horizon", HORIZON_COLOUR)]
-    title = f"Rays of one camera, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
+    indices = sorted({int(k) for k in paths.index[(paths.index >= 0) & ~captured]})
+    key = [(f"index {k}", style.order_colour(k + 1)) for k in indices]
+    key += [("captured", CAPTURED_COLOUR)] * bool(captured.any())
+    key += [_ERGOSPHERE, _HORIZON]
+    title = f"Rays of one camera, {_by(camera)}"
     return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.1 * reach)
 
 
@@ -169,13 +177,11 @@ def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays
     rims : (float, float)
         Radii of the inner and the outer rim, units of M.
     """
-    turn = np.linspace(0, 2 * math.pi, 2 * _FINE)
-    circle = from_angles(np.full_like(turn, math.pi / 2), turn)
-    inner, outer = (math.hypot(rim, camera.spin) * circle for rim in rims)
+    inner, outer = (math.hypot(rim, camera.spin) * _parallel(math.pi / 2, 2 * _FINE) for rim in rims)
     surfaces = (*_hole(camera.spin), Surface("disk", np.stack([inner, outer]), DISK_COLOUR, 0.55))
     reach = 1.6 * rims[1]
     lines = [SpaceCurve("rim", rim, DISK_RIM_COLOUR, 2.0) for rim in (inner, outer)]
-    lines += [_spin_axis(0.7 * rims[1]), *_marked(_near(camera), 0.02 * reach)]
+    lines += [_spin_axis(0.7 * rims[1]), *_camera_mark(_near(camera), 0.02 * reach)]
     for position, number in zip(paths.position, crossing, strict=True):
         ray = _until_plane(position, int(number))
         ray = ray[np.linalg.norm(ray, axis=1) <= reach]
@@ -183,8 +189,8 @@ def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays
         lines += [SpaceCurve("end", dot, style.order_colour(number), 7.0) for dot in _cross(ray[-1], 0.008 * reach)]
     names = {1: "first", 2: "second", 3: "third"}
     key = [(f"{names.get(n, f'{n}th')} crossing", style.order_colour(n)) for n in sorted({int(n) for n in crossing})]
-    key += [("disk", DISK_RIM_COLOUR), ("ergosphere", ERGOSPHERE_COLOUR), ("horizon", HORIZON_COLOUR)]
-    title = f"Rays that end on a disk, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
+    key += [("disk", DISK_RIM_COLOUR), _ERGOSPHERE, _HORIZON]
+    title = f"Rays that end on a disk, {_by(camera)}"
     return Model(title, surfaces, tuple(lines), tuple(key), (-62.0, 24.0), extent=0.72 * reach)
 
 
@@ -203,10 +209,9 @@ def trapped_model(orbit: SpacePoints) -> Model:
     places = 1.004 * radius * orbit.direction
     surfaces = (Surface("sphere of the orbit", radius * _sphere(_FINE), "#c9d8e6", 0.8),)
     least = float(orbit.theta.min())
-    turn = np.linspace(0, 2 * math.pi, 181)
     lines = [SpaceCurve("orbit", places, colour, 5.0), _spin_axis(1.12 * radius)]
     for theta, name in ((math.pi / 2, "equator"), (least, "turning latitude"), (math.pi - least, "turning latitude")):
-        lines.append(SpaceCurve(name, 1.002 * radius * from_angles(np.full_like(turn, theta), turn), "#6f7f8f", 2.0))
+        lines.append(SpaceCurve(name, 1.002 * radius * _parallel(theta), "#6f7f8f", 2.0))
     key = (("photon orbit", colour), ("equator, turning latitudes", "#6f7f8f"))
     title = f"Trapped photon, spin {orbit.spin:g}, orbit at r = {radius:.4f} M"
     return Model(title, surfaces, tuple(lines), key, (-40.0, 22.0), extent=1.15 * radius)
@@ -227,37 +232,40 @@ def celestial_model(caustics: CausticSet) -> Model:
     key = tuple(
         (f"{style.order_name(c.order)}, {c.circuits:.3g} circuits", style.order_colour(c.order)) for c in caustics
     )
-    camera = caustics.camera
-    title = f"Caustics on the celestial sphere, spin {camera.spin:g}, camera at r = {camera.radius:g} M"
+    title = f"Caustics on the celestial sphere, {_by(caustics.camera)}"
     first = math.degrees(float(caustics[0].celestial[:, 1].mean())) if caustics else 0.0
     return Model(title, surfaces, tuple(lines), key, (first - 25, 20.0), extent=1.27)
 
 
 def _sphere(rows: int = _MIDDLE) -> Float[Array, "rows 2*rows 3"]:
-    return from_angles(
-        *np.meshgrid(np.linspace(0, math.pi, rows), np.linspace(0, 2 * math.pi, 2 * rows), indexing="ij")
-    )
+    return from_angles(*_angles(rows))
+
+
+def _angles(rows: int) -> tuple[Float[Array, "rows 2*rows"], ...]:
+    """theta and phi of a grid over a sphere."""
+    return np.meshgrid(np.linspace(0, math.pi, rows), np.linspace(0, 2 * math.pi, 2 * rows), indexing="ij")
+
+
+def _parallel(theta: float, count: int = 181) -> Float[Array, "count 3"]:
+    """A circle of latitude on the unit sphere."""
+    turn = np.linspace(0, 2 * math.pi, count)
+    return from_angles(np.full_like(turn, theta), turn)
 
 
 def _hole(spin: float) -> list[Surface]:
     """Horizon and ergosphere in Cartesian Boyer-Lindquist coordinates."""
-    theta, phi = np.meshgrid(np.linspace(0, math.pi, _MIDDLE), np.linspace(0, 2 * math.pi, 2 * _MIDDLE), indexing="ij")
+    theta, phi = _angles(_MIDDLE)
     static = 1 + np.sqrt(1 - (spin * np.cos(theta)) ** 2)
     horizon = np.full_like(theta, kerr.horizon(spin))
-    solids = (("horizon", horizon, HORIZON_COLOUR, 1.0), ("ergosphere", static, ERGOSPHERE_COLOUR, 0.4))
-    return [
-        Surface(
-            name, SpacePoints(spin=spin, mino_time=0 * r, radius=r, theta=theta, azimuth=phi).position, colour, opaque
-        )
-        for name, r, colour, opaque in solids
-    ]
+    solids = ((*_HORIZON, horizon, 1.0), (*_ERGOSPHERE, static, 0.4))
+    return [Surface(name, _positions(spin, r, theta, phi), colour, opaque) for name, colour, r, opaque in solids]
 
 
 def _sky_frame() -> list[SpaceCurve]:
     """Meridians and parallels of the celestial sphere, every 30 degrees."""
-    along, turn = np.linspace(0, math.pi, 91), np.linspace(0, 2 * math.pi, 181)
+    along = np.linspace(0, math.pi, 91)
     grid = [from_angles(along, np.full_like(along, phi)) for phi in np.radians(np.arange(0, 360, 30))]
-    grid += [from_angles(np.full_like(turn, theta), turn) for theta in np.radians(np.arange(30, 180, 30))]
+    grid += [_parallel(theta) for theta in np.radians(np.arange(30, 180, 30))]
     return [SpaceCurve("celestial sphere", places, "#d8d8d8", 1.0) for places in grid]
 
 
@@ -265,16 +273,16 @@ def _spin_axis(height: float) -> SpaceCurve:
     return SpaceCurve("spin axis", np.array([[0, 0, -height], [0, 0, height]]), "#6f6f6f", 1.5)
 
 
-def _place(camera: Viewer, scale: float) -> Float[Array, "3"]:
-    return camera.radius / (camera.radius + scale) * from_angles(camera.inclination, 0.0)
-
-
 def _near(camera: Viewer) -> Float[Array, "3"]:
-    at = [np.array(value) for value in (0.0, camera.radius, camera.inclination, 0.0)]
-    return SpacePoints(spin=camera.spin, mino_time=at[0], radius=at[1], theta=at[2], azimuth=at[3]).position
+    return _positions(camera.spin, *(np.array(value) for value in (camera.radius, camera.inclination, 0.0)))
 
 
-def _marked(place: Float[Array, "3"], size: float = 0.03) -> list[SpaceCurve]:
+def _positions(spin: float, radius: Array, theta: Array, phi: Array) -> Float[Array, "*batch 3"]:
+    """Cartesian Boyer-Lindquist coordinates (..., 3) of places."""
+    return SpacePoints(spin=spin, mino_time=0 * radius, radius=radius, theta=theta, azimuth=phi).position
+
+
+def _camera_mark(place: Float[Array, "3"], size: float = 0.03) -> list[SpaceCurve]:
     """A camera: a small cross in space."""
     return [SpaceCurve("camera", bar, CAMERA_COLOUR, 4.0) for bar in _cross(place, size)]
 
@@ -282,7 +290,3 @@ def _marked(place: Float[Array, "3"], size: float = 0.03) -> list[SpaceCurve]:
 def _cross(place: Float[Array, "3"], size: float) -> Float[Array, "3 2 3"]:
     """Three bars (3, 2, 3) along the axes, through a place."""
     return place + size * np.stack([np.outer([-1, 1], axis) for axis in np.eye(3)])
-
-
-def _closed(points: Float[Array, "n 3"]) -> Float[Array, "n+1 3"]:
-    return np.concatenate([points, points[:1]])

@@ -75,9 +75,7 @@ def tracks_on_stars(
 
 def star_map_legend(max_index: int) -> list[Line2D]:
     """Handles for a legend of `tracks_on_stars`, drawn for a white page."""
-    names = ("primary images", "secondary images", "tertiary images", "images of index 3")
-    lines = [
-        Line2D([], [], color=INDEX_COLOURS[k], linewidth=2, label=f"{names[k]} (index {k})" if k < 3 else names[k])
-        for k in range(max_index + 1)
-    ]
+    names = [f"{style.order_name(k + 1)} images (index {k})" for k in range(3)] + ["images of index 3"]
+    pairs = zip(names[: max_index + 1], INDEX_COLOURS, strict=False)
+    lines = [Line2D([], [], color=colour, linewidth=2, label=name) for name, colour in pairs]
     return [*lines, Line2D([], [], label="critical curves", **{**_CURVES, "linewidth": 1.6})]

@@ -24,7 +24,7 @@ GUIDE_COLOUR = "#c8c8c8"
 EVENTS = {"creation": "^", "annihilation": "v"}
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Colours of Okabe and Ito that are told apart by colour-blind readers; the yellow is too pale for lines."""
+"""Colours of Okabe and Ito that colour-blind readers can distinguish; the yellow is too pale for lines."""
 
 DASHES = ("-", (0, (4, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
 
@@ -66,23 +66,7 @@ FILM_RC: dict[Any, Any] = {
 
 _STEPS = (
     *(m / 10**n for n in range(12, 0, -1) for m in (1, 2, 5)),
-    1,
-    2,
-    5,
-    10,
-    15,
-    30,
-    45,
-    60,
-    90,
-    180,
-    360,
-    720,
-    1080,
-    1800,
-    3600,
-    7200,
-    18000,
+    *(1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1080, 1800, 3600, 7200, 18000),
 )
 _NAMES = ("primary", "secondary", "tertiary")
 
@@ -114,16 +98,8 @@ def tick_step(span: float, most: int) -> float:
 
 def draw_cross(ax: Axes, point: Float[np.ndarray, "2"], order: int | np.integer) -> None:
     """A cross at a point (2,), for a caustic that is one."""
-    ax.plot(
-        *point[:, None],
-        linestyle="none",
-        marker="x",
-        markersize=7,
-        markeredgewidth=1.4,
-        clip_on=False,
-        color=order_colour(order),
-        label=order_name(order),
-    )
+    cross: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 7, "markeredgewidth": 1.4}
+    ax.plot(*point[:, None], clip_on=False, color=order_colour(order), label=order_name(order), **cross)
 
 
 def draw_computed(ax: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], log: str = "", **line: Any) -> None:
@@ -132,15 +108,15 @@ def draw_computed(ax: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n
     The curve is Akima's, modified so that it hardly overshoots, in the logarithms of the coordinates that `log` names
     ("x", "y", "xy").
     """
-    known = np.isfinite(x) & np.isfinite(y)
-    points = [np.log(part[known]) if name in log else part[known] for name, part in (("x", x), ("y", y))]
-    if known.sum() > 1:
+    finite = np.isfinite(x) & np.isfinite(y)
+    points = [np.log(part[finite]) if name in log else part[finite] for name, part in (("x", x), ("y", y))]
+    if finite.sum() > 1:
         order = np.argsort(points[0])
         fine = np.linspace(points[0].min(), points[0].max(), 400)
         points = [fine, Akima1DInterpolator(points[0][order], points[1][order], method="makima")(fine)]
     curve = [np.exp(part) if name in log else part for name, part in zip("xy", points, strict=True)]
-    (drawn,) = ax.plot(*curve, **line)
-    ax.plot(x, y, ".", color=drawn.get_color(), alpha=drawn.get_alpha(), markersize=2.5, linestyle="none")
+    (smooth,) = ax.plot(*curve, **line)
+    ax.plot(x, y, ".", color=smooth.get_color(), alpha=smooth.get_alpha(), markersize=2.5, linestyle="none")
 
 
 def draw_letters(
@@ -157,26 +133,19 @@ def draw_letters(
     """
     colour = order_colour(order)
     arrow = {"arrowstyle": "-", "color": colour, "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
+    look = {"ha": "center", "va": "center_baseline", "fontsize": SMALLEST_TEXT, "color": colour}
     for i, (point, offset) in enumerate(zip(points, offsets, strict=True)):
         if shown is not None and not shown[i]:
             continue
         ax.plot(*point[:, None], linestyle="none", marker="o", markersize=2.6, color=colour)
-        text = ax.annotate(
-            string.ascii_uppercase[i % 26],
-            point,
-            xytext=tuple(offset),
-            textcoords="offset points",
-            ha="center",
-            va="center_baseline",
-            fontsize=SMALLEST_TEXT,
-            color=colour,
-            arrowprops=arrow if leader and math.hypot(*offset) > 1.2 * LETTER_DISTANCE else None,
-        )
+        far = leader and math.hypot(*offset) > 1.2 * LETTER_DISTANCE
+        letter: dict[str, Any] = {"arrowprops": arrow if far else None, "textcoords": "offset points", **look}
+        text = ax.annotate(string.ascii_uppercase[i % 26], point, tuple(offset), **letter)
         # A letter outside its panel, on limits chosen by others, must not squeeze the layout.
         text.set_in_layout(False)
 
 
 def event_mark(kind: str) -> dict[str, Any]:
-    """How a pair event of a kind is marked: the settings of a line."""
+    """The mark of a pair event of a kind: the settings of a line."""
     edge = {"color": "black", "markerfacecolor": "white", "markeredgewidth": 0.9}
     return {"marker": EVENTS.get(kind, "o"), "markersize": 5.5, "linestyle": "none", "zorder": 3, **edge}

@@ -1,7 +1,7 @@
-"""Pictures of star tracks: on the camera sky, unrolled at the shadow edge, and their brightness in time."""
+"""Pictures of tracks: on the camera sky, unrolled at the shadow edge, and the brightness of their images."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -12,14 +12,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, MultipleLocator, NullLocator
 from scipy.optimize import linear_sum_assignment
 
-from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.draw.plots import headline
-from kerrcaustics.draw.projection import azimuthal_equidistant, distance_to_edge, position_angle, unrolled, view_axes
+from kerrcaustics.draw.plots import camera_in_words, headline
+from kerrcaustics.draw.projection import (
+    TURNS,
+    axes_about,
+    azimuthal_equidistant,
+    unrolled,
+    unrolled_curve,
+    unrolled_places,
+    view_axes,
+)
 from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_axes
+from kerrcaustics.draw.source_axes import level_in_words
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.stars.events import PairEvent
 from kerrcaustics.stars.images import StarImages
@@ -28,19 +37,18 @@ from kerrcaustics.stars.tracks import StarTracks, Track
 Array = np.ndarray
 
 _EDGE_POINTS = 2000
-# The unrolled camera sky shows a little more than a turn.
-_TURNS = (-360, 0, 360)
 _CRITICAL: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 0.7, "linestyle": (0, (3, 2))}
 _ARROW: dict[str, Any] = {"arrowstyle": "-|>", "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
 _HALO = withStroke(linewidth=2, foreground="white")
 # Moments between two events, crowded where images run together; nearer than this part of the time in between, none.
 _MOMENTS, _NEAREST = 100, 1e-10
-# Brighter than this, and than so many times the usual of the brightest image, is cut off: an event has no bound.
-_BRIGHTEST, _ABOVE_USUAL = 30.0, 10.0
+# Brighter than this, and than so many times the usual of the brightest image, is cut off: an event has no bound. The
+# usual is that of a stretch of time, or of a piece of a track.
+_BRIGHTEST, _ABOVE_USUAL, _ABOVE_PIECE = 30.0, 10.0, 30.0
 
 
 def tracks_on_sky(
-    ax: Axes, tracks: StarTracks | Sequence[StarTracks], caustics: CausticSet, edge: Float[Array, "n 3"]
+    ax: Axes, tracks: StarTracks | Sequence[StarTracks], caustics: Sequence[Caustic], edge: Float[Array, "n 3"]
 ) -> Axes:
     """Tracks on the camera sky, as the camera sees it looking at the hole: one colour an index, in degrees.
 
@@ -50,38 +58,41 @@ def tracks_on_sky(
         Where to draw.
     tracks : StarTracks, or several of the same camera
         Triangles mark their events: upward a creation, downward an annihilation.
-    caustics : CausticSet
+    caustics : CausticSet, or ()
         Of the same camera; the critical curves are dashed.
     edge : (n, 3) array
         Directions N of the shadow edge, as `shadow_edge` returns them.
 
     Notes
     -----
-    The projection is that of `camera_sky`: angles from the centre of the shadow are true. Half of the sky, 90 degrees
-    around the centre, is shown, and more where a track with events needs it. Arrows point the way images move.
+    The projection is that of `camera_sky`: angles from the centre of the shadow are true. Of sources beyond the camera
+    half of the sky, 90 degrees around the centre, is shown, and more if a track with events needs it; of sources nearer
+    to the hole all tracks, and no more. Arrows point the way images move while the camera orbits.
     """
     stars = (tracks,) if isinstance(tracks, StarTracks) else tracks
-    axes = view_axes(caustics, edge)
-    ax.fill(*azimuthal_equidistant(edge, axes).T, **style.SHADOW)
-    reach = [90.0]
-    for line in (critical_line(caustic, axes) for caustic in caustics):
+    axes = axes_about(stars[0].camera, edge, [caustic.sky for caustic in caustics])
+    outline = azimuthal_equidistant(edge, axes)
+    ax.fill(*outline.T, **style.SHADOW)
+    curves = [critical_line(caustic, axes) for caustic in caustics]
+    for line in curves:
         ax.plot(*line.T, zorder=1.5, **_CRITICAL)
-        reach.append(1.1 * np.abs(line).max())
-    pieces = []
+    beyond = any(star.surface.is_beyond(star.camera) for star in stars)
+    extents = [np.abs(line).max() for line in (outline, *curves)]
+    arrows = []
     for star in stars:
         for track in star.tracks:
             picture = azimuthal_equidistant(track.sky, axes)
-            pieces += [(index, line, _track_line(track, index)) for index, line in moving_lines(star, track, picture)]
-            if track.events:
-                reach.append(1.1 * np.abs(picture).max())
-    for _, line, settings in pieces:
-        ax.plot(*line.T, **settings)
-    for event in (event for star in stars for event in _all_events(star)):
-        _mark(ax, azimuthal_equidistant(event.sky, axes), event)
-    limit = min(max(reach), 180.0)
+            for index, line in moving_lines(star, track, picture):
+                ax.plot(*line.T, **_track_line(track, index))
+                arrows += [(index, line)] * bool(star.angular_velocity)
+            if track.events or not beyond:
+                extents.append(np.abs(picture).max())
+        for event in _all_events(star):
+            _mark(ax, azimuthal_equidistant(event.sky, axes), event)
+    limit = min(max(90.0 if beyond else 0.0, 1.1 * max(extents)), 180.0)
     ax.set(xlim=(-limit, limit), ylim=(-limit, limit))
     ax.set_aspect("equal", adjustable="box")
-    for index, line, _ in pieces:
+    for index, line in arrows:
         draw_motion(ax, line, style.order_colour(index + 1))
     return camera_sky_axes(ax, style.tick_step(2 * limit, 7))
 
@@ -141,23 +152,22 @@ def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Fl
     Parameters as for `tracks_on_sky`, with 2000 points of the edge; coordinates as in `camera_sky_unrolled`.
     """
     axes = view_axes(caustics, edge)
-    seen = []
+    distances = []
     for caustic in caustics:
-        line = unrolled(position_angle(caustic.sky, axes), distance_to_edge(caustic.sky, edge), caustic.closed)
+        line = unrolled_curve(caustic.sky, axes, edge, caustic.closed)
         ax.plot(*line.T, zorder=1.5, **_CRITICAL)
-        seen.append(line[:, 1])
+        distances.append(line[:, 1])
     for track in tracks.tracks:
-        angle, distance = position_angle(track.sky, axes), distance_to_edge(track.sky, edge)
-        seen.append(distance)
+        angle, distance = unrolled_places(track.sky, axes, edge).T
+        distances.append(distance)
         for index, which in stretches(track):
             part = unrolled(angle[which], distance[which], closed=False)
-            for turn in _TURNS:
+            for turn in TURNS:
                 ax.plot(part[:, 0] + turn, part[:, 1], **_track_line(track, index))
     for event in _all_events(tracks):
-        angle, distance = position_angle(event.sky, axes), distance_to_edge(event.sky[None], edge)[0]
-        for turn in _TURNS:
-            _mark(ax, np.array([angle + turn, distance]), event)
-    low, high = np.nanmin(np.concatenate(seen)), np.nanmax(np.concatenate(seen))
+        for turn in TURNS:
+            _mark(ax, unrolled_places(event.sky[None], axes, edge)[0] + np.array([turn, 0]), event)
+    low, high = np.nanmin(np.concatenate(distances)), np.nanmax(np.concatenate(distances))
     _log_axis(ax, low / 2, high * 2, ticks=9)
     return unrolled_axes(ax)
 
@@ -182,21 +192,42 @@ def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
         for strand in _draw_strands(ax, tracks, first, last):
             faintest = min(faintest, float(np.nanmin(strand)))
             brightest = max(brightest, _ABOVE_USUAL * float(np.nanmedian(strand)))
-    for time, event in events:
-        ax.axvline(time, color=style.GUIDE_COLOUR, linewidth=0.6, zorder=0.5)
-        ax.plot(
-            [time],
-            [1.0],
-            transform=ax.get_xaxis_transform(),
-            clip_on=False,
-            **style.event_mark(event.kind),
-        )
+    _event_verticals(ax, events)
     _log_axis(ax, faintest / 2, brightest, ticks=7)
     ax.set_xlim(start, end)
     ax.xaxis.set_major_locator(MaxNLocator(6))
     ax.set_xlabel("coordinate time (M)")
     ax.set_ylabel("magnification")
     return ax
+
+
+def brightness_by_azimuth(ax: Axes, tracks: StarTracks) -> Axes:
+    """Magnification of every image against the azimuth of the source, degrees; verticals are the events."""
+    usual = [1e-300]
+    for track in tracks.tracks:
+        azimuth = np.degrees(track.azimuth)
+        for index, which in stretches(track):
+            magnification = track.magnification[which]
+            usual.append(float(np.median(magnification)))
+            # Over the end of a closed track the azimuth jumps back by its turns.
+            phi = azimuth[which] + 360 * track.turns * np.append(0, np.cumsum(np.diff(which) < 0))
+            for turn in (-720, *TURNS, 720):
+                ax.plot(phi - 360 * np.floor(phi.min() / 360) + turn, magnification, **_index_line(index))
+    _event_verticals(ax, [(math.degrees(event.azimuth), event) for event in _all_events(tracks)])
+    unit = " (1/M²)" if tracks.surface.coordinates[0].unit != "rad" else ""
+    ax.set_yscale("log")
+    ax.set(xlim=(0, 360), xlabel="azimuth of the source (deg)", ylabel=f"magnification{unit}")
+    ax.set_ylim(top=_ABOVE_PIECE * max(usual))
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    return ax
+
+
+def _event_verticals(ax: Axes, events: Iterable[tuple[float, PairEvent]]) -> None:
+    """A vertical line at each event, with its mark at the top."""
+    for place, event in events:
+        ax.axvline(place, color=style.GUIDE_COLOUR, linewidth=0.6, zorder=0.5)
+        mark = style.event_mark(event.kind)
+        ax.plot([place], [1.0], transform=ax.get_xaxis_transform(), clip_on=False, **mark)
 
 
 def _draw_strands(ax: Axes, tracks: StarTracks, first: float, last: float) -> Iterator[Float[Array, " n"]]:
@@ -222,40 +253,58 @@ def _log_axis(ax: Axes, low: float, high: float, ticks: int) -> None:
     ax.yaxis.set_minor_locator(NullLocator())
 
 
-def tracks_figure(tracks: StarTracks, caustics: CausticSet) -> Figure:
-    """Figure of the tracks of a star: camera sky, unrolled, brightness over the orbit and through the first creation.
+def tracks_figure(tracks: StarTracks, caustics: CausticSet | None = None) -> Figure:
+    """Figure of the tracks of a source: the camera sky and the brightness of the images, 7 inches wide.
 
     Parameters
     ----------
     tracks : StarTracks
-    caustics : CausticSet
-        Of the same camera, orders to max_index + 1.
+    caustics : CausticSet, optional
+        Of the same camera, orders to max_index + 1. Required if the camera orbits.
 
     Returns
     -------
     Figure
-        7 inches wide; save it with `figure.savefig`. Without a creation the orbit takes the whole lower row.
+        Save it with `figure.savefig`. If the camera orbits: the camera sky, the same unrolled, the brightness over the
+        orbit and, if there is one, through the first creation. Else the camera sky and the brightness by azimuth.
     """
     edge = shadow_edge(tracks.camera, _EDGE_POINTS)
-    created = [event for event in tracks.events if event.kind == "creation"]
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 6.3), layout="constrained")
-        grid = figure.add_gridspec(2, 1, height_ratios=[3.1, 2.0])
-        top = grid[0].subgridspec(1, 2)
-        sky = tracks_on_sky(figure.add_subplot(top[0]), tracks, caustics, edge)
-        sky.set_title("tracks, camera sky")
-        near = tracks_unrolled(figure.add_subplot(top[1]), tracks, caustics, edge)
-        near.set_title("tracks, unrolled")
-        below = grid[1].subgridspec(1, 2 if created else 1, width_ratios=[1.6, 1.0] if created else [1.0])
-        orbit = brightness(figure.add_subplot(below[0]), tracks, 0.0, tracks.period)
-        orbit.set_title("brightness over one orbit", pad=9)
-        if created:
-            first = min(created, key=lambda event: event.order)
-            zoom = brightness(figure.add_subplot(below[1]), tracks, *_window(tracks, first))
-            zoom.set_title(f"creation of images of index {first.indices[0]} and {first.indices[1]}", pad=9)
+        figure = _figure_by_azimuth(tracks, edge) if caustics is None else _figure_in_time(tracks, caustics, edge)
         handles = tracks_legend(tracks.max_index)
+        if caustics is None:
+            names = {event.kind for event in _all_events(tracks)}
+            names |= {f"index {index}" for track in tracks.tracks for index, _ in stretches(track)}
+            handles = [handle for handle in handles if handle.get_label() in names]
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
-        figure.suptitle(f"star at θ′ = {math.degrees(tracks.level):.12g} deg; {headline(caustics)}")
+        camera = camera_in_words(tracks.camera) if caustics is None else headline(caustics)
+        surface = f" on {tracks.surface.in_words()}\n" if tracks.surface.finite else "; "
+        figure.suptitle(f"star at {level_in_words(tracks.surface, tracks.level)}{surface}{camera}")
+    return figure
+
+
+def _figure_by_azimuth(tracks: StarTracks, edge: Float[Array, "n 3"]) -> Figure:
+    figure = Figure(figsize=(style.PAGE_WIDTH, 3.7), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    tracks_on_sky(left, tracks, (), edge).set_title("tracks, camera sky")
+    brightness_by_azimuth(right, tracks).set_title("brightness, once round", pad=9)
+    return figure
+
+
+def _figure_in_time(tracks: StarTracks, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Figure:
+    creations = [event for event in tracks.events if event.kind == "creation"]
+    figure = Figure(figsize=(style.PAGE_WIDTH, 6.3), layout="constrained")
+    grid = figure.add_gridspec(2, 1, height_ratios=[3.1, 2.0])
+    top = grid[0].subgridspec(1, 2)
+    tracks_on_sky(figure.add_subplot(top[0]), tracks, caustics, edge).set_title("tracks, camera sky")
+    tracks_unrolled(figure.add_subplot(top[1]), tracks, caustics, edge).set_title("tracks, unrolled")
+    below = grid[1].subgridspec(1, 2 if creations else 1, width_ratios=[1.6, 1.0] if creations else [1.0])
+    orbit = brightness(figure.add_subplot(below[0]), tracks, 0.0, tracks.period)
+    orbit.set_title("brightness over one orbit", pad=9)
+    if creations:
+        first = min(creations, key=lambda event: event.order)
+        zoom = brightness(figure.add_subplot(below[1]), tracks, *_window(tracks, first))
+        zoom.set_title(f"creation of images of index {first.indices[0]} and {first.indices[1]}", pad=9)
     return figure
 
 
@@ -280,12 +329,12 @@ def _all_events(tracks: StarTracks) -> tuple[PairEvent, ...]:
 
 def _events_between(tracks: StarTracks, start: float, end: float) -> list[tuple[float, PairEvent]]:
     """Events with start < time < end, in the order of time, period after period."""
-    found = []
+    moments = []
     for event in _all_events(tracks):
         first = math.floor((start - event.moment) / tracks.period) + 1
         last = math.ceil((end - event.moment) / tracks.period)
-        found += [(event.moment + turn * tracks.period, event) for turn in range(first, last)]
-    return sorted(found, key=lambda pair: pair[0])
+        moments += [(event.moment + turn * tracks.period, event) for turn in range(first, last)]
+    return sorted(moments, key=lambda pair: pair[0])
 
 
 def _strands(images: tuple[StarImages, ...], index: int) -> Iterator[Float[Array, " n"]]:

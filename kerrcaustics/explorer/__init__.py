@@ -1,1 +1,1 @@
-"""The explorer: a page on which the star is dragged, and pairs of images are born; in the browser and in notebooks."""
+"""The explorer: a page on which the star is dragged, and pairs of images appear; in the browser and in notebooks."""

@@ -1,4 +1,4 @@
-"""What shines behind the curves: the lensed sky as the camera sees it, and the sky itself, as pictures."""
+"""Pictures behind the curves: the lensed sky as the camera sees it, and the sky itself."""
 
 import math
 import time
@@ -24,7 +24,7 @@ Array = np.ndarray
 
 SIZE, LARGEST_FIELD = 800, 250.0
 """Rows and columns of the camera's picture, and its field at most, degrees: its corners lie nearly behind."""
-# The field, by the farthest point of the primary critical curve from the middle: what a broad panel shows.
+# The field of a broad panel, by the farthest point of the primary critical curve from the middle.
 _ROOM = 4.2
 _EDGE, _CELESTIAL = 240, 360
 
@@ -34,15 +34,12 @@ def backdrop_of(state: ExplorerState) -> Message:
     began = time.perf_counter()
     state.check()
     sky = _sky(state.backdrop)
-    record = {"kind": "backdrop", "state": state.record(), "field": 0.0}
-    arrays = {}
+    field, arrays = 0.0, {}
     if sky is not None:
-        record["field"] = _field(state)
-        arrays = {
-            "lensed": _lensed(state.camera(), state.backdrop, record["field"]),
-            "celestial": _celestial(state.backdrop),
-        }
-    return Message({**record, "seconds": time.perf_counter() - began}, arrays)
+        field = _field(state)
+        arrays = {"lensed": _lensed(state.camera(), state.backdrop, field), "celestial": _celestial(state.backdrop)}
+    record = {"kind": "backdrop", "state": state.record(), "field": field, "seconds": time.perf_counter() - began}
+    return Message(record, arrays)
 
 
 def _field(state: ExplorerState) -> float:

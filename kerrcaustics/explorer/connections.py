@@ -1,7 +1,7 @@
-"""Connections of those who have not shown the token: they last for a while, and new ones take the place of old ones.
+"""Connections without the token: they last for a while, and new ones take the place of old ones.
 
-Whoever has shown it speaks over a WebSocket, which is none of these. However many others there are, open or half open,
-they thus keep out nobody who has it.
+Clients with the token speak over a WebSocket, which does not count among them. So the number of other connections, open
+or half open, keeps no client out.
 """
 
 import asyncio

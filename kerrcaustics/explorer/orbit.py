@@ -1,4 +1,4 @@
-"""One orbit of the camera, for the page to play: tracks, pair events, and the images at many moments."""
+"""An orbit of the camera, for the page to play: tracks, pair events, and the images at many moments."""
 
 import math
 import time
@@ -29,28 +29,28 @@ def orbit_of(state: ExplorerState, moments: int = MOMENTS) -> Message:
     """
     began = time.perf_counter()
     state.check()
-    found = star_tracks(state.camera(), math.radians(state.theta), state.max_index)
-    times = found.period * np.arange(moments) / moments
-    phi = np.degrees(found.azimuth_at(times)) % 360
-    images = found.images_at(times)
+    star = star_tracks(state.camera(), math.radians(state.theta), state.max_index)
+    times = star.period * np.arange(moments) / moments
+    phi = np.degrees(star.azimuth_at(times)) % 360
+    images = star.images_at(times)
     arrays = {"phi": phi, **_frames(images if isinstance(images, tuple) else (images,))}
-    for i, track in enumerate(found.tracks):
-        arrays |= _curve(i, track, found.angular_velocity, found.period)
+    for i, track in enumerate(star.tracks):
+        arrays |= _curve(i, track, star.angular_velocity, star.period)
     record = {
         "kind": "orbit",
         "state": state.record(),
-        "period": found.period,
-        "tracks": [{"closed": track.closed, "error": math.degrees(track.error.max())} for track in found.tracks],
-        "events": [_event(event, found.period) for event in (*found.events, *found.ends)],
-        "certified": found.certified,
-        "remarks": list(found.remarks),
+        "period": star.period,
+        "tracks": [{"closed": track.closed, "error": math.degrees(track.error.max())} for track in star.tracks],
+        "events": [_event(event, star.period) for event in (*star.events, *star.ends)],
+        "certified": star.certified,
+        "remarks": list(star.remarks),
         "seconds": time.perf_counter() - began,
     }
     return Message(record, arrays)
 
 
 def _frames(images: tuple[StarImages, ...]) -> dict[str, Array]:
-    """Images of all moments after each other; first: where those of each moment begin, and where all end."""
+    """Images of all moments after each other; first: the place of the first image of each moment, and the end."""
     number = np.concatenate([[0], np.cumsum([len(image) for image in images])])
     rows = [np.stack([i.index, i.magnification, np.degrees(i.error)], axis=-1) for i in images]
     return {

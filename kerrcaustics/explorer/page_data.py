@@ -1,4 +1,4 @@
-"""What the page draws of a state: arrays of float32, and beside them the numbers with their errors and certificate."""
+"""The data of a state for the page: arrays of float32, and the numbers with their errors and certificate."""
 
 import json
 import math
@@ -43,7 +43,7 @@ QUALITIES = ("full", "draft", "star")
 
 @dataclass(frozen=True, eq=False)
 class Message:
-    """What goes to the page: a record, and arrays of float32 or bytes by name."""
+    """A message to the page: a record, and arrays of float32 or bytes by name."""
 
     record: dict[str, Any]
     arrays: dict[str, Array]
@@ -84,16 +84,16 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
 
     Errors
     ------
-    Those of `caustics` and `star_images`, given with each number. Points of coarse curves lie on the curves, to 1e-8
-    rad; what is coarse is that there are few.
+    Those of `caustics` and `star_images`, given with each number. Points of coarse curves are few, but lie on the
+    curves to 1e-8 rad.
     """
     began = time.perf_counter()
     if quality not in QUALITIES:
         raise ValueError(f"Argument `quality` must be one of {', '.join(QUALITIES)}, but is {quality!r:.40}.")
     state.check()
     camera = state.camera()
-    known = camera, state.orders
-    if quality == "draft" and known in _kept:
+    event = camera, state.orders
+    if quality == "draft" and event in _kept:
         quality = "full"
     record: dict[str, Any] = {"kind": "view", "state": state.record(), "quality": quality}
     record |= {"address": state.address(), "commands": state.commands(), "python": state.python()}
@@ -105,13 +105,12 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
     if quality == "draft":
         _add_coarse(record, arrays, camera, state.orders)
     else:
-        curves, sheets = _kept.of(known)
+        curves, sheets = _kept.of(event)
         if quality == "full":
             _add_caustics(record, arrays, curves)
         star = state.star()
-        found = images_of(camera, SKY, [star], search(sheets, from_angles(*star)[None]))[0]
-        record["images"] = told_images(found)
-        arrays["images"] = found.sky
+        images = images_of(camera, SKY, [star], search(sheets, from_angles(*star)[None]))[0]
+        record["images"], arrays["images"] = _numbers_of_images(images), images.sky
     record["seconds"] = time.perf_counter() - began
     return Message(record, arrays)
 
@@ -127,39 +126,39 @@ class _Kept:
     def __init__(self, most: int) -> None:
         self._most = most
         self._lock = Lock()
-        self._found: OrderedDict[_Event, tuple[CausticSet, Sheets]] = OrderedDict()
+        self._entries: OrderedDict[_Event, tuple[CausticSet, Sheets]] = OrderedDict()
 
     def __contains__(self, event: _Event) -> bool:
-        return event in self._found
+        return event in self._entries
 
     def of(self, event: _Event) -> tuple[CausticSet, Sheets]:
-        """Those of an event, found now if they are not known."""
+        """Caustics and sheets of an event, computed unless they are kept."""
         with self._lock:
-            if event in self._found:
-                self._found.move_to_end(event)
-                return self._found[event]
+            if event in self._entries:
+                self._entries.move_to_end(event)
+                return self._entries[event]
         camera, orders = event
-        found = caustics(camera, orders), sheets_of(camera, orders - 1)
+        entry = caustics(camera, orders), sheets_of(camera, orders - 1)
         with self._lock:
-            self._found[event] = found
-            while len(self._found) > self._most:
-                self._found.popitem(last=False)
-        return found
+            self._entries[event] = entry
+            while len(self._entries) > self._most:
+                self._entries.popitem(last=False)
+        return entry
 
 
 _kept = _Kept(_EVENTS)
 
 
-def _add_caustics(record: dict[str, Any], arrays: dict[str, Array], found: CausticSet) -> None:
-    record["caustics"] = [_told(caustic) for caustic in found]
-    record["missing_orders"] = list(found.missing)
-    for caustic in found:
+def _add_caustics(record: dict[str, Any], arrays: dict[str, Array], curves: CausticSet) -> None:
+    record["caustics"] = [_numbers(caustic) for caustic in curves]
+    record["missing_orders"] = list(curves.missing)
+    for caustic in curves:
         step = -(-len(caustic.sky) // _MOST_POINTS)
         arrays[f"critical{caustic.order}"] = caustic.sky[::step]
         arrays[f"caustic{caustic.order}"] = np.degrees(caustic.celestial[::step])
 
 
-def _told(caustic: Caustic) -> dict[str, Any]:
+def _numbers(caustic: Caustic) -> dict[str, Any]:
     """The numbers of a caustic, degrees."""
     names = ("theta_min", "theta_max", "phi_min", "phi_max", "theta_extent", "phi_extent")
     cusps = [
@@ -179,7 +178,7 @@ def _told(caustic: Caustic) -> dict[str, Any]:
     }
 
 
-def told_images(images: StarImages) -> dict[str, Any]:
+def _numbers_of_images(images: StarImages) -> dict[str, Any]:
     """The numbers of images: lists with one entry an image, and the certificate."""
     return {
         "index": images.index.tolist(),
@@ -210,9 +209,9 @@ def _add_coarse(record: dict[str, Any], arrays: dict[str, Array], camera: Camera
     low, high, _ = search.brackets(line, orders)
     record["caustics"], frame = [], camera.frame()
     for order in range(1, orders + 1):
-        known = np.isfinite(low[order - 1])
-        given = np.full(int(known.sum()), order)
-        points, _ = search.refined(line[known], given, low[order - 1][known], high[order - 1][known])
+        crossed = np.isfinite(low[order - 1])
+        orders_of = np.full(int(crossed.sum()), order)
+        points, _ = search.refined(line[crossed], orders_of, low[order - 1][crossed], high[order - 1][crossed])
         if len(points.edge_phase) < 3:
             continue
         points = _whole(points, half)

@@ -8,7 +8,6 @@ from collections.abc import AsyncIterator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 from time import monotonic
 
 import uvicorn
@@ -20,9 +19,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, greeting, question, refusal
 from kerrcaustics.explorer.connections import Stranger
-from kerrcaustics.explorer.state import ExplorerState
+from kerrcaustics.explorer.page_data import QUALITIES
+from kerrcaustics.explorer.state import PAGE, ExplorerState
 
-PAGE = Path(__file__).parent / "page"
 FILES = {
     "/": ("index.html", "text/html"),
     "/explorer.js": ("explorer.js", "text/javascript"),
@@ -51,7 +50,7 @@ _LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
 
 @dataclass
 class _Client:
-    """One page: the newest question of each kind that was not begun yet, and how many it may still ask."""
+    """A page: the newest question of each kind that waits, and the number of questions that it may still ask."""
 
     socket: WebSocket
     waiting: dict[str, tuple[int, str, ExplorerState]] = field(default_factory=dict)
@@ -60,36 +59,36 @@ class _Client:
     since: float = field(default_factory=monotonic)
 
     def may_ask(self) -> bool:
-        """Whether a question comes not too soon."""
+        """True unless a question comes too soon."""
         now = monotonic()
         self.left = min(_BURST, self.left + (now - self.since) * _RATE) - 1
         self.since = now
         return self.left >= 0
 
     def asks(self, number: int, want: str, state: ExplorerState) -> None:
-        """Takes the place of what was asked for before: a view of another one."""
-        self.waiting["view" if want in ("full", "draft", "star") else want] = (number, want, state)
+        """Put a question in the place of an older one of its kind; views are of one kind."""
+        self.waiting["view" if want in QUALITIES else want] = (number, want, state)
         self.awake.set()
 
-    async def asked(self) -> None:
+    async def question(self) -> None:
         """Wait until there is a question."""
         while not self.waiting:
             self.awake.clear()
             await self.awake.wait()
 
     def newest(self) -> tuple[int, str, ExplorerState]:
-        """The next question, which is not waiting any more; views come first."""
+        """Take the next question from those that wait; views come first."""
         return self.waiting.pop("view" if "view" in self.waiting else next(iter(self.waiting)))
 
 
 class Explorer:
-    """The application: pages, who may ask, and whose turn it is.
+    """The application: its pages, the rights of clients, and their turns.
 
-    hosts: the names, with the port, under which the page may be asked for; token: that its address must hold.
+    hosts: the names, with the port, under which the page may be requested; token: that its address must hold.
     """
 
     def __init__(self, hosts: frozenset[str], token: str) -> None:
-        """Nothing is computed before a client asks."""
+        """Prepare the routes; computations begin with the first client."""
         self.hosts, self.token = hosts, token
         self.clients = 0
         self._pool = ThreadPoolExecutor(_WORKERS, "explorer")
@@ -103,14 +102,14 @@ class Explorer:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _is_own_host(self, connection: HTTPConnection) -> bool:
-        """False where another name leads here: what a page elsewhere may have told its browser."""
+        """False for another name of this host, such as a foreign page may use."""
         return connection.headers.get("host", "") in self.hosts
 
     def _may_enter(self, socket: WebSocket) -> bool:
-        given = socket.query_params.get("token", "").encode()
+        token = socket.query_params.get("token", "").encode()
         host = socket.headers.get("host")
         own = socket.headers.get("origin") in (f"http://{host}", f"https://{host}")
-        return self._is_own_host(socket) and own and secrets.compare_digest(given, self.token.encode())
+        return self._is_own_host(socket) and own and secrets.compare_digest(token, self.token.encode())
 
     async def _file(self, request: Request) -> Response:
         if not self._is_own_host(request):
@@ -127,12 +126,12 @@ class Explorer:
             await socket.accept()
             self.clients += 1
             try:
-                await self._served(_Client(socket))
+                await self._serve(_Client(socket))
             finally:
                 self.clients -= 1
 
-    async def _served(self, client: _Client) -> None:
-        """Questions come in while answers are made; what was asked for by a page that is gone is forgotten."""
+    async def _serve(self, client: _Client) -> None:
+        """Read questions while answers are made; those of a page that is gone are dropped."""
         await client.socket.send_bytes(greeting().encoded())
         answering = asyncio.create_task(self._answers(client))
         try:
@@ -159,11 +158,11 @@ class Explorer:
 
     async def _answers(self, client: _Client) -> None:
         while True:
-            await client.asked()
+            await client.question()
             async with self._turn:
                 # Taken when its turn has come: by then a newer one may be in its place.
-                asked = client.newest()
-                data = await asyncio.get_running_loop().run_in_executor(self._pool, _encoded, *asked)
+                newest = client.newest()
+                data = await asyncio.get_running_loop().run_in_executor(self._pool, _encoded, *newest)
             await client.socket.send_bytes(data)
 
 
@@ -171,8 +170,8 @@ def _encoded(number: int, want: str, state: ExplorerState) -> bytes:
     try:
         return answer(number, want, state).encoded()
     except Exception as error:
-        said = f"This could not be found ({type(error).__name__}): move a slider a little."
-        return refusal(said, number, want).encoded()
+        line = f"This could not be found ({type(error).__name__}): move a slider a little."
+        return refusal(line, number, want).encoded()
 
 
 class _Server(uvicorn.Server):
@@ -198,7 +197,7 @@ def listening(host: str, port: int) -> socket.socket:
     opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         opened.bind((host, port))
-        # From now on who connects waits: the address is told before the server stands.
+        # Connections wait from now on: the address is printed before the server stands.
         opened.listen(MOST_CLIENTS)
     except OSError:
         opened.close()
@@ -207,7 +206,7 @@ def listening(host: str, port: int) -> socket.socket:
 
 
 def own_names(host: str, port: int) -> frozenset[str]:
-    """What browsers call this server: for a public address, that and the machine's name."""
+    """Names of this server in browsers: for a public address, that and the machine's name."""
     names = {*_LOCAL_NAMES, host}
     if not is_loopback(host):
         names |= {socket.gethostname(), socket.getfqdn(), *_addresses()}
@@ -216,7 +215,7 @@ def own_names(host: str, port: int) -> frozenset[str]:
 
 def _addresses() -> set[str]:
     with suppress(OSError):
-        return {str(found[4][0]) for found in socket.getaddrinfo(socket.gethostname(), None)}
+        return {str(entry[4][0]) for entry in socket.getaddrinfo(socket.gethostname(), None)}
     return set()
 
 

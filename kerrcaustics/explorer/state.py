@@ -1,8 +1,9 @@
-"""What the explorer shows, as one value: checked, written as an address, and as the commands that give the same."""
+"""The state of the explorer as one value: checked, written as an address, and as commands with the same numbers."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
+from pathlib import Path
 from typing import Any, Self
 from urllib.parse import parse_qsl, urlencode
 
@@ -10,7 +11,10 @@ from kerrcaustics.spacetime.camera import VELOCITY_NAMES, Camera
 from kerrcaustics.spacetime.checks import real_number, whole_number
 
 MOST_SPIN, MOST_RADIUS, MOST_ORDERS = 0.9999, 1000.0, 4
-"""What one computation may ask for: none takes more than some seconds."""
+"""Limits of a computation: none takes more than some seconds."""
+
+PAGE = Path(__file__).parent / "page"
+"""The files of the page."""
 
 BACKDROPS = ("none", "stars", "checkerboard")
 CHARTS = ("map", "unwrapped", "globe")
@@ -21,11 +25,11 @@ _CHOICES = {"velocity": VELOCITY_NAMES, "backdrop": BACKDROPS, "chart": CHARTS}
 
 @dataclass(frozen=True)
 class ExplorerState:
-    """What the explorer shows: a camera, a star, how many orders, and how.
+    """A camera, a star, the number of orders, and the look of the page.
 
     spin; radius in units of the mass; inclination, theta, phi: degrees, of the camera and of the star on the celestial
-    sphere; velocity: "circular", "fiducial" or "static"; orders: of critical curves, 1 to 4, and images of index 0 to
-    orders - 1; backdrop: what shines behind the curves; chart: of the celestial sphere.
+    sphere; velocity: the name of one; orders: of critical curves, 1 to 4, and images of index 0 to orders - 1;
+    backdrop: the sky behind the curves; chart: of the celestial sphere.
     """
 
     spin: float = 0.999
@@ -40,20 +44,18 @@ class ExplorerState:
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
-        """A state from anybody's values; those left out have their defaults. Refused with one ValueError."""
-        known = {f.name for f in fields(cls)}
+        """A state of values from outside; those left out have their defaults. Raise ValueError if one is wrong."""
+        names = sorted(f.name for f in fields(cls))
         for name in values:
-            if name not in known:
-                raise ValueError(
-                    f"Argument `state` must have the keys {', '.join(sorted(known))}, but has {name!r:.40}."
-                )
+            if name not in names:
+                raise ValueError(f"Argument `state` must have the keys {', '.join(names)}, but has {name!r:.40}.")
         state = cls(**{name: _plain(name, value) for name, value in values.items()})
         state.check()
         return state
 
     @classmethod
     def from_address(cls, address: str) -> Self:
-        """The state that the fragment of an address tells, as `address` writes it."""
+        """The state in the fragment of an address, as `address` writes it."""
         return cls.of({name: _from_text(name, text) for name, text in parse_qsl(address.lstrip("#"))})
 
     def check(self) -> None:
@@ -88,7 +90,7 @@ class ExplorerState:
         return urlencode({name: _text(value) for name, value in self.record().items()})
 
     def commands(self) -> list[str]:
-        """What gives these numbers on the command line; deep images more finely."""
+        """Commands that print these numbers; of deep images with more digits."""
         camera = f"--spin {self.spin:.12g} --radius {self.radius:.12g} --velocity {self.velocity}"
         camera += "" if self.inclination == 90 else f" --inclination {self.inclination:.12g}"
         star = f"--star {self.theta:.12g} {self.phi:.12g}"
@@ -100,7 +102,7 @@ class ExplorerState:
         return lines + [f"kerrcaustics tracks {camera} {tracks} --max-index {self.max_index}"] * self.has_orbit
 
     def python(self) -> str:
-        """What gives these numbers in Python; deep images more finely."""
+        """Python code that returns these numbers; of deep images with more digits."""
         inclination = "math.pi / 2" if self.inclination == 90 else f"math.radians({self.inclination:.12g})"
         star = f"(math.radians({self.theta:.12g}), math.radians({self.phi:.12g}))"
         return (
@@ -124,7 +126,7 @@ PRESETS: dict[str, ExplorerState] = {
     "JTFT fig 8: stars at r = 2.6": ExplorerState(radius=2.6, theta=80.0, phi=120.0, backdrop="stars"),
     "JTFT fig 9: caustics at r = 2.6": ExplorerState(radius=2.6, theta=100.0, phi=120.0),
 }
-"""Places to begin with: what the figures of James, von Tunzelmann, Franklin & Thorne 2015 show."""
+"""States to begin with: those of figures of James, von Tunzelmann, Franklin & Thorne 2015."""
 
 
 def _plain(name: str, value: Any) -> Any:

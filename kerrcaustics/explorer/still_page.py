@@ -9,10 +9,9 @@ from pathlib import Path
 
 from kerrcaustics.explorer.orbit import orbit_of
 from kerrcaustics.explorer.page_data import Message, view_of
-from kerrcaustics.explorer.state import ExplorerState
+from kerrcaustics.explorer.state import PAGE, ExplorerState
 from kerrcaustics.files import writing
 
-PAGE = Path(__file__).parent / "page"
 CAMERAS = tuple(
     ExplorerState(spin=spin, radius=radius, theta=76.0, phi=330.0, orders=2)
     for spin, radius in ((0.999, 6.03), (0.0, 6.03), (0.5, 6.03), (0.9, 6.03), (0.999, 2.6), (0.9, 2.6))

@@ -2,17 +2,14 @@
 
 import math
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.explorer.answers import answer, greeting, question, refusal
 from kerrcaustics.explorer.page_data import Message
-from kerrcaustics.explorer.state import ExplorerState
+from kerrcaustics.explorer.state import PAGE, ExplorerState
 
 if TYPE_CHECKING:
     from anywidget import AnyWidget
-
-_PAGE = Path(__file__).parent / "page"
 
 
 def explore(
@@ -24,7 +21,7 @@ def explore(
     star: tuple[float, float] = (math.radians(84), math.radians(60)),
     orders: int = 3,
 ) -> "AnyWidget":
-    """The explorer, as a widget in a notebook: drag the star, and see pairs of images being born.
+    """The explorer, as a widget in a notebook: drag the star, and see how pairs of images appear.
 
     Parameters
     ----------
@@ -38,8 +35,8 @@ def explore(
     Returns
     -------
     AnyWidget
-        In `state` what is shown now, as a dict of numbers, degrees; set it, and the page follows. In `numbers` the
-        images and the certificate that it shows.
+        `state` is the state of the page as a dict of numbers, degrees; set it, and the page follows. `numbers` are the
+        images and the certificate on the page.
 
     Raises
     ------
@@ -57,56 +54,55 @@ def explore(
     >>> import kerrcaustics as kc
     >>> kc.explore(spin=0.999, radius=2.6)  # doctest: +SKIP
     """
-    from kerrcaustics.spacetime.camera import Camera
+    from kerrcaustics.spacetime.camera import VELOCITY_NAMES, Camera
 
     camera = Camera(spin, radius, inclination, velocity)
     if not isinstance(camera.velocity, str):
-        raise ValueError(f"Argument `velocity` must be circular, fiducial or static, but is {velocity!r}.")
+        names = " or ".join((", ".join(VELOCITY_NAMES[:-1]), VELOCITY_NAMES[-1]))
+        raise ValueError(f"Argument `velocity` must be {names}, but is {velocity!r}.")
     theta, phi = (math.degrees(angle) for angle in star)
-    begun = {"spin": camera.spin, "radius": camera.radius, "velocity": camera.velocity, "orders": orders}
+    values = {"spin": camera.spin, "radius": camera.radius, "velocity": camera.velocity, "orders": orders}
     degrees = {"inclination": math.degrees(camera.inclination), "theta": theta, "phi": phi}
-    return _widget_class()(ExplorerState.of({**begun, **degrees}))
+    return _widget_class()(ExplorerState.of({**values, **degrees}))
 
 
 @lru_cache(maxsize=1)
 def _widget_class() -> Any:
-    """Made when it is asked for: anywidget is an extra."""
+    """The class of the widget, made on demand: anywidget is an extra."""
     import anywidget
     import traitlets
 
     class ExplorerWidget(anywidget.AnyWidget):
         """The page, and the state that it shows."""
 
-        _esm = _PAGE / "explorer.js"
-        _css = _PAGE / "explorer.css"
+        _esm = PAGE / "explorer.js"
+        _css = PAGE / "explorer.css"
         state = traitlets.Dict().tag(sync=True)
         numbers = traitlets.Dict()
 
         def __init__(self, state: ExplorerState) -> None:
             super().__init__(state=state.record())
-            self.on_msg(self._asked)
+            self.on_msg(self._answer)
 
         @traitlets.validate("state")
         def _checked(self, proposal: Any) -> dict[str, Any]:
             return ExplorerState.of(proposal["value"]).record()
 
-        def _asked(self, _widget: Any, content: Any, _buffers: Any) -> None:
-            if isinstance(content, dict) and content.get("kind") == "hello":
-                self._tell(greeting())
+        def _answer(self, _widget: Any, content: Any, _buffers: Any) -> None:
+            content = content if isinstance(content, dict) else {}
+            if content.get("kind") == "hello":
+                self._send(greeting())
                 return
             try:
-                number, want, state = question(str(content.get("text", "")) if isinstance(content, dict) else "")
+                self._send(answer(*question(str(content.get("text", "")))))
             except ValueError as error:
-                self._tell(refusal(str(error)))
-                return
-            self._tell(answer(number, want, state))
+                self._send(refusal(str(error)))
 
-        def _tell(self, message: Message) -> None:
-            if message.record["kind"] == "view":
-                self.state = message.record["state"]
-                self.numbers = self.numbers | {
-                    k: message.record[k] for k in ("images", "caustics") if k in message.record
-                }
+        def _send(self, message: Message) -> None:
+            record = message.record
+            if record["kind"] == "view":
+                self.state = record["state"]
+                self.numbers = self.numbers | {k: record[k] for k in ("images", "caustics") if k in record}
             self.send({"kind": "message"}, [message.encoded()])
 
     return ExplorerWidget

@@ -1,14 +1,14 @@
 """What a scene file may say: its tables and keys, as structs. docs/scene_files.md tells what each of them means."""
 
-from typing import Literal
+from typing import Literal, get_args
 
 import msgspec
 
+from kerrcaustics.choices import Quality
 from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR
 from kerrcaustics.scenes.colour import DAYLIGHT
 
 Velocity = str | tuple[float, float, float]
-Quality = Literal["draft", "normal", "high"]
 Motion = Literal["circular", "retrograde", "static", "plunging"]
 ProjectionName = Literal["pinhole", "fisheye", "equirectangular"]
 
@@ -269,7 +269,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "camera.path.kind": ("keyframes", "expressions", "geodesic", "csv"),
     "sky.kind": ("stars", "checkerboard", "panorama", "none"),
     "disk.emission.kind": ("black-body", "power-law", "page-thorne", "swatches", "texture", "spots", "wisps"),
-    "quality": ("draft", "normal", "high"),
+    "quality": get_args(Quality),
     "projection": ("pinhole", "fisheye", "equirectangular"),
     "motion": ("circular", "retrograde", "static", "plunging"),
     "curve": ("linear", "asinh"),

@@ -32,7 +32,6 @@ from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 
 Array = np.ndarray
 
-QUALITIES = ("draft", "normal", "high")
 _VARIED_VIEW = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pitch_deg")
 # Of a film's frames, so many are looked at before any is drawn.
 _LOOKED_AT = 100
@@ -180,7 +179,7 @@ class SceneFile:
             Of width and height.
         """
         quality = self.quality if quality is None else quality
-        one_of("quality", quality, QUALITIES)
+        one_of("quality", quality, WORDS["quality"])
         time = self.moment(number)
         camera, view = self._seen(time, scale)
         with told_of(self.name):

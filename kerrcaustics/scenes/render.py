@@ -3,11 +3,12 @@
 import math
 from functools import cached_property
 from time import perf_counter as clock
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.choices import Quality
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, Seen, covered, crossings
@@ -29,7 +30,7 @@ from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 Array = np.ndarray
 
 # How far, in pixels, maps of the sky may be off where they are checked.
-QUALITIES = {"draft": 0.05, "normal": 0.01, "high": 0.0025}
+QUALITIES = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
 
 _VISIBLE = "part of each pixel that is not in the shadow; None where no sky was asked for"
 _ERROR = "how far the map of the sky is off, in pixels, at most; NaN where no sky was asked for"

@@ -2,8 +2,9 @@
 
 import math
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
+from kerrcaustics.choices import VelocityName
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import instance_of, quoted, real_number, refuse_traced
@@ -15,7 +16,7 @@ Velocity = str | Vector
 # A camera that turns slower than this part of its terms stands still.
 _ROUND_OFF = 1e-12
 
-VELOCITY_NAMES = ("circular", "fiducial", "static")
+VELOCITY_NAMES = get_args(VelocityName)
 
 
 @result("camera/1", eq=True)

@@ -10,18 +10,18 @@ import msgspec
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.choices import VelocityName
 from kerrcaustics.toml_files import as_struct, read_toml
 
 Array = np.ndarray
 Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
-Velocity = Literal["circular", "fiducial", "static"]
 Spacing = Literal["linear", "log"]
 Complaint = tuple[str, str, Any]
 """An entry of a scene, the values it may have, and its value."""
 
 AXES = ("spin", "radius", "inclination")
 HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
-_WORDS = {"compute": get_args(Quantity), "velocity": get_args(Velocity), "spacing": get_args(Spacing)}
+_WORDS = {"compute": get_args(Quantity), "velocity": get_args(VelocityName), "spacing": get_args(Spacing)}
 _RANGES = {
     "orders": (1, HIGHEST_ORDER),
     "curve_points": (8, 100_000),
@@ -54,7 +54,7 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     spin: float | list[float] | Range
     radius: float | list[float] | Range
     inclination: float | list[float] | Range = 90.0
-    velocity: Velocity | None = None
+    velocity: VelocityName | None = None
     orders: int = 3
     compute: tuple[Quantity, ...] = ("geometry", "cusps", "areas")
     curve_points: int = 256

@@ -1,0 +1,12 @@
+"""Words that arguments are chosen from, as types: the command line knows them before anything heavy is loaded."""
+
+from typing import Literal
+
+VelocityName = Literal["circular", "fiducial", "static"]
+"""Motions of a camera that have a name."""
+
+SpotMotion = Literal["circular", "retrograde"]
+"""Motions of a spot on its orbit."""
+
+Quality = Literal["draft", "normal", "high"]
+"""Qualities of pictures."""
