@@ -9,7 +9,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.footprint import bend, pixel_matrix, singular_values
-from kerrcaustics.scenes.points import ImageSearch, PointLights
+from kerrcaustics.scenes.points import CellSearch, PointLights
 from kerrcaustics.scenes.sky_cells import SkyCells, parts_of, places, undivided
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
@@ -105,7 +105,7 @@ def test_images_of_stars_are_those_that_are_certified(camera, view):
     theta, phi = np.arccos(rng.uniform(-1, 1, 40)), rng.uniform(0, 2 * math.pi, 40)
     stars = from_angles(theta, phi)
     with ThreadPoolExecutor(2) as pool:
-        found = ImageSearch(cells).images(PointLights(stars, np.ones((40, 3)), np.ones(40)), np.zeros(40), pool)
+        found = CellSearch(cells).images(PointLights(stars, np.ones((40, 3)), np.ones(40)), np.zeros(40), pool)
     total = 0
     for star in range(40):
         certified = kc.star_images(camera, star=(theta[star], phi[star]), max_index=3)

@@ -23,7 +23,7 @@ from kerrcaustics.scene_files.contents import (
     TextureTable,
     WispsTable,
 )
-from kerrcaustics.scene_files.validation import about, refuse
+from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.disk.disk import Disk
@@ -75,7 +75,7 @@ def _stars(table: StarsTable, folder: Path, response: str) -> StarField:
 def disk_of(
     table: DiskTable, spin: float, folder: Path, files: tuple[tuple[str, str], ...], response: str = "cie"
 ) -> Disk:
-    """The disk; everything that can be wrong with its numbers is refused. files, response: as for `sky_of`."""
+    """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
     with about("disk"):
         check_rims(table.inner, table.outer)
         check_above_horizon(table.inner, spin)
@@ -108,14 +108,14 @@ def _emission(table: EmissionTable, disk: DiskTable, folder: Path, response: str
 
 
 def _spots(table: SpotsTable, disk: DiskTable, response: str) -> Spots:
-    """Spots as many on each area, with temperatures that are evenly spread."""
+    """Spots that are evenly spread over the disk, and so are their temperatures."""
     if not 1 <= table.number <= _MOST_SPOTS:
-        refuse("disk.emission.number", f"be a whole number from 1 to {_MOST_SPOTS}", table.number)
+        reject("disk.emission.number", f"be a whole number from 1 to {_MOST_SPOTS}", table.number)
     if table.seed < 0:
-        refuse("disk.emission.seed", "be a whole number from 0", table.seed)
+        reject("disk.emission.seed", "be a whole number from 0", table.seed)
     low, high = table.temperature
     if not 0 < low <= high:
-        refuse("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))
+        reject("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))
     random = np.random.default_rng(table.seed)
     square, azimuth, warmth = random.random((3, table.number))
     radius = np.sqrt(disk.inner**2 + square * (disk.outer**2 - disk.inner**2))
@@ -125,14 +125,14 @@ def _spots(table: SpotsTable, disk: DiskTable, response: str) -> Spots:
 
 def add_glare(light: Array, flare: tuple[FlareTable, ...], folder: Path, scale: float) -> Array:
     """Light (h, w, 3) after the halos of the lens, one after the other; scale: of the picture, widths go with it."""
-    for i, one in enumerate(flare):
+    for i, halo in enumerate(flare):
         with about(f"light.flare[{i}]"):
-            light = with_glare(light, point_spread(one, folder, scale))
+            light = with_glare(light, point_spread(halo, folder, scale))
     return light
 
 
-def point_spread(one: FlareTable, folder: Path, scale: float) -> Array:
+def point_spread(halo: FlareTable, folder: Path, scale: float) -> Array:
     """A point spread function. One from a file has the pixels of the whole picture."""
-    if one.file is not None:
-        return read_picture(folder / one.file)
-    return glare_kernel(one.share or 0.0, (one.width or 0.0) * scale, one.falloff)
+    if halo.file is not None:
+        return read_picture(folder / halo.file)
+    return glare_kernel(halo.share or 0.0, (halo.width or 0.0) * scale, halo.falloff)

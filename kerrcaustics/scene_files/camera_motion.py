@@ -1,4 +1,4 @@
-"""Where a camera is at each time, and the velocity of that motion as the fiducial observer measures it."""
+"""The place of a camera at each time, and the velocity of its motion as the fiducial observer measures it."""
 
 import csv
 import io
@@ -42,7 +42,7 @@ class Place(NamedTuple):
 
 @runtime_checkable
 class CameraMotion(Protocol):
-    """A camera on its way: from a first to a last time, which may be infinite."""
+    """The motion of a camera from a first to a last time, which may be infinite."""
 
     @property
     def span(self) -> tuple[float, float]:
@@ -50,7 +50,7 @@ class CameraMotion(Protocol):
         ...
 
     def place(self, time: float) -> Place:
-        """Where the camera is."""
+        """Return the place at a time."""
         ...
 
 
@@ -62,7 +62,7 @@ class Staying:
     span: tuple[float, float] = (-math.inf, math.inf)
 
     def place(self, time: float) -> Place:
-        """Where it is."""
+        """Return the place at a time."""
         return self.start._replace(phi=self.start.phi + self.start.phi_rate * time)
 
 
@@ -87,7 +87,7 @@ class Splined:
         return float(self.times[0]), float(self.times[-1])
 
     def place(self, time: float) -> Place:
-        """Where it is."""
+        """Return the place at a time."""
         return Place(*self.curve(time).tolist(), *self.curve(time, 1).tolist())
 
 
@@ -99,7 +99,7 @@ class Formulated:
     span: tuple[float, float] = (-math.inf, math.inf)
 
     def place(self, time: float) -> Place:
-        """Where it is."""
+        """Return the place at a time."""
         moment = Moment(time, self.formulas)
         radius, theta, phi = (moment.of(self.formulas[name]) for name in PLACE_NAMES)
         values = radius.value, math.radians(theta.value), math.radians(phi.value)

@@ -1,4 +1,4 @@
-"""What a scene file may say: its tables and keys, as structs. docs/scene_files.md tells what each of them means."""
+"""The tables and keys of scene files, as structs. docs/scene_files.md describes each of them."""
 
 from typing import Literal
 
@@ -24,7 +24,7 @@ class HoleTable(SceneTable, kw_only=True, frozen=True):
 
 
 class ValueAt(SceneTable, kw_only=True, frozen=True):
-    """One value of what changes with time."""
+    """A value at a time."""
 
     time: float
     value: float
@@ -35,7 +35,7 @@ Varied = float | str | tuple[ValueAt, ...]
 
 
 class PlaceAt(SceneTable, kw_only=True, frozen=True):
-    """Where the camera is at a time."""
+    """A place of the camera at a time."""
 
     time: float
     radius: float
@@ -136,7 +136,7 @@ SkyTable = NoSky | StarsTable | CheckerboardTable | PanoramaTable
 
 
 class BlackBodyTable(SceneTable, kw_only=True, frozen=True, tag="black-body", tag_field="kind"):
-    """One temperature, kelvin."""
+    """A black body of a single temperature, kelvin."""
 
     peak: float
 
@@ -196,7 +196,7 @@ EmissionTable = (
 
 
 class DiskTable(SceneTable, kw_only=True, frozen=True):
-    """The disk; opacity and slant left out are 1 and true, and what wisps ask for with these."""
+    """The disk; opacity and slant left out are 1 and true, and for wisps those of the gas itself."""
 
     inner: float
     outer: float
@@ -208,7 +208,7 @@ class DiskTable(SceneTable, kw_only=True, frozen=True):
 
 
 class FlareTable(SceneTable, kw_only=True, frozen=True):
-    """One halo of the lens, widths in pixels of the whole picture, or a point spread function from a file."""
+    """A halo of the lens, its width in pixels of the whole picture, or a point spread function from a file."""
 
     share: float | None = None
     width: float | None = None
@@ -230,7 +230,7 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
 
 
 class FilmTable(SceneTable, kw_only=True, frozen=True):
-    """How many frames, and when."""
+    """The number of frames, and their times."""
 
     frames: int | None = None
     duration: float | None = None
@@ -241,7 +241,7 @@ class FilmTable(SceneTable, kw_only=True, frozen=True):
 
 
 class OverlaysTable(SceneTable, kw_only=True, frozen=True):
-    """What is drawn onto the picture."""
+    """Lines and words drawn onto the picture."""
 
     critical_curves: int = 0
     tracks: tuple[float, ...] = ()

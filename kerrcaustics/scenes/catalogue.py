@@ -109,7 +109,7 @@ def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
     Raises
     ------
     ValueError
-        Where the file cannot be read, or holds no such stars.
+        If the file cannot be read, or holds no such stars.
     ImportError
         Without the package astropy.
 
@@ -156,7 +156,7 @@ def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalog
     Raises
     ------
     ValueError
-        Where one is no catalogue.
+        If an argument is no catalogue.
 
     Examples
     --------

@@ -14,7 +14,7 @@ from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_num
 
 Array = np.ndarray
 
-# From the north pole to the south pole; told apart by colour-blind readers (after Okabe and Ito).
+# From the north pole to the south pole; distinct for colour-blind readers (after Okabe and Ito).
 COLOURS = ("#B04000", "#E8821E", "#F5D547", "#A8DDB5", "#56B4E9", "#0072B2", "#3B2F80")
 # Once round: the last one is next to the first.
 HUES = ("#D04A3A", "#E8A13A", "#B9C94A", "#3FA96B", "#3F9FC4", "#4A62C4", "#8A55B8", "#C8559A")

@@ -86,8 +86,8 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
 
 def _black_body(kelvin: ArrayLike, white: float = DAYLIGHT, response: str = "cie") -> Float[Array, "*batch 3"]:
     """As `black_body`, of temperatures that may be NaN."""
-    seen, of_white = (_interpolated(np.asarray(value, float), response) for value in (kelvin, white))
-    return np.exp(seen - of_white)
+    channels, white_channels = (_interpolated(np.asarray(value, float), response) for value in (kelvin, white))
+    return np.exp(channels - white_channels)
 
 
 def luminance(light: ArrayLike) -> Float[Array, "*batch"]:
@@ -224,12 +224,12 @@ def tone_mapped(
 def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Array, "*batch 3"]:
     """Light whose luminance is compressed by asinh, each channel at most 1."""
     grey = luminance(light)[..., None]
-    wanted = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
-    light = light * (wanted / np.maximum(grey, 1e-30))
+    target = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
+    light = light * (target / np.maximum(grey, 1e-30))
     most = light.max(axis=-1, keepdims=True)
     # Toward grey of the same luminance, until the brightest channel is 1.
-    pale = np.where(most > 1, (most - 1) / np.maximum(most - wanted, 1e-30), 0)
-    return light + (wanted - light) * pale
+    pale = np.where(most > 1, (most - 1) / np.maximum(most - target, 1e-30), 0)
+    return light + (target - light) * pale
 
 
 def check_response(response: str) -> None:

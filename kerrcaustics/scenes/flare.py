@@ -35,7 +35,7 @@ def with_glare(
         Values of PNG and JPEG files count as sRGB, of which the faint end of a halo is lost, those of OpenEXR as
         linear.
     framed : bool
-        Whether what falls beside the picture is returned too, in a frame round it.
+        Return also the light that falls beside the picture, in a frame round it.
 
     Returns
     -------
@@ -113,10 +113,10 @@ def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | 
     square = (np.arange(-reach, reach + 1) / width) ** 2
     # One pixel beyond the end the halo is zero, so that no edge of it is seen.
     end = (1 + ((reach + 1) / width) ** 2) ** (-falloff / 2)
-    found = np.maximum((1 + square[:, None] + square) ** (-falloff / 2) - end, 0)
-    found *= share / found.sum()
-    found[reach, reach] += 1 - share
-    return found
+    kernel = np.maximum((1 + square[:, None] + square) ** (-falloff / 2) - end, 0)
+    kernel *= share / kernel.sum()
+    kernel[reach, reach] += 1 - share
+    return kernel
 
 
 def _point(spread: ArrayLike | str | os.PathLike[str]) -> Float[Array, "p q channels"]:
@@ -135,16 +135,16 @@ def _point(spread: ArrayLike | str | os.PathLike[str]) -> Float[Array, "p q chan
 
 def _numbers(name: str, value: ArrayLike) -> Float[Array, "*shape"]:
     """The argument as an array that holds light."""
-    found = numbers(name, value)
-    if found.size == 0 or not (np.isfinite(found).all() and found.min() >= 0):
+    values = numbers(name, value)
+    if values.size == 0 or not (np.isfinite(values).all() and values.min() >= 0):
         raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative.")
-    return found
+    return values
 
 
 def _within(
     shape: Float[Array, "p q channels"], middle: tuple[int, int], size: tuple[int, ...]
 ) -> tuple[Float[Array, "_p _q channels"], tuple[int, int]]:
-    """What of a point spread function leads from one pixel of a picture to another, and its middle."""
+    """The part of a point spread function that leads from pixel to pixel of a picture, and its middle."""
     first = [max(place - (pixels - 1), 0) for place, pixels in zip(middle, size, strict=True)]
     last = [place + pixels for place, pixels in zip(middle, size, strict=True)]
     return shape[first[0] : last[0], first[1] : last[1]], (middle[0] - first[0], middle[1] - first[1])

@@ -76,7 +76,7 @@ class Panorama:
         self._levels = [_padded(level) for level in _pyramid(picture)]
 
     def __repr__(self) -> str:
-        """One line: its size."""
+        """Return a line with its size."""
         return f"<Panorama of {2 * self.rows} x {self.rows} pixels>"
 
     @classmethod
@@ -156,7 +156,7 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
     Raises
     ------
     ValueError
-        Where the light has another shape.
+        If the light has another shape.
     ImportError
         Without the package astropy.
 

@@ -1,4 +1,4 @@
-"""A quadtree of square cells of a picture; corners known by one number each, in sets that grow as cells are split."""
+"""A quadtree of square cells of a picture; corners have one number each, in sets that grow as cells are split."""
 
 from typing import Any, NamedTuple, TypeVar
 
@@ -6,22 +6,22 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 Array = np.ndarray
-Known = TypeVar("Known", bound=tuple[Any, ...])
+CornerSet = TypeVar("CornerSet", bound=tuple[Any, ...])
 
 
-def merged(one: Known, other: Known) -> Known:
+def merged(one: CornerSet, other: CornerSet) -> CornerSet:
     """Two sets of corners as one: named tuples of arrays, the first of which is the key, sorted."""
     key = np.concatenate([one[0], other[0]])
     order = np.argsort(key)
     return type(one)(*(np.concatenate(pair)[order] for pair in zip(one, other, strict=True)))
 
 
-def find(known: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, "*shape"], Bool[Array, "*shape"]]:
-    """The number of each key among the known ones, and whether it is there."""
-    if not len(known):
+def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, "*shape"], Bool[Array, "*shape"]]:
+    """Indices of keys among sorted ones, and the mask of those that are there."""
+    if not len(keys):
         return np.zeros(key.shape, int), np.zeros(key.shape, bool)
-    number = np.minimum(np.searchsorted(known, key), len(known) - 1)
-    return number, known[number] == key
+    number = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
+    return number, keys[number] == key
 
 
 class Squares(NamedTuple):

@@ -1,4 +1,4 @@
-"""What a view sees of the sky: the cells of its map, and the pixels that no cell covers, supersampled.
+"""The visible sky of a view: the cells of its map, and the pixels that no cell covers, supersampled.
 
 Those lie on the shadow edge, next to it, and where a pixel sees much of the sky. Each part has a beam of its own; while
 the camera moves, at several moments.
@@ -51,29 +51,29 @@ class SeenSky(NamedTuple):
 def seen_sky(
     camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
 ) -> SeenSky:
-    """What a view sees; parameters as for `sky_map`."""
-    seen = sky_map(camera, view, close, hidden, exposure)
-    visible_fraction, parts = _covered(seen.cells, hidden.shape), []
-    moments, counts = [ExposedMoment(camera, view, 0.0, 0.0)], seen.parts
+    """Return the visible sky of a view; parameters as for `sky_map`."""
+    mapped = sky_map(camera, view, close, hidden, exposure)
+    visible_fraction, parts = _covered(mapped.cells, hidden.shape), []
+    moments, counts = [ExposedMoment(camera, view, 0.0, 0.0)], mapped.parts
     if exposure is not None:
-        moments, counts = _moments(exposure), np.full(len(seen.left), _SUPERSAMPLED)
-    beams = seen.beams + len(moments) * int((counts**2).sum())
+        moments, counts = _moments(exposure), np.full(len(mapped.left), _SUPERSAMPLED)
+    beams = mapped.beams + len(moments) * int((counts**2).sum())
     chunks = [
         (same[start : start + _CHUNK], int(count))
         for count in np.unique(counts)
-        for same in (seen.left[counts == count],)
+        for same in (mapped.left[counts == count],)
         for start in range(0, len(same), _CHUNK)
     ]
     with stage("shadow_edge"), ThreadPoolExecutor(cores()) as pool:
         supersampled = list(
             pool.map(lambda chunk: [_supersampled_pixels(moment, *chunk) for moment in moments], chunks)
         )
-    for (which, _), found in zip(chunks, supersampled, strict=True):
-        inside = np.isfinite([direction[..., 0] for _, direction in found])
+    for (which, _), results in zip(chunks, supersampled, strict=True):
+        inside = np.isfinite([direction[..., 0] for _, direction in results])
         visible_fraction.flat[which] = inside.mean(axis=(0, 2, 3))
-        parts += [part._replace(share=1 / len(moments)) for part, _ in found]
-    error = max(_CAUTION * float(seen.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
-    return SeenSky(seen.cells, parts, visible_fraction, len(seen.left), beams, error)
+        parts += [part._replace(share=1 / len(moments)) for part, _ in results]
+    error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
+    return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.left), beams, error)
 
 
 def _covered(cells: SkyCells, shape: tuple[int, ...]) -> Float32[Array, "h w"]:
@@ -86,7 +86,7 @@ def _covered(cells: SkyCells, shape: tuple[int, ...]) -> Float32[Array, "h w"]:
 
 
 def _moments(exposure: Exposure) -> list[ExposedMoment]:
-    """When what no cell covers is looked at: by how far the shadow edge moves."""
+    """Moments at which pixels that no cell covers are supersampled: by the motion of the shadow edge."""
     edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in exposure]
     moved = np.abs(edges[2] - edges[0]).max(axis=1)
     reach = np.max(moved[np.isfinite(moved)], initial=0.0)

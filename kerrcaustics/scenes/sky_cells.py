@@ -1,4 +1,4 @@
-"""Where a picture sees the celestial sphere: the direction n' of every pixel, from few beams.
+"""The map of a picture to the celestial sphere: the direction n' of every pixel, from few beams.
 
 Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
 square cells, and patches.py joins them. Rays check the patch of each cell; cells that are off are
@@ -29,7 +29,7 @@ from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
 
-# Of a pixel a hundredth is seen: its beam need not be better.
+# A hundredth of a pixel is visible: beams need not be better.
 TOLERANCE = 1e-7
 # The largest cells: pixels, and radians.
 _LARGEST, _LARGEST_ANGLE = 32, 0.05
@@ -64,7 +64,7 @@ class SkyCorners(NamedTuple):
 
     @property
     def there(self) -> Bool[Array, " n"]:
-        """Which of them reach the celestial sphere."""
+        """True for those that reach the celestial sphere."""
         return np.isfinite(self.slope[:, 0, 0] + self.moved.sum(axis=(1, 2)))
 
 
@@ -72,7 +72,7 @@ class SkyCells(NamedTuple):
     """Square cells of a picture that see the celestial sphere.
 
     x, y (n,): upper left corner, pixels; size (n,); data (n, 12, 3), n' for `patches`; curving (n, 3, 3), the second
-    derivatives of n' along xx, xy and yy; error (n,): how far the patch was found to be off, in pixels; rates
+    derivatives of n' along xx, xy and yy; error (n,): that of the patch, estimated, in pixels; rates
     (n, 12, 3): how the data change over an exposure, (n, 0, 3) where nothing moves.
     """
 
@@ -86,15 +86,15 @@ class SkyCells(NamedTuple):
 
     @property
     def moving(self) -> bool:
-        """Whether they change while the picture is exposed."""
+        """True if they change while the picture is exposed."""
         return self.rates.shape[1] > 0
 
     def at(self, moment: float) -> "SkyCells":
-        """They at a moment of the exposure, from -1/2 to 1/2."""
+        """Return them at a moment of the exposure, from -1/2 to 1/2."""
         return self._replace(data=self.data + moment * self.rates) if self.moving else self
 
     def pixels_moved(self, turn: float) -> Float[Array, " n"]:
-        """How far (n,), in pixels, the sky moves in their middles over an exposure, in which it turns by an angle."""
+        """Motion (n,) of the sky in their middles, pixels, over an exposure in which it turns by an angle."""
         scale = _Scale(self.data, self.curving, self.size)
         motion = turn * turning(scale.middle)
         if self.moving:
@@ -103,12 +103,12 @@ class SkyCells(NamedTuple):
 
 
 def turning(direction: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
-    """How directions (..., 3) move, per radian, that turn about the spin axis."""
+    """Displacements (..., 3), per radian, of directions that turn about the spin axis."""
     x, y, _ = np.moveaxis(direction, -1, 0)
     return np.stack([-y, x, np.zeros_like(x)], axis=-1)
 
 
-Found = TypeVar("Found", SkyCorners, SkyCells)
+Rows = TypeVar("Rows", SkyCorners, SkyCells)
 
 
 class SkyMap(NamedTuple):
@@ -124,7 +124,7 @@ class SkyMap(NamedTuple):
 
 
 class Plane(Protocol):
-    """What is cut into cells: a rectangle of pixels, each of which looks somewhere, as those of a `View` do."""
+    """A rectangle of pixels, each with a direction, as those of a `View`: it is divided into cells."""
 
     @property
     def width(self) -> int:
@@ -142,7 +142,7 @@ class Plane(Protocol):
 
 
 class Cut(NamedTuple):
-    """How a chart is cut into cells.
+    """The division of a chart into cells.
 
     root: the size of the largest ones, a power of two that divides width and height; wide: radians of the sky that a
     cell may see.
@@ -180,8 +180,8 @@ class _SkyLattice(NamedTuple):
     def roots(self) -> Squares:
         return Squares.over(self.view.width + 2 * self.margin, self.view.height + 2 * self.margin, self.size)
 
-    def asked(self, hidden: Bool[Array, "h w"]) -> Int[Array, "h+1 w+1"]:
-        """How many pixels are asked for above and left of each corner; those of the margin with their neighbours."""
+    def pixel_counts(self, hidden: Bool[Array, "h w"]) -> Int[Array, "h+1 w+1"]:
+        """Number of visible pixels above and left of each corner; those of the margin as their neighbours."""
         x, y = self.origin
         beyond = np.pad(~hidden, self.margin, mode="edge")
         lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
@@ -219,12 +219,12 @@ class _SkyLattice(NamedTuple):
         if not isinstance(self.view, View):
             return np.zeros(0, int), np.zeros(0, int)
         if self.exposure is None:
-            found = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
+            points = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
         else:
             moments = [self.exposure.at(float(moment)) for moment in np.linspace(-0.5, 0.5, _EDGES)]
             edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in moments]
-            found = np.concatenate([edge + step for edge in edges for step in _BESIDE])
-        x, y = (found + 0.5).T
+            points = np.concatenate([edge + step for edge in edges for step in _BESIDE])
+        x, y = (points + 0.5).T
         near = (x >= -1) & (y >= -1) & (x < self.view.width + 1) & (y < self.view.height + 1)
         return (x[near] + self.origin[0]).astype(int), (y[near] + self.origin[1]).astype(int)
 
@@ -243,6 +243,12 @@ def _columns(moment: ExposedMoment, x: Array, y: Array) -> Float[Array, "n 3 3"]
     """n' and its two slopes (n, 3, 3), one in each row, at a moment, for a sky at rest."""
     place, slope = _beams(moment.camera, moment.view, x, y)
     return turned(np.concatenate([place[:, None], np.swapaxes(slope, 1, 2)], axis=1), moment.azimuth)
+
+
+def ray_directions(moment: ExposedMoment, x: ArrayLike, y: ArrayLike) -> Float[Array, "*batch 3"]:
+    """n' (..., 3) of rays at places of a view at a moment, for a sky at rest."""
+    rays = trace_rays(moment.camera, moment.view.directions(x, y)[0], "auto", TOLERANCE)
+    return turned(rays.direction, moment.azimuth)
 
 
 def slopes(
@@ -265,7 +271,7 @@ def sky_map(
 ) -> SkyMap:
     """The map of a view, and of a pixel beyond each side of it.
 
-    close: how far, in pixels, patches may be off; hidden: pixels that are not asked for; exposure: while which the
+    close: how far, in pixels, patches may be off; hidden: pixels that are left out; exposure: during which the
     camera moves, with this view in its middle.
     """
     return _mapped(_SkyLattice(camera, view, exposure, _root_size(view), _MARGIN), close, hidden)
@@ -275,27 +281,27 @@ def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide
     """The map of what a lattice covers; wide: of the sky that cells may see, in a chart; None in a picture."""
     view, exposure = lattice.view, lattice.exposure
     squares, edge = lattice.roots(), lattice.edge()
-    corners, kept = lattice.trace(np.zeros(0, int)), []
+    corners, accepted = lattice.trace(np.zeros(0, int)), []
     left = parts = np.zeros(0, int)
-    asked = lattice.asked(hidden)
+    counts = lattice.pixel_counts(hidden)
     while len(squares.x):
-        squares = _asked(squares, asked)
+        squares = _visible_squares(squares, counts)
         x, y, size = squares
         keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
-        wanted = np.unique(keys)
-        wanted = wanted[~find(corners.key, wanted)[1]]
-        corners = merged(corners, _on_cores(lattice.trace, wanted)) if len(wanted) else corners
+        new = np.unique(keys)
+        new = new[~find(corners.key, new)[1]]
+        corners = merged(corners, _on_cores(lattice.trace, new)) if len(new) else corners
         number, _ = find(corners.key, keys)
         reached = corners.there[number]
-        mixed = (reached.any(axis=1) & ~reached.all(axis=1)) | _hold(squares, edge)
+        mixed = (reached.any(axis=1) & ~reached.all(axis=1)) | _contain(squares, edge)
         whole = reached.all(axis=1) & ~mixed
         if size > 1:
-            whole &= ~_beside(mixed, number, len(corners.key))
+            whole &= ~_next_to(mixed, number, len(corners.key))
         joined = partial(_cells, lattice, corners, squares, number, close)
         cells = _on_cores(joined, np.flatnonzero(whole))
         good = (cells.error <= close) & ((size == 1 and exposure is None) | (_extent(cells) < (wide or _WIDE)))
         good |= size == 1 and wide is not None
-        kept.append(SkyCells(*(part[good] for part in cells)))
+        accepted.append(SkyCells(*(part[good] for part in cells)))
         split = mixed | reached.all(axis=1)
         split[np.flatnonzero(whole)[good]] = False
         if size == 1:
@@ -306,7 +312,7 @@ def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide
             left = y[split] * view.width + x[split]
             break
         squares = squares.quarters(split)
-    cells = SkyCells(*(np.concatenate(parts) for parts in zip(*kept, strict=True)))
+    cells = SkyCells(*(np.concatenate(parts) for parts in zip(*accepted, strict=True)))
     x, y = lattice.on_picture(cells.x, cells.y)
     cells = cells._replace(x=x, y=y)
     return SkyMap(cells, left, parts, len(corners.key) * (1 if exposure is None else 3))
@@ -319,33 +325,33 @@ def _root_size(view: View) -> int:
     return size
 
 
-def _on_cores(work: Callable[[Array], Found], rows: Int[Array, " n"]) -> Found:
-    """What work finds for rows, shared out among the cores: named tuples of arrays."""
+def _on_cores(work: Callable[[Array], Rows], rows: Int[Array, " n"]) -> Rows:
+    """Results of work on rows, shared out among the cores: named tuples of arrays."""
     with ThreadPoolExecutor(cores()) as pool:
         parts = list(pool.map(work, np.array_split(rows, cores())))
     return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
-def _asked(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
-    """Those in which a pixel of the picture is asked for; total: how many are, above and left of each corner."""
+def _visible_squares(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
+    """Squares with a pixel of the picture that is not hidden; total: their number above and left of each corner."""
     x, y, size = squares
     height, width = total.shape[0] - 1, total.shape[1] - 1
     right, below = np.minimum(x + size, width), np.minimum(y + size, height)
     x_in, y_in = np.minimum(x, width), np.minimum(y, height)
-    asked = total[below, right] - total[y_in, right] - total[below, x_in] + total[y_in, x_in] > 0
-    return Squares(x[asked], y[asked], size)
+    visible = total[below, right] - total[y_in, right] - total[below, x_in] + total[y_in, x_in] > 0
+    return Squares(x[visible], y[visible], size)
 
 
-def _hold(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
-    """Which cells hold one of some pixels."""
+def _contain(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
+    """True for cells that contain one of some pixels."""
     x, y, size = squares
     columns = 1 + max(x.max(initial=0), edge[0].max(initial=0)) // size
     held = np.unique(edge[1] // size * columns + edge[0] // size)
     return np.isin(y // size * columns + x // size, held)
 
 
-def _beside(mixed: Bool[Array, " n"], number: Int[Array, "n 4"], corners: int) -> Bool[Array, " n"]:
-    """Which cells have a corner that belongs to a mixed one too: the shadow edge may bulge into them."""
+def _next_to(mixed: Bool[Array, " n"], number: Int[Array, "n 4"], corners: int) -> Bool[Array, " n"]:
+    """True for cells with a corner that belongs to a mixed one too: the shadow edge may bulge into them."""
     near = np.zeros(corners, bool)
     near[number[mixed]] = True
     return np.asarray(near[number].any(axis=1))
@@ -368,12 +374,12 @@ def _cells(
         moved = np.moveaxis(corners.moved[number[chosen]], 2, 0)
         rates = np.concatenate([moved[0], moved[1] * size, moved[2] * size], axis=1)
         error[np.max([scale.pixels(off) for off in moved[3].swapaxes(0, 1)], axis=0) > CROOKED] = np.nan
-    tried = np.flatnonzero(np.isfinite(error))
-    found = lattice.checks(squares, chosen[tried])
+    checked = np.flatnonzero(np.isfinite(error))
+    rays = lattice.checks(squares, chosen[checked])
     for check, (right, down) in enumerate(_CHECKS):
-        value = np.einsum("nkc,k->nc", data[tried], weights(right, down, 0.0, 1).value[:, 0])
+        value = np.einsum("nkc,k->nc", data[checked], weights(right, down, 0.0, 1).value[:, 0])
         miss = np.zeros((len(chosen), 3))
-        miss[tried] = found[:, check] - value / np.linalg.norm(value, axis=-1, keepdims=True)
+        miss[checked] = rays[:, check] - value / np.linalg.norm(value, axis=-1, keepdims=True)
         error = np.maximum(error, scale.pixels(miss))
     return SkyCells(x[chosen], y[chosen], np.full(len(chosen), size), data, curving, error, rates)
 
@@ -405,7 +411,7 @@ class _Scale:
         self._minor = np.hypot(np.minimum(minor, _least_minor(data) / size), bend(curving, self._across))
 
     def pixels(self, miss: Float[Array, "n 3"]) -> Float[Array, " n"]:
-        """How far (n,) on the picture errors (n, 3) of n' move it."""
+        """Displacements (n,) on the picture by errors (n, 3) of n'."""
         along, across = (np.vecdot(miss, axis) for axis in (self._along, self._across))
         return np.hypot(along / self._major, across / self._minor)
 
@@ -419,12 +425,12 @@ def _least_minor(data: Float[Array, "n 12 3"]) -> Float[Array, " n"]:
 
 
 def parts_of(cells: SkyCells) -> Int[Array, " n"]:
-    """Into how many parts each way pixels are to be divided: the linear map of a beam does not reach far."""
+    """Numbers of parts each way of pixels: the linear map of a beam does not reach far."""
     return _parts_for(_extent(cells))
 
 
 def _extent(cells: SkyCells) -> Float[Array, " n"]:
-    """How much of the sky (n,), radians, cells see along a side."""
+    """Angles (n,) of the sky, radians, that cells see along a side."""
     return np.asarray(np.sqrt((cells.data[:, 4:] ** 2).sum(axis=-1)).max(axis=1))
 
 
@@ -434,7 +440,7 @@ def resolved(cells: SkyCells, extent: float) -> Bool[Array, " n"]:
 
 
 def undivided(cells: SkyCells) -> SkyCells:
-    """Those whose pixels are not to be divided."""
+    """Cells whose pixels are not to be divided."""
     one = parts_of(cells) == 1
     return SkyCells(*(part[one] for part in cells))
 

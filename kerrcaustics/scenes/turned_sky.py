@@ -63,5 +63,5 @@ class TurnedSky:
 
     @property
     def smooth(self) -> bool:
-        """Whether what is spread over it needs no motion blur."""
+        """True if all that is spread over it needs no motion blur."""
         return getattr(self.sky, "smooth", False)

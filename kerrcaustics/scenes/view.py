@@ -1,4 +1,4 @@
-"""Views: which part of the camera sky becomes a picture, and what its pixels cover."""
+"""Views: the part of the camera sky that becomes a picture, and the parts of its pixels."""
 
 import math
 from typing import Any
@@ -123,7 +123,7 @@ class View:
 
     @property
     def closed(self) -> bool:
-        """Whether some places beyond a side of the picture lie in it too: it goes round the sky, or to a pole."""
+        """True if some places beyond a side of the picture lie in it too: it goes round the sky, or to a pole."""
         reach = self.field_of_view * max(1.0, 2 * self.height / self.width)
         return self.projection == "equirectangular" and reach > 2 * math.pi * (1 - 1e-9)
 

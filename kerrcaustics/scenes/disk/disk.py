@@ -1,4 +1,4 @@
-"""Thin disks: how large, what they shine with, how they let light through, how they move."""
+"""Thin disks: their rims, emission, opacity and motion."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -28,13 +28,13 @@ class Disk:
         What it shines with; both faces alike.
     opacity : float or function
         The part of the light behind that the disk keeps from one who looks along its axis, 0 to 1: 1 - exp(-tau). It
-        tells nothing of the emission: a transparent disk shines too.
+        does not affect the emission: a transparent disk shines too.
     motion : str
         Of what shines, for the shifts of frequency and for the pattern as time goes by: "circular" (prograde circular
         geodesics), "retrograde", "static" (at rest in Boyer-Lindquist coordinates), "plunging" (circular down to the
         ISCO, and from there falling with its energy and angular momentum).
     slant : bool
-        Whether slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle.
+        Slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle.
     brightness : float
         Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
 
@@ -45,7 +45,7 @@ class Disk:
 
     Notes
     -----
-    Where nothing can move as asked for (circular geodesics at or within the photon orbit), a disk whose light is
+    Where nothing can move in this way (circular geodesics at or within the photon orbit), a disk whose light is
     shifted is dark.
 
     Examples
@@ -85,12 +85,12 @@ class Disk:
 
     @property
     def opaque(self) -> bool:
-        """Whether nothing is seen behind it."""
+        """True if nothing is seen behind it."""
         return not callable(self.opacity) and self.opacity == 1
 
     @property
     def slanting(self) -> bool:
-        """Whether it matters how light slants."""
+        """True if the slant of light matters."""
         return self.slant and (callable(self.opacity) or 0 < self.opacity < 1)
 
     def orbital(self, spin: float, radius: Array) -> Array:
@@ -112,5 +112,5 @@ class Disk:
         if not self.slanting:
             return 1 - opacity
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Where nothing can move as asked for, as if light came along the axis.
+            # Where nothing can move in this way, as if light came along the axis.
             return np.exp(np.log1p(-opacity) / np.where(np.isfinite(cosine), np.clip(cosine, 1e-6, 1), 1.0))

@@ -1,4 +1,4 @@
-"""What disks shine with: black bodies of one temperature or of a law, paint swatches, pictures."""
+"""Emission of disks: black bodies of one temperature or of a law, paint swatches, pictures."""
 
 import math
 import os
@@ -39,8 +39,8 @@ class ThermalEmission:
         """That of a black body; seen with g and both shifts, that of one of g T."""
         temperature = self.temperature(samples.spin, samples.radius)
         shifts = beaming, colour_shift
-        seen = seen_black_body(np.maximum(temperature, 1.0), samples.redshift, *shifts, self.response)
-        return seen * (temperature > 0)[:, None]
+        light = seen_black_body(np.maximum(temperature, 1.0), samples.redshift, *shifts, self.response)
+        return light * (temperature > 0)[:, None]
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """Two where a pixel sees much of the disk, else one."""
@@ -282,12 +282,12 @@ def _covered(place: Array, half: Array, gap: float, rows: int) -> list[tuple[int
     half = np.maximum(half, 1e-9)
     # What lies beyond a rim is none of the disk.
     low, high = np.maximum(place - half, 0), np.minimum(place + half, rows)
-    found = []
+    parts = []
     for row in range(rows):
         first, last = row + gap / 2, row + 1 - gap / 2
         part = np.clip(np.minimum(high, last) - np.maximum(low, first), 0, None) / (high - low)
-        found.append((row, part))
-    return found
+        parts.append((row, part))
+    return parts
 
 
 def _share(turns: Array, half: Array, start: float, length: float) -> Array:
@@ -342,7 +342,7 @@ class Texture:
             self._levels.append(_halved(self._levels[-1]))
 
     def __repr__(self) -> str:
-        """One line: its size."""
+        """Return a line with its size."""
         return f"<Texture of {self.shape[1]} x {self.shape[0]} pixels>"
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Checks of what lies round the hole, disks and volumes alike."""
+"""Checks of disks and volumes."""
 
 import math
 from typing import Any
@@ -26,5 +26,5 @@ def check_above_horizon(inner: float, spin: float) -> None:
     """Raise ValueError for an inner rim within the horizon of a hole."""
     horizon = kerr.horizon(spin)
     if not inner > horizon:
-        given, least = apart(inner, horizon)
-        raise ValueError(f"Argument `inner` must be larger than the horizon radius {least}, but is {given}.")
+        shown, least = apart(inner, horizon)
+        raise ValueError(f"Argument `inner` must be larger than the horizon radius {least}, but is {shown}.")

@@ -102,8 +102,8 @@ class Spots:
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """So many that a part is as small as a spot, to a limit."""
         length = np.maximum(size[:, 0] * self._width, size[:, 1] * self.radius[-1])
-        wanted = np.maximum(length / (_FINE * self.size), 1)
-        return np.clip(2 ** np.ceil(np.log2(wanted)), 1, _MOST_PARTS).astype(int)
+        ratio = np.maximum(length / (_FINE * self.size), 1)
+        return np.clip(2 ** np.ceil(np.log2(ratio)), 1, _MOST_PARTS).astype(int)
 
     @cached_property
     def _width(self) -> float:
@@ -125,8 +125,8 @@ class Spots:
                 bright = profile > _FAINTEST
                 place, spot, profile = place[bright], spot[bright], profile[bright]
                 shifts = samples.redshift[place], beaming, colour_shift
-                seen = seen_black_body(self.temperature[spot], *shifts, self.response)
-                coloured = profile[:, None] * seen
+                colour = seen_black_body(self.temperature[spot], *shifts, self.response)
+                coloured = profile[:, None] * colour
                 for channel in range(3):
                     light[:, channel] += np.bincount(place, coloured[:, channel], minlength=len(light))
         return light

@@ -16,14 +16,14 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class TurnedEmission:
-    """What a disk shines with, turned by an angle (radians, toward larger phi)."""
+    """The emission of a disk turned by an angle (radians, toward larger phi)."""
 
     emission: Emission
     angle: float
 
     @property
     def keeps_shape(self) -> bool:
-        """Whether the pattern is one of spots, which circle without being sheared."""
+        """True for a pattern of spots, which circle without being sheared."""
         return getattr(self.emission, "keeps_shape", False)
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
@@ -31,7 +31,7 @@ class TurnedEmission:
         return self.emission.light(samples._replace(azimuth=samples.azimuth - self.angle), beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """As many as the pattern itself wants."""
+        """As many as the pattern itself needs."""
         back = np.array([0.0, self.angle])
         return self.emission.parts(low - back, high - back, size)
 

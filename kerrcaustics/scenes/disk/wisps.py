@@ -97,9 +97,9 @@ class Wisps(Texture):
     def opacity(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that is kept from one who looks along the axis."""
         across = (radius - self.inner) / (self.outer - self.inner)
-        found: Any = bilinear(self._opacity, 1 - across, azimuth / (2 * math.pi))
+        values: Any = bilinear(self._opacity, 1 - across, azimuth / (2 * math.pi))
         # Its single precision may take it beyond 1.
-        return np.clip(found[..., 0], 0, 1)
+        return np.clip(values[..., 0], 0, 1)
 
 
 def _soft(across: Array) -> Array:
