@@ -39,8 +39,6 @@ from kerrcaustics.scenes.star_field import StarField
 
 Array = np.ndarray
 
-_MOST_SPOTS = 1_000_000
-
 
 @lru_cache(maxsize=4)
 def sky_of(table: SkyTable, folder: Path, files: tuple[tuple[str, str], ...], response: str = "cie") -> Sky | None:
@@ -109,10 +107,6 @@ def _emission(table: EmissionTable, disk: DiskTable, folder: Path, response: str
 
 def _spots(table: SpotsTable, disk: DiskTable, response: str) -> Spots:
     """Spots that are evenly spread over the disk, and so are their temperatures."""
-    if not 1 <= table.number <= _MOST_SPOTS:
-        reject("disk.emission.number", f"be a whole number from 1 to {_MOST_SPOTS}", table.number)
-    if table.seed < 0:
-        reject("disk.emission.seed", "be a whole number from 0", table.seed)
     low, high = table.temperature
     if not 0 < low <= high:
         reject("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))

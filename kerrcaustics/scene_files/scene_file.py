@@ -15,15 +15,15 @@ from jaxtyping import Float, UInt8
 from kerrcaustics.files import reading
 from kerrcaustics.scene_files.builders import add_glare, disk_of, point_spread, sky_of
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
-from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, GeodesicTable, OverlaysTable
+from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, OverlaysTable
 from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
-from kerrcaustics.scene_files.validation import SceneError, about, check_numbers, in_file, reject
+from kerrcaustics.scene_files.validation import SceneError, about, check_contents, in_file, reject
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.motion import ShutterMotion
-from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.render import QUALITIES, Rendering
 from kerrcaustics.scenes.turned_sky import TurnedSky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
@@ -32,7 +32,6 @@ from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 
 Array = np.ndarray
 
-QUALITIES = ("draft", "normal", "high")
 _VARIED_VIEW = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pitch_deg")
 # Of a film's frames, so many are looked at before any is drawn.
 _LOOKED_AT = 100
@@ -90,8 +89,8 @@ class SceneFile:
             table = with_overrides(table, overrides)
             for entry, value in not_finite(table):
                 reject(entry, "be a finite number", value)
-            contents = as_struct(table, Contents, path, WORDS)
-            check_numbers(contents)
+            contents = as_struct(table, Contents, path)
+            check_contents(contents)
             folder = path.absolute().parent
             files = tuple((name, _hash(entry, folder, name)) for entry, name in _named_files(contents))
             scene = cls(contents, folder, str(path), files)

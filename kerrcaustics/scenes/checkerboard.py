@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -19,6 +19,7 @@ COLOURS = ("#B04000", "#E8821E", "#F5D547", "#A8DDB5", "#56B4E9", "#0072B2", "#3
 # Once round: the last one is next to the first.
 HUES = ("#D04A3A", "#E8A13A", "#B9C94A", "#3FA96B", "#3F9FC4", "#4A62C4", "#8A55B8", "#C8559A")
 GAP_COLOUR = "#F4F4F0"
+Along = Literal["latitude", "longitude"]
 # Every second swatch is so much darker.
 DARKER = 0.5
 # Rows or columns.
@@ -93,7 +94,7 @@ class Checkerboard:
     def __post_init__(self) -> None:
         """Raise ValueError unless the checkerboard is valid."""
         check_pattern(self, least_rows=2)
-        one_of("along", self.along, ("latitude", "longitude"))
+        one_of("along", self.along, get_args(Along))
 
     @cached_property
     def _background(self) -> Float[Array, "3"]:

@@ -3,6 +3,7 @@
 import math
 import re
 from functools import cache
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -13,8 +14,10 @@ from kerrcaustics.spacetime.checks import one_of, quoted, real_array, real_numbe
 
 Array = np.ndarray
 
-CURVES = ("linear", "asinh")
-RESPONSES = ("cie", "film")
+Curve = Literal["linear", "asinh"]
+CURVES: tuple[Curve, ...] = get_args(Curve)
+Response = Literal["cie", "film"]
+RESPONSES: tuple[Response, ...] = get_args(Response)
 
 DAYLIGHT = 6504.0
 """Temperature (K) of the black body that stands for the white of sRGB."""

@@ -3,7 +3,7 @@
 import math
 from functools import cached_property
 from time import perf_counter as clock
-from typing import Any
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -28,8 +28,9 @@ from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 
 Array = np.ndarray
 
-# How far, in pixels, maps of the sky may be off where they are checked.
-QUALITIES = {"draft": 0.05, "normal": 0.01, "high": 0.0025}
+Quality = Literal["draft", "normal", "high"]
+QUALITIES: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
+"""Largest errors of maps of the sky, in pixels, where they are checked."""
 
 _VISIBLE = "part of each pixel that is not in the shadow; None without a sky"
 _ERROR = "largest error of the map of the sky, in pixels; NaN without a sky"
@@ -313,7 +314,7 @@ def _blurred(
 def _close(quality: str) -> float:
     """Largest error of patches, in pixels."""
     one_of("quality", quality, QUALITIES)
-    return QUALITIES[quality]
+    return QUALITIES[cast("Quality", quality)]
 
 
 def _check_disk(disk: Disk, camera: Camera) -> None:

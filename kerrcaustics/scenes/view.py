@@ -1,7 +1,7 @@
 """Views: the part of the camera sky that becomes a picture, and the parts of its pixels."""
 
 import math
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -17,12 +17,14 @@ Array = np.ndarray
 _Part = Float[Array, "*batch"]
 _Vectors = Float[Array, "*batch 3"]
 
-PROJECTIONS = ("pinhole", "fisheye", "equirectangular")
+Projection = Literal["pinhole", "fisheye", "equirectangular"]
+PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
 
 _EDGE_POINTS = 720
 # A pinhole wider than this is nearly all stretched rim.
 _WIDEST_PINHOLE = math.radians(170)
-_LARGEST = 16384
+MOST_PIXELS = 16384
+"""Of a side of a picture."""
 
 
 @result("view/1")
@@ -72,7 +74,7 @@ class View:
     def __post_init__(self) -> None:
         """Raise ValueError unless the view is valid; make the axes orthonormal."""
         for name in ("width", "height"):
-            object.__setattr__(self, name, whole_number(name, getattr(self, name), 1, _LARGEST))
+            object.__setattr__(self, name, whole_number(name, getattr(self, name), 1, MOST_PIXELS))
         one_of("projection", self.projection, PROJECTIONS)
         _check_field(self.field_of_view, self.width, self.height, self.projection)
         object.__setattr__(self, "field_of_view", float(self.field_of_view))

@@ -2,7 +2,7 @@
 
 import math
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, get_args
 
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
@@ -15,7 +15,8 @@ Velocity = str | Vector
 # A camera that turns slower than this part of its terms stands still.
 _ROUND_OFF = 1e-12
 
-VELOCITY_NAMES = ("circular", "fiducial", "static")
+VelocityName = Literal["circular", "fiducial", "static"]
+VELOCITY_NAMES: tuple[VelocityName, ...] = get_args(VelocityName)
 
 
 @result("camera/1", eq=True)

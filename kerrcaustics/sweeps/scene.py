@@ -4,24 +4,23 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.spacetime.camera import VelocityName
 from kerrcaustics.toml_files import as_struct, read_toml
 
 Array = np.ndarray
 Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
-Velocity = Literal["circular", "fiducial", "static"]
 Spacing = Literal["linear", "log"]
 Complaint = tuple[str, str, Any]
 """An entry of a scene, what it must be, and what it is."""
 
 AXES = ("spin", "radius", "inclination")
 HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
-_WORDS = {"compute": get_args(Quantity), "velocity": get_args(Velocity), "spacing": get_args(Spacing)}
 _RANGES = {
     "orders": (1, HIGHEST_ORDER),
     "curve_points": (8, 100_000),
@@ -54,7 +53,7 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     spin: float | list[float] | Range
     radius: float | list[float] | Range
     inclination: float | list[float] | Range = 90.0
-    velocity: Velocity | None = None
+    velocity: VelocityName | None = None
     orders: int = 3
     compute: tuple[Quantity, ...] = ("geometry", "cusps", "areas")
     curve_points: int = 256
@@ -85,7 +84,7 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 def read_scene(path: str | Path) -> Scene:
     """The scene in a TOML file; a ValueError of one line names what is wrong and where."""
-    return checked(as_struct(read_toml(path), Scene, path, _WORDS), str(path))
+    return checked(as_struct(read_toml(path), Scene, path), str(path))
 
 
 def from_record(record: dict[str, Any]) -> Scene:

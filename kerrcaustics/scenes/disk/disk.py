@@ -1,7 +1,7 @@
 """Thin disks: their rims, emission, opacity and motion."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -13,7 +13,8 @@ from kerrcaustics.spacetime.checks import one_of, quoted, real_number
 
 Array = np.ndarray
 
-MOTIONS = ("circular", "retrograde", "static", "plunging")
+DiskMotion = Literal["circular", "retrograde", "static", "plunging"]
+MOTIONS: tuple[DiskMotion, ...] = get_args(DiskMotion)
 
 
 @dataclass(frozen=True, eq=False)
