@@ -5,7 +5,7 @@ import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -38,20 +38,6 @@ class Place(NamedTuple):
         angles = (self.theta, self.theta_rate), (self.phi, self.phi_rate)
         parts = (Dual(self.radius, self.radius_rate), *(Dual(*map(math.degrees, angle)) for angle in angles))
         return dict(zip(PLACE_NAMES, parts, strict=True))
-
-
-@runtime_checkable
-class CameraMotion(Protocol):
-    """The motion of a camera from a first to a last time, which may be infinite."""
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time."""
-        ...
-
-    def place(self, time: float) -> Place:
-        """Return the place at a time."""
-        ...
 
 
 @dataclass(frozen=True)

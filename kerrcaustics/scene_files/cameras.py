@@ -8,7 +8,6 @@ import numpy as np
 
 from kerrcaustics.scene_files.camera_motion import (
     PLACE_NAMES,
-    CameraMotion,
     Formulated,
     Place,
     Splined,
@@ -26,7 +25,7 @@ from kerrcaustics.scene_files.contents import (
     Varied,
 )
 from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
-from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
+from kerrcaustics.scene_files.geodesics import Geodesic, circular_velocity, free_fall
 from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.spacetime.camera import Camera, Velocity
 
@@ -35,6 +34,8 @@ _GOOD = 1e-8
 # Orbits next to the hole are followed for so long in half a minute.
 _LONGEST_FALL = 1e5
 _MOST_DEFINITIONS = 1000
+CameraMotion = Staying | Splined | Formulated | Geodesic
+"""The places of a camera from a first to a last time, which may be infinite."""
 
 
 @dataclass(frozen=True)
@@ -53,35 +54,25 @@ class CameraPath:
             reject("camera.path", f"reach to the time {time:.12g}", f"from {low:.12g} to {high:.12g}")
         place = self.motion.place(time)
         if not 0 <= place.theta <= math.pi:
-            reject(
-                "camera.path", "keep the inclination in [0, 180] degrees", f"{math.degrees(place.theta):g} at {time:g}"
-            )
+            words = f"{math.degrees(place.theta):g} at {time:g}"
+            reject("camera.path", "keep the inclination in [0, 180] degrees", words)
         try:
-            velocity = self.velocity or fido_velocity(self.spin, _outside(self.spin, place))
+            # Raises ValueError unless the place is outside the horizon.
+            Camera(self.spin, place.radius, place.theta, "fiducial")
+            velocity = self.velocity or fido_velocity(self.spin, place)
             if not isinstance(velocity, str) and math.hypot(*velocity) >= 1:
-                velocity_word = (
-                    f"{math.hypot(*velocity):.4g} at t = {time:g} (give camera.velocity to look from another)"
-                )
-                reject("camera.path", "move slower than light", velocity_word)
+                words = f"{math.hypot(*velocity):.4g} at t = {time:g} (give camera.velocity to look from another)"
+                reject("camera.path", "move slower than light", words)
             return Camera(self.spin, place.radius, place.theta, velocity), place
         except SceneError:
             raise
         except ValueError as error:
-            raise SceneError(f"camera.path at t = {time:g}: {_as_text(error)}") from None
+            text = str(error).replace("Argument ", "", 1).replace("`", "")
+            raise SceneError(f"camera.path at t = {time:g}: {text}") from None
 
     def at(self, time: float) -> Moment:
         """The values of all names at a time."""
         return Moment(time, self.formulas, self.motion.place(time).named())
-
-
-def _outside(spin: float, place: Place) -> Place:
-    """Return the place; raise ValueError, as `Camera` does, unless it is outside the horizon."""
-    Camera(spin, place.radius, place.theta, "fiducial")
-    return place
-
-
-def _as_text(error: Exception) -> str:
-    return str(error).replace("Argument ", "", 1).replace("`", "")
 
 
 def camera_path(contents: Contents, folder: Path, span: tuple[float, float] | None) -> CameraPath:
@@ -164,7 +155,7 @@ def _of_file(path: Path) -> Splined:
     return _splined(rows, "camera.path.file")
 
 
-def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> CameraMotion:
+def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Geodesic:
     theta = math.radians(path.inclination_deg)
     with about("camera.path", spin="hole.spin"):
         velocity = path.velocity

@@ -15,6 +15,7 @@ _ALLOWED = (
     "sin cos tan atan exp log sqrt abs min max radians degrees, pi, and names of the table definitions"
 )
 CONSTANTS = {"pi": math.pi}
+_Parsed = tuple[tuple[str, ...], Callable[["Moment"], "Dual"]]
 
 
 class Dual(NamedTuple):
@@ -35,6 +36,7 @@ def _raised(x: Dual, y: Dual) -> Dual:
     return Dual(value, slope + (0.0 if y.rate == 0 else value * math.log(x.value) * y.rate))
 
 
+_SIGNS: dict[type, Callable[[Dual], Dual]] = {ast.UAdd: lambda x: x, ast.USub: lambda x: Dual(-x.value, -x.rate)}
 _OPERATORS: dict[type, Callable[[Dual, Dual], Dual]] = {
     ast.Add: lambda x, y: Dual(x.value + y.value, x.rate + y.rate),
     ast.Sub: lambda x, y: Dual(x.value - y.value, x.rate - y.rate),
@@ -66,42 +68,48 @@ class Formula:
     entry: str
     text: str
     names: frozenset[str]
-    tree: ast.expr = field(compare=False, repr=False)
+    value: "Callable[[Moment], Dual]" = field(compare=False, repr=False)
 
 
 def formula(entry: str, text: float | str) -> Formula:
     """The formula in an entry of a scene file, or a number; raises a ValueError of one line for any other text."""
     if not isinstance(text, str):
-        return Formula(entry, str(text), frozenset(), ast.Constant(float(text)))
+        return Formula(entry, str(text), frozenset(), lambda _: Dual(float(text), 0.0))
     if len(text) > _LONGEST:
         raise SceneError(f"{entry} must be at most {_LONGEST} characters long, but has {len(text)}.")
     try:
-        tree = ast.parse(text.strip(), mode="eval").body
-        names = frozenset(_names(tree))
+        names, value = _parsed(ast.parse(text.strip(), mode="eval").body)
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         reason = str(error) if type(error) is ValueError else "cannot be read"
         excerpt = text if len(text) < 80 else f"{text[:77]}..."
         raise SceneError(f"{entry} must be made of {_ALLOWED}, but {excerpt!r}: {' '.join(reason.split())}.") from None
-    return Formula(entry, text, names, tree)
+    return Formula(entry, text, frozenset(names), value)
 
 
-def _names(tree: ast.expr) -> Iterable[str]:
-    """Names in an expression that are neither functions nor constants; raises ValueError for anything else."""
+def _parsed(tree: ast.expr) -> _Parsed:
+    """Names in an expression that are neither functions nor constants, and its value at a moment.
+
+    Raises ValueError for all that is not of the language.
+    """
     match tree:
-        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            return ()
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            return (), lambda _: Dual(float(number), 0.0)
+        case ast.Name(id=name) if name in _FUNCTIONS or name in _EXTREMES:
+            raise ValueError(f"{name} is a function")
         case ast.Name(id=name):
-            if name in _FUNCTIONS or name in _EXTREMES:
-                raise ValueError(f"{name} is a function")
-            return () if name in CONSTANTS else (name,)
-        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=part):
-            return _names(part)
+            return () if name in CONSTANTS else (name,), lambda moment: moment.named(name)
+        case ast.UnaryOp(op=sign, operand=part) if type(sign) in _SIGNS:
+            names, value = _parsed(part)
+            return names, lambda moment: _SIGNS[type(sign)](value(moment))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            return (*_names(left), *_names(right))
+            (names, first), (others, second) = _parsed(left), _parsed(right)
+            return (*names, *others), lambda moment: _OPERATORS[type(op)](first(moment), second(moment))
         case ast.Call(func=ast.Name(id=name), args=parts, keywords=[]) if name in _FUNCTIONS or name in _EXTREMES:
             if (len(parts) != 1) if name in _FUNCTIONS else (len(parts) < 2):
                 raise ValueError(f"{name} takes {'one number' if name in _FUNCTIONS else 'two numbers or more'}")
-            return tuple(name for part in parts for name in _names(part))
+            function, parsed = _FUNCTIONS.get(name) or _EXTREMES[name], [_parsed(part) for part in parts]
+            names = tuple(name for names, _ in parsed for name in names)
+            return names, lambda moment: function(*[value(moment) for _, value in parsed])
         case _:
             raise ValueError(f"{ast.unparse(tree)[:40]!r} is none of these")
 
@@ -120,7 +128,7 @@ class Moment:
     def of(self, expression: Formula) -> Dual:
         """Value and derivative of a formula; raises a ValueError of one line if it has none."""
         try:
-            dual = self._of_tree(expression.tree)
+            dual = expression.value(self)
         except (ArithmeticError, ValueError, RecursionError) as error:
             if isinstance(error, _NoValueError):
                 raise
@@ -128,22 +136,6 @@ class Moment:
         if not (math.isfinite(dual.value) and math.isfinite(dual.rate)):
             raise _NoValueError(f"{expression.entry} must be finite at t = {self.time:g}, but is {dual.value:g}.")
         return dual
-
-    def _of_tree(self, tree: ast.expr) -> Dual:
-        match tree:
-            case ast.Constant(value=int() | float() as value):
-                return Dual(float(value), 0.0)
-            case ast.Name(id=name):
-                return self.named(name)
-            case ast.UnaryOp(op=op, operand=part):
-                operand = self._of_tree(part)
-                return Dual(-operand.value, -operand.rate) if isinstance(op, ast.USub) else operand
-            case ast.BinOp(left=left, op=op, right=right):
-                return _OPERATORS[type(op)](self._of_tree(left), self._of_tree(right))
-            case ast.Call(func=ast.Name(id=name), args=parts):
-                values = [self._of_tree(part) for part in parts]
-                return _FUNCTIONS[name](values[0]) if name in _FUNCTIONS else _EXTREMES[name](values)
-        raise ValueError(f"{ast.dump(tree)} is no expression")
 
     def named(self, name: str) -> Dual:
         """Value and derivative of a name; the names that it depends on come first."""

@@ -28,7 +28,7 @@ from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.stars.sheets import HIGHEST_INDEX
-from kerrcaustics.stars.tracks import StarTracks, star_tracks
+from kerrcaustics.stars.tracks import star_tracks
 
 Array = np.ndarray
 
@@ -42,6 +42,8 @@ _TRACKS = ("white", "#F0E442", "#8CE6C8")
 _BLANK = re.compile(r"\{(\w+)(?::([<>^]?[-+ ]?0?[0-9]{0,2},?(?:\.[0-9]{1,2})?[eEfFgG%]?))?\}")
 _IN_BRACES = re.compile(r"\{[^}]*\}?|\}")
 _LONGEST_CAPTION = 500
+# The same for all frames of a camera on a circular orbit.
+_tracks = lru_cache(maxsize=64)(star_tracks)
 
 
 def overlaid(
@@ -73,17 +75,9 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves)
         show_critical_curves(ax, view, curves, linewidth=1.6)
-        lines += [
-            Line2D(
-                [],
-                [],
-                linewidth=1.6,
-                label=f"{style.order_name(caustic.order)} critical curve",
-                **style.order_line(caustic.order),
-            )
-            for caustic in curves
-            if _in_view(view, caustic.sky)
-        ]
+        for order in (caustic.order for caustic in curves if _in_view(view, caustic.sky)):
+            label = f"{style.order_name(order)} critical curve"
+            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(order)))
     if overlays.labels and lines:
         legend: Any = ax.legend(handles=lines, loc="lower left", frameon=True, facecolor="black", framealpha=0.6)
         legend.get_frame().set_linewidth(0)
@@ -99,12 +93,6 @@ def _in_view(view: View, sky: Float[Array, "n 3"]) -> bool:
 
 def _track_line(index: int) -> dict[str, Any]:
     return {"color": _TRACKS[index % len(_TRACKS)], "linewidth": 0.9, "path_effects": [_DARK]}
-
-
-@lru_cache(maxsize=64)
-def _tracks(camera: Camera, theta: float, max_index: int) -> StarTracks:
-    """The same for all frames of a camera on a circular orbit."""
-    return star_tracks(camera, theta, max_index)
 
 
 def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Camera, view: View) -> None:

@@ -10,9 +10,11 @@ from jaxtyping import Float, UInt8
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.spacetime.checks import one_of, quoted, real_array, real_number
+from kerrcaustics.scenes.checks import check_number, positive
+from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 
 Array = np.ndarray
+Reals = Float[Array, "*batch"]
 
 Curve = Literal["linear", "asinh"]
 CURVES: tuple[Curve, ...] = get_args(Curve)
@@ -79,7 +81,7 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
     >>> bool(red > green > blue)
     True
     """
-    _check_white(white)
+    check_number("white", white, "lie in [1000, 40000] kelvin", lambda kelvin: 1000 <= kelvin <= 40000)
     check_response(response)
     kelvin = real_array("temperature", temperature)
     if not (kelvin >= 0).all():
@@ -108,11 +110,7 @@ def star_temperature(colour_index: ArrayLike) -> Float[Array, "*batch"]:
 
 
 def shifted_light(
-    redshift: Float[Array, "*batch"],
-    beaming: bool,
-    colour_shift: bool,
-    temperature: ArrayLike = DAYLIGHT,
-    response: str = "cie",
+    redshift: Reals, beaming: bool, colour_shift: bool, temperature: ArrayLike = DAYLIGHT, response: str = "cie"
 ) -> Float[Array, "*batch 3"]:
     """Factors (..., 3) of linear sRGB light that comes with frequency ratios g = nu_camera / nu_source (...,).
 
@@ -146,17 +144,17 @@ def shifted_light(
 
 
 def seen_black_body(
-    temperature: Float[Array, "*batch"],
-    redshift: Float[Array, "*batch"],
-    beaming: bool,
-    colour_shift: bool,
-    response: str = "cie",
+    temperature: Reals, redshift: Reals, beaming: bool, colour_shift: bool, response: str = "cie"
 ) -> Float[Array, "*batch 3"]:
-    """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); switches as for `shifted_light`."""
+    """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); 0 where the temperature is.
+
+    Switches as for `shifted_light`.
+    """
+    kelvin, shines = np.maximum(temperature, 1.0), (np.asarray(temperature) > 0)[..., None]
     if beaming and colour_shift:
-        return _black_body(temperature * redshift, response=response)
-    factor = shifted_light(redshift, beaming, colour_shift, temperature, response)
-    return _black_body(temperature, response=response) * factor
+        return _black_body(kelvin * redshift, response=response) * shines
+    factor = shifted_light(redshift, beaming, colour_shift, kelvin, response)
+    return _black_body(kelvin, response=response) * factor * shines
 
 
 def from_srgb(colour: str, name: str = "colour") -> Float[Array, "3"]:
@@ -214,8 +212,7 @@ def tone_mapped(
     """
     one_of("curve", curve, CURVES)
     for name, value in (("exposure", exposure), ("softening", softening)):
-        if not 0 < real_number(name, value) < math.inf:
-            raise ValueError(f"Argument `{name}` must be a positive, finite number, but is {quoted(value)}.")
+        check_number(name, value, "be a positive, finite number", positive)
     light = real_array("light", light, np.float32) * np.float32(exposure)
     if light.ndim == 0 or light.shape[-1] != 3:
         raise ValueError(f"Argument `light` must have the shape (..., 3), but has {light.shape}.")
@@ -238,11 +235,6 @@ def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Arra
 def check_response(response: str) -> None:
     """Raise ValueError unless the response is valid."""
     one_of("response", response, RESPONSES)
-
-
-def _check_white(white: float) -> None:
-    if not 1000 <= real_number("white", white) <= 40000:
-        raise ValueError(f"Argument `white` must lie in [1000, 40000] kelvin, but is {quoted(white)}.")
 
 
 def _interpolated(temperature: Float[Array, "*batch"], response: str) -> Float[Array, "*batch 3"]:

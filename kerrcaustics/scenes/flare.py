@@ -9,8 +9,9 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
+from kerrcaustics.scenes.checks import check_light, check_number, positive
 from kerrcaustics.scenes.panorama import read_picture
-from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, whole_number
 
 Array = np.ndarray
 
@@ -72,7 +73,9 @@ def with_glare(
     middle = shape.shape[0] // 2, shape.shape[1] // 2
     if not framed:
         shape, middle = _within(shape, middle, picture.shape[:2])
-    whole = np.stack([_convolved(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)], axis=-1)
+    channels = [scipy.signal.fftconvolve(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)]
+    # Round-off leaves dark pixels a little below zero, of which a tone curve would make anything.
+    whole = np.maximum(np.stack(channels, axis=-1), 0)
     rows, columns = (slice(start, start + size) for start, size in zip(middle, picture.shape[:2], strict=True))
     return whole if framed else whole[rows, columns]
 
@@ -103,11 +106,9 @@ def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | 
     >>> spread.shape[0] == spread.shape[1]
     True
     """
-    if not 0 <= real_number("share", share) <= 1:
-        raise ValueError(f"Argument `share` must lie in [0, 1], but is {quoted(share)}.")
+    check_number("share", share, "lie in [0, 1]", lambda part: 0 <= part <= 1)
     for name, value in (("width", width), ("falloff", falloff)):
-        if not 0 < real_number(name, value) < math.inf:
-            raise ValueError(f"Argument `{name}` must be a positive, finite number, but is {quoted(value)}.")
+        check_number(name, value, "be a positive, finite number", positive)
     most = (_LARGEST - 1) // 2
     reach = whole_number("reach", math.ceil(min(_REACH * width, most)) if reach is None else reach, 0, most)
     square = (np.arange(-reach, reach + 1) / width) ** 2
@@ -136,8 +137,7 @@ def _point(spread: ArrayLike | str | os.PathLike[str]) -> Float[Array, "p q chan
 def _numbers(name: str, value: ArrayLike) -> Float[Array, "*shape"]:
     """The argument as an array that holds light."""
     values = numbers(name, value)
-    if values.size == 0 or not (np.isfinite(values).all() and values.min() >= 0):
-        raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative.")
+    check_light(name, values if values.size else np.array(np.nan))
     return values
 
 
@@ -148,9 +148,3 @@ def _within(
     first = [max(place - (pixels - 1), 0) for place, pixels in zip(middle, size, strict=True)]
     last = [place + pixels for place, pixels in zip(middle, size, strict=True)]
     return shape[first[0] : last[0], first[1] : last[1]], (middle[0] - first[0], middle[1] - first[1])
-
-
-def _convolved(light: Float[Array, "h w"], shape: Float[Array, "p q"]) -> Float[Array, "h+p-1 w+q-1"]:
-    """Light (h, w) with every point of it spread, and with a frame for all that falls beside it."""
-    # Round-off leaves dark pixels a little below zero, of which a tone curve would make anything.
-    return np.maximum(scipy.signal.fftconvolve(light, shape), 0)

@@ -61,7 +61,7 @@ class ShutterMotion:
         for name in ("azimuths", "times"):
             value = getattr(self, name)
             refuse_tracer(name, value)
-            if not _two(value) or not all(math.isfinite(real_number(name, one)) for one in value):
+            if not _two(value) or not all(math.isfinite(real_number(name, number)) for number in value):
                 raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
 
     def about(self, camera: Camera, view: View, time: float) -> "Exposure":

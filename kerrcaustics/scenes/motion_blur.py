@@ -5,10 +5,11 @@ What is spread over the sky is averaged over footprints that are swept along, an
 """
 
 import math
+from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.results.stages import stage
@@ -20,8 +21,8 @@ from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.motion import Exposure
 from kerrcaustics.scenes.points import steps_to
 from kerrcaustics.scenes.seen_sky import SeenSky, seen_sky
-from kerrcaustics.scenes.sky_cells import CROOKED, TOLERANCE, ray_directions, slopes
 from kerrcaustics.scenes.sky_light import Shifts, Sky, sky_light
+from kerrcaustics.scenes.sky_map import CROOKED, TOLERANCE, ray_directions, slopes
 from kerrcaustics.scenes.star_search import StarSearch
 
 Array = np.ndarray
@@ -83,9 +84,8 @@ def _pieces(exposure: Exposure) -> int:
     beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
     first, last = (ray_directions(end, x, y) for end in (exposure.first, exposure.last))
     columns = np.swapaxes(slopes(beams, sky, steps), 1, 2)
-    moved, off = (
-        np.abs(steps_to(columns, way)).max(axis=1) for way in (last - first, (first + last) / 2 - beams.direction)
-    )
+    ways = last - first, (first + last) / 2 - beams.direction
+    moved, off = (np.abs(steps_to(columns, way)).max(axis=1) for way in ways)
     finite = np.isfinite(moved)
     if not finite.any():
         return 1
@@ -108,24 +108,19 @@ def blurred_disk(exposure: Exposure, disk: Disk, shifts: Shifts, delay: bool) ->
     shape = exposure.middle.view.height, exposure.middle.view.width
     count = _moments(exposure, disk)
     light, transmission = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
-    hidden, plane, beams = np.full(shape, disk.opaque), None, np.zeros(0, int)
+    hidden, plane, beams = np.full(shape, disk.opaque), None, []
     for number in range(count):
         now = exposure.at((number + 0.5) / count - 0.5)
         if plane is None or not exposure.still:
             plane = crossings(Lattice(now.camera, now.view, delay), disk.inner, disk.outer, disk.opaque)
-            beams = _added(beams, np.array(plane.beams, int))
+            beams = [sum(counts) for counts in zip_longest(beams, plane.beams, fillvalue=0)]
             if disk.opaque:
                 hidden &= covered(plane.cells, shape, disk.inner, disk.outer)
         looks = Looks(now.camera.spin, *shifts, delay, now.time)
         glow, passing = lit(turned_disk(disk, -now.azimuth), plane.cells, shape, looks)
         light += glow / count
         transmission += passing / count
-    return DiskLight(light, transmission, hidden, tuple(beams.tolist()))
-
-
-def _added(counts: Int[Array, " n"], more: Int[Array, " m"]) -> Int[Array, " most"]:
-    most = max(len(counts), len(more))
-    return np.pad(counts, (0, most - len(counts))) + np.pad(more, (0, most - len(more)))
+    return DiskLight(light, transmission, hidden, tuple(beams))
 
 
 def _moments(exposure: Exposure, disk: Disk) -> int:
@@ -137,9 +132,8 @@ def _moments(exposure: Exposure, disk: Disk) -> int:
     x, y = (np.round((place + 0.5) * FINEST).astype(int) for place in _probes(exposure))
     corners = lattice.trace(np.sort(lattice.key(x, y)), 1)
     y, x = np.divmod(corners.key, lattice.columns)
-    ends = [
-        lattice._replace(camera=one.camera, view=one.view).rays(x, y, 1)[0] for one in (exposure.first, exposure.last)
-    ]
+    moments = exposure.first, exposure.last
+    ends = [lattice._replace(camera=end.camera, view=end.view).rays(x, y, 1)[0] for end in moments]
     on_disk = [(end[:, 0] > 1 / disk.outer) & (end[:, 0] < 1 / disk.inner) for end in (corners.place, *ends)]
     moved = ends[1] - ends[0]
     radius = np.clip(1 / corners.place[:, 0], disk.inner, disk.outer)

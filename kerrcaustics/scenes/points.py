@@ -17,6 +17,7 @@ from scipy.spatial import KDTree
 
 from kerrcaustics.scenes.footprint import bend, major_axis, turned
 from kerrcaustics.scenes.patches import weights_at
+from kerrcaustics.scenes.quadtree import in_chunks
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.view import View
 
@@ -86,11 +87,7 @@ class CellSearch:
     def __init__(self, cells: SkyCells, at_once: int = _CELLS) -> None:
         """cells: those that are searched; at_once: number of cells that are searched together."""
         self.cells = cells
-        self._chunks = [
-            which[start : start + at_once]
-            for which in (np.flatnonzero(cells.size == size) for size in np.unique(cells.size))
-            for start in range(0, len(which), at_once)
-        ]
+        self._chunks = in_chunks(cells.size, lambda _: at_once)
         self._reaches = [_Reach(cells.data[which], cells.rates[which]) for which in self._chunks]
 
     def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> Imaged:

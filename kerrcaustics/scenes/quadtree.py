@@ -1,5 +1,6 @@
 """A quadtree of square cells of a picture; corners have one number each, in sets that grow as cells are split."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -22,6 +23,22 @@ def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, 
         return np.zeros(key.shape, int), np.zeros(key.shape, bool)
     number = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
     return number, keys[number] == key
+
+
+def in_chunks(values: Int[Array, " n"], most: Callable[[int], int]) -> list[Int[Array, " _m"]]:
+    """Numbers of values that are equal, in chunks of at most so many."""
+    chunks = []
+    for value in np.unique(values):
+        rows, step = np.flatnonzero(values == value), max(most(int(value)), 1)
+        chunks += [rows[start : start + step] for start in range(0, len(rows), step)]
+    return chunks
+
+
+def fill(mask: Array, x: Int[Array, " n"], y: Int[Array, " n"], size: Int[Array, " n"], value: float) -> None:
+    """Set the pixels of squares, as far as they lie in a picture."""
+    corners = (np.maximum(corner, 0) for corner in (x, y, x + size, y + size))
+    for left, top, right, below in zip(*corners, strict=True):
+        mask[top:below, left:right] = value
 
 
 class Squares(NamedTuple):

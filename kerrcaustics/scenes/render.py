@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.stages import stage, with_stages
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, PlaneCrossings, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.lighting import Looks, lit
@@ -23,7 +24,7 @@ from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_lig
 from kerrcaustics.scenes.star_search import StarSearch
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import instance_of, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import instance_of, one_of, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 
 Array = np.ndarray
@@ -329,9 +330,7 @@ def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> PlaneCros
 
 
 def _moment(time: float) -> float:
-    if not math.isfinite(real_number("time", time)):
-        raise ValueError(f"Argument `time` must be a finite number, but is {quoted(time)}.")
-    return float(time)
+    return check_number("time", time, "be a finite number")
 
 
 @usual_warnings

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.march import Marched, Marching, marched
 from kerrcaustics.scenes.disk.volume import Volume
@@ -15,7 +16,7 @@ from kerrcaustics.scenes.render import Sky, render
 from kerrcaustics.scenes.sky_light import check_sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import instance_of, quoted, real_number
+from kerrcaustics.spacetime.checks import instance_of
 
 Array = np.ndarray
 
@@ -137,11 +138,8 @@ def render_volume(
 def _checked(camera: Camera, volume: Volume, beaming: bool, colour_shift: bool, step: object) -> Marching:
     instance_of("volume", volume, Volume)
     volume.check(camera.spin)
-    length = real_number("step", step)
-    if not 0 < length <= _LONGEST_STEP:
-        raise ValueError(
-            f"Argument `step` must be a number above 0 and at most {_LONGEST_STEP:g}, but is {quoted(step)}."
-        )
+    must = f"be a number above 0 and at most {_LONGEST_STEP:g}"
+    length = check_number("step", step, must, lambda number: 0 < number <= _LONGEST_STEP)
     return Marching(camera, volume, beaming, colour_shift, length)
 
 
@@ -171,11 +169,9 @@ def _error(way: Marching, view: View, picture: Marched, brightest: float) -> flo
     y, x = np.divmod(which, view.width)
     finer = Marching(way.camera, way.volume, way.beaming, way.colour_shift, way.step / 2)
     light, transmission, _ = _all_marched(finer, view, x[:, None], y[:, None])
-    changes = (
-        np.abs(luminance(light) - luminance(picture.light[which])) / brightest,
-        np.abs(transmission - picture.transmission[which]),
-    )
-    return float(4 / 3 * max(change.max() for change in changes))
+    darker = np.abs(luminance(light) - luminance(picture.light[which])) / brightest
+    clearer = np.abs(transmission - picture.transmission[which])
+    return float(4 / 3 * max(darker.max(), clearer.max()))
 
 
 def _rough(grey: Float[Array, "h w"], transmission: Float[Array, " pixels"]) -> Bool[Array, "h w"]:

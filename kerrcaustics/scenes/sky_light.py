@@ -26,6 +26,7 @@ from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
+Light = Float[Array, "h w 3"]
 
 # Parts of pixels that are lit together: they fit in a core's cache.
 _TOGETHER = 1 << 15
@@ -97,7 +98,8 @@ def sky_light(
     count = np.where(beside, 1, parts_of(cells))
     with ThreadPoolExecutor(cores()) as pool:
         pieces = [piece for n in (2, PARTS) for piece in places(cells, np.flatnonzero(count == n), n)]
-        supersampled = [*left, *(_parts(camera, view, cells, piece, shifts) for piece in pieces)]
+        footprints = [_footprint(camera, view, cells, piece, shifts) for piece in pieces]
+        supersampled = [*left, *(Parts(p.place.T, p.side, f) for p, f in zip(pieces, footprints, strict=True))]
         drift = 0.0 if getattr(sky, "smooth", False) else turn
         for now, which, moment, share in _sweeps(cells, np.flatnonzero(count == 1), drift):
 
@@ -176,10 +178,6 @@ def _footprint(camera: Camera, view: View, cells: SkyCells, part: Pixels, shifts
     return Footprint.of(part.direction, part.steps * side, cells.curving[part.cell] * side**2, ratio)
 
 
-def _parts(camera: Camera, view: View, cells: SkyCells, part: Pixels, shifts: Shifts) -> Parts:
-    return Parts(part.place.T, part.side, _footprint(camera, view, cells, part, shifts))
-
-
 def ratios(camera: Camera, view: View, place: Float[Array, "m 2"], shifts: Shifts) -> Float[Array, " m"]:
     """nu_camera / nu_source (m,) at places of a picture; 1 where light is not shifted."""
     if not any(shifts):
@@ -248,12 +246,7 @@ class _StarDrawing(NamedTuple):
         drawn(light, self.view, place, give)
 
     def _draw(
-        self,
-        light: Float[Array, "h w 3"],
-        images: PictureImages,
-        trace: Float[Array, "m 2"],
-        points: PointLights,
-        share: float,
+        self, light: Light, images: PictureImages, trace: Float[Array, "m 2"], points: PointLights, share: float
     ) -> None:
         if not len(images.star):
             return

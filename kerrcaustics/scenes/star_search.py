@@ -20,14 +20,17 @@ from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import Exposure
 from kerrcaustics.scenes.patches import CORNERS
 from kerrcaustics.scenes.points import CellSearch, Imaged, PointLights, moved, once
-from kerrcaustics.scenes.sky_cells import TOLERANCE, Cut, SkyCells, chart_cells, ray_directions, resolved
+from kerrcaustics.scenes.quadtree import fill
+from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
+from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.stars.newton import find_roots
 
 Array = np.ndarray
+Picture = Float[Array, "h w"]
 
 # Pixels that see more of the sky (radians) leave the search to the charts, and those of cells whose own pixels differ
 # so much in size: at the poles of a projection.
@@ -89,12 +92,7 @@ class StarSearch:
     """The search for images of stars on a picture, prepared once for all stars."""
 
     def __init__(
-        self,
-        camera: Camera,
-        view: View,
-        cells: SkyCells,
-        fraction: Float[Array, "h w"],
-        exposure: Exposure | None = None,
+        self, camera: Camera, view: View, cells: SkyCells, fraction: Picture, exposure: Exposure | None = None
     ) -> None:
         """fraction: visible part of each pixel; exposure: during which the camera moves, if it does."""
         self._camera, self._view, self._exposure = camera, view, exposure
@@ -260,7 +258,7 @@ class _SearchedChart(NamedTuple):
         """
         half = (self.rest.size - 1) / 2
         _, steps = self.plane.directions(self.rest.x + half, self.rest.y + half)
-        parts = _parts(np.linalg.norm(steps, axis=1) * self.rest.size[:, None], pixel)
+        parts = np.maximum(np.ceil(np.linalg.norm(steps, axis=1) * self.rest.size[:, None] / pixel), 1).astype(int)
         cell, at = _subdivisions(parts)
         size = self.rest.size[cell, None] / parts[cell]
         place = np.stack([self.rest.x, self.rest.y], axis=-1)[cell] - 0.5 + (at + 0.5) * size
@@ -288,7 +286,9 @@ class _SearchedChart(NamedTuple):
         matrix = np.linalg.pinv(chart_steps) @ steps
         moving = np.swapaxes(matrix, 1, 2) @ points.steps
         area = view.solid_angle(steps) / magnification
-        images = PictureImages(place, points.star, area, moving, *_unknown(points), sky, magnification)
+        # Pixels are so large before what a chart sees that neither curving nor rate would hold over one.
+        unknown = np.zeros_like(points.curving), np.zeros_like(points.rate)
+        images = PictureImages(place, points.star, area, moving, *unknown, sky, magnification)
         return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
 
 
@@ -297,11 +297,6 @@ def _before(cap: EdgeChart | CapChart, edge: EdgeChart, cells: SkyCells) -> Bool
     corners = [(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5) for i, j in CORNERS]
     rows = [edge.places(cap.directions(*corner)[0])[:, 1] for corner in corners]
     return np.asarray(np.min(rows, axis=0) < _ROWS)
-
-
-def _parts(length: Float[Array, "*batch"], longest: float) -> Int[Array, "*batch"]:
-    """Numbers of parts into which lengths are divided, so that none is longer than a limit."""
-    return np.maximum(np.ceil(length / longest), 1).astype(int)
 
 
 def _subdivisions(parts: Int[Array, "cells 2"]) -> tuple[Int[Array, " n"], Int[Array, "n 2"]]:
@@ -325,11 +320,6 @@ def _extent_in_pixels(plane: EdgeChart | CapChart, cells: SkyCells, pixel: float
     return np.asarray(pixel * extent / np.linalg.norm(steps, axis=-1))
 
 
-def _unknown(images: Imaged) -> tuple[Array, Array]:
-    """No curving and no rate: pixels are so large before what a chart sees that neither would hold over one."""
-    return np.zeros_like(images.curving), np.zeros_like(images.rate)
-
-
 def _round_once(images: Imaged, width: int) -> Imaged:
     """Images on a chart that closes on itself, those at its sides once."""
     x = (images.place[:, 0] + 0.5) % width
@@ -348,15 +338,12 @@ def _even(view: View, cells: SkyCells) -> Bool[Array, " n"]:
     return np.asarray(np.min(sizes, axis=0) > _UNEVEN * np.max(sizes, axis=0))
 
 
-def _uncovered(camera: Camera, view: View, cells: SkyCells, fraction: Float[Array, "h w"]) -> Bool[Array, "h+2 w+2"]:
+def _uncovered(camera: Camera, view: View, cells: SkyCells, fraction: Picture) -> Bool[Array, "h+2 w+2"]:
     """Pixels, and those beside the picture, that cells do not cover and that may see the sky."""
     near = binary_dilation(np.pad(fraction > 0, 1, mode="edge"), np.ones((3, 3)))
     edge = np.round(view.pixels(shadow_edge(camera, _EDGE_POINTS)) + 1)
     edge = edge[np.isfinite(edge).all(axis=1)].astype(int)
     inside = (edge >= 0).all(axis=1) & (edge[:, 0] < near.shape[1]) & (edge[:, 1] < near.shape[0])
     near[edge[inside, 1], edge[inside, 0]] = True
-    left, top = np.maximum(cells.x + 1, 0), np.maximum(cells.y + 1, 0)
-    right, below = cells.x + cells.size + 1, cells.y + cells.size + 1
-    for x, y, x_end, y_end in zip(left, top, right, below, strict=True):
-        near[y:y_end, x:x_end] = False
+    fill(near, cells.x + 1, cells.y + 1, cells.size, False)
     return near

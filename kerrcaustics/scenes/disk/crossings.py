@@ -17,7 +17,7 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.scenes.footprint import pixel_matrix
 from kerrcaustics.scenes.patches import CORNERS, doubt
-from kerrcaustics.scenes.quadtree import Squares, find, merged
+from kerrcaustics.scenes.quadtree import Squares, fill, find, merged
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
@@ -168,11 +168,7 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Pla
 
 
 def _crossing(
-    lattice: Lattice,
-    crossing: int,
-    roots: Squares,
-    rims: tuple[float, float],
-    before: Corners | None,
+    lattice: Lattice, crossing: int, roots: Squares, rims: tuple[float, float], before: Corners | None
 ) -> tuple[PlaneCells, Corners, int]:
     x, y, size = roots
     corners, parts, traced = _NONE, [], 0
@@ -308,8 +304,7 @@ def covered(layers: tuple[PlaneCells, ...], shape: tuple[int, int], inner: float
     mask = np.zeros(shape, bool)
     for cells in layers:
         full = (cells.low[:, 0] >= 1 / outer) & (cells.high[:, 0] <= 1 / inner) & (cells.size >= FINEST)
-        for x, y, size in zip(*(part[full] // FINEST for part in (cells.x, cells.y, cells.size)), strict=True):
-            mask[y : y + size, x : x + size] = True
+        fill(mask, *(part[full] // FINEST for part in (cells.x, cells.y, cells.size)), value=True)
     return mask
 
 

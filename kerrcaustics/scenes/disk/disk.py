@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
+from kerrcaustics.scenes.checks import check_above_horizon, check_brightness, check_number, check_rims
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
-from kerrcaustics.spacetime.checks import one_of, quoted, real_number
+from kerrcaustics.spacetime.checks import one_of, quoted
 
 Array = np.ndarray
 
@@ -69,14 +69,11 @@ class Disk:
         """Raise ValueError unless the disk is valid."""
         check_rims(self.inner, self.outer)
         if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
-            raise ValueError(
-                "Argument `emission` must be a BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps, "
-                f"but is {quoted(self.emission)}."
-            )
-        if not callable(self.opacity) and not 0 <= real_number("opacity", self.opacity) <= 1:
-            raise ValueError(
-                f"Argument `opacity` must be a number from 0 to 1, or a function, but is {quoted(self.opacity)}."
-            )
+            kinds = "BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps"
+            raise ValueError(f"Argument `emission` must be a {kinds}, but is {quoted(self.emission)}.")
+        if not callable(self.opacity):
+            must = "be a number from 0 to 1, or a function"
+            check_number("opacity", self.opacity, must, lambda part: 0 <= part <= 1)
         check_brightness(self.brightness)
         one_of("motion", self.motion, MOTIONS)
 

@@ -18,6 +18,7 @@ from kerrcaustics.scenes.disk.crossings import FINEST, PlaneCells
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.patches import Weights, weights
+from kerrcaustics.scenes.quadtree import in_chunks
 
 Array = np.ndarray
 
@@ -56,17 +57,14 @@ def lit(
     light, transmission = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
     parts = np.zeros(shape[0] * shape[1], np.uint8)
     layers = [_layer(disk, cells, shape, looks, parts) for cells in crossings]
-    chunks = []
-    for count in np.unique(parts[parts > 0]):
-        pixels = np.flatnonzero(parts == count)
-        step = max(_LIT // int(count) ** 2, 1)
-        chunks += [(int(count), pixels[start : start + step]) for start in range(0, len(pixels), step)]
 
-    def store(chunk: tuple[int, Array]) -> None:
-        light[chunk[1]], transmission[chunk[1]] = _chunk_lit(disk, layers, shape[1], looks, *chunk)
+    def store(pixels: Array) -> None:
+        count = int(parts[pixels[0]])
+        light[pixels], transmission[pixels] = _chunk_lit(disk, layers, shape[1], looks, count, pixels)
 
     with ThreadPoolExecutor(cores()) as pool:
-        list(pool.map(store, chunks))
+        divided = np.flatnonzero(parts)
+        list(pool.map(store, (divided[rows] for rows in in_chunks(parts[divided], lambda count: _LIT // count**2))))
     return light.reshape(*shape, 3), transmission.reshape(shape)
 
 

@@ -209,16 +209,9 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: 
         sigma = radius[shines] ** 2 + (spin * np.cos(theta[shines])) ** 2
         passing = np.exp(-density[shines] * energy * sigma * piece.half[shines])
         ratio = piece.at_infinity[shines] / energy
-        glow = _glow(way, ratio, hot)
+        glow = seen_black_body(hot, ratio, way.beaming, way.colour_shift, way.volume.response)
         light[which] += (transmission[which] * (1 - passing))[:, None] * glow
         transmission[which] *= passing
-
-
-def _glow(way: Marching, ratio: Float[Array, " n"], temperature: Float[Array, " n"]) -> Float[Array, "n 3"]:
-    """Light (n, 3) of black bodies that move, seen with nu_camera / nu_matter (n,)."""
-    shifts = way.beaming, way.colour_shift
-    light = seen_black_body(np.maximum(temperature, 1.0), ratio, *shifts, way.volume.response)
-    return (temperature > 0)[:, None] * light
 
 
 def _width(way: Marching, rays: _Underway) -> Float[Array, " n"]:

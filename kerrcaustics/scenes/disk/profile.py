@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.disk import MOTIONS
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.ring_images import isoradials
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 
 Array = np.ndarray
 Emissivity = float | Callable[[Array], ArrayLike]
@@ -124,13 +125,9 @@ def check_request(camera: Camera, inner: float, outer: float, motion: str) -> No
         raise ValueError("Argument `camera` must lie off the equatorial plane, but is in it.")
     one_of("motion", motion, MOTIONS)
     horizon = kerr.horizon(camera.spin)
-    if not horizon < real_number("inner", inner) < math.inf:
-        raise ValueError(
-            f"Argument `inner` must be finite and larger than the horizon radius {horizon:.12g}, "
-            f"but is {quoted(inner)}."
-        )
-    if not inner < real_number("outer", outer) < math.inf:
-        raise ValueError(f"Argument `outer` must be larger than `inner` ({inner:g}), but is {quoted(outer)}.")
+    must = f"be finite and larger than the horizon radius {horizon:.12g}"
+    check_number("inner", inner, must, lambda radius: horizon < radius < math.inf)
+    check_number("outer", outer, f"be larger than `inner` ({inner:g})", lambda radius: inner < radius < math.inf)
     if not EMITTERS[motion](camera.spin, np.array(float(inner)), 0.0).slowness > 0:
         raise ValueError(f"Argument `inner` must be a radius where `motion` {motion!r} is possible, but is {inner:g}.")
 
@@ -171,9 +168,7 @@ def _edges(bins: int | Array, redshift: Array) -> Float[Array, " edges"]:
 def _law(emissivity: Any) -> Callable[[Array], Array]:
     """The emissivity as a function of the radius."""
     if not callable(emissivity):
-        power = real_number("emissivity", emissivity)
-        if not math.isfinite(power):
-            raise ValueError(f"Argument `emissivity` must be a number or a function, but is {quoted(emissivity)}.")
+        power = check_number("emissivity", emissivity, "be a number or a function")
         return lambda radius: radius**-power
 
     def values(radius: Array) -> Array:

@@ -1,7 +1,6 @@
 """A disk's pattern turned about the spin axis, as a camera at another azimuth sees it."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,12 +41,7 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
     angle = math.remainder(angle, 2 * math.pi)
     if angle == 0:
         return disk
-    opacity = _turned_back(disk.opacity, angle) if callable(disk.opacity) else disk.opacity
+    opacity: Any = disk.opacity
+    if callable(disk.opacity):
+        opacity = lambda radius, azimuth: disk.opacity(radius, azimuth - angle)  # noqa: E731
     return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
-
-
-def _turned_back(opacity: Callable[..., Any], angle: float) -> Callable[[Array, Array], Array]:
-    def turned(radius: Array, azimuth: Array) -> Array:
-        return opacity(radius, azimuth - angle)
-
-    return turned

@@ -9,9 +9,17 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.scenes.checks import (
+    check_above_horizon,
+    check_brightness,
+    check_light,
+    check_number,
+    check_rims,
+    not_negative,
+    positive,
+)
 from kerrcaustics.scenes.colour import check_response
-from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
-from kerrcaustics.spacetime.checks import numbers, quoted, real_number
+from kerrcaustics.spacetime.checks import numbers, quoted
 
 Array = np.ndarray
 Law = Callable[[Array, Array, Array], Any]
@@ -54,12 +62,9 @@ class VolumeGrid:
         """Make the pyramid."""
         grid = numbers("values", values)
         if grid.ndim != 3 or 0 in grid.shape or max(grid.shape) > _MOST_CELLS:
-            raise ValueError(
-                f"Argument `values` must have shape (radii, thetas, azimuths), each 1 to {_MOST_CELLS}, "
-                f"but has {grid.shape}."
-            )
-        if not (np.isfinite(grid).all() and grid.min() >= 0):
-            raise ValueError("Argument `values` must hold finite numbers that are not negative.")
+            shape = f"(radii, thetas, azimuths), each 1 to {_MOST_CELLS}"
+            raise ValueError(f"Argument `values` must have shape {shape}, but has {grid.shape}.")
+        check_light("values", grid)
         check_rims(inner, outer)
         self.inner, self.outer, self.shape = float(inner), float(outer), grid.shape
         self._levels = [grid]
@@ -81,11 +86,8 @@ class VolumeGrid:
         self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike = 0.0
     ) -> Float[Array, " n"]:
         """Values (n,) about places, averaged over the width (n,) of a beam, in units of the mass."""
-        place = (
-            np.log(radius / self.inner) / math.log(self.outer / self.inner),
-            theta / math.pi,
-            azimuth / (2 * math.pi) % 1.0,
-        )
+        outward = np.log(radius / self.inner) / math.log(self.outer / self.inner)
+        place = outward, theta / math.pi, azimuth / (2 * math.pi) % 1.0
         size = np.broadcast_to(np.asarray(width) / (self.cell * radius), radius.shape)
         level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(self._levels) - 1)
         lower = level.astype(int)
@@ -191,17 +193,12 @@ class Volume:
         check_rims(self.inner, self.outer)
         for name in ("density", "temperature"):
             value = getattr(self, name)
-            if not (isinstance(value, VolumeGrid) or callable(value) or 0 <= real_number(name, value) < math.inf):
-                raise ValueError(
-                    f"Argument `{name}` must be a finite number from 0 on, a function, or a VolumeGrid, "
-                    f"but is {quoted(value)}."
-                )
+            if not (isinstance(value, VolumeGrid) or callable(value)):
+                check_number(name, value, "be a finite number from 0 on, a function, or a VolumeGrid", not_negative)
         self._check_scale()
         if not (callable(self.motion) or (isinstance(self.motion, str) and self.motion in VOLUME_MOTIONS)):
-            raise ValueError(
-                f"Argument `motion` must be one of {', '.join(VOLUME_MOTIONS)}, or a function, "
-                f"but is {quoted(self.motion)}."
-            )
+            names = ", ".join(VOLUME_MOTIONS)
+            raise ValueError(f"Argument `motion` must be one of {names}, or a function, but is {quoted(self.motion)}.")
         check_brightness(self.brightness)
         check_response(self.response)
 
@@ -209,8 +206,8 @@ class Volume:
         if self.scale is None:
             if any(callable(law) for law in (self.density, self.temperature)):
                 raise ValueError("Argument `scale` must be given where density or temperature is a function.")
-        elif not 0 < real_number("scale", self.scale) < math.inf:
-            raise ValueError(f"Argument `scale` must be a positive, finite length, but is {quoted(self.scale)}.")
+        else:
+            check_number("scale", self.scale, "be a positive, finite length", positive)
 
     def check(self, spin: float) -> None:
         """Raise ValueError for a volume that reaches the horizon of a hole."""
@@ -232,10 +229,8 @@ class Volume:
         self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Density and temperature (n,) at places, averaged over the width of a beam where they are grids."""
-        return (
-            _values(self.density, "density", radius, theta, azimuth, width),
-            _values(self.temperature, "temperature", radius, theta, azimuth, width),
-        )
+        place = radius, theta, azimuth, width
+        return _values(self.density, "density", *place), _values(self.temperature, "temperature", *place)
 
     def energy(
         self, spin: float, b: Float[Array, " n"], radius: Float[Array, " n"], theta: Float[Array, " n"]
