@@ -4,7 +4,8 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from types import UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
@@ -58,15 +59,15 @@ def is_too_deep(table: dict[str, Any]) -> bool:
     return bool(level)
 
 
-def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path, words: dict[str, tuple[str, ...]]) -> Kind:
-    """Plain data as a struct.
+def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path) -> Kind:
+    """Plain data as a struct; raises a ValueError of one line that names the entry and what it must be.
 
-    words: those that an entry may hold, by its path without numbers of lists, or by the last part of it.
+    Words are declared as `Literal`, ranges of numbers as `msgspec.Meta`, whose description is their unit.
     """
     try:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
-        raise ValueError(f"Scene {path}: {_plainly(str(error), words)}.") from None
+        raise ValueError(f"Scene {path}: {_plainly(str(error), table, kind)}.") from None
 
 
 def not_finite(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
@@ -81,15 +82,52 @@ def not_finite(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
         yield place, value
 
 
-def _plainly(message: str, words: dict[str, tuple[str, ...]]) -> str:
-    """The message of msgspec with the path first: "spin.count: expected `int`, got `str`"."""
+def _plainly(message: str, table: dict[str, Any], kind: type) -> str:
+    """A message of msgspec with the path first: "spin.count: expected `int`, got `str`"."""
     what, _, path = message.partition(" - at `$")
     what = what[:1].lower() + what[1:]
     for theirs, ours in _OURS:
         what = what.replace(theirs, ours)
     place = path.rstrip("`").lstrip(".")
     if what.startswith("invalid"):
-        plain = re.sub(r"\[[^]]*\]", "", place)
-        allowed = words.get(plain) or words.get(plain.rpartition(".")[2])
-        what += f", expected {' or '.join(allowed)}" if allowed else ""
+        types, value = _declared(kind, table, place)
+        words = [word for part in types if get_origin(part) is Literal for word in get_args(part)]
+        if any(get_origin(part) is tuple for part in types):
+            return f"{place} must be {', '.join(words)} or three numbers, but is {value!r}"
+        what += f", expected {' or '.join(words)}"
+    if re.match(r"expected `\w+` [<>]", what):
+        types, value = _declared(kind, table, place)
+        return f"{place} must {_range(next(part for part in types if get_origin(part) is Annotated))}, but is {value}"
     return f"{place}: {what}" if place else what
+
+
+def _declared(kind: Any, value: Any, place: str) -> tuple[list[Any], Any]:
+    """Types that are declared for an entry, and its value; for the tag of a table all tags."""
+    types = _alternatives(kind)
+    for key in re.findall(r"[^.\[\]]+", place):
+        if isinstance(value, list):
+            types, value = [get_args(part)[0] for part in types if get_args(part)], value[int(key)]
+        else:
+            tables = {part: part.__struct_config__ for part in types if hasattr(part, "__struct_config__")}
+            tags = tuple(config.tag for config in tables.values() if config.tag_field == key)
+            chosen = [part for part, config in tables.items() if config.tag in (None, value.get(config.tag_field))]
+            fields = [field for part in chosen for field in msgspec.structs.fields(part)]
+            types = [Literal[tags]] if tags else [field.type for field in fields if field.encode_name == key]
+            value = value.get(key)
+        types = [part for declared in types for part in _alternatives(declared)]
+    return types, value
+
+
+def _alternatives(kind: Any) -> list[Any]:
+    """The types of a union, or a single type."""
+    return list(get_args(kind)) if get_origin(kind) in (Union, UnionType) else [kind]
+
+
+def _range(kind: Any) -> str:
+    """The range of a number, as declared."""
+    base, meta = get_args(kind)
+    if base is int:
+        return f"be a whole number from {meta.ge}{'' if meta.le is None else f' to {meta.le}'}"
+    low = f"[{meta.ge:g}" if meta.gt is None else f"({meta.gt:g}"
+    high = f"{meta.le:g}]" if meta.lt is None else f"{meta.lt:g})"
+    return f"lie in {low}, {high} {meta.description or ''}".rstrip()

@@ -31,8 +31,8 @@ from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailur
 Progress = Callable[[str, float], None]
 
 # Frames that failed, besides the first, that are named in a line.
-_TOLD = 10
-_STAGES = "seconds of frames and encoding, by these names; one process that draws tells the stages of its pictures, too"
+_MOST_NAMED = 10
+_STAGES = "seconds of frames and encoding, by these names; those of its pictures too if one process draws"
 _DIED = "the process that drew it died each time (too little memory?)"
 
 
@@ -43,11 +43,11 @@ class Film:
     Attributes
     ----------
     name : str
-        What it shows, in a word.
+        Its subject, in a word.
     settings : dict
-        All that its frames depend on (numbers and strings): a film is continued only from frames of equal settings.
+        All that its frames depend on (numbers and strings): a film resumes only from frames of equal settings.
     frames : int
-        How many.
+        Number of frames.
     rate : int
         Frames per second.
     draw : callable
@@ -64,13 +64,13 @@ class Film:
 
 @result("film/1", record="frames drawn reused failed failures seconds stages output")
 class FilmResult:
-    """What making a film did."""
+    """Counts, failures and times of the making of a film."""
 
     output: Path | None = quantity("", "", "the film; None where frames failed, and there is none yet")
-    folder: Path = quantity("", "", "where its frames are kept until it is complete")
-    frames: int = quantity("", "1", "frames that were wanted")
-    drawn: int = quantity("", "1", "how many of them were drawn now")
-    reused: int = quantity("", "1", "how many were there at the start")
+    folder: Path = quantity("", "", "its frames, until it is complete")
+    frames: int = quantity("", "1", "frames of the film, or of the clip")
+    drawn: int = quantity("", "1", "frames drawn now")
+    reused: int = quantity("", "1", "frames that were there at the start")
     failures: tuple[str, ...] = quantity("", "", "a line for each frame that failed, with its number and why")
     seconds: float = quantity("", "s", "time it took")
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
@@ -78,16 +78,16 @@ class FilmResult:
     @property
     @derived("", "1")
     def failed(self) -> int:
-        """How many frames failed."""
+        """Number of frames that failed."""
         return len(self.failures)
 
     @property
     def complaint(self) -> str:
-        """What failed and how to go on, in one line."""
+        """A line with the frames that failed, and how to resume."""
         others = [failure.split(":")[0] for failure in self.failures[1:]]
-        more = f" So did {', '.join(others[:_TOLD])}{', ...' if others[_TOLD:] else ''}." if others else ""
-        kept = f"The other {self.drawn + self.reused} are kept in {self.folder}; start again to go on."
-        return f"{self.failed} of {self.frames} frames failed: {self.failures[0]}.{more} {kept}"
+        more = f" So did {', '.join(others[:_MOST_NAMED])}{', ...' if others[_MOST_NAMED:] else ''}." if others else ""
+        rest = f"The other {self.drawn + self.reused} are kept in {self.folder}; start again to go on."
+        return f"{self.failed} of {self.frames} frames failed: {self.failures[0]}.{more} {rest}"
 
 
 class FramesFailed(RuntimeError):
@@ -106,10 +106,10 @@ def write_film(
     FramesFailed
         Frames could not be drawn; the others were, and are kept.
     """
-    made = make_film(path, film, progress, restart=restart)
-    if made.output is None:
-        raise FramesFailed(made.complaint)
-    return made.output
+    film_result = make_film(path, film, progress, restart=restart)
+    if film_result.output is None:
+        raise FramesFailed(film_result.complaint)
+    return film_result.output
 
 
 @with_stages
@@ -125,7 +125,7 @@ def make_film(
 ) -> FilmResult:
     """Draw the frames that are not there yet, and write the film where all could be drawn.
 
-    Interrupted at any moment, it is started again and goes on; the film ends up the same to the byte, whoever draws
+    An interrupted film resumes when it is started again; it ends up the same to the byte, whichever processes draw
     its frames. Errors of the disk end it, and leave the frames that are there.
 
     Parameters
@@ -134,7 +134,7 @@ def make_film(
         Ends in .mp4 (H.264, yuv420p: plays everywhere) or .gif (256 colours a frame, plays for ever).
     film : Film
     progress : callable
-        Called with what is being done, and which part of all frames is done.
+        Called with a line on the work at hand, and the part of all frames that is done.
     frames : range
         A clip: these frames alone.
     workers : int
@@ -147,7 +147,7 @@ def make_film(
     Returns
     -------
     FilmResult
-        Among others a line for each frame that failed. It costs no other, and is tried again by the next call.
+        With a line for each frame that failed. A failure costs no other frame; the next call tries it again.
 
     Raises
     ------
@@ -157,57 +157,57 @@ def make_film(
     Notes
     -----
     Frames wait in a hidden folder beside the film, which goes when the whole film is complete. It may be a link to
-    another folder; then both stay, without the frames. Those of a film with other settings are refused, with a
-    ValueError that says what differs.
+    another folder; then both stay, without the frames. Frames of a film with other settings raise a ValueError that
+    names the differences.
     """
     path, began = Path(path), time.perf_counter()
     check_place(workers, scheduler)
     check_film_path(path)
-    wanted = range(film.frames) if frames is None else frames
-    if not wanted or min(wanted) < 0 or max(wanted) >= film.frames:
-        clip = f"{wanted.start}:{wanted.stop}"
+    numbers = range(film.frames) if frames is None else frames
+    if not numbers or min(numbers) < 0 or max(numbers) >= film.frames:
+        clip = f"{numbers.start}:{numbers.stop}"
         raise ValueError(f"Argument `frames` must lie within 0:{film.frames}, which are all, but is {clip}.")
     check_answer(scheduler)
     folder = frames_folder(path)
     with store_lock(folder):
         store = open_frames(folder, film_record(film.name, film.frames, film.settings), restart)
         remove_abandoned(path.resolve().parent, path.resolve().name)
-        missing = [number for number in wanted if not store.has(number)]
+        missing = [number for number in numbers if not store.has(number)]
         store.make_room(missing)
         draw = draw_frame if scheduler is None else draw_frame_again
         job = partial(draw, str(folder.absolute()), store.mark, film.draw)
         with stage("frames"):
-            _draw(store, job, missing, len(wanted), place(workers, scheduler, _one_by_one), progress)
+            _draw(store, job, missing, len(numbers), place(workers, scheduler, _one_by_one), progress)
         reasons = {number: store.failure(number) for number in missing}
         failures = tuple(f"frame {number}: {reason}" for number, reason in reasons.items() if reason)
         if not failures:
             progress("writing the film", 1.0)
             with stage("encoding"):
-                write_pictures(path, map(store.read, wanted), film.rate)
-            if len(wanted) == film.frames:
+                write_pictures(path, map(store.read, numbers), film.rate)
+            if len(numbers) == film.frames:
                 discard(folder)
-    reused, drawn = len(wanted) - len(missing), len(missing) - len(failures)
+    reused, drawn = len(numbers) - len(missing), len(missing) - len(failures)
     output = None if failures else path
-    return FilmResult(output, folder, len(wanted), drawn, reused, failures, time.perf_counter() - began)
+    return FilmResult(output, folder, len(numbers), drawn, reused, failures, time.perf_counter() - began)
 
 
 def _draw(store: FrameStore, job: Compute, missing: list[int], total: int, run: Run, progress: Progress) -> None:
-    """Draw what is missing of so many frames, or keep why it cannot be drawn."""
+    """Draw the missing frames of so many; store the reason for each that cannot be drawn."""
     done = total - len(missing)
 
-    def tell(more: str = "") -> None:
+    def report(more: str = "") -> None:
         progress(f"{done} of {total} frames{more}", done / total)
 
-    tell()
+    report()
     if not missing:
         return
-    worker_failures = WorkerFailures(lambda what: tell(f", {what}"), "film")
+    worker_failures = WorkerFailures(lambda what: report(f", {what}"), "film")
     with closing(run(job, missing, worker_failures)) as finished:
-        for number, known in finished:
-            if not known:
+        for number, drawn in finished:
+            if not drawn:
                 store.fail(number, _DIED)
             done += 1
-            tell()
+            report()
 
 
 def _one_by_one(compute: Compute, numbers: list[int], _worker_failures: WorkerFailures) -> Finished:
@@ -217,5 +217,5 @@ def _one_by_one(compute: Compute, numbers: list[int], _worker_failures: WorkerFa
 
 
 def frames_folder(path: Path) -> Path:
-    """Where the frames of an unfinished film are kept."""
+    """Return the folder of the frames of an unfinished film."""
     return path.with_name(f".{path.name}.frames")

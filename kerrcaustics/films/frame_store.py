@@ -1,4 +1,4 @@
-"""The frames of a film that is not complete: a folder with a PNG file for each, and one that says what they are of.
+"""The frames of a film that is not complete: a folder with a PNG file for each, and a record of their film.
 
 A frame takes its name only when it is on the disk, and says of which film it is, which of its frames, and the hash of
 its pixels: what is cut off, altered, lost or of another film is drawn anew. A frame depends on its number alone, so
@@ -29,13 +29,13 @@ from kerrcaustics.files import content, locked, make_room, writing
 Array = np.ndarray
 Draw = Callable[[int], UInt8[Array, "height width 3"]]
 
-_SAYS = "film.json"
-_OF = "kerrcaustics"
+_RECORD = "film.json"
+_TEXT_KEY = "kerrcaustics"
 # The names in a store: frames, why they failed, and what was being written when a process was killed.
 _FRAME, _NOTE = re.compile(r"\d{6,}\.png"), re.compile(r"\d{6,}\.failed")
-_HALF = re.compile(rf"\.({_FRAME.pattern}|{_NOTE.pattern}|{re.escape(_SAYS)})\..+\.part")
-# Differences that are told, and how much of each value.
-_TOLD, _LONGEST = 3, 40
+_HALF = re.compile(rf"\.({_FRAME.pattern}|{_NOTE.pattern}|{re.escape(_RECORD)})\..+\.part")
+# Differences that are named, and characters of each value.
+_MOST_NAMED, _LONGEST = 3, 40
 # What drew the last frame for `draw_frame_again`, by the mark of its film.
 _LAST: dict[str, Draw] = {}
 
@@ -52,7 +52,7 @@ class FrameStore:
         return self.folder / f"{number:06d}.png"
 
     def has(self, number: int) -> bool:
-        """True where a frame is there, whole, and of this film."""
+        """True if a frame is there, whole, and of this film."""
         return self._picture(number) is not None
 
     def read(self, number: int) -> UInt8[Array, "height width 3"]:
@@ -64,7 +64,7 @@ class FrameStore:
 
     def write(self, number: int, picture: Array) -> None:
         """Keep the picture of a frame."""
-        write_frame(self.path(number), picture, {_OF: f"{self._name(number)} {_pixel_hash(picture)}"})
+        write_frame(self.path(number), picture, {_TEXT_KEY: f"{self._name(number)} {_pixel_hash(picture)}"})
 
     def make_room(self, numbers: list[int]) -> None:
         """Remove what is in the places of frames and is no file; raise OSError for a folder with something in it."""
@@ -72,13 +72,13 @@ class FrameStore:
             make_room(self.path(number))
 
     def fail(self, number: int, reason: str) -> None:
-        """Keep why a frame could not be drawn."""
+        """Store the reason why a frame could not be drawn."""
         make_room(self._note(number))
         with writing(self._note(number)) as file:
             file.write(reason.encode(errors="replace"))
 
     def failure(self, number: int) -> str | None:
-        """Why a frame could not be drawn; None where it could."""
+        """The reason why a frame could not be drawn; None if it could."""
         note = content(self._note(number))
         if note is not None:
             return note.decode(errors="replace")
@@ -89,7 +89,7 @@ class FrameStore:
         try:
             file = content(self.path(number)) or b""
             with Image.open(BytesIO(file), formats=["PNG"]) as image:
-                name, _, pixels = image.info[_OF].rpartition(" ")
+                name, _, pixels = image.info[_TEXT_KEY].rpartition(" ")
                 # Of every part of the file.
                 image.verify()
             if name != self._name(number):
@@ -130,19 +130,19 @@ def store_lock(folder: Path) -> AbstractContextManager[None]:
 
 
 def open_frames(folder: Path, record: dict[str, Any], restart: bool) -> FrameStore:
-    """The store in a folder that is locked: gone on with where it is of this film, and refused where of another.
+    """Open the store in a locked folder; raise ValueError if its frames are of another film.
 
     restart: frames that are there are thrown away.
     """
-    store, says = FrameStore(folder, film_mark(record)), folder / _SAYS
+    store, record_file = FrameStore(folder, film_mark(record)), folder / _RECORD
     if restart:
         _check_ours(folder)
     _remove(folder, _HALF, _NOTE, *[_FRAME] * restart)
     frames = frames_in(folder)
     if frames:
         _check_same(store, record, frames)
-    make_room(says)
-    with writing(says, lasting=True) as file:
+    make_room(record_file)
+    with writing(record_file, lasting=True) as file:
         file.write(_text(record).encode())
     return store
 
@@ -155,13 +155,13 @@ def frames_in(folder: Path) -> list[int]:
 def discard(folder: Path) -> None:
     """Remove a store. A folder that is a link stays, and so does one with other files in it."""
     with suppress(OSError):
-        _remove(folder, _HALF, _NOTE, _FRAME, re.compile(re.escape(_SAYS)))
+        _remove(folder, _HALF, _NOTE, _FRAME, re.compile(re.escape(_RECORD)))
         if not folder.is_symlink():
             folder.rmdir()
 
 
 def _named(folder: Path, *names: re.Pattern[str]) -> list[Path]:
-    """What is in a folder under names of a store."""
+    """Return the entries of a folder that have names of a store."""
     inside = folder.iterdir() if folder.is_dir() else ()
     return [file for file in inside if any(name.fullmatch(file.name) for name in names)]
 
@@ -177,7 +177,7 @@ def _remove(folder: Path, *names: re.Pattern[str]) -> None:
 
 
 def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
-    """Draw a frame and keep it, or why it could not be drawn: what a worker does."""
+    """Draw a frame and store it, or the reason why it could not be drawn: the job of a worker."""
     store = FrameStore(Path(folder), mark)
     try:
         picture = draw(number)
@@ -191,21 +191,21 @@ def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
 
 
 def draw_frame_again(folder: str, mark: str, draw: Draw, number: int) -> None:
-    """The same, where `draw` arrives anew with each frame: what it has found out for one film is kept for the next."""
-    kept = _LAST.get(mark)
-    if kept is None:
+    """As `draw_frame` where `draw` arrives anew with each frame: the first, with its caches, draws all of a film."""
+    first_draw = _LAST.get(mark)
+    if first_draw is None:
         _LAST.clear()
-        _LAST[mark] = kept = draw
-    draw_frame(folder, mark, kept, number)
+        _LAST[mark] = first_draw = draw
+    draw_frame(folder, mark, first_draw, number)
 
 
-def write_frame(path: Path, picture: Array, says: dict[str, str] | None = None) -> None:
-    """Write one frame (height, width, 3) of a film, bytes, both lengths even, as a PNG file; says: texts within it."""
-    picture, texts = _checked(picture), PngInfo()
-    for key, text in (says or {}).items():
-        texts.add_text(key, text)
+def write_frame(path: Path, picture: Array, texts: dict[str, str] | None = None) -> None:
+    """Write one frame (height, width, 3) of a film, bytes, both lengths even, as a PNG file with texts."""
+    picture, info = _checked(picture), PngInfo()
+    for key, text in (texts or {}).items():
+        info.add_text(key, text)
     with writing(path, lasting=True) as file:
-        Image.fromarray(picture).save(file, format="PNG", compress_level=1, pnginfo=texts)
+        Image.fromarray(picture).save(file, format="PNG", compress_level=1, pnginfo=info)
 
 
 def _checked(picture: Array) -> UInt8[Array, "height width 3"]:
@@ -230,9 +230,9 @@ def _text(record: dict[str, Any]) -> str:
 
 def _check_ours(folder: Path) -> None:
     """Raise ValueError if numbered pictures would be thrown away in a folder that does not name a film."""
-    if frames_in(folder) and content(folder / _SAYS) is None:
+    if frames_in(folder) and content(folder / _RECORD) is None:
         raise ValueError(
-            f"The pictures in {folder} may be no frames of a film, as there is no {_SAYS}, and are not thrown away. "
+            f"The pictures in {folder} may be no frames of a film, as there is no {_RECORD}, and are not thrown away. "
             "Remove them, or name another output."
         )
 
@@ -240,23 +240,23 @@ def _check_ours(folder: Path) -> None:
 def _check_same(store: FrameStore, record: dict[str, Any], frames: list[int]) -> None:
     """Raise ValueError for frames of another film, by the folder's record and by each frame."""
     try:
-        there = json.loads(content(store.folder / _SAYS) or b"")
-        told = _differences(dict(_leaves(record)), dict(_leaves(there)))
+        other = json.loads(content(store.folder / _RECORD) or b"")
+        reason = _differences(dict(_leaves(record)), dict(_leaves(other)))
     except (ValueError, RecursionError):
-        told = f"its {_SAYS} cannot be read"
-    if told and not any(map(store.has, frames)):
+        reason = f"its {_RECORD} cannot be read"
+    if reason and not any(map(store.has, frames)):
         raise ValueError(
-            f"The frames in {store.folder} are of another film ({told}). Restart (--restart) to throw them away, or "
+            f"The frames in {store.folder} are of another film ({reason}). Restart (--restart) to throw them away, or "
             "name another output to keep them."
         )
 
 
 def _differences(here: dict[str, Any], there: dict[str, Any]) -> str:
-    """What differs, in words; nothing where all is the same."""
+    """Describe the differences of two records; empty if they are equal."""
     keys = [key for key in {**here, **there} if here.get(key, "nothing") != there.get(key, "nothing")]
-    told = [f"{key}: {_short(here.get(key))} here, {_short(there.get(key))} there" for key in keys[:_TOLD]]
-    more = [f"{len(keys) - _TOLD} more"] if len(keys) > _TOLD else []
-    return "; ".join(told + more)
+    parts = [f"{key}: {_short(here.get(key))} here, {_short(there.get(key))} there" for key in keys[:_MOST_NAMED]]
+    more = [f"{len(keys) - _MOST_NAMED} more"] if len(keys) > _MOST_NAMED else []
+    return "; ".join(parts + more)
 
 
 def _short(value: Any) -> str:

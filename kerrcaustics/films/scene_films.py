@@ -1,4 +1,4 @@
-"""Films of scene files: what a scene must be able to do, and its frames."""
+"""Films of scene files: the protocol of a filmed scene, and its frames."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -27,7 +27,7 @@ class FilmedScene(Protocol):
 
     @property
     def frames(self) -> int:
-        """How many frames."""
+        """Number of frames."""
         ...
 
     @property

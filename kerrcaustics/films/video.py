@@ -17,9 +17,9 @@ Array = np.ndarray
 Pictures = Iterator[UInt8[Array, "height width 3"]]
 
 ENDINGS = (".mp4", ".gif")
-# Constant quality of H.264: 18 can hardly be told from the frames themselves. What x264 writes depends on the number of
-# its threads, by default that of the machine's cores; and with its macroblock tree (core 165), where the width is no
-# multiple of 128 pixels, on what lay in memory before.
+# Constant quality of H.264: 18 is hardly distinguishable from the frames themselves. The output of x264 depends on the
+# number of its threads, by default that of the machine's cores; with its macroblock tree (core 165) and a width that is
+# no multiple of 128 pixels, on what lay in memory before.
 _OPTIONS = {"crf": "18", "preset": "medium", "threads": "1", "x264-params": "mbtree=0"}
 _COLOURS = 256
 

@@ -1,1 +1,1 @@
-"""Scene files: hole, camera on its way, view, sky, disk and light, said in TOML and made pictures of."""
+"""Scene files: hole, camera on its way, view, sky, disk and light, written in TOML, and their pictures."""

@@ -5,30 +5,15 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import asdict
 
-from kerrcaustics.scene_files.contents import (
-    BlackBodyTable,
-    CheckerboardTable,
-    DiskTable,
-    EmissionTable,
-    FlareTable,
-    NoSky,
-    PageThorneTable,
-    PanoramaTable,
-    PowerLawTable,
-    SkyTable,
-    SpotsTable,
-    StarsTable,
-    SwatchesTable,
-    TextureTable,
-    WispsTable,
-)
-from kerrcaustics.scene_files.validation import about, refuse
+from kerrcaustics.scene_files import contents as tables
+from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
+from kerrcaustics.scenes.checks import check_above_horizon, check_rims
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
-from kerrcaustics.scenes.disk.rims import check_above_horizon, check_rims
 from kerrcaustics.scenes.disk.samples import Emission
 from kerrcaustics.scenes.disk.spots import Spots
 from kerrcaustics.scenes.disk.wisps import Wisps
@@ -38,30 +23,30 @@ from kerrcaustics.scenes.render import Sky
 from kerrcaustics.scenes.star_field import StarField
 
 Array = np.ndarray
+Files = tuple[tuple[str, str], ...]
 
-_MOST_SPOTS = 1_000_000
+_THERMAL = {tables.BlackBodyTable: BlackBody, tables.PowerLawTable: PowerLaw, tables.PageThorneTable: PageThorne}
 
 
 @lru_cache(maxsize=4)
-def sky_of(table: SkyTable, folder: Path, files: tuple[tuple[str, str], ...], response: str = "cie") -> Sky | None:
+def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: str = "cie") -> Sky | None:
     """The sky, None for a black one.
 
     files: names and hashes, so that a file that changed is read anew; response: to light, as for `black_body`.
     """
     with about("sky"):
         match table:
-            case NoSky():
+            case tables.NoSky():
                 return None
-            case StarsTable():
+            case tables.StarsTable():
                 return _stars(table, folder, response)
-            case CheckerboardTable():
-                look = table.colours, table.gap_colour, table.along
-                return Checkerboard(table.rows, table.columns, table.gap, *look)
-            case PanoramaTable():
+            case tables.CheckerboardTable():
+                return Checkerboard(**asdict(table))
+            case tables.PanoramaTable():
                 return Panorama.read(folder / table.file)
 
 
-def _stars(table: StarsTable, folder: Path, response: str) -> StarField:
+def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
     angles = table.galaxy_tilt_deg, table.galaxy_node_deg, table.galaxy_centre_deg
     turn = tilted_galaxy(*(math.radians(angle) for angle in angles))
     catalogue = hipparcos()
@@ -72,10 +57,8 @@ def _stars(table: StarsTable, folder: Path, response: str) -> StarField:
 
 
 @lru_cache(maxsize=4)
-def disk_of(
-    table: DiskTable, spin: float, folder: Path, files: tuple[tuple[str, str], ...], response: str = "cie"
-) -> Disk:
-    """The disk; everything that can be wrong with its numbers is refused. files, response: as for `sky_of`."""
+def disk_of(table: tables.DiskTable, spin: float, folder: Path, files: Files, response: str = "cie") -> Disk:
+    """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
     with about("disk"):
         check_rims(table.inner, table.outer)
         check_above_horizon(table.inner, spin)
@@ -89,33 +72,25 @@ def disk_of(
         return Disk(table.inner, table.outer, emission, opacity, table.motion, slant is not False, table.brightness)
 
 
-def _emission(table: EmissionTable, disk: DiskTable, folder: Path, response: str) -> Emission:
+def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path, response: str) -> Emission:
     match table:
-        case BlackBodyTable():
-            return BlackBody(table.peak, response)
-        case PowerLawTable():
-            return PowerLaw(table.peak, table.exponent, table.at, response=response)
-        case PageThorneTable():
-            return PageThorne(table.peak, response=response)
-        case SwatchesTable():
-            return Swatches(table.rows, table.columns, table.gap, table.colours, table.gap_colour)
-        case TextureTable():
+        case tables.BlackBodyTable() | tables.PowerLawTable() | tables.PageThorneTable():
+            return _THERMAL[type(table)](**asdict(table), response=response)
+        case tables.SwatchesTable():
+            return Swatches(**asdict(table))
+        case tables.TextureTable():
             return Texture.read(folder / table.file)
-        case SpotsTable():
+        case tables.SpotsTable():
             return _spots(table, disk, response)
-        case WispsTable():
-            return Wisps(table.peak, disk.inner, disk.outer, table.depth, table.contrast, table.seed, response=response)
+        case tables.WispsTable():
+            return Wisps(inner=disk.inner, outer=disk.outer, **asdict(table), response=response)
 
 
-def _spots(table: SpotsTable, disk: DiskTable, response: str) -> Spots:
-    """Spots as many on each area, with temperatures that are evenly spread."""
-    if not 1 <= table.number <= _MOST_SPOTS:
-        refuse("disk.emission.number", f"be a whole number from 1 to {_MOST_SPOTS}", table.number)
-    if table.seed < 0:
-        refuse("disk.emission.seed", "be a whole number from 0", table.seed)
+def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: str) -> Spots:
+    """Spots that are evenly spread over the disk, and so are their temperatures."""
     low, high = table.temperature
     if not 0 < low <= high:
-        refuse("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))
+        reject("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))
     random = np.random.default_rng(table.seed)
     square, azimuth, warmth = random.random((3, table.number))
     radius = np.sqrt(disk.inner**2 + square * (disk.outer**2 - disk.inner**2))
@@ -123,16 +98,16 @@ def _spots(table: SpotsTable, disk: DiskTable, response: str) -> Spots:
     return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response=response)
 
 
-def add_glare(light: Array, flare: tuple[FlareTable, ...], folder: Path, scale: float) -> Array:
+def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, scale: float) -> Array:
     """Light (h, w, 3) after the halos of the lens, one after the other; scale: of the picture, widths go with it."""
-    for i, one in enumerate(flare):
+    for i, halo in enumerate(flare):
         with about(f"light.flare[{i}]"):
-            light = with_glare(light, point_spread(one, folder, scale))
+            light = with_glare(light, point_spread(halo, folder, scale))
     return light
 
 
-def point_spread(one: FlareTable, folder: Path, scale: float) -> Array:
+def point_spread(halo: tables.FlareTable, folder: Path, scale: float) -> Array:
     """A point spread function. One from a file has the pixels of the whole picture."""
-    if one.file is not None:
-        return read_picture(folder / one.file)
-    return glare_kernel(one.share or 0.0, (one.width or 0.0) * scale, one.falloff)
+    if halo.file is not None:
+        return read_picture(folder / halo.file)
+    return glare_kernel(halo.share or 0.0, (halo.width or 0.0) * scale, halo.falloff)

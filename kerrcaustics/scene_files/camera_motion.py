@@ -1,11 +1,11 @@
-"""Where a camera is at each time, and the velocity of that motion as the fiducial observer measures it."""
+"""The place of a camera at each time, and the velocity of its motion as the fiducial observer measures it."""
 
 import csv
 import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -40,20 +40,6 @@ class Place(NamedTuple):
         return dict(zip(PLACE_NAMES, parts, strict=True))
 
 
-@runtime_checkable
-class CameraMotion(Protocol):
-    """A camera on its way: from a first to a last time, which may be infinite."""
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time."""
-        ...
-
-    def place(self, time: float) -> Place:
-        """Where the camera is."""
-        ...
-
-
 @dataclass(frozen=True)
 class Staying:
     """A camera that keeps its radius and inclination, and goes round with an angular velocity."""
@@ -62,7 +48,7 @@ class Staying:
     span: tuple[float, float] = (-math.inf, math.inf)
 
     def place(self, time: float) -> Place:
-        """Where it is."""
+        """Return the place at a time."""
         return self.start._replace(phi=self.start.phi + self.start.phi_rate * time)
 
 
@@ -87,7 +73,7 @@ class Splined:
         return float(self.times[0]), float(self.times[-1])
 
     def place(self, time: float) -> Place:
-        """Where it is."""
+        """Return the place at a time."""
         return Place(*self.curve(time).tolist(), *self.curve(time, 1).tolist())
 
 
@@ -99,7 +85,7 @@ class Formulated:
     span: tuple[float, float] = (-math.inf, math.inf)
 
     def place(self, time: float) -> Place:
-        """Where it is."""
+        """Return the place at a time."""
         moment = Moment(time, self.formulas)
         radius, theta, phi = (moment.of(self.formulas[name]) for name in PLACE_NAMES)
         values = radius.value, math.radians(theta.value), math.radians(phi.value)

@@ -1,4 +1,4 @@
-"""The way of a scene's camera, from the tables that describe it."""
+"""The motion of a scene's camera, from the tables that describe it."""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +8,6 @@ import numpy as np
 
 from kerrcaustics.scene_files.camera_motion import (
     PLACE_NAMES,
-    CameraMotion,
     Formulated,
     Place,
     Splined,
@@ -26,8 +25,8 @@ from kerrcaustics.scene_files.contents import (
     Varied,
 )
 from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
-from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
-from kerrcaustics.scene_files.validation import SceneError, about, refuse
+from kerrcaustics.scene_files.geodesics import Geodesic, circular_velocity, free_fall
+from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.spacetime.camera import Camera, Velocity
 
 # Conservation of E, L_z and Q along a geodesic, below which its integration is good.
@@ -35,10 +34,12 @@ _GOOD = 1e-8
 # Orbits next to the hole are followed for so long in half a minute.
 _LONGEST_FALL = 1e5
 _MOST_DEFINITIONS = 1000
+CameraMotion = Staying | Splined | Formulated | Geodesic
+"""The places of a camera from a first to a last time, which may be infinite."""
 
 
 @dataclass(frozen=True)
-class CameraWay:
+class CameraPath:
     """The camera of a scene at every time: its motion, its velocity (None: that of the motion), and all formulas."""
 
     spin: float
@@ -47,51 +48,41 @@ class CameraWay:
     formulas: dict[str, Formula]
 
     def camera(self, time: float) -> tuple[Camera, Place]:
-        """The camera at a time, and where it is."""
+        """The camera at a time, and its place."""
         low, high = self.motion.span
         if not low <= time <= high:
-            refuse("camera.path", f"reach to the time {time:.12g}", f"from {low:.12g} to {high:.12g}")
+            reject("camera.path", f"reach to the time {time:.12g}", f"from {low:.12g} to {high:.12g}")
         place = self.motion.place(time)
         if not 0 <= place.theta <= math.pi:
-            refuse(
-                "camera.path", "keep the inclination in [0, 180] degrees", f"{math.degrees(place.theta):g} at {time:g}"
-            )
+            words = f"{math.degrees(place.theta):g} at {time:g}"
+            reject("camera.path", "keep the inclination in [0, 180] degrees", words)
         try:
-            velocity = self.velocity or fido_velocity(self.spin, _outside(self.spin, place))
+            # Raises ValueError unless the place is outside the horizon.
+            Camera(self.spin, place.radius, place.theta, "fiducial")
+            velocity = self.velocity or fido_velocity(self.spin, place)
             if not isinstance(velocity, str) and math.hypot(*velocity) >= 1:
-                velocity_word = (
-                    f"{math.hypot(*velocity):.4g} at t = {time:g} (give camera.velocity to look from another)"
-                )
-                refuse("camera.path", "move slower than light", velocity_word)
+                words = f"{math.hypot(*velocity):.4g} at t = {time:g} (give camera.velocity to look from another)"
+                reject("camera.path", "move slower than light", words)
             return Camera(self.spin, place.radius, place.theta, velocity), place
         except SceneError:
             raise
         except ValueError as error:
-            raise SceneError(f"camera.path at t = {time:g}: {_as_text(error)}") from None
+            text = str(error).replace("Argument ", "", 1).replace("`", "")
+            raise SceneError(f"camera.path at t = {time:g}: {text}") from None
 
     def at(self, time: float) -> Moment:
         """The values of all names at a time."""
         return Moment(time, self.formulas, self.motion.place(time).named())
 
 
-def _outside(spin: float, place: Place) -> Place:
-    """The place, which a Camera refuses in words where it is none outside the horizon."""
-    Camera(spin, place.radius, place.theta, "fiducial")
-    return place
-
-
-def _as_text(error: Exception) -> str:
-    return str(error).replace("Argument ", "", 1).replace("`", "")
-
-
-def way_of(contents: Contents, folder: Path, span: tuple[float, float] | None) -> CameraWay:
-    """The way of the camera. span: of the film, over which a geodesic is followed; None, the camera's own."""
+def camera_path(contents: Contents, folder: Path, span: tuple[float, float] | None) -> CameraPath:
+    """Return the path of the camera. span: of the film, over which a geodesic is followed; None, the path's own."""
     formulas = _definitions(contents)
     table, spin = contents.camera, contents.hole.spin
     velocity = None if table.velocity == "path" else table.velocity
     if table.path is None:
         motion, velocity = _staying(contents)
-        return CameraWay(spin, motion, velocity, formulas)
+        return CameraPath(spin, motion, velocity, formulas)
     match table.path:
         case KeyframesTable(keyframes=keys):
             rows = np.array([[key.time, key.radius, key.inclination_deg, key.azimuth_deg] for key in keys])
@@ -104,39 +95,39 @@ def way_of(contents: Contents, folder: Path, span: tuple[float, float] | None) -
             motion = Formulated(formulas)
         case GeodesicTable() as path:
             motion = _falling(spin, path, span or (path.time, path.time))
-    return CameraWay(spin, motion, velocity, formulas)
+    return CameraPath(spin, motion, velocity, formulas)
 
 
-def varied(entry: str, value: Varied, way: CameraWay) -> "Formula | Splined":
-    """What gives a value that may change with time: a formula, or a spline of one column."""
+def varied(entry: str, value: Varied, path: CameraPath) -> "Formula | Splined":
+    """Return a value that may change with time: a formula, or a spline of one column."""
     if isinstance(value, tuple):
         rows = np.array([[key.time, key.value, 0.0, 0.0] for key in value]).reshape(-1, 4)
         return _splined(rows, entry)
-    found = formula(entry, value)
-    check_names((found,), way.formulas, PLACE_NAMES)
-    return found
+    expression = formula(entry, value)
+    check_names((expression,), path.formulas, PLACE_NAMES)
+    return expression
 
 
-def value_at(given: "Formula | Splined", moment: Moment) -> float:
-    """What `varied` gives at a time; before the first of its values and after the last one, these."""
-    if isinstance(given, Splined):
-        return given.place(min(max(moment.time, given.span[0]), given.span[1])).radius
-    return moment.of(given).value
+def value_at(varying: "Formula | Splined", moment: Moment) -> float:
+    """Return the value of `varied` at a time; a spline keeps its first value before it and its last one after it."""
+    if isinstance(varying, Splined):
+        return varying.place(min(max(moment.time, varying.span[0]), varying.span[1])).radius
+    return moment.of(varying).value
 
 
 def _definitions(contents: Contents) -> dict[str, Formula]:
     if len(contents.definitions) > _MOST_DEFINITIONS:
-        refuse("definitions", f"be at most {_MOST_DEFINITIONS}", len(contents.definitions))
+        reject("definitions", f"be at most {_MOST_DEFINITIONS}", len(contents.definitions))
     for name in contents.definitions:
         if not name.isidentifier() or name in RESERVED or name in PLACE_NAMES:
-            refuse("definitions", "have names that are not taken, of letters, digits and _", repr(name))
-    found = {name: formula(f"definitions.{name}", text) for name, text in contents.definitions.items()}
-    check_names((), found, PLACE_NAMES)
-    return found
+            reject("definitions", "have names that are not taken, of letters, digits and _", repr(name))
+    formulas = {name: formula(f"definitions.{name}", text) for name, text in contents.definitions.items()}
+    check_names((), formulas, PLACE_NAMES)
+    return formulas
 
 
 def _staying(contents: Contents) -> tuple[Staying, Velocity]:
-    """A camera without a path goes round as its velocity says."""
+    """Return the circular motion of a camera without a path, and its velocity."""
     table, spin = contents.camera, contents.hole.spin
     theta = math.radians(90.0 if table.inclination_deg is None else table.inclination_deg)
     with about("camera", spin="hole.spin"):
@@ -150,9 +141,9 @@ def _staying(contents: Contents) -> tuple[Staying, Velocity]:
 
 def _splined(rows: np.ndarray, entry: str) -> Splined:
     if len(rows) < 2:
-        refuse(entry, "hold two times or more", f"a list of {len(rows)}")
+        reject(entry, "hold two times or more", f"a list of {len(rows)}")
     for i in np.flatnonzero(np.diff(rows[:, 0]) <= 0).tolist():
-        refuse(f"{entry}[{i + 1}].time", f"be later than that before it ({rows[i, 0]:g})", float(rows[i + 1, 0]))
+        reject(f"{entry}[{i + 1}].time", f"be later than that before it ({rows[i, 0]:g})", float(rows[i + 1, 0]))
     return Splined.through(rows)
 
 
@@ -164,7 +155,7 @@ def _of_file(path: Path) -> Splined:
     return _splined(rows, "camera.path.file")
 
 
-def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> CameraMotion:
+def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Geodesic:
     theta = math.radians(path.inclination_deg)
     with about("camera.path", spin="hole.spin"):
         velocity = path.velocity
@@ -173,8 +164,8 @@ def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Cam
         camera = Camera(spin, path.radius, theta, velocity)
     longest = max(abs(end - path.time) for end in span)
     if longest > _LONGEST_FALL:
-        refuse("camera.path", f"be followed over a time of at most {_LONGEST_FALL:g}", longest)
-    found = free_fall(camera, math.radians(path.azimuth_deg), path.time, span)
-    if not found.error < _GOOD:
-        refuse("camera.path", f"be followed with E, L_z and Q kept to {_GOOD:g}", found.error)
-    return found
+        reject("camera.path", f"be followed over a time of at most {_LONGEST_FALL:g}", longest)
+    geodesic = free_fall(camera, math.radians(path.azimuth_deg), path.time, span)
+    if not geodesic.error < _GOOD:
+        reject("camera.path", f"be followed with E, L_z and Q kept to {_GOOD:g}", geodesic.error)
+    return geodesic

@@ -1,16 +1,22 @@
-"""What a scene file may say: its tables and keys, as structs. docs/scene_files.md tells what each of them means."""
+"""The tables and keys of scene files, as structs. docs/scene_files.md describes each of them."""
 
-from typing import Literal, get_args
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import Meta
 
-from kerrcaustics.choices import Quality
-from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR
-from kerrcaustics.scenes.colour import DAYLIGHT
+from kerrcaustics.choices import Quality, VelocityName
+from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR, Along
+from kerrcaustics.scenes.colour import DAYLIGHT, Curve, Response
+from kerrcaustics.scenes.disk.disk import DiskMotion
+from kerrcaustics.scenes.view import MOST_PIXELS, Projection
 
-Velocity = str | tuple[float, float, float]
-Motion = Literal["circular", "retrograde", "static", "plunging"]
-ProjectionName = Literal["pinhole", "fisheye", "equirectangular"]
+Vector = tuple[float, float, float]
+Inclination = Annotated[float, Meta(ge=0, le=180, description="degrees")]
+PixelCount = Annotated[int, Meta(ge=1, le=MOST_PIXELS)]
+Count = Annotated[int, Meta(ge=1, le=1_000_000)]
+Seed = Annotated[int, Meta(ge=0)]
+FilmTime = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
 class SceneTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -20,11 +26,11 @@ class SceneTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_onl
 class HoleTable(SceneTable, kw_only=True, frozen=True):
     """The hole."""
 
-    spin: float
+    spin: Annotated[float, Meta(ge=0, lt=1)]
 
 
 class ValueAt(SceneTable, kw_only=True, frozen=True):
-    """One value of what changes with time."""
+    """A value at a time."""
 
     time: float
     value: float
@@ -35,7 +41,7 @@ Varied = float | str | tuple[ValueAt, ...]
 
 
 class PlaceAt(SceneTable, kw_only=True, frozen=True):
-    """Where the camera is at a time."""
+    """A place of the camera at a time."""
 
     time: float
     radius: float
@@ -61,9 +67,9 @@ class GeodesicTable(SceneTable, kw_only=True, frozen=True, tag="geodesic", tag_f
     """A path in free fall, from a place and a velocity."""
 
     radius: float
-    inclination_deg: float = 90.0
+    inclination_deg: Inclination = 90.0
     azimuth_deg: float = 0.0
-    velocity: Velocity = "circular"
+    velocity: VelocityName | Vector = "circular"
     heading_deg: float = 0.0
     time: float = 0.0
 
@@ -81,20 +87,20 @@ class CameraTable(SceneTable, kw_only=True, frozen=True):
     """The camera: at a radius, or on a path."""
 
     radius: float | None = None
-    inclination_deg: float | None = None
+    inclination_deg: Inclination | None = None
     azimuth_deg: float | None = None
-    velocity: Velocity | None = None
+    velocity: VelocityName | Literal["path"] | Vector | None = None
     path: PathTable | None = None
 
 
 class ViewTable(SceneTable, kw_only=True, frozen=True):
     """The picture, and where the camera looks."""
 
-    width: int = 1280
-    height: int = 720
+    width: PixelCount = 1280
+    height: PixelCount = 720
     field_of_view_deg: Varied = 90.0
-    projection: ProjectionName = "pinhole"
-    look: Velocity = "hole"
+    projection: Projection = "pinhole"
+    look: Literal["hole", "forward"] | Vector = "hole"
     tilt_deg: Varied = 0.0
     yaw_deg: Varied = 0.0
     pitch_deg: Varied = 0.0
@@ -123,7 +129,7 @@ class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard
     gap: float = 0.16
     colours: tuple[str, ...] = COLOURS
     gap_colour: str = GAP_COLOUR
-    along: Literal["latitude", "longitude"] = "latitude"
+    along: Along = "latitude"
 
 
 class PanoramaTable(SceneTable, kw_only=True, frozen=True, tag="panorama", tag_field="kind"):
@@ -132,11 +138,11 @@ class PanoramaTable(SceneTable, kw_only=True, frozen=True, tag="panorama", tag_f
     file: str
 
 
-SkyTable = NoSky | StarsTable | CheckerboardTable | PanoramaTable
+SkyTable = StarsTable | CheckerboardTable | PanoramaTable | NoSky
 
 
 class BlackBodyTable(SceneTable, kw_only=True, frozen=True, tag="black-body", tag_field="kind"):
-    """One temperature, kelvin."""
+    """A black body of a single temperature, kelvin."""
 
     peak: float
 
@@ -174,11 +180,11 @@ class TextureTable(SceneTable, kw_only=True, frozen=True, tag="texture", tag_fie
 class SpotsTable(SceneTable, kw_only=True, frozen=True, tag="spots", tag_field="kind"):
     """Hot spots at random places between the rims, their temperatures between two."""
 
-    number: int
+    number: Count
     temperature: tuple[float, float] = (4000.0, 10000.0)
     size: float = 0.1
     streak: float = 0.0
-    seed: int = 0
+    seed: Seed = 0
 
 
 class WispsTable(SceneTable, kw_only=True, frozen=True, tag="wisps", tag_field="kind"):
@@ -187,7 +193,7 @@ class WispsTable(SceneTable, kw_only=True, frozen=True, tag="wisps", tag_field="
     peak: float
     depth: float = 1.0
     contrast: float = 1.0
-    seed: int = 0
+    seed: Seed = 0
 
 
 EmissionTable = (
@@ -196,19 +202,19 @@ EmissionTable = (
 
 
 class DiskTable(SceneTable, kw_only=True, frozen=True):
-    """The disk; opacity and slant left out are 1 and true, and what wisps ask for with these."""
+    """The disk; opacity and slant left out are 1 and true, and for wisps those of the gas itself."""
 
     inner: float
     outer: float
     emission: EmissionTable
     opacity: float | None = None
     slant: bool | None = None
-    motion: Motion = "circular"
+    motion: DiskMotion = "circular"
     brightness: float = 1.0
 
 
 class FlareTable(SceneTable, kw_only=True, frozen=True):
-    """One halo of the lens, widths in pixels of the whole picture, or a point spread function from a file."""
+    """A halo of the lens, its width in pixels of the whole picture, or a point spread function from a file."""
 
     share: float | None = None
     width: float | None = None
@@ -220,31 +226,31 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
     """Physics of the light, and how it becomes a picture."""
 
     exposure: Varied = 1.0
-    curve: Literal["linear", "asinh"] = "linear"
+    curve: Curve = "linear"
     softening: float = 30.0
     beaming: bool = False
     colour_shift: bool = False
-    response: Literal["cie", "film"] = "cie"
+    response: Response = "cie"
     delay: bool = False
     flare: tuple[FlareTable, ...] = ()
 
 
 class FilmTable(SceneTable, kw_only=True, frozen=True):
-    """How many frames, and when."""
+    """The number of frames, and their times."""
 
-    frames: int | None = None
-    duration: float | None = None
-    rate: int = 24
-    start: float | None = None
-    end: float | None = None
-    shutter_deg: float = 0.0
+    frames: Count | None = None
+    duration: Annotated[float, Meta(gt=0, le=1e5, description="seconds")] | None = None
+    rate: Count = 24
+    start: FilmTime | None = None
+    end: FilmTime | None = None
+    shutter_deg: Annotated[float, Meta(ge=0, le=360, description="degrees")] = 0.0
 
 
 class OverlaysTable(SceneTable, kw_only=True, frozen=True):
-    """What is drawn onto the picture."""
+    """Lines and words drawn onto the picture."""
 
-    critical_curves: int = 0
-    tracks: tuple[float, ...] = ()
+    critical_curves: Annotated[int, Meta(ge=0, le=10)] = 0
+    tracks: tuple[Inclination, ...] = ()
     labels: bool = False
     caption: str = ""
 
@@ -263,15 +269,3 @@ class Contents(SceneTable, kw_only=True, frozen=True):
     light: LightTable = LightTable()
     film: FilmTable | None = None
     overlays: OverlaysTable = OverlaysTable()
-
-
-WORDS: dict[str, tuple[str, ...]] = {
-    "camera.path.kind": ("keyframes", "expressions", "geodesic", "csv"),
-    "sky.kind": ("stars", "checkerboard", "panorama", "none"),
-    "disk.emission.kind": ("black-body", "power-law", "page-thorne", "swatches", "texture", "spots", "wisps"),
-    "quality": get_args(Quality),
-    "projection": ("pinhole", "fisheye", "equirectangular"),
-    "motion": ("circular", "retrograde", "static", "plunging"),
-    "curve": ("linear", "asinh"),
-}
-"""The words that an entry may be."""

@@ -1,4 +1,4 @@
-"""Expressions of the time t in a small language, with their derivatives; whatever else Python can say is refused."""
+"""Expressions of the time t in a small language, with their derivatives; anything else raises ValueError."""
 
 import ast
 import math
@@ -15,6 +15,7 @@ _ALLOWED = (
     "sin cos tan atan exp log sqrt abs min max radians degrees, pi, and names of the table definitions"
 )
 CONSTANTS = {"pi": math.pi}
+_Parsed = tuple[tuple[str, ...], Callable[["Moment"], "Dual"]]
 
 
 class Dual(NamedTuple):
@@ -35,6 +36,7 @@ def _raised(x: Dual, y: Dual) -> Dual:
     return Dual(value, slope + (0.0 if y.rate == 0 else value * math.log(x.value) * y.rate))
 
 
+_SIGNS: dict[type, Callable[[Dual], Dual]] = {ast.UAdd: lambda x: x, ast.USub: lambda x: Dual(-x.value, -x.rate)}
 _OPERATORS: dict[type, Callable[[Dual, Dual], Dual]] = {
     ast.Add: lambda x, y: Dual(x.value + y.value, x.rate + y.rate),
     ast.Sub: lambda x, y: Dual(x.value - y.value, x.rate - y.rate),
@@ -61,117 +63,107 @@ RESERVED = {"t", *CONSTANTS, *_FUNCTIONS, *_EXTREMES}
 
 @dataclass(frozen=True)
 class Formula:
-    """An expression that was read: its entry in the file, its text, and the names that it asks for."""
+    """A parsed expression: its entry in the file, its text, and the names in it."""
 
     entry: str
     text: str
     names: frozenset[str]
-    tree: ast.expr = field(compare=False, repr=False)
+    value: "Callable[[Moment], Dual]" = field(compare=False, repr=False)
 
 
 def formula(entry: str, text: float | str) -> Formula:
-    """The formula in an entry of a scene file, or a number; a ValueError of one line where it is none."""
+    """The formula in an entry of a scene file, or a number; raises a ValueError of one line for any other text."""
     if not isinstance(text, str):
-        return Formula(entry, str(text), frozenset(), ast.Constant(float(text)))
+        return Formula(entry, str(text), frozenset(), lambda _: Dual(float(text), 0.0))
     if len(text) > _LONGEST:
         raise SceneError(f"{entry} must be at most {_LONGEST} characters long, but has {len(text)}.")
     try:
-        tree = ast.parse(text.strip(), mode="eval").body
-        names = frozenset(_names(tree))
+        names, value = _parsed(ast.parse(text.strip(), mode="eval").body)
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         reason = str(error) if type(error) is ValueError else "cannot be read"
-        shown = text if len(text) < 80 else f"{text[:77]}..."
-        raise SceneError(f"{entry} must be made of {_ALLOWED}, but {shown!r}: {' '.join(reason.split())}.") from None
-    return Formula(entry, text, names, tree)
+        excerpt = text if len(text) < 80 else f"{text[:77]}..."
+        raise SceneError(f"{entry} must be made of {_ALLOWED}, but {excerpt!r}: {' '.join(reason.split())}.") from None
+    return Formula(entry, text, frozenset(names), value)
 
 
-def _names(tree: ast.expr) -> Iterable[str]:
-    """Names in an expression that are neither functions nor constants; refuses all that is not of the language."""
+def _parsed(tree: ast.expr) -> _Parsed:
+    """Names in an expression that are neither functions nor constants, and its value at a moment.
+
+    Raises ValueError for all that is not of the language.
+    """
     match tree:
-        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            return ()
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            return (), lambda _: Dual(float(number), 0.0)
+        case ast.Name(id=name) if name in _FUNCTIONS or name in _EXTREMES:
+            raise ValueError(f"{name} is a function")
         case ast.Name(id=name):
-            if name in _FUNCTIONS or name in _EXTREMES:
-                raise ValueError(f"{name} is a function")
-            return () if name in CONSTANTS else (name,)
-        case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=part):
-            return _names(part)
+            return () if name in CONSTANTS else (name,), lambda moment: moment.named(name)
+        case ast.UnaryOp(op=sign, operand=part) if type(sign) in _SIGNS:
+            names, value = _parsed(part)
+            return names, lambda moment: _SIGNS[type(sign)](value(moment))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            return (*_names(left), *_names(right))
+            (names, first), (others, second) = _parsed(left), _parsed(right)
+            return (*names, *others), lambda moment: _OPERATORS[type(op)](first(moment), second(moment))
         case ast.Call(func=ast.Name(id=name), args=parts, keywords=[]) if name in _FUNCTIONS or name in _EXTREMES:
             if (len(parts) != 1) if name in _FUNCTIONS else (len(parts) < 2):
                 raise ValueError(f"{name} takes {'one number' if name in _FUNCTIONS else 'two numbers or more'}")
-            return tuple(found for part in parts for found in _names(part))
+            function, parsed = _FUNCTIONS.get(name) or _EXTREMES[name], [_parsed(part) for part in parts]
+            names = tuple(name for names, _ in parsed for name in names)
+            return names, lambda moment: function(*[value(moment) for _, value in parsed])
         case _:
             raise ValueError(f"{ast.unparse(tree)[:40]!r} is none of these")
 
 
 class Moment:
-    """The values of formulas at one time; each is found when it is first asked for.
+    """The values of formulas at one time, each computed at its first use.
 
-    given: values that are known, as those of t; formulas: by their names.
+    formulas: by their names; values: of further names.
     """
 
-    def __init__(self, time: float, formulas: dict[str, Formula], given: dict[str, Dual] | None = None) -> None:
+    def __init__(self, time: float, formulas: dict[str, Formula], values: dict[str, Dual] | None = None) -> None:
         self.time = time
         self._formulas = formulas
-        self._found = {"t": Dual(time, 1.0), **{name: Dual(v, 0.0) for name, v in CONSTANTS.items()}, **(given or {})}
+        self._values = {"t": Dual(time, 1.0), **{name: Dual(v, 0.0) for name, v in CONSTANTS.items()}, **(values or {})}
 
-    def of(self, wanted: Formula) -> Dual:
-        """Value and derivative of a formula; a ValueError of one line where it has none."""
+    def of(self, expression: Formula) -> Dual:
+        """Value and derivative of a formula; raises a ValueError of one line if it has none."""
         try:
-            found = self._of_tree(wanted.tree)
+            dual = expression.value(self)
         except (ArithmeticError, ValueError, RecursionError) as error:
             if isinstance(error, _NoValueError):
                 raise
-            raise _NoValueError(f"{wanted.entry} must have a value at t = {self.time:g}, but: {error}.") from None
-        if not (math.isfinite(found.value) and math.isfinite(found.rate)):
-            raise _NoValueError(f"{wanted.entry} must be finite at t = {self.time:g}, but is {found.value:g}.")
-        return found
-
-    def _of_tree(self, tree: ast.expr) -> Dual:
-        match tree:
-            case ast.Constant(value=int() | float() as value):
-                return Dual(float(value), 0.0)
-            case ast.Name(id=name):
-                return self.named(name)
-            case ast.UnaryOp(op=op, operand=part):
-                found = self._of_tree(part)
-                return Dual(-found.value, -found.rate) if isinstance(op, ast.USub) else found
-            case ast.BinOp(left=left, op=op, right=right):
-                return _OPERATORS[type(op)](self._of_tree(left), self._of_tree(right))
-            case ast.Call(func=ast.Name(id=name), args=parts):
-                found = [self._of_tree(part) for part in parts]
-                return _FUNCTIONS[name](found[0]) if name in _FUNCTIONS else _EXTREMES[name](found)
-        raise ValueError(f"{ast.dump(tree)} is no expression")
+            raise _NoValueError(f"{expression.entry} must have a value at t = {self.time:g}, but: {error}.") from None
+        if not (math.isfinite(dual.value) and math.isfinite(dual.rate)):
+            raise _NoValueError(f"{expression.entry} must be finite at t = {self.time:g}, but is {dual.value:g}.")
+        return dual
 
     def named(self, name: str) -> Dual:
-        """Value and derivative of what has a name; the names that it needs come first."""
+        """Value and derivative of a name; the names that it depends on come first."""
         # A list, as Python does not go down as deep as names may depend on each other.
         waiting = [name]
         while waiting:
             last = waiting[-1]
-            missing = [] if last in self._found else [n for n in self._formulas[last].names if n not in self._found]
+            missing = [] if last in self._values else [n for n in self._formulas[last].names if n not in self._values]
             waiting += missing
             if not missing:
                 waiting.pop()
-                if last not in self._found:
-                    self._found[last] = self.of(self._formulas[last])
-        return self._found[name]
+                if last not in self._values:
+                    self._values[last] = self.of(self._formulas[last])
+        return self._values[name]
 
 
 class _NoValueError(SceneError):
     """A formula has no value at some time, in one line."""
 
 
-def check_names(formulas: Iterable[Formula], named: dict[str, Formula], given: Iterable[str]) -> None:
+def check_names(formulas: Iterable[Formula], named: dict[str, Formula], others: Iterable[str]) -> None:
     """Raise ValueError for formulas with undefined names, or that depend on themselves."""
-    known = {"t", *named, *given}
-    for one in (*named.values(), *formulas):
-        for name in sorted(one.names - known):
-            raise SceneError(f"{one.entry} must use names that are defined, but {name} is not.")
+    defined = {"t", *named, *others}
+    for expression in (*named.values(), *formulas):
+        for name in sorted(expression.names - defined):
+            raise SceneError(f"{expression.entry} must use names that are defined, but {name} is not.")
     try:
-        TopologicalSorter({name: sorted(one.names & named.keys()) for name, one in named.items()}).prepare()
+        TopologicalSorter({name: sorted(f.names & named.keys()) for name, f in named.items()}).prepare()
     except CycleError as error:
         # From what is needed to what needs it, round to the first one.
         circle = error.args[1][:-1]

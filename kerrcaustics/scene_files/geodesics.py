@@ -81,7 +81,7 @@ class FallConstants:
 
 @dataclass(frozen=True)
 class _Leg:
-    """One direction of the integration: the state after each step, and in between, as functions of Mino time.
+    """A direction of the integration: the state after each step, and in between, as functions of Mino time.
 
     A state is u, du / dMino, m, dm / dMino, t, psi. span: first and last time; azimuth: of m after each step, growing
     continuously.
@@ -101,8 +101,8 @@ class _Leg:
         step = min(max(step, 0), len(self.between) - 1)
         if step < 0:
             return self.states[0], float(self.azimuth[0])
-        found = self._within(step, time)
-        return found, float(self.azimuth[step] + _advance(self.constants, self.states[step], found))
+        state = self._within(step, time)
+        return state, float(self.azimuth[step] + _advance(self.constants, self.states[step], state))
 
     def _within(self, step: int, time: float) -> Float[Array, "10"]:
         """The state at a time in a step."""
@@ -133,7 +133,7 @@ class Geodesic:
     _legs: tuple[_Leg, ...]
 
     def place(self, time: float) -> Place:
-        """Where it is; over a pole the azimuth jumps by pi."""
+        """Return the place at a time; over a pole the azimuth jumps by pi."""
         leg = next((leg for leg in self._legs if leg.span[0] <= time <= leg.span[1]), self._legs[-1])
         state, azimuth = leg.state(min(max(time, leg.span[0]), leg.span[1]))
         u, u_rate, *m, _, psi = state.tolist()
@@ -200,7 +200,7 @@ def _start(camera: Camera, azimuth: float, time: float) -> tuple[FallConstants, 
 
 
 def _integrated(constants: FallConstants, state: Float[Array, "10"], end: float) -> _Leg:
-    """One direction of the integration, to a time or to the hole."""
+    """Integrate in one direction, to a time or to the hole."""
     nearest = kerr.horizon(constants.spin) * (1 + _NEAREST)
 
     def above(_: float, y: Array) -> float:
@@ -214,15 +214,15 @@ def _integrated(constants: FallConstants, state: Float[Array, "10"], end: float)
     u, swing = state[0], math.sqrt(constants.momentum**2 + abs(constants.carter))
     small = _TOLERANCE * np.array([u, math.sqrt(u), *[1.0] * 3, *[1.0 + swing] * 3, 1 / u, 1.0])
     onward = math.copysign(math.inf, end - state[8])
-    found = scipy.integrate.solve_ivp(
+    solution = scipy.integrate.solve_ivp(
         constants.slope, (0.0, onward), state, "DOP853", None, True, (above, early), rtol=_TOLERANCE, atol=small
     )
-    states = found.y.T
+    states = solution.y.T
     # The end itself, unless the hole comes first.
-    ends = float(state[8]), end if found.t_events[1].size else float(states[-1, 8])
+    ends = float(state[8]), end if solution.t_events[1].size else float(states[-1, 8])
     advances = [_advance(constants, one, other) for one, other in pairwise(states)]
     azimuth = _azimuth(state) + np.cumsum([0.0, *advances])
-    return _Leg(constants, (min(ends), max(ends)), states, azimuth, tuple(found.sol.interpolants))
+    return _Leg(constants, (min(ends), max(ends)), states, azimuth, tuple(solution.sol.interpolants))
 
 
 def _azimuth(state: Float[Array, "10"]) -> float:

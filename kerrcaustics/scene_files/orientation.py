@@ -1,4 +1,4 @@
-"""Where a camera looks, and what is up in its picture."""
+"""The forward and the upward direction of a camera's picture."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What is drawn onto a picture: critical curves, tracks of stars, names, a caption."""
+"""Overlays of a picture: critical curves, tracks of stars, names, a caption."""
 
 import math
 import re
@@ -19,16 +19,16 @@ from kerrcaustics.draw.films import pixels
 from kerrcaustics.draw.scenes import show_critical_curves
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
 from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
-from kerrcaustics.scene_files.cameras import CameraWay
+from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.contents import OverlaysTable
 from kerrcaustics.scene_files.expressions import Moment
-from kerrcaustics.scene_files.validation import SceneError, about, refuse
+from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.stars.sheets import HIGHEST_INDEX
-from kerrcaustics.stars.tracks import StarTracks, star_tracks
+from kerrcaustics.stars.tracks import star_tracks
 
 Array = np.ndarray
 
@@ -42,12 +42,14 @@ _TRACKS = ("white", "#F0E442", "#8CE6C8")
 _BLANK = re.compile(r"\{(\w+)(?::([<>^]?[-+ ]?0?[0-9]{0,2},?(?:\.[0-9]{1,2})?[eEfFgG%]?))?\}")
 _IN_BRACES = re.compile(r"\{[^}]*\}?|\}")
 _LONGEST_CAPTION = 500
+# The same for all frames of a camera on a circular orbit.
+_tracks = lru_cache(maxsize=64)(star_tracks)
 
 
 def overlaid(
     picture: UInt8[Array, "height width 3"], overlays: OverlaysTable, rendering: Rendering, moment: Moment
 ) -> UInt8[Array, "height width 3"]:
-    """The picture of a rendering with what is drawn onto it."""
+    """The picture of a rendering with its overlays."""
     height, width = picture.shape[:2]
     # Bright lines do with dark rims what dark ones cannot on a black shadow.
     with rc_context(style.FILM_RC):
@@ -60,8 +62,8 @@ def overlaid(
         _draw(ax, overlays, rendering.camera, rendering.view)
         if overlays.caption:
             _write(ax, _filled(overlays.caption, moment))
-        drawn = pixels(figure)
-    return drawn[:height, :width]
+        drawing = pixels(figure)
+    return drawing[:height, :width]
 
 
 def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None:
@@ -71,19 +73,11 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None
         _draw_tracks(ax, overlays.tracks, most, camera, view)
         lines += [Line2D([], [], label=f"tracks, index {index}", **_track_line(index)) for index in range(most + 1)]
     if overlays.critical_curves:
-        found = caustics(camera, overlays.critical_curves)
-        show_critical_curves(ax, view, found, linewidth=1.6)
-        lines += [
-            Line2D(
-                [],
-                [],
-                linewidth=1.6,
-                label=f"{style.order_name(caustic.order)} critical curve",
-                **style.order_line(caustic.order),
-            )
-            for caustic in found
-            if _in_view(view, caustic.sky)
-        ]
+        curves = caustics(camera, overlays.critical_curves)
+        show_critical_curves(ax, view, curves, linewidth=1.6)
+        for order in (caustic.order for caustic in curves if _in_view(view, caustic.sky)):
+            label = f"{style.order_name(order)} critical curve"
+            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(order)))
     if overlays.labels and lines:
         legend: Any = ax.legend(handles=lines, loc="lower left", frameon=True, facecolor="black", framealpha=0.6)
         legend.get_frame().set_linewidth(0)
@@ -99,12 +93,6 @@ def _in_view(view: View, sky: Float[Array, "n 3"]) -> bool:
 
 def _track_line(index: int) -> dict[str, Any]:
     return {"color": _TRACKS[index % len(_TRACKS)], "linewidth": 0.9, "path_effects": [_DARK]}
-
-
-@lru_cache(maxsize=64)
-def _tracks(camera: Camera, theta: float, max_index: int) -> StarTracks:
-    """The same for all frames of a camera on a circular orbit."""
-    return star_tracks(camera, theta, max_index)
 
 
 def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Camera, view: View) -> None:
@@ -129,29 +117,29 @@ def _write(ax: Axes, text: str) -> None:
 def _filled(caption: str, moment: Moment) -> str:
     """A caption with the values of the names in braces."""
 
-    def value(found: re.Match[str]) -> str:
-        name = "t" if found[1] == "time" else found[1]
-        return style.number(moment.named(name).value, found[2] or "g")
+    def value(match: re.Match[str]) -> str:
+        name = "t" if match[1] == "time" else match[1]
+        return style.number(moment.named(name).value, match[2] or "g")
 
     return _BLANK.sub(value, caption)
 
 
-def check_overlays(overlays: OverlaysTable, way: CameraWay, span: tuple[float, float]) -> None:
+def check_overlays(overlays: OverlaysTable, path: CameraPath, span: tuple[float, float]) -> None:
     """Raise ValueError for captions with unknown names, and for tracks of cameras that do not circle the axis."""
-    _check_caption(overlays.caption, {"time", "t", *PLACE_NAMES, *way.formulas})
+    _check_caption(overlays.caption, {"time", "t", *PLACE_NAMES, *path.formulas})
     if overlays.tracks:
         with about("overlays", camera="overlays.tracks"):
             for time in span:
-                way.camera(time)[0].orbital_velocity()
+                path.camera(time)[0].orbital_velocity()
 
 
-def _check_caption(caption: str, known: set[str]) -> None:
+def _check_caption(caption: str, names: set[str]) -> None:
     """Raise ValueError for anything in braces but names with a simple format."""
     if len(caption) > _LONGEST_CAPTION:
-        refuse("overlays.caption", f"be at most {_LONGEST_CAPTION} characters long", f"{len(caption)} long")
-    for found in _IN_BRACES.finditer(caption):
-        blank = _BLANK.fullmatch(found[0])
+        reject("overlays.caption", f"be at most {_LONGEST_CAPTION} characters long", f"{len(caption)} long")
+    for part in _IN_BRACES.finditer(caption):
+        blank = _BLANK.fullmatch(part[0])
         if blank is None:
-            refuse("overlays.caption", "have names in braces, as {t} or {radius:.2f}", quoted(found[0]))
-        if blank[1] not in known:
-            raise SceneError(f"overlays.caption must name {', '.join(sorted(known))} in braces, but names {blank[1]}.")
+            reject("overlays.caption", "have names in braces, as {t} or {radius:.2f}", quoted(part[0]))
+        if blank[1] not in names:
+            raise SceneError(f"overlays.caption must name {', '.join(sorted(names))} in braces, but names {blank[1]}.")

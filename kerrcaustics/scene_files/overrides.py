@@ -30,13 +30,13 @@ def with_overrides(table: dict[str, Any], overrides: Sequence[str]) -> dict[str,
 
 def _steps(path: str) -> list[str | int]:
     """Keys and numbers of list entries along a path; none where it is no path."""
-    found: list[str | int] = []
+    steps: list[str | int] = []
     for part in path.split("."):
         match = _STEP.fullmatch(part)
         if match is None:
             return []
-        found += [match[1], *(int(number) for number in re.findall(r"\d+", match[2]))]
-    return found
+        steps += [match[1], *(int(number) for number in re.findall(r"\d+", match[2]))]
+    return steps
 
 
 def _value(text: str) -> Any:
@@ -48,17 +48,17 @@ def _value(text: str) -> Any:
 
 def _set(table: dict[str, Any], steps: list[str | int], value: Any, path: str) -> None:
     """Set an entry; tables on the way to it are made where they are not there."""
-    here: Any = table
+    container: Any = table
     for step in steps[:-1]:
-        _check_entry(here, step, path)
+        _check_entry(container, step, path)
         if isinstance(step, str):
-            here.setdefault(step, {})
-        here = here[step]
-    _check_entry(here, steps[-1], path)
-    here[steps[-1]] = value
+            container.setdefault(step, {})
+        container = container[step]
+    _check_entry(container, steps[-1], path)
+    container[steps[-1]] = value
 
 
-def _check_entry(here: Any, step: str | int, path: str) -> None:
-    within = isinstance(here, list) and isinstance(step, int) and step < len(here)
-    if not (within or (isinstance(here, dict) and isinstance(step, str))):
+def _check_entry(container: Any, step: str | int, path: str) -> None:
+    within = isinstance(container, list) and isinstance(step, int) and step < len(container)
+    if not (within or (isinstance(container, dict) and isinstance(step, str))):
         raise SceneError(f"an override must name an entry of the scene, but {path} is none.")

@@ -1,4 +1,4 @@
-"""Scene files of either kind: what is shown, and what is swept over."""
+"""Scene files of either kind: those of pictures and films, and those of sweeps."""
 
 from pathlib import Path
 from typing import Any
@@ -20,13 +20,13 @@ def read_scene(path: str | Path) -> Any:
     Returns
     -------
     SceneFile
-        What `kerrcaustics render` and `kerrcaustics film` show. For a file that says what to sweep over, with `spin`
-        and `radius` outside of all tables, the `Scene` that `sweep` takes.
+        The scene of `kerrcaustics render` and `kerrcaustics film`. For the file of a sweep, which has `spin` and
+        `radius` outside of all tables, the `Scene` that `sweep` takes.
 
     Raises
     ------
     ValueError
-        Where the file cannot be read, or says what cannot be; the message names the key.
+        If the file cannot be read or an entry is invalid; the message names the key.
 
     Examples
     --------

@@ -10,7 +10,7 @@ from kerrcaustics.scenes.render import Rendering, Sky, TracedView, render, trace
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 
-# The last map, and what it is of.
+# The last map, and all that it depends on.
 _LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
@@ -36,13 +36,13 @@ def rendered(
 def _traced(camera: Camera, view: View, sky: bool, disk: Disk | None, delay: bool, quality: str) -> TracedView:
     """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
     rims = disk and (disk.inner, disk.outer, disk.opaque)
-    of = camera, view, sky, rims, delay, quality
+    key = camera, view, sky, rims, delay, quality
     # Looked at once: another thread may put its own there.
-    kept = next(iter(_LAST), None)
-    if kept is None or not same(kept[0], of):
+    last = next(iter(_LAST), None)
+    if last is None or not same(last[0], key):
         # Two at once would be too much memory.
-        kept = None
+        last = None
         _LAST.clear()
-        kept = of, trace_view(camera, view, sky=sky, disk=disk, delay=delay, quality=quality)
-        _LAST[:] = [kept]
-    return kept[1]
+        last = key, trace_view(camera, view, sky=sky, disk=disk, delay=delay, quality=quality)
+        _LAST[:] = [last]
+    return last[1]

@@ -1,4 +1,4 @@
-"""A scene from a file: what each of its frames shows, and all that this depends on."""
+"""A scene from a file: its frames, and all that they depend on."""
 
 import hashlib
 import math
@@ -6,20 +6,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from kerrcaustics.choices import Quality
 from kerrcaustics.files import reading
 from kerrcaustics.scene_files.builders import add_glare, disk_of, point_spread, sky_of
-from kerrcaustics.scene_files.cameras import CameraWay, value_at, varied, way_of
-from kerrcaustics.scene_files.contents import WORDS, Contents, FilmTable, GeodesicTable, OverlaysTable
+from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
+from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, OverlaysTable
 from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
-from kerrcaustics.scene_files.validation import SceneError, about, check_numbers, refuse, told_of
+from kerrcaustics.scene_files.validation import SceneError, about, check_contents, in_file, reject
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.motion import ShutterMotion
@@ -48,23 +49,23 @@ class SceneFile:
     Parameters
     ----------
     contents : Contents
-        What the file says.
+        The tables of the file.
     folder : Path
-        Where files lie that it names.
+        The folder of the files that it names.
     name : str
         Of the file, for error messages.
     files : tuple of (str, str)
-        Files that it names, each with the SHA-256 of what is in it.
+        Files that it names, each with the SHA-256 of its bytes.
 
     Raises
     ------
     ValueError
-        Where the file cannot be read, or says what cannot be; the message names the key.
+        If the file cannot be read or an entry is invalid; the message names the key.
 
     Notes
     -----
-    `SceneFile.read` and `read_scene` make one, and refuse what is wrong in it with a ValueError of one line that names
-    the file, the key by its path and what it must be. It can be pickled; what it makes is made anew elsewhere.
+    `SceneFile.read` and `read_scene` make one. For an invalid file they raise a ValueError of one line that names the
+    file, the key by its path and what it must be. A scene can be pickled, without what was made of it.
 
     Examples
     --------
@@ -85,12 +86,12 @@ class SceneFile:
         """The scene in a TOML file. overrides: entries that replace those of the file, as "camera.radius=5"."""
         path = Path(path)
         table = read_toml(path)
-        with told_of(str(path)):
+        with in_file(str(path)):
             table = with_overrides(table, overrides)
             for entry, value in not_finite(table):
-                refuse(entry, "be a finite number", value)
-            contents = as_struct(table, Contents, path, WORDS)
-            check_numbers(contents)
+                reject(entry, "be a finite number", value)
+            contents = as_struct(table, Contents, path)
+            check_contents(contents)
             folder = path.absolute().parent
             files = tuple((name, _hash(entry, folder, name)) for entry, name in _named_files(contents))
             scene = cls(contents, folder, str(path), files)
@@ -102,12 +103,12 @@ class SceneFile:
         return SceneFile, (self.contents, self.folder, self.name, self.files)
 
     def __repr__(self) -> str:
-        """One line: file, size, frames."""
+        """Return a line with file, size and frames."""
         return f"<SceneFile {self.name}: {self.size[0]} x {self.size[1]} pixels, {self.frames} frames>"
 
     @property
     def frames(self) -> int:
-        """How many frames: 1 for a picture."""
+        """Number of frames: 1 for a picture."""
         film = self._film
         return film.frames or max(round((film.duration or 0.0) * film.rate), 1)
 
@@ -123,13 +124,13 @@ class SceneFile:
 
     @property
     def quality(self) -> str:
-        """The quality that the file asks for."""
+        """The quality in the file."""
         return self.contents.quality
 
     @property
     def span(self) -> tuple[float, float]:
         """Times of the first frame and of one beyond the last, coordinate time of the hole."""
-        low, high = self._way.motion.span if self.contents.camera.path is not None else (0.0, 0.0)
+        low, high = self._path.motion.span if self.contents.camera.path is not None else (0.0, 0.0)
         film = self._film
         start = film.start if film.start is not None else low if math.isfinite(low) else 0.0
         end = film.end if film.end is not None else high if math.isfinite(high) else start
@@ -150,21 +151,21 @@ class SceneFile:
         entry = msgspec.json.decode(msgspec.json.encode(self.contents))
         for key in ("title", "film"):
             entry.pop(key)
-        shown = {"frames": self.frames, "span": list(self.span), "shutter_deg": self._film.shutter_deg}
-        return {"schema": "kerrcaustics/scene-file/1", **entry, "shown": shown, "files": dict(self.files)}
+        frames = {"frames": self.frames, "span": list(self.span), "shutter_deg": self._film.shutter_deg}
+        return {"schema": "kerrcaustics/scene-file/1", **entry, "shown": frames, "files": dict(self.files)}
 
     def camera(self, time: float) -> Camera:
         """The camera at a time."""
-        return self._seen(time)[0]
+        return self._camera_view(time)[0]
 
     def azimuth(self, time: float) -> float:
         """Azimuth phi (radians) of the camera at a time: by so much sky and disk are turned back."""
-        with told_of(self.name):
-            return self._way.camera(time)[1].phi
+        with in_file(self.name):
+            return self._path.camera(time)[1].phi
 
     def view(self, time: float, scale: float = 1.0) -> View:
-        """What the camera looks at, at a time; scale: of the picture's width and height."""
-        return self._seen(time, scale)[1]
+        """The view at a time; scale: of the picture's width and height."""
+        return self._camera_view(time, scale)[1]
 
     def rendering(self, number: int, *, quality: str | None = None, scale: float = 1.0) -> Rendering:
         """A frame in linear light.
@@ -174,16 +175,16 @@ class SceneFile:
         number : int
             From 0 to `frames` - 1.
         quality : str, optional
-            "draft", "normal" or "high"; left out, what the file says.
+            "draft", "normal" or "high"; left out, the quality in the file.
         scale : float
             Of width and height.
         """
         quality = self.quality if quality is None else quality
-        one_of("quality", quality, WORDS["quality"])
+        one_of("quality", quality, get_args(Quality))
         time = self.moment(number)
-        camera, view = self._seen(time, scale)
-        with told_of(self.name):
-            place = self._way.camera(time)[1]
+        camera, view = self._camera_view(time, scale)
+        with in_file(self.name):
+            place = self._path.camera(time)[1]
             sky = self._sky
             if sky is not None and place.phi != 0:
                 sky = TurnedSky(sky, -place.phi)
@@ -192,15 +193,15 @@ class SceneFile:
             return rendered(camera, view, sky, disk, self.contents.light, time, motion, quality)
 
     def _motion(self, time: float, phi: float, scale: float) -> ShutterMotion | None:
-        """What moves while a frame is exposed, from its middle on; phi: of the camera then."""
-        low, high = self._way.motion.span
+        """The motion while a frame is exposed, about its middle; phi: of the camera then."""
+        low, high = self._path.motion.span
         # Nothing is known of a path before its first time, where films begin.
         half = min(self.step * self._film.shutter_deg / 720, time - low, high - time)
         if not half > 0:
             return None
         first, last = time - half, time + half
-        (opened, view), (closed, other) = (self._seen(moment, scale) for moment in (first, last))
-        azimuths = self._way.camera(first)[1].phi - phi, self._way.camera(last)[1].phi - phi
+        (opened, view), (closed, other) = (self._camera_view(moment, scale) for moment in (first, last))
+        azimuths = self._path.camera(first)[1].phi - phi, self._path.camera(last)[1].phi - phi
         return ShutterMotion((opened, closed), (view, other), azimuths, (first - time, last - time))
 
     def light(self, rendering: Rendering, scale: float = 1.0) -> Float[Array, "height width 3"]:
@@ -210,19 +211,19 @@ class SceneFile:
     def developed(self, number: int, rendering: Rendering, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
         """The picture of a frame that was rendered: flare, tone curve, overlays."""
         light, time = self.contents.light, self.moment(number)
-        with told_of(self.name):
-            exposure = value_at(self._varied["light.exposure"], self._way.at(time))
+        with in_file(self.name):
+            exposure = value_at(self._varied["light.exposure"], self._path.at(time))
             with about("light"):
                 picture = tone_mapped(self.light(rendering, scale), exposure, light.curve, light.softening)
             if not self._overlaid:
                 return picture
             from kerrcaustics.scene_files.overlays import overlaid
 
-            return overlaid(picture, self.contents.overlays, rendering, self._way.at(time))
+            return overlaid(picture, self.contents.overlays, rendering, self._path.at(time))
 
     @property
     def _overlaid(self) -> bool:
-        """Whether anything is drawn onto pictures: only then plots are imported."""
+        """True if anything is drawn onto pictures: only then plots are imported."""
         return self.contents.overlays != OverlaysTable()
 
     def picture(self, number: int, *, quality: str | None = None, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
@@ -234,7 +235,7 @@ class SceneFile:
         return self.contents.film or FilmTable(frames=1)
 
     @cached_property
-    def _way(self) -> CameraWay:
+    def _path(self) -> CameraPath:
         film = self.contents.film
         span = None
         if film is not None and (film.start is not None or film.end is not None):
@@ -242,14 +243,14 @@ class SceneFile:
             first = path.time if isinstance(path, GeodesicTable) else 0.0
             start = first if film.start is None else film.start
             span = start, start if film.end is None else film.end
-        return way_of(self.contents, self.folder, span)
+        return camera_path(self.contents, self.folder, span)
 
     @cached_property
     def _varied(self) -> dict[str, Any]:
-        """What may change with time, by the path of its key."""
+        """Values that may change with time, by the paths of their keys."""
         view = {f"view.{key}": getattr(self.contents.view, key) for key in _VARIED_VIEW}
-        given = {**view, "light.exposure": self.contents.light.exposure}
-        return {entry: varied(entry, value, self._way) for entry, value in given.items()}
+        values = {**view, "light.exposure": self.contents.light.exposure}
+        return {entry: varied(entry, value, self._path) for entry, value in values.items()}
 
     @property
     def _sky(self) -> Any:
@@ -262,14 +263,14 @@ class SceneFile:
             return None
         return disk_of(table, self.contents.hole.spin, self.folder, self.files, light.response)
 
-    def _seen(self, time: float, scale: float = 1.0) -> tuple[Camera, View]:
+    def _camera_view(self, time: float, scale: float = 1.0) -> tuple[Camera, View]:
         if not math.isfinite(real_number("time", time)):
             raise ValueError(f"Argument `time` must be a finite number, but is {quoted(time)}.")
         if not 0 < real_number("scale", scale) <= 16:
             raise ValueError(f"Argument `scale` must be more than 0 and at most 16, but is {quoted(scale)}.")
-        with told_of(self.name):
-            camera = self._way.camera(time)[0]
-            moment = self._way.at(time)
+        with in_file(self.name):
+            camera = self._path.camera(time)[0]
+            moment = self._path.at(time)
             field, *turns = (value_at(self._varied[f"view.{key}"], moment) for key in _VARIED_VIEW)
             return camera, self._view(camera, field, turns, scale)
 
@@ -282,10 +283,10 @@ class SceneFile:
             return View(width, height, math.radians(field), table.projection, *axes)
 
     def _check(self) -> None:
-        """Make all that costs little, so that what is wrong is told before anything is traced."""
+        """Make all that costs little, so that errors are raised before anything is traced."""
         start, end = self.span
         if not (end > start or (self.frames == 1 and end == start)):
-            refuse("film.end", f"be given, and be later than film.start ({start:g})", end)
+            reject("film.end", f"be given, and be later than film.start ({start:g})", end)
         _ = self._sky
         for i, one in enumerate(self.contents.light.flare):
             with about(f"light.flare[{i}]"):
@@ -296,27 +297,27 @@ class SceneFile:
         if self._overlaid:
             from kerrcaustics.scene_files.overlays import check_overlays
 
-            check_overlays(self.contents.overlays, self._way, self.span)
+            check_overlays(self.contents.overlays, self._path, self.span)
 
     def _check_frame(self, time: float) -> None:
-        camera = self._way.camera(time)[0]
-        moment = self._way.at(time)
-        values = {entry: value_at(given, moment) for entry, given in self._varied.items()}
+        camera = self._path.camera(time)[0]
+        moment = self._path.at(time)
+        values = {entry: value_at(varying, moment) for entry, varying in self._varied.items()}
         self._view(camera, values["view.field_of_view_deg"], None, 1.0)
         if not values["light.exposure"] <= _BRIGHTEST:
-            refuse("light.exposure", f"be at most {_BRIGHTEST:g}", values["light.exposure"])
+            reject("light.exposure", f"be at most {_BRIGHTEST:g}", values["light.exposure"])
         with about("light"):
             tone_mapped(np.zeros((1, 3)), values["light.exposure"], softening=self.contents.light.softening)
 
 
 def _named_files(contents: Contents) -> list[tuple[str, str]]:
     """Files that a scene names, by the paths of their keys."""
-    found = [("camera.path.file", getattr(contents.camera.path, "file", None))]
-    found += [("sky.file", getattr(contents.sky, "file", None)), ("sky.tycho2", getattr(contents.sky, "tycho2", None))]
+    files = [("camera.path.file", getattr(contents.camera.path, "file", None))]
+    files += [("sky.file", getattr(contents.sky, "file", None)), ("sky.tycho2", getattr(contents.sky, "tycho2", None))]
     if contents.disk is not None:
-        found.append(("disk.emission.file", getattr(contents.disk.emission, "file", None)))
-    found += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare)]
-    return [(entry, name) for entry, name in found if name is not None]
+        files.append(("disk.emission.file", getattr(contents.disk.emission, "file", None)))
+    files += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare)]
+    return [(entry, name) for entry, name in files if name is not None]
 
 
 def _hash(entry: str, folder: Path, name: str) -> str:

@@ -6,7 +6,7 @@ _FOLDER = Path(__file__).parent / "templates"
 
 
 def first_lines() -> dict[str, str]:
-    """What each template shows, by its name: its first line, a comment."""
+    """The first lines of the templates, which are comments, by their names."""
     names = sorted(path.stem for path in _FOLDER.glob("*.toml"))
     return {name: template_text(name).partition("\n")[0].lstrip("# ") for name in names}
 
@@ -22,5 +22,5 @@ def template_text(name: str) -> str:
 
 
 def film_templates() -> list[str]:
-    """Names of those that are films."""
+    """Names of the templates of films."""
     return [name for name in first_lines() if "\n[film]" in template_text(name)]

@@ -1,34 +1,31 @@
 """Checks of a scene file, and their errors: one line that names the file, the key by its path, and what it must be."""
 
-import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NoReturn
 
-from kerrcaustics.scene_files.contents import Contents, GeodesicTable
+from kerrcaustics.scene_files.contents import Contents
 
 # Names of arguments that are keys under another name, in degrees.
 _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg", "forward": "look", "up": "look"}
 _KEYS |= {"tilt": "galaxy_tilt_deg", "node": "galaxy_node_deg", "centre": "galaxy_centre_deg", "spread": "file"}
 _KEYS |= {"path": "file", "light": "file"}
-_LARGEST = 16384
-_LONGEST = 1e9
 
 
 class SceneError(ValueError):
-    """What is wrong in a scene file, without the name of the file."""
+    """An error in a scene file, without the name of the file."""
 
 
-def refuse(entry: str, must: str, value: Any) -> NoReturn:
-    """Raise ValueError for an entry; value: what it is, a number or words."""
-    shown = f"{value:.12g}" if isinstance(value, float) else value
-    raise SceneError(f"{entry} must {must}, but is {shown}.")
+def reject(entry: str, must: str, value: Any) -> NoReturn:
+    """Raise ValueError for an entry; value: a number or words."""
+    text = f"{value:.12g}" if isinstance(value, float) else value
+    raise SceneError(f"{entry} must {must}, but is {text}.")
 
 
 @contextmanager
-def told_of(name: str) -> Iterator[None]:
-    """Errors of scene files with the name of the file."""
+def in_file(name: str) -> Iterator[None]:
+    """Add the name of the file to errors in it."""
     try:
         yield
     except SceneError as error:
@@ -37,9 +34,9 @@ def told_of(name: str) -> Iterator[None]:
 
 @contextmanager
 def about(table: str, **keys: str) -> Iterator[None]:
-    """Errors of the package about arguments as errors about the keys of a table.
+    """Turn errors about arguments of the package into errors about the keys of a table.
 
-    keys: where an argument comes from another key than that of its name in the table.
+    keys: entries by the names of arguments, for those that come from a key of another name.
     """
     try:
         yield
@@ -47,8 +44,8 @@ def about(table: str, **keys: str) -> Iterator[None]:
         raise
     except ValueError as error:
 
-        def key(found: re.Match[str]) -> str:
-            name = found[1]
+        def key(match: re.Match[str]) -> str:
+            name = match[1]
             return keys.get(name) or f"{table}.{_KEYS.get(name, name)}"
 
         text = re.sub(r"^Arguments? ", "", str(error))
@@ -56,67 +53,27 @@ def about(table: str, **keys: str) -> Iterator[None]:
         raise SceneError(text if text.startswith(table.split(".")[0]) or keys else f"{table}: {text}") from None
 
 
-def check_numbers(contents: Contents) -> None:
-    """Raise ValueError for invalid numbers of a scene, before anything is made of them."""
-    if not 0 <= contents.hole.spin < 1:
-        refuse("hole.spin", "lie in [0, 1)", contents.hole.spin)
-    _check_camera(contents)
-    _check_view(contents)
-    _check_film(contents)
-    for i, theta in enumerate(contents.overlays.tracks):
-        if not 0 <= theta <= 180:
-            refuse(f"overlays.tracks[{i}]", "lie in [0, 180] degrees", theta)
-    if not 0 <= contents.overlays.critical_curves <= 10:
-        refuse("overlays.critical_curves", "be a whole number from 0 to 10", contents.overlays.critical_curves)
-    for i, one in enumerate(contents.light.flare):
-        if (one.file is None) == (one.share is None) or (one.share is None) != (one.width is None):
-            refuse(f"light.flare[{i}]", "have either share and width, or file", "neither or both")
-
-
-def _check_camera(contents: Contents) -> None:
-    camera = contents.camera
-    if (camera.radius is None) == (camera.path is None):
-        refuse("camera", "have either radius or path", "neither" if camera.path is None else "both")
+def check_contents(contents: Contents) -> None:
+    """Raise ValueError for entries of a scene that exclude each other or lack each other."""
+    camera, film = contents.camera, contents.film
+    _check_either("camera", camera, "radius", "path")
     if camera.path is not None:
         for key in ("inclination_deg", "azimuth_deg"):
             if getattr(camera, key) is not None:
-                refuse(f"camera.{key}", "be left out where there is a camera.path", getattr(camera, key))
-    for entry, velocity in (("camera", camera.velocity), ("camera.path", getattr(camera.path, "velocity", None))):
-        names = ("circular", "fiducial", "static") + ("path",) * (entry == "camera" and camera.path is not None)
-        if isinstance(velocity, str) and velocity not in names:
-            refuse(f"{entry}.velocity", f"be {', '.join(names)} or three numbers", repr(velocity))
-    if camera.inclination_deg is not None and not 0 <= camera.inclination_deg <= 180:
-        refuse("camera.inclination_deg", "lie in [0, 180] degrees", camera.inclination_deg)
-    if isinstance(camera.path, GeodesicTable) and not 0 <= camera.path.inclination_deg <= 180:
-        refuse("camera.path.inclination_deg", "lie in [0, 180] degrees", camera.path.inclination_deg)
+                reject(f"camera.{key}", "be left out where there is a camera.path", getattr(camera, key))
+    elif camera.velocity == "path":
+        reject("camera.velocity", "be another one where there is no camera.path", "'path'")
+    if not isinstance(contents.view.look, str) and not any(contents.view.look):
+        reject("view.look", "be three numbers that are not all zero", list(contents.view.look))
+    if film is not None:
+        _check_either("film", film, "frames", "duration")
+    for i, halo in enumerate(contents.light.flare):
+        if (halo.file is None) == (halo.share is None) or (halo.share is None) != (halo.width is None):
+            reject(f"light.flare[{i}]", "have either share and width, or file", "neither or both")
 
 
-def _check_view(contents: Contents) -> None:
-    for key in ("width", "height"):
-        if not 1 <= getattr(contents.view, key) <= _LARGEST:
-            refuse(f"view.{key}", f"be a whole number from 1 to {_LARGEST}", getattr(contents.view, key))
-    look = contents.view.look
-    if isinstance(look, str) and look not in ("hole", "forward"):
-        refuse("view.look", "be hole, forward or three numbers", repr(look))
-    if not isinstance(look, str) and math.hypot(*look) == 0:
-        refuse("view.look", "be three numbers that are not all zero", list(look))
-
-
-def _check_film(contents: Contents) -> None:
-    film = contents.film
-    if film is None:
-        return
-    if (film.frames is None) == (film.duration is None):
-        refuse("film", "have either frames or duration", "neither" if film.frames is None else "both")
-    for key, least in (("frames", 1), ("rate", 1)):
-        value = getattr(film, key)
-        if value is not None and not least <= value <= 1_000_000:
-            refuse(f"film.{key}", f"be a whole number from {least} to 1000000", value)
-    for key in ("start", "end"):
-        value = getattr(film, key)
-        if value is not None and abs(value) > _LONGEST:
-            refuse(f"film.{key}", f"lie in [{-_LONGEST:g}, {_LONGEST:g}]", value)
-    if film.duration is not None and not 0 < film.duration <= 1e5:
-        refuse("film.duration", "be more than 0 seconds and at most 1e5", film.duration)
-    if not 0 <= film.shutter_deg <= 360:
-        refuse("film.shutter_deg", "lie in [0, 360] degrees", film.shutter_deg)
+def _check_either(entry: str, table: Any, one: str, other: str) -> None:
+    """Raise ValueError unless a table has one of two keys."""
+    absent = [getattr(table, key) is None for key in (one, other)]
+    if absent[0] == absent[1]:
+        reject(entry, f"have either {one} or {other}", "neither" if absent[0] else "both")

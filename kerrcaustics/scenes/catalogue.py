@@ -13,7 +13,8 @@ from scipy.spatial import KDTree
 
 from kerrcaustics.files import reading
 from kerrcaustics.results.declared import Shown
-from kerrcaustics.spacetime.checks import instance_of, quoted, real_array, real_number
+from kerrcaustics.scenes.checks import check_number
+from kerrcaustics.spacetime.checks import instance_of, quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -109,7 +110,7 @@ def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
     Raises
     ------
     ValueError
-        Where the file cannot be read, or holds no such stars.
+        If the file cannot be read, or holds no such stars.
     ImportError
         Without the package astropy.
 
@@ -156,7 +157,7 @@ def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalog
     Raises
     ------
     ValueError
-        Where one is no catalogue.
+        If an argument is no catalogue.
 
     Examples
     --------
@@ -213,8 +214,7 @@ def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"
     (3, 3)
     """
     for name, value in (("tilt", tilt), ("node", node), ("centre", centre)):
-        if not math.isfinite(real_number(name, value)):
-            raise ValueError(f"Argument `{name}` must be a finite number of radians, but is {quoted(value)}.")
+        check_number(name, value, "be a finite number of radians")
     c, s = math.cos(tilt), math.sin(tilt)
     incline = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
     return _about_z(node) @ incline @ _about_z(centre) @ galactic_axes()

@@ -3,22 +3,24 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint, averaged
-from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import one_of, quoted, whole_number
 
 Array = np.ndarray
 
-# From the north pole to the south pole; told apart by colour-blind readers (after Okabe and Ito).
+# From the north pole to the south pole; distinct for colour-blind readers (after Okabe and Ito).
 COLOURS = ("#B04000", "#E8821E", "#F5D547", "#A8DDB5", "#56B4E9", "#0072B2", "#3B2F80")
 # Once round: the last one is next to the first.
 HUES = ("#D04A3A", "#E8A13A", "#B9C94A", "#3FA96B", "#3F9FC4", "#4A62C4", "#8A55B8", "#C8559A")
 GAP_COLOUR = "#F4F4F0"
+Along = Literal["latitude", "longitude"]
 # Every second swatch is so much darker.
 DARKER = 0.5
 # Rows or columns.
@@ -32,10 +34,9 @@ def check_pattern(pattern: Any, least_rows: int) -> None:
     whole_number("rows", pattern.rows, least_rows, _MOST)
     if whole_number("columns", pattern.columns, 2, _MOST) % 2:
         raise ValueError(
-            f"Argument `columns` must be an even whole number from 2 to {_MOST}, but is {quoted(pattern.columns)}."
+            f"Argument `columns` must be an even whole number from 2 to {_MOST}, but is {pattern.columns}."
         )
-    if not 0 <= real_number("gap", pattern.gap) < 1:
-        raise ValueError(f"Argument `gap` must lie in [0, 1), but is {quoted(pattern.gap)}.")
+    check_number("gap", pattern.gap, "lie in [0, 1)", lambda gap: 0 <= gap < 1)
     if not isinstance(pattern.colours, list | tuple) or not pattern.colours:
         raise ValueError(f"Argument `colours` must be a list of one colour or more, but is {quoted(pattern.colours)}.")
     for colour in pattern.colours:
@@ -93,7 +94,7 @@ class Checkerboard:
     def __post_init__(self) -> None:
         """Raise ValueError unless the checkerboard is valid."""
         check_pattern(self, least_rows=2)
-        one_of("along", self.along, ("latitude", "longitude"))
+        one_of("along", self.along, get_args(Along))
 
     @cached_property
     def _background(self) -> Float[Array, "3"]:
@@ -102,10 +103,7 @@ class Checkerboard:
     @cached_property
     def _swatches(self) -> Float[Array, "2 3 rows"]:
         """Colours (2, 3, rows), above the background, of the swatch that begins at phi' = 0 and of the one after it."""
-        bright = mixed(self.colours, self.rows)
-        even = (np.arange(self.rows) % 2 == 0)[:, None]
-        ones, others = np.where(even, bright, DARKER * bright), np.where(even, DARKER * bright, bright)
-        return (np.stack([ones, others]) - self._background).swapaxes(1, 2)
+        return self._alternating(mixed(self.colours, self.rows))
 
     @cached_property
     def _before(self) -> Float[Array, "2 3 rows"]:
@@ -115,10 +113,13 @@ class Checkerboard:
     @cached_property
     def _columns(self) -> Float[Array, "2 3 columns"]:
         """Colours (2, 3, columns), above the background, of the swatches of even and of odd rows, once round."""
-        bright = mixed((*self.colours, self.colours[0]), self.columns)
-        even = (np.arange(self.columns) % 2 == 0)[:, None]
-        ones, others = np.where(even, bright, DARKER * bright), np.where(even, DARKER * bright, bright)
-        return (np.stack([ones, others]) - self._background).swapaxes(1, 2)
+        return self._alternating(mixed((*self.colours, self.colours[0]), self.columns))
+
+    def _alternating(self, bright: Float[Array, "n 3"]) -> Float[Array, "2 3 n"]:
+        """Colours (2, 3, n), above the background, of swatches that begin with a bright one, and with a dark one."""
+        even, dark = (np.arange(len(bright)) % 2 == 0)[:, None], DARKER * bright
+        patterns = np.where(even, bright, dark), np.where(even, dark, bright)
+        return (np.stack(patterns) - self._background).swapaxes(1, 2)
 
     @cached_property
     def _rounds(self) -> Float[Array, "2 3 columns+1"]:

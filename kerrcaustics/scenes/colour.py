@@ -3,18 +3,23 @@
 import math
 import re
 from functools import cache
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float, UInt8
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.spacetime.checks import one_of, quoted, real_array, real_number
+from kerrcaustics.scenes.checks import check_number, positive
+from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 
 Array = np.ndarray
+Reals = Float[Array, "*batch"]
 
-CURVES = ("linear", "asinh")
-RESPONSES = ("cie", "film")
+Curve = Literal["linear", "asinh"]
+CURVES: tuple[Curve, ...] = get_args(Curve)
+Response = Literal["cie", "film"]
+RESPONSES: tuple[Response, ...] = get_args(Response)
 
 DAYLIGHT = 6504.0
 """Temperature (K) of the black body that stands for the white of sRGB."""
@@ -76,7 +81,7 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
     >>> bool(red > green > blue)
     True
     """
-    _check_white(white)
+    check_number("white", white, "lie in [1000, 40000] kelvin", lambda kelvin: 1000 <= kelvin <= 40000)
     check_response(response)
     kelvin = real_array("temperature", temperature)
     if not (kelvin >= 0).all():
@@ -86,8 +91,8 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
 
 def _black_body(kelvin: ArrayLike, white: float = DAYLIGHT, response: str = "cie") -> Float[Array, "*batch 3"]:
     """As `black_body`, of temperatures that may be NaN."""
-    seen, of_white = (_interpolated(np.asarray(value, float), response) for value in (kelvin, white))
-    return np.exp(seen - of_white)
+    channels, white_channels = (_interpolated(np.asarray(value, float), response) for value in (kelvin, white))
+    return np.exp(channels - white_channels)
 
 
 def luminance(light: ArrayLike) -> Float[Array, "*batch"]:
@@ -105,11 +110,7 @@ def star_temperature(colour_index: ArrayLike) -> Float[Array, "*batch"]:
 
 
 def shifted_light(
-    redshift: Float[Array, "*batch"],
-    beaming: bool,
-    colour_shift: bool,
-    temperature: ArrayLike = DAYLIGHT,
-    response: str = "cie",
+    redshift: Reals, beaming: bool, colour_shift: bool, temperature: ArrayLike = DAYLIGHT, response: str = "cie"
 ) -> Float[Array, "*batch 3"]:
     """Factors (..., 3) of linear sRGB light that comes with frequency ratios g = nu_camera / nu_source (...,).
 
@@ -143,17 +144,17 @@ def shifted_light(
 
 
 def seen_black_body(
-    temperature: Float[Array, "*batch"],
-    redshift: Float[Array, "*batch"],
-    beaming: bool,
-    colour_shift: bool,
-    response: str = "cie",
+    temperature: Reals, redshift: Reals, beaming: bool, colour_shift: bool, response: str = "cie"
 ) -> Float[Array, "*batch 3"]:
-    """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); switches as for `shifted_light`."""
+    """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); 0 where the temperature is.
+
+    Switches as for `shifted_light`.
+    """
+    kelvin, shines = np.maximum(temperature, 1.0), (np.asarray(temperature) > 0)[..., None]
     if beaming and colour_shift:
-        return _black_body(temperature * redshift, response=response)
-    factor = shifted_light(redshift, beaming, colour_shift, temperature, response)
-    return _black_body(temperature, response=response) * factor
+        return _black_body(kelvin * redshift, response=response) * shines
+    factor = shifted_light(redshift, beaming, colour_shift, kelvin, response)
+    return _black_body(kelvin, response=response) * factor * shines
 
 
 def from_srgb(colour: str, name: str = "colour") -> Float[Array, "3"]:
@@ -211,8 +212,7 @@ def tone_mapped(
     """
     one_of("curve", curve, CURVES)
     for name, value in (("exposure", exposure), ("softening", softening)):
-        if not 0 < real_number(name, value) < math.inf:
-            raise ValueError(f"Argument `{name}` must be a positive, finite number, but is {quoted(value)}.")
+        check_number(name, value, "be a positive, finite number", positive)
     light = real_array("light", light, np.float32) * np.float32(exposure)
     if light.ndim == 0 or light.shape[-1] != 3:
         raise ValueError(f"Argument `light` must have the shape (..., 3), but has {light.shape}.")
@@ -224,22 +224,17 @@ def tone_mapped(
 def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Array, "*batch 3"]:
     """Light whose luminance is compressed by asinh, each channel at most 1."""
     grey = luminance(light)[..., None]
-    wanted = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
-    light = light * (wanted / np.maximum(grey, 1e-30))
+    target = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
+    light = light * (target / np.maximum(grey, 1e-30))
     most = light.max(axis=-1, keepdims=True)
     # Toward grey of the same luminance, until the brightest channel is 1.
-    pale = np.where(most > 1, (most - 1) / np.maximum(most - wanted, 1e-30), 0)
-    return light + (wanted - light) * pale
+    pale = np.where(most > 1, (most - 1) / np.maximum(most - target, 1e-30), 0)
+    return light + (target - light) * pale
 
 
 def check_response(response: str) -> None:
     """Raise ValueError unless the response is valid."""
     one_of("response", response, RESPONSES)
-
-
-def _check_white(white: float) -> None:
-    if not 1000 <= real_number("white", white) <= 40000:
-        raise ValueError(f"Argument `white` must lie in [1000, 40000] kelvin, but is {quoted(white)}.")
 
 
 def _interpolated(temperature: Float[Array, "*batch"], response: str) -> Float[Array, "*batch 3"]:

@@ -9,8 +9,9 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
+from kerrcaustics.scenes.checks import check_light, check_number, positive
 from kerrcaustics.scenes.panorama import read_picture
-from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, whole_number
 
 Array = np.ndarray
 
@@ -35,7 +36,7 @@ def with_glare(
         Values of PNG and JPEG files count as sRGB, of which the faint end of a halo is lost, those of OpenEXR as
         linear.
     framed : bool
-        Whether what falls beside the picture is returned too, in a frame round it.
+        Return also the light that falls beside the picture, in a frame round it.
 
     Returns
     -------
@@ -72,7 +73,9 @@ def with_glare(
     middle = shape.shape[0] // 2, shape.shape[1] // 2
     if not framed:
         shape, middle = _within(shape, middle, picture.shape[:2])
-    whole = np.stack([_convolved(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)], axis=-1)
+    channels = [scipy.signal.fftconvolve(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)]
+    # Round-off leaves dark pixels a little below zero, of which a tone curve would make anything.
+    whole = np.maximum(np.stack(channels, axis=-1), 0)
     rows, columns = (slice(start, start + size) for start, size in zip(middle, picture.shape[:2], strict=True))
     return whole if framed else whole[rows, columns]
 
@@ -103,20 +106,18 @@ def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | 
     >>> spread.shape[0] == spread.shape[1]
     True
     """
-    if not 0 <= real_number("share", share) <= 1:
-        raise ValueError(f"Argument `share` must lie in [0, 1], but is {quoted(share)}.")
+    check_number("share", share, "lie in [0, 1]", lambda part: 0 <= part <= 1)
     for name, value in (("width", width), ("falloff", falloff)):
-        if not 0 < real_number(name, value) < math.inf:
-            raise ValueError(f"Argument `{name}` must be a positive, finite number, but is {quoted(value)}.")
+        check_number(name, value, "be a positive, finite number", positive)
     most = (_LARGEST - 1) // 2
     reach = whole_number("reach", math.ceil(min(_REACH * width, most)) if reach is None else reach, 0, most)
     square = (np.arange(-reach, reach + 1) / width) ** 2
     # One pixel beyond the end the halo is zero, so that no edge of it is seen.
     end = (1 + ((reach + 1) / width) ** 2) ** (-falloff / 2)
-    found = np.maximum((1 + square[:, None] + square) ** (-falloff / 2) - end, 0)
-    found *= share / found.sum()
-    found[reach, reach] += 1 - share
-    return found
+    kernel = np.maximum((1 + square[:, None] + square) ** (-falloff / 2) - end, 0)
+    kernel *= share / kernel.sum()
+    kernel[reach, reach] += 1 - share
+    return kernel
 
 
 def _point(spread: ArrayLike | str | os.PathLike[str]) -> Float[Array, "p q channels"]:
@@ -135,22 +136,15 @@ def _point(spread: ArrayLike | str | os.PathLike[str]) -> Float[Array, "p q chan
 
 def _numbers(name: str, value: ArrayLike) -> Float[Array, "*shape"]:
     """The argument as an array that holds light."""
-    found = numbers(name, value)
-    if found.size == 0 or not (np.isfinite(found).all() and found.min() >= 0):
-        raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative.")
-    return found
+    values = numbers(name, value)
+    check_light(name, values if values.size else np.array(np.nan))
+    return values
 
 
 def _within(
     shape: Float[Array, "p q channels"], middle: tuple[int, int], size: tuple[int, ...]
 ) -> tuple[Float[Array, "_p _q channels"], tuple[int, int]]:
-    """What of a point spread function leads from one pixel of a picture to another, and its middle."""
+    """The part of a point spread function that leads from pixel to pixel of a picture, and its middle."""
     first = [max(place - (pixels - 1), 0) for place, pixels in zip(middle, size, strict=True)]
     last = [place + pixels for place, pixels in zip(middle, size, strict=True)]
     return shape[first[0] : last[0], first[1] : last[1]], (middle[0] - first[0], middle[1] - first[1])
-
-
-def _convolved(light: Float[Array, "h w"], shape: Float[Array, "p q"]) -> Float[Array, "h+p-1 w+q-1"]:
-    """Light (h, w) with every point of it spread, and with a frame for all that falls beside it."""
-    # Round-off leaves dark pixels a little below zero, of which a tone curve would make anything.
-    return np.maximum(scipy.signal.fftconvolve(light, shape), 0)

@@ -26,7 +26,7 @@ _PROBES = (1, 3, 5, 9, 17, 33)
 
 @result("footprint/1")
 class Footprint:
-    """What n pixels see of the celestial sphere."""
+    """Parts of the celestial sphere that n pixels see."""
 
     direction: Array = quantity("pixel axis", "1", "n' of the middle")
     matrix: Array = quantity(
@@ -41,7 +41,7 @@ class Footprint:
         "spread of the beam's neighbours that the matrix does not hold, along the minor axis",
         json="bend_rad",
     )
-    redshift: Array = quantity("pixel", "1", "nu_camera / nu_source, 1 where no shift is asked for")
+    redshift: Array = quantity("pixel", "1", "nu_camera / nu_source, 1 where light is not shifted")
 
     def __len__(self) -> int:
         """Number of pixels."""
@@ -52,11 +52,11 @@ class Footprint:
         return Footprint(self.direction[which], self.matrix[which], self.bend[which], self.redshift[which])
 
     def turned(self, angle: float) -> "Footprint":
-        """They, turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
+        """Return them turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
         return replace(self, direction=turned(self.direction, angle))
 
     def widened(self, aspect: float) -> "Footprint":
-        """None of them longer than so many times its width: parts of a pixel need not be finer than it is itself."""
+        """Return them no longer than so many times their widths: parts of a pixel need not be finer than itself."""
         return replace(self, bend=np.maximum(self.bend, singular_values(self.matrix)[0] / aspect))
 
     @cached_property
@@ -104,7 +104,7 @@ def turned(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, 
 
 
 def bend(curving: Float[Array, "n 3 3"], across: Float[Array, "n 3"]) -> Float[Array, " n"]:
-    """What second derivatives (n, 3, 3) along xx, xy, yy add to a footprint's minor axis, which lies along across.
+    """Contribution of second derivatives (n, 3, 3) along xx, xy, yy to a footprint's minor axis, along `across`.
 
     A pixel on a critical curve has a minor axis of zero, but its neighbourhood is folded over a strip of the sky. With
     second derivatives H along the minor axis and a deviation of 1/2 pixel, the deviation of x H x / 2 is
@@ -197,7 +197,7 @@ def averaged(
 
 
 def _turning(angle: Float[Array, " n"]) -> Callable[[Array, Array], tuple[Array, Array]]:
-    """To turn directions (3, n) by angles toward tangents (3, n), and these with them."""
+    """Return the rotation of directions (3, n) by angles toward tangents (3, n), which turn with them."""
     cos, sin = np.cos(angle), np.sin(angle)
     return lambda middle, ahead: (cos * middle + sin * ahead, cos * ahead - sin * middle)
 

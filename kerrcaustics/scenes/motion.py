@@ -1,4 +1,4 @@
-"""What moves while a picture is exposed: the camera, where it looks, and time."""
+"""Motion while a picture is exposed: of the camera, of its view, and of time."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class ShutterMotion:
-    """What moves while a picture is exposed: its first and its last moment. The one between is what `render` is given.
+    """Motion while a picture is exposed: its first and its last moment. The one between is an argument of `render`.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class ShutterMotion:
         for name in ("azimuths", "times"):
             value = getattr(self, name)
             refuse_tracer(name, value)
-            if not _two(value) or not all(math.isfinite(real_number(name, one)) for one in value):
+            if not _two(value) or not all(math.isfinite(real_number(name, number)) for number in value):
                 raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
 
     def about(self, camera: Camera, view: View, time: float) -> "Exposure":
@@ -102,19 +102,19 @@ class Exposure(NamedTuple):
 
     @property
     def still(self) -> bool:
-        """Whether the camera sees the hole alike all the time: it may go round, and time may pass."""
+        """True if the camera sees the hole alike all the time: it may go round, and time may pass."""
         return self.first.sight == self.middle.sight == self.last.sight
 
     @property
     def turn(self) -> float:
-        """By how much the sky turns before the camera."""
+        """Angle by which the sky turns before the camera."""
         return self.first.azimuth - self.last.azimuth
 
     def at(self, moment: float) -> ExposedMoment:
         """The camera and the rest at a moment."""
-        for known, place in zip(self, (-0.5, 0.0, 0.5), strict=True):
+        for end, place in zip(self, (-0.5, 0.0, 0.5), strict=True):
             if moment == place:
-                return known
+                return end
         azimuth, time = (float(self._between(moment, [one[k] for one in self])) for k in (2, 3))
         if self.still:
             return ExposedMoment(self.middle.camera, self.middle.view, azimuth, time)
@@ -124,7 +124,7 @@ class Exposure(NamedTuple):
         return ExposedMoment(camera, self._view(camera, moment), azimuth, time)
 
     def pieces(self, count: int) -> "list[Exposure]":
-        """It in so many parts, one after the other."""
+        """Divide it into so many parts, in order of time."""
         ends = np.linspace(-0.5, 0.5, 2 * count + 1).tolist()
         return [Exposure(*(self.at(moment) for moment in ends[k : k + 3])) for k in range(0, 2 * count, 2)]
 
@@ -138,7 +138,7 @@ class Exposure(NamedTuple):
         return View(views[1].width, views[1].height, field, views[1].projection, forward, up)
 
     def _between(self, moment: float, values: Sequence[Any]) -> Float[Array, "*shape"]:
-        """At a moment, what is quadratic in time."""
+        """Return values at a moment, quadratic in time."""
         first, middle, last = (np.asarray(value, float) for value in values)
         return np.asarray(middle + moment * (last - first) + 2 * moment**2 * (last - 2 * middle + first))
 

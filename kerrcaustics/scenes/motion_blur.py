@@ -5,24 +5,24 @@ What is spread over the sky is averaged over footprints that are swept along, an
 """
 
 import math
+from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
-from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.disk.crossings import FINEST, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.emission import ThermalEmission
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.turned import turned_disk
-from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import Exposure
 from kerrcaustics.scenes.points import steps_to
 from kerrcaustics.scenes.seen_sky import SeenSky, seen_sky
-from kerrcaustics.scenes.sky_cells import CROOKED, TOLERANCE, slopes
 from kerrcaustics.scenes.sky_light import Shifts, Sky, sky_light
+from kerrcaustics.scenes.sky_map import CROOKED, TOLERANCE, ray_directions, slopes
 from kerrcaustics.scenes.star_search import StarSearch
 
 Array = np.ndarray
@@ -30,7 +30,7 @@ Array = np.ndarray
 # Where most of the picture moves farther than this (pixels), or not straight on, pieces of the exposure have maps of
 # their own.
 _MOST_OF, _LONGEST_PIECE, _MOST_PIECES = 0.75, 6.0, 32
-# Places, across and down, that tell how far a picture moves.
+# Places, across and down, from which the motion of a picture is estimated.
 _PROBED = (12, 8)
 # A disk moves no farther than this (pixels) from one of its moments to the next, by whether the camera stays; at most
 # so many of them.
@@ -38,7 +38,7 @@ _DISK_STEP, _MOST_DISKS = {True: 0.5, False: 1.0}, 32
 
 
 class DiskLight(NamedTuple):
-    """Light (h, w, 3) of a disk, what comes through it (h, w), what it hides (h, w), and beams of each crossing."""
+    """Light (h, w, 3) of a disk, the transmission (h, w), the hidden pixels (h, w), and beams of each crossing."""
 
     light: Array
     transmission: Array
@@ -49,17 +49,16 @@ class DiskLight(NamedTuple):
 def blurred_sky(
     exposure: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"]
 ) -> tuple[Float[Array, "h w 3"], SeenSky]:
-    """The light of a sky over an exposure, and what was seen: in its first part, with the worst of all of them.
+    """The light of a sky over an exposure, and the visible sky: of its first part, with the worst errors of all.
 
     close, hidden: as for `sky_map`.
     """
     pieces = [exposure] if exposure.still else exposure.pieces(_pieces(exposure))
-    lights, seen = zip(*(_piece(piece, sky, shifts, close, hidden) for piece in pieces), strict=True)
-    visible_fraction = np.mean([one.visible_fraction for one in seen], axis=0, dtype=np.float32)
-    supersampled, error = (max(getattr(one, name) for one in seen) for name in ("supersampled", "error"))
-    whole = seen[0]._replace(
-        visible_fraction=visible_fraction, supersampled=supersampled, beams=sum(one.beams for one in seen), error=error
-    )
+    lights, skies = zip(*(_piece(piece, sky, shifts, close, hidden) for piece in pieces), strict=True)
+    fraction = np.asarray(np.mean([part.visible_fraction for part in skies], axis=0, dtype=np.float32))
+    supersampled, error = (max(getattr(part, name) for part in skies) for name in ("supersampled", "error"))
+    beams = sum(part.beams for part in skies)
+    whole = SeenSky(skies[0].cells, skies[0].parts, fraction, supersampled, beams, error)
     return np.asarray(np.mean(lights, axis=0, dtype=np.float32)), whole
 
 
@@ -67,37 +66,33 @@ def _piece(
     piece: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"]
 ) -> tuple[Float[Array, "h w 3"], SeenSky]:
     camera, view, _, _ = piece.middle
-    seen = seen_sky(camera, view, close, hidden, None if piece.still else piece)
+    visible = seen_sky(camera, view, close, hidden, None if piece.still else piece)
     turn = piece.turn if piece.still else 0.0
     moving = None if piece.still else piece
 
     def search() -> StarSearch:
-        return StarSearch(camera, view, seen.cells, seen.visible_fraction, moving)
+        return StarSearch(camera, view, visible.cells, visible.visible_fraction, moving)
 
-    return sky_light(camera, view, sky, seen.cells, seen.parts, search, shifts, turn), seen
+    return sky_light(camera, view, sky, visible.cells, visible.parts, search, shifts, turn), visible
 
 
 def _pieces(exposure: Exposure) -> int:
-    """Into how many pieces an exposure is divided: by how far most places of the picture move over the sky."""
+    """Number of pieces of an exposure, by the distances that most places of the picture move over the sky."""
     x, y = _probes(exposure)
     camera, view, _, _ = exposure.middle
     sky, steps = view.directions(x, y)
     beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
-    first, last = (
-        turned(trace_rays(one.camera, one.view.directions(x, y)[0], "auto", TOLERANCE).direction, one.azimuth)
-        for one in (exposure.first, exposure.last)
-    )
+    first, last = (ray_directions(end, x, y) for end in (exposure.first, exposure.last))
     columns = np.swapaxes(slopes(beams, sky, steps), 1, 2)
-    moved, off = (
-        np.abs(steps_to(columns, way)).max(axis=1) for way in (last - first, (first + last) / 2 - beams.direction)
-    )
-    seen = np.isfinite(moved)
-    if not seen.any():
+    ways = last - first, (first + last) / 2 - beams.direction
+    moved, off = (np.abs(steps_to(columns, way)).max(axis=1) for way in ways)
+    finite = np.isfinite(moved)
+    if not finite.any():
         return 1
     # What is off straightness goes with the square of the time.
-    far, crooked = (np.quantile(part[seen], _MOST_OF) for part in (moved, off))
-    asked = max(far / _LONGEST_PIECE, math.sqrt(crooked / CROOKED))
-    return int(np.clip(np.ceil(asked), 1, _MOST_PIECES))
+    far, crooked = (np.quantile(part[finite], _MOST_OF) for part in (moved, off))
+    count = max(far / _LONGEST_PIECE, math.sqrt(crooked / CROOKED))
+    return int(np.clip(np.ceil(count), 1, _MOST_PIECES))
 
 
 def _probes(exposure: Exposure) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
@@ -113,28 +108,23 @@ def blurred_disk(exposure: Exposure, disk: Disk, shifts: Shifts, delay: bool) ->
     shape = exposure.middle.view.height, exposure.middle.view.width
     count = _moments(exposure, disk)
     light, transmission = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
-    hidden, seen, beams = np.full(shape, disk.opaque), None, np.zeros(0, int)
+    hidden, plane, beams = np.full(shape, disk.opaque), None, []
     for number in range(count):
         now = exposure.at((number + 0.5) / count - 0.5)
-        if seen is None or not exposure.still:
-            seen = crossings(Lattice(now.camera, now.view, delay), disk.inner, disk.outer, disk.opaque)
-            beams = _added(beams, np.array(seen.beams, int))
+        if plane is None or not exposure.still:
+            plane = crossings(Lattice(now.camera, now.view, delay), disk.inner, disk.outer, disk.opaque)
+            beams = [sum(counts) for counts in zip_longest(beams, plane.beams, fillvalue=0)]
             if disk.opaque:
-                hidden &= covered(seen.cells, shape, disk.inner, disk.outer)
+                hidden &= covered(plane.cells, shape, disk.inner, disk.outer)
         looks = Looks(now.camera.spin, *shifts, delay, now.time)
-        glow, passing = lit(turned_disk(disk, -now.azimuth), seen.cells, shape, looks)
+        glow, passing = lit(turned_disk(disk, -now.azimuth), plane.cells, shape, looks)
         light += glow / count
         transmission += passing / count
-    return DiskLight(light, transmission, hidden, tuple(beams.tolist()))
-
-
-def _added(one: Int[Array, " n"], other: Int[Array, " m"]) -> Int[Array, " most"]:
-    most = max(len(one), len(other))
-    return np.pad(one, (0, most - len(one))) + np.pad(other, (0, most - len(other)))
+    return DiskLight(light, transmission, hidden, tuple(beams))
 
 
 def _moments(exposure: Exposure, disk: Disk) -> int:
-    """At how many moments a disk is looked at: one for each pixel that anything on it moves."""
+    """Number of moments at which a disk is lit: one for each pixel that anything on it moves."""
     patterned = callable(disk.opacity) or not isinstance(disk.emission, ThermalEmission)
     if exposure.still and not patterned:
         return 1
@@ -142,9 +132,8 @@ def _moments(exposure: Exposure, disk: Disk) -> int:
     x, y = (np.round((place + 0.5) * FINEST).astype(int) for place in _probes(exposure))
     corners = lattice.trace(np.sort(lattice.key(x, y)), 1)
     y, x = np.divmod(corners.key, lattice.columns)
-    ends = [
-        lattice._replace(camera=one.camera, view=one.view).rays(x, y, 1)[0] for one in (exposure.first, exposure.last)
-    ]
+    moments = exposure.first, exposure.last
+    ends = [lattice._replace(camera=end.camera, view=end.view).rays(x, y, 1)[0] for end in moments]
     on_disk = [(end[:, 0] > 1 / disk.outer) & (end[:, 0] < 1 / disk.inner) for end in (corners.place, *ends)]
     moved = ends[1] - ends[0]
     radius = np.clip(1 / corners.place[:, 0], disk.inner, disk.outer)

@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.files import check_path, reading
+from kerrcaustics.scenes.checks import check_light, check_number
 from kerrcaustics.scenes.colour import decoded, shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
-from kerrcaustics.spacetime.checks import quoted, real_array, real_number
+from kerrcaustics.spacetime.checks import quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -67,16 +68,14 @@ class Panorama:
             raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")
         if not _FEWEST_ROWS <= len(picture) <= _MOST_ROWS:
             raise ValueError(f"Argument `light` must have {_FEWEST_ROWS} to {_MOST_ROWS} rows, but has {len(picture)}.")
-        if not (np.isfinite(picture).all() and picture.min() >= 0):
-            raise ValueError("Argument `light` must hold finite numbers that are not negative.")
+        check_light("light", picture)
         self.orientation = rotation(orientation)
-        if not 1 <= real_number("aspect", aspect) < math.inf:
-            raise ValueError(f"Argument `aspect` must be a finite number from 1 on, but is {quoted(aspect)}.")
+        check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
         self.rows, self.aspect = len(picture), aspect
         self._levels = [_padded(level) for level in _pyramid(picture)]
 
     def __repr__(self) -> str:
-        """One line: its size."""
+        """Return a line with its size."""
         return f"<Panorama of {2 * self.rows} x {self.rows} pixels>"
 
     @classmethod
@@ -156,7 +155,7 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
     Raises
     ------
     ValueError
-        Where the light has another shape.
+        If the light has another shape.
     ImportError
         Without the package astropy.
 

@@ -17,7 +17,7 @@ CORNERS = ((0, 0), (1, 0), (0, 1), (1, 1))
 
 
 class Weights(NamedTuple):
-    """What values and derivatives at the corners count at places (m,) of a cell, for the map and its derivatives.
+    """Weights of values and derivatives at the corners at places (m,) of a cell, for the map and its derivatives.
 
     value, along_x, along_y (12, m): the four values, the four derivatives along x, and along y, times the cell's size;
     the last two are derivatives in units of that size. mean, mean_x, mean_y (4, m): the same of the bilinear map.
@@ -72,7 +72,7 @@ def _cubic(s: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
 
 
 def doubt(data: Float[Array, "cells 12 parts"]) -> Float[Array, "cells parts"]:
-    """How far the patches may be off: the middle by the edges, and by either diagonal, differ by so much.
+    """Errors of the patches, estimated: the middle by the edges, and by either diagonal, differ by so much.
 
     All three are off by the fourth power of the size, and by another multiple of it each.
     """

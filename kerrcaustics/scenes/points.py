@@ -17,6 +17,7 @@ from scipy.spatial import KDTree
 
 from kerrcaustics.scenes.footprint import bend, major_axis, turned
 from kerrcaustics.scenes.patches import weights_at
+from kerrcaustics.scenes.quadtree import in_chunks
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.view import View
 
@@ -80,23 +81,19 @@ class Imaged(NamedTuple):
     rate: Array
 
 
-class ImageSearch:
-    """The search for images in some cells, with what of it is the same for all stars."""
+class CellSearch:
+    """The search for images in some cells, prepared once for all stars."""
 
     def __init__(self, cells: SkyCells, at_once: int = _CELLS) -> None:
-        """cells: where stars are told apart; at_once: so many are searched together."""
+        """cells: those that are searched; at_once: number of cells that are searched together."""
         self.cells = cells
-        self._chunks = [
-            which[start : start + at_once]
-            for which in (np.flatnonzero(cells.size == size) for size in np.unique(cells.size))
-            for start in range(0, len(which), at_once)
-        ]
+        self._chunks = in_chunks(cells.size, lambda _: at_once)
         self._reaches = [_Reach(cells.data[which], cells.rates[which]) for which in self._chunks]
 
     def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> Imaged:
         """All images in the cells, of each star at a moment of the exposure, from -1/2 to 1/2."""
-        found = list(pool.map(partial(_images, self.cells, lights, moment), self._chunks, self._reaches))
-        return once(Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *found, strict=True))))
+        parts = list(pool.map(partial(_images, self.cells, lights, moment), self._chunks, self._reaches))
+        return once(Imaged(*(np.concatenate(parts) for parts in zip(_NONE, *parts, strict=True))))
 
 
 _NONE = Imaged(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0), np.zeros((0, 2, 3)), *2 * [np.zeros((0, 3, 3))])
@@ -109,24 +106,24 @@ def _images(
     pair, star = reach.near(lights)
     if not len(pair):
         return _NONE
-    found = []
-    for some, start in ((~reach.bent, _middles), (reach.bent & ~reach.folded, _nearest), (reach.folded, _near)):
-        chosen = np.flatnonzero(some[pair])
+    parts = []
+    for mask, start in ((~reach.bent, _middles), (reach.bent & ~reach.folded, _nearest), (reach.folded, _near)):
+        chosen = np.flatnonzero(mask[pair])
         cell, target = pair[chosen], lights.direction[star[chosen]]
         data = cells.data[which[cell]]
         if cells.moving:
             data += moment[star[chosen], None, None] * cells.rates[which[cell]]
-        starts = start(cells.data[which[some]], (np.cumsum(some) - 1)[cell], target)
-        at, solved, columns = _solved(data, target, *starts)
+        starts = start(cells.data[which[mask]], (np.cumsum(mask) - 1)[cell], target)
+        at, place, columns = _solved(data, target, *starts)
         rows = chosen[at]
-        found.append(_imaged(cells, which[pair[rows]], star[rows], solved, columns))
-    return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+        parts.append(_imaged(cells, which[pair[rows]], star[rows], place, columns))
+    return Imaged(*(np.concatenate(parts) for parts in zip(*parts, strict=True)))
 
 
 class _Reach:
-    """What cells cover on the sky, from samples: a parallelogram about a middle (n, 3), and the disc that holds it.
+    """Parts of the sky that cells cover, from samples: a parallelogram about a middle (n, 3), and a disc that holds it.
 
-    folded (n,): which of them turn over; bent (n,): which do, or bend strongly.
+    folded (n,): cells whose map turns over; bent (n,): those, and cells whose map bends strongly.
     """
 
     def __init__(self, data: Float[Array, "n 12 3"], rates: Float[Array, "n _ 3"]) -> None:
@@ -147,7 +144,7 @@ class _Reach:
         self.folded = area.min(axis=1) * area.max(axis=1) <= 0
         self.bent = self.folded | (most > _BENT * least)
         side = np.stack([along, np.cross(self.middle, along)], axis=1)
-        # Where the map is nearly linear, a place in the cell tells more.
+        # Where the map is nearly linear, a place in the cell is the sharper bound.
         columns = np.stack([part[..., _SAMPLES**2 // 2].T for part in (along_x, along_y)], axis=-1)
         self._axes = np.where(self.bent[:, None, None], side, np.linalg.pinv(columns))
         spread = self._axes @ np.moveaxis(away, 0, 1)
@@ -161,7 +158,7 @@ class _Reach:
         self._low, self._high = low - slack + middle, high + slack + middle
 
     def near(self, lights: PointLights) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
-        """Cells (m,) and stars (m,) that may lie in what they cover."""
+        """Pairs of cells (m,) and stars (m,) that may lie in them."""
         cell, star = _within(self.middle, self.chord, lights)
         for axis in range(2):
             side = np.vecdot(self._axes[cell, axis], lights.direction[star])
@@ -171,19 +168,19 @@ class _Reach:
 
 
 def _middles(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
-    """Searches begin in the middles of cells."""
+    """Start searches in the middles of cells."""
     return np.arange(len(cell)), np.full((len(cell), 2), 0.5)
 
 
 def _nearest(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
-    """From that of a grid of places which comes nearest."""
+    """Start searches at the nearest of a grid of places."""
     value = _at_starts(data, weights_at(*_GRID.T).value)
     miss = np.vecdot(value, value)[cell] - 2 * np.vecdot(value[cell], target[:, None])
     return np.arange(len(cell)), _GRID[miss.argmin(axis=1)]
 
 
 def _near(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
-    """From all of them whose part of the cell may hold the target: by the slopes there, and how these change."""
+    """Start searches at all places of the grid whose part of the cell may hold the target, by the slopes there."""
     where = weights_at(*_GRID.T)
     value, one, other = (_at_starts(data, rows) for rows in (where.value, where.along_x, where.along_y))
     length, along = major_axis(one, other)
@@ -199,16 +196,16 @@ def _near(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Floa
 
 
 def _at_starts(data: Float[Array, "n 12 3"], rows: Float[Array, "12 starts"]) -> Float[Array, "n starts 3"]:
-    """What patches have at the starts."""
+    """Values of patches at the starts."""
     return rows.T @ data
 
 
 def _solved(
     data: Float[Array, "n 12 3"], target: Float[Array, "n 3"], rows: Int[Array, " s"], at: Float[Array, "s 2"]
 ) -> tuple[Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"]]:
-    """Where patches meet targets, from starts in some of them.
+    """Solve for the places at which patches meet targets, from starts in some of them.
 
-    Which patch (m,), the place in its cell (m, 2), and the slopes (m, 2, 3) there.
+    Returns the patch (m,), the place in its cell (m, 2), and the slopes (m, 2, 3) there.
     """
     keep = np.arange(len(rows))
     for _ in range(_STEPS):
@@ -218,7 +215,7 @@ def _solved(
         move = steps_to(columns, target[rows[keep]] * size - value)
         length = np.sqrt((move**2).sum(axis=-1))
         at[keep] += move * np.minimum(1, 0.5 / np.maximum(length, 1e-300))[:, None]
-        # Who is far outside will not come back.
+        # Searches that are far outside will not come back.
         keep = keep[(length > 1e-5) & (np.abs(at[keep] - 0.5).max(axis=1) < 1.0)]
     value, columns = _patch(data[rows], at)
     off = steps_to(columns, target[rows] - value / np.linalg.norm(value, axis=-1, keepdims=True))
@@ -230,8 +227,8 @@ def _patch(data: Float[Array, "n 12 3"], at: Float[Array, "n 2"]) -> tuple[Float
     """n' (n, 3), and its slopes (n, 2, 3) along the sides, at one place of each patch."""
     where = weights_at(*at.T)
     rows = np.stack([where.value, where.along_x, where.along_y]).transpose(2, 0, 1)
-    found = rows @ data
-    return found[:, 0], found[:, 1:]
+    values = rows @ data
+    return values[:, 0], values[:, 1:]
 
 
 def steps_to(
@@ -263,26 +260,26 @@ def _imaged(cells: SkyCells, cell: Int[Array, " m"], star: Array, at: Float[Arra
     return Imaged(place, star, np.maximum(size_of, major * least), steps, cells.curving[cell], rate)
 
 
-def once(found: Imaged) -> Imaged:
-    """Without images that two starts, or two cells where they meet, have both found."""
+def once(images: Imaged) -> Imaged:
+    """Drop duplicates of images, from two starts or from two cells where they meet."""
     # Images of one star on one side of a critical curve.
-    order = np.lexsort((found.place[:, 1], found.place[:, 0], found.star))
-    found = Imaged(*(part[order] for part in found))
-    normal = np.cross(found.steps[:, 0], found.steps[:, 1])
+    order = np.lexsort((images.place[:, 1], images.place[:, 0], images.star))
+    images = Imaged(*(part[order] for part in images))
+    normal = np.cross(images.steps[:, 0], images.steps[:, 1])
     keep = np.ones(len(order), bool)
     for ahead in range(1, 9):
-        near = (found.star[ahead:] == found.star[:-ahead]) & (
-            np.abs(found.place[ahead:] - found.place[:-ahead]).max(axis=1) < _SAME
+        near = (images.star[ahead:] == images.star[:-ahead]) & (
+            np.abs(images.place[ahead:] - images.place[:-ahead]).max(axis=1) < _SAME
         )
         same = (normal[ahead:] * normal[:-ahead]).sum(axis=1) >= 0
         keep[ahead:] &= ~(near & same & keep[:-ahead])
-    return Imaged(*(part[keep] for part in found))
+    return Imaged(*(part[keep] for part in images))
 
 
-def moved(found: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
-    """How far images (`Imaged`, or with more of them) move, in pixels, as their stars do by (m, 3)."""
+def moved(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
+    """Displacements, in pixels, of images (`Imaged` or `PictureImages`) whose stars move by (m, 3)."""
     # No steeper than where brightness is cut, too.
-    return steps_to(found.steps, motion, np.maximum(found.area**2, 1e-300))
+    return steps_to(images.steps, motion, np.maximum(images.area**2, 1e-300))
 
 
 def drawn(light: Float[Array, "h w 3"], view: View, place: Float[Array, "m 2"], power: Float[Array, "m 3"]) -> None:
@@ -302,7 +299,7 @@ def drawn(light: Float[Array, "h w 3"], view: View, place: Float[Array, "m 2"], 
 
 
 def _numbers(view: View, pixel: Int[Array, "m 2"]) -> tuple[Int[Array, " n"], Bool[Array, " m"]]:
-    """Numbers (n,) of pixels in reading order, of those that lie in a picture, and which do (m,)."""
+    """Numbers (n,) in reading order of the pixels that lie in a picture, and the mask (m,) of those that do."""
     size = view.width, view.height
     if view.closed:
         beyond = np.flatnonzero(((pixel < 0) | (pixel >= size)).any(axis=1))
@@ -312,7 +309,7 @@ def _numbers(view: View, pixel: Int[Array, "m 2"]) -> tuple[Int[Array, " n"], Bo
 
 
 def _spline_parts(offset: Float[Array, " m"]) -> tuple[Array, Array, Array]:
-    """What the pixels before, at and after the nearest one get of an image at an offset from it."""
+    """Shares of the pixels before, at and after the nearest one in an image at an offset from it."""
     return (0.5 - offset) ** 2 / 2, 0.75 - offset**2, (0.5 + offset) ** 2 / 2
 
 
@@ -322,11 +319,11 @@ def _within(
     """Discs (m,) and the stars (m,) in them."""
     order = np.argsort(chord)
     kind = np.floor(np.log(chord[order]) / math.log(_ALIKE))
-    found = [(np.zeros(0, int), np.zeros(0, int))]
-    for some in np.split(order, np.flatnonzero(np.diff(kind)) + 1):
-        tree = KDTree(centre[some], balanced_tree=False, compact_nodes=False)
-        near = tree.sparse_distance_matrix(lights.tree, chord[some].max(initial=0.0), output_type="ndarray")
-        close = near["v"] <= chord[some[near["i"]]]
-        found.append((some[near["i"][close]], near["j"][close]))
-    discs, stars = zip(*found, strict=True)
+    pairs = [(np.zeros(0, int), np.zeros(0, int))]
+    for group in np.split(order, np.flatnonzero(np.diff(kind)) + 1):
+        tree = KDTree(centre[group], balanced_tree=False, compact_nodes=False)
+        near = tree.sparse_distance_matrix(lights.tree, chord[group].max(initial=0.0), output_type="ndarray")
+        close = near["v"] <= chord[group[near["i"]]]
+        pairs.append((group[near["i"][close]], near["j"][close]))
+    discs, stars = zip(*pairs, strict=True)
     return np.concatenate(discs), np.concatenate(stars)

@@ -3,7 +3,7 @@
 import math
 from functools import cached_property
 from time import perf_counter as clock
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -11,7 +11,8 @@ from jaxtyping import Float
 from kerrcaustics.choices import Quality
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.stages import stage, with_stages
-from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, Seen, covered, crossings
+from kerrcaustics.scenes.checks import check_number
+from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, PlaneCrossings, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.footprint import Footprint
@@ -24,16 +25,16 @@ from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_lig
 from kerrcaustics.scenes.star_search import StarSearch
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import instance_of, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import instance_of, one_of, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 
 Array = np.ndarray
 
-# How far, in pixels, maps of the sky may be off where they are checked.
-QUALITIES = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
+QUALITIES: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
+"""Largest errors of maps of the sky, in pixels, where they are checked."""
 
-_VISIBLE = "part of each pixel that is not in the shadow; None where no sky was asked for"
-_ERROR = "how far the map of the sky is off, in pixels, at most; NaN where no sky was asked for"
+_VISIBLE = "part of each pixel that is not in the shadow; None without a sky"
+_ERROR = "largest error of the map of the sky, in pixels; NaN without a sky"
 _STAGES = "seconds of each stage, by its name: disk_map, sky_map, shadow_edge, sky_light, stars, disk_light"
 _BEAMS = "beams traced for the map, without those that find stars next to the shadow edge"
 _CROSSINGS = "beams traced to each crossing of the disk's plane, from the first one on"
@@ -60,7 +61,7 @@ class Rendering:
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
 
     def __repr__(self) -> str:
-        """One line: size, camera, time."""
+        """Return a line with size, camera and time."""
         size = f"{self.view.width} x {self.view.height}"
         return f"<Rendering {size} of {self.camera}, {self.beams} beams, {self.seconds:.1f} s>"
 
@@ -167,13 +168,13 @@ def render(
     colour_shift : bool
         Spectra move with nu_camera / nu_source: a black body has the colour of one so many times as hot.
     delay : bool
-        Whether the disk's pattern, which circles with it, is seen as it was when the light left it, or as it is now.
+        Show the disk's pattern, which circles with it, as it was when the light left it; else as it is now.
     time : float
         Of the camera, for that pattern; as coordinate time, in units of the mass.
     quality : str
-        How far the map of the sky may be off: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005).
+        Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005).
     motion : ShutterMotion, optional
-        What moves while the picture is exposed; left out, it shows one moment.
+        Motion while the picture is exposed; left out, it shows one moment.
 
     Returns
     -------
@@ -239,7 +240,7 @@ def trace_view(
 ) -> TracedView:
     """The map of a view, for `TracedView.show`: for films, where the sky moves and the camera does not.
 
-    sky: whether there will be one; disk: where one lies; delay: whether the travel time from it will be wanted;
+    sky: true for a view with a sky; disk: its place; delay: true for the travel time from it;
     quality: as for `render`.
 
     Parameters
@@ -247,11 +248,11 @@ def trace_view(
     camera : Camera
     view : View
     sky : bool
-        Whether there will be one.
+        Trace the sky.
     disk : Disk, optional
-        Where one lies.
+        Its rims and its opacity count.
     delay : bool
-        Whether the travel time from the disk will be wanted.
+        Compute the travel time from the disk.
     quality : str
         As for `render`.
 
@@ -274,19 +275,19 @@ def trace_view(
     instance_of("view", view, View)
     close = _close(quality)
     shape = view.height, view.width
-    hidden, about, found = np.zeros(shape, bool), None, Seen((), ())
+    hidden, about, plane = np.zeros(shape, bool), None, PlaneCrossings((), ())
     if disk is not None:
-        found = _crossings(camera, view, disk, delay)
+        plane = _crossings(camera, view, disk, delay)
         about = disk.inner, disk.outer, disk.opaque, delay
         if disk.opaque:
-            hidden = covered(found.cells, shape, disk.inner, disk.outer)
-    on_disk, cells = sum(found.beams), [tuple(part) for part in found.cells]
+            hidden = covered(plane.cells, shape, disk.inner, disk.outer)
+    on_disk, cells = sum(plane.beams), [tuple(part) for part in plane.cells]
     if not sky:
-        return TracedView(camera, view, None, 0, on_disk, math.nan, clock() - began, found.beams, about, cells, (), [])
-    seen = seen_sky(camera, view, close, hidden)
-    counts = seen.supersampled, on_disk + seen.beams, seen.error, clock() - began, found.beams
-    parts = [tuple(part) for part in seen.parts]
-    return TracedView(camera, view, seen.visible_fraction, *counts, about, cells, tuple(seen.cells), parts)
+        return TracedView(camera, view, None, 0, on_disk, math.nan, clock() - began, plane.beams, about, cells, (), [])
+    visible = seen_sky(camera, view, close, hidden)
+    counts = visible.supersampled, on_disk + visible.beams, visible.error, clock() - began, plane.beams
+    parts = [tuple(part) for part in visible.parts]
+    return TracedView(camera, view, visible.visible_fraction, *counts, about, cells, tuple(visible.cells), parts)
 
 
 @with_stages
@@ -305,16 +306,16 @@ def _blurred(
         return Rendering(camera, view, glow, None, 0, sum(beams), clock() - began, beams, transmission)
     if getattr(sky, "sweep", 0.0):
         raise ValueError("Argument `sky` must have no `sweep` of its own where `motion` is given.")
-    light, seen = blurred_sky(exposure, sky, shifts, close, hidden)
+    light, visible = blurred_sky(exposure, sky, shifts, close, hidden)
     light = glow + (light if transmission is None else light * transmission[..., None])
-    counts = seen.supersampled, sum(beams) + seen.beams, clock() - began, beams
-    return Rendering(camera, view, light, seen.visible_fraction, *counts, transmission, seen.error)
+    counts = visible.supersampled, sum(beams) + visible.beams, clock() - began, beams
+    return Rendering(camera, view, light, visible.visible_fraction, *counts, transmission, visible.error)
 
 
 def _close(quality: str) -> float:
-    """How far, in pixels, patches may be off."""
+    """Largest error of patches, in pixels."""
     one_of("quality", quality, QUALITIES)
-    return QUALITIES[quality]
+    return QUALITIES[cast("Quality", quality)]
 
 
 def _check_disk(disk: Disk, camera: Camera) -> None:
@@ -323,15 +324,13 @@ def _check_disk(disk: Disk, camera: Camera) -> None:
 
 
 @stage("disk_map")
-def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> Seen:
+def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> PlaneCrossings:
     _check_disk(disk, camera)
     return crossings(Lattice(camera, view, delay), disk.inner, disk.outer, disk.opaque)
 
 
 def _moment(time: float) -> float:
-    if not math.isfinite(real_number("time", time)):
-        raise ValueError(f"Argument `time` must be a finite number, but is {quoted(time)}.")
-    return float(time)
+    return check_number("time", time, "be a finite number")
 
 
 @usual_warnings

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.march import Marched, Marching, marched
 from kerrcaustics.scenes.disk.volume import Volume
@@ -15,7 +16,7 @@ from kerrcaustics.scenes.render import Sky, render
 from kerrcaustics.scenes.sky_light import check_sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import instance_of, quoted, real_number
+from kerrcaustics.spacetime.checks import instance_of
 
 Array = np.ndarray
 
@@ -44,7 +45,7 @@ class VolumeRendering:
     seconds: float = quantity("", "s", "time it took")
 
     def __repr__(self) -> str:
-        """One line: size, camera, error, time."""
+        """Return a line with size, camera, error and time."""
         size = f"{self.view.width} x {self.view.height}"
         return f"<VolumeRendering {size} of {self.camera}, error {self.error:.1g}, {self.seconds:.1f} s>"
 
@@ -89,7 +90,7 @@ def render_volume(
     ------
     `VolumeRendering.error`: 4/3 of the largest change that half the step makes to the rays of 256 pixels that see
     matter. Rays are those of the pixels' middles; pixels that differ from a neighbour by more than 1/24 of the
-    brightest are the means of nine, of which the error tells nothing. Grids are averaged over the beam, functions are
+    brightest are the means of nine, which the error does not cover. Grids are averaged over the beam, functions are
     not.
 
     Notes
@@ -137,11 +138,8 @@ def render_volume(
 def _checked(camera: Camera, volume: Volume, beaming: bool, colour_shift: bool, step: object) -> Marching:
     instance_of("volume", volume, Volume)
     volume.check(camera.spin)
-    length = real_number("step", step)
-    if not 0 < length <= _LONGEST_STEP:
-        raise ValueError(
-            f"Argument `step` must be a number above 0 and at most {_LONGEST_STEP:g}, but is {quoted(step)}."
-        )
+    must = f"be a number above 0 and at most {_LONGEST_STEP:g}"
+    length = check_number("step", step, must, lambda number: 0 < number <= _LONGEST_STEP)
     return Marching(camera, volume, beaming, colour_shift, length)
 
 
@@ -152,37 +150,35 @@ def _all_marched(way: Marching, view: View, x: Float[Array, "n m"], y: Float[Arr
     def part(start: int) -> Marched:
         rows = slice(start, start + count)
         sky, steps = view.directions(x[rows].ravel(), y[rows].ravel())
-        light, transmission, taken = marched(way, sky, steps)
+        light, transmission, step_counts = marched(way, sky, steps)
         several = len(x[rows]), x.shape[1]
-        return Marched(light.reshape(*several, 3).mean(axis=1), transmission.reshape(several).mean(axis=1), taken)
+        return Marched(light.reshape(*several, 3).mean(axis=1), transmission.reshape(several).mean(axis=1), step_counts)
 
     with ThreadPoolExecutor(cores()) as pool:
         parts = list(pool.map(part, range(0, len(x), count)))
-    light, transmission, taken = zip(*parts, strict=True)
-    return Marched(np.concatenate(light), np.concatenate(transmission), sum(taken))
+    light, transmission, step_counts = zip(*parts, strict=True)
+    return Marched(np.concatenate(light), np.concatenate(transmission), sum(step_counts))
 
 
-def _error(way: Marching, view: View, found: Marched, brightest: float) -> float:
+def _error(way: Marching, view: View, picture: Marched, brightest: float) -> float:
     """4/3 of the largest change that half the step makes, over a sample of the pixels that see matter."""
-    seen = np.flatnonzero((found.transmission < 1) | found.light.any(axis=1))
-    if not len(seen):
+    lit = np.flatnonzero((picture.transmission < 1) | picture.light.any(axis=1))
+    if not len(lit):
         return 0.0
-    which: Int[Array, " sample"] = np.random.default_rng(0).permutation(seen)[:_SAMPLE]
+    which: Int[Array, " sample"] = np.random.default_rng(0).permutation(lit)[:_SAMPLE]
     y, x = np.divmod(which, view.width)
     finer = Marching(way.camera, way.volume, way.beaming, way.colour_shift, way.step / 2)
     light, transmission, _ = _all_marched(finer, view, x[:, None], y[:, None])
-    changes = (
-        np.abs(luminance(light) - luminance(found.light[which])) / brightest,
-        np.abs(transmission - found.transmission[which]),
-    )
-    return float(4 / 3 * max(change.max() for change in changes))
+    darker = np.abs(luminance(light) - luminance(picture.light[which])) / brightest
+    clearer = np.abs(transmission - picture.transmission[which])
+    return float(4 / 3 * max(darker.max(), clearer.max()))
 
 
 def _rough(grey: Float[Array, "h w"], transmission: Float[Array, " pixels"]) -> Bool[Array, "h w"]:
     """Pixels that differ much from one beside, above or below them."""
-    found = np.zeros(grey.shape, bool)
+    mask = np.zeros(grey.shape, bool)
     for picture in (grey, transmission.reshape(grey.shape)):
         for axis in (0, 1):
             edge = np.abs(np.diff(picture, axis=axis)) > _ROUGH
-            found |= np.pad(edge, [(0, 1 - axis), (0, axis)]) | np.pad(edge, [(1 - axis, 0), (axis, 0)])
-    return found
+            mask |= np.pad(edge, [(0, 1 - axis), (0, axis)]) | np.pad(edge, [(1 - axis, 0), (axis, 0)])
+    return mask

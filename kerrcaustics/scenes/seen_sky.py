@@ -1,4 +1,4 @@
-"""What a view sees of the sky: the cells of its map, and the pixels that no cell covers, supersampled.
+"""The visible sky of a view: the cells of its map, and the pixels that no cell covers, supersampled.
 
 Those lie on the shadow edge, next to it, and where a pixel sees much of the sky. Each part has a beam of its own; while
 the camera moves, at several moments.
@@ -14,8 +14,10 @@ from kerrcaustics.beams.trace import cores, trace_beams
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.footprint import Footprint, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
-from kerrcaustics.scenes.sky_cells import TOLERANCE, SkyCells, sky_map, slopes
+from kerrcaustics.scenes.quadtree import fill, in_chunks
+from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts
+from kerrcaustics.scenes.sky_map import TOLERANCE, sky_map, slopes
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import redshift
@@ -51,42 +53,31 @@ class SeenSky(NamedTuple):
 def seen_sky(
     camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
 ) -> SeenSky:
-    """What a view sees; parameters as for `sky_map`."""
-    seen = sky_map(camera, view, close, hidden, exposure)
-    visible_fraction, parts = _covered(seen.cells, hidden.shape), []
-    moments, counts = [ExposedMoment(camera, view, 0.0, 0.0)], seen.parts
+    """Return the visible sky of a view; parameters as for `sky_map`."""
+    mapped = sky_map(camera, view, close, hidden, exposure)
+    visible_fraction, parts = np.zeros(hidden.shape, np.float32), []
+    fill(visible_fraction, mapped.cells.x, mapped.cells.y, mapped.cells.size, 1)
+    moments, counts = [ExposedMoment(camera, view, 0.0, 0.0)], mapped.parts
     if exposure is not None:
-        moments, counts = _moments(exposure), np.full(len(seen.left), _SUPERSAMPLED)
-    beams = seen.beams + len(moments) * int((counts**2).sum())
-    chunks = [
-        (same[start : start + _CHUNK], int(count))
-        for count in np.unique(counts)
-        for same in (seen.left[counts == count],)
-        for start in range(0, len(same), _CHUNK)
-    ]
+        moments, counts = _moments(exposure), np.full(len(mapped.left), _SUPERSAMPLED)
+    beams = mapped.beams + len(moments) * int((counts**2).sum())
+    chunks = [(mapped.left[part], int(counts[part[0]])) for part in in_chunks(counts, lambda _: _CHUNK)]
+
+    def supersample(chunk: tuple[Array, int]) -> list[tuple[Parts, Array]]:
+        return [_supersampled_pixels(moment, *chunk) for moment in moments]
+
     with stage("shadow_edge"), ThreadPoolExecutor(cores()) as pool:
-        supersampled = list(
-            pool.map(lambda chunk: [_supersampled_pixels(moment, *chunk) for moment in moments], chunks)
-        )
-    for (which, _), found in zip(chunks, supersampled, strict=True):
-        inside = np.isfinite([direction[..., 0] for _, direction in found])
+        supersampled = list(pool.map(supersample, chunks))
+    for (which, _), results in zip(chunks, supersampled, strict=True):
+        inside = np.isfinite([direction[..., 0] for _, direction in results])
         visible_fraction.flat[which] = inside.mean(axis=(0, 2, 3))
-        parts += [part._replace(share=1 / len(moments)) for part, _ in found]
-    error = max(_CAUTION * float(seen.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
-    return SeenSky(seen.cells, parts, visible_fraction, len(seen.left), beams, error)
-
-
-def _covered(cells: SkyCells, shape: tuple[int, ...]) -> Float32[Array, "h w"]:
-    """1 in pixels that cells cover, 0 elsewhere."""
-    visible_fraction = np.zeros(shape, np.float32)
-    left, top = np.maximum(cells.x, 0), np.maximum(cells.y, 0)
-    for x, y, right, below in zip(left, top, cells.x + cells.size, cells.y + cells.size, strict=True):
-        visible_fraction[y : max(below, 0), x : max(right, 0)] = 1
-    return visible_fraction
+        parts += [part._replace(share=1 / len(moments)) for part, _ in results]
+    error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
+    return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.left), beams, error)
 
 
 def _moments(exposure: Exposure) -> list[ExposedMoment]:
-    """When what no cell covers is looked at: by how far the shadow edge moves."""
+    """Moments at which pixels that no cell covers are supersampled: by the motion of the shadow edge."""
     edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in exposure]
     moved = np.abs(edges[2] - edges[0]).max(axis=1)
     reach = np.max(moved[np.isfinite(moved)], initial=0.0)

@@ -26,6 +26,7 @@ from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
+Light = Float[Array, "h w 3"]
 
 # Parts of pixels that are lit together: they fit in a core's cache.
 _TOGETHER = 1 << 15
@@ -40,10 +41,10 @@ _APART = 0.5
 
 @runtime_checkable
 class Sky(Protocol):
-    """What a celestial sphere must do to be seen.
+    """A celestial sphere that can be seen.
 
     One with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which they turn
-    about the spin axis while the picture is exposed; smooth, whether all else needs no motion blur.
+    about the spin axis while the picture is exposed; smooth, true if all else needs no motion blur.
     """
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
@@ -70,7 +71,7 @@ class Parts(NamedTuple):
 
 
 class Shifts(NamedTuple):
-    """Whether light is shifted: its intensity, its colours."""
+    """Shifts of light: of its intensity, of its colours."""
 
     beaming: bool
     colour_shift: bool
@@ -97,7 +98,8 @@ def sky_light(
     count = np.where(beside, 1, parts_of(cells))
     with ThreadPoolExecutor(cores()) as pool:
         pieces = [piece for n in (2, PARTS) for piece in places(cells, np.flatnonzero(count == n), n)]
-        supersampled = [*left, *(_parts(camera, view, cells, piece, shifts) for piece in pieces)]
+        footprints = [_footprint(camera, view, cells, piece, shifts) for piece in pieces]
+        supersampled = [*left, *(Parts(p.place.T, p.side, f) for p, f in zip(pieces, footprints, strict=True))]
         drift = 0.0 if getattr(sky, "smooth", False) else turn
         for now, which, moment, share in _sweeps(cells, np.flatnonzero(count == 1), drift):
 
@@ -111,13 +113,13 @@ def sky_light(
 
             list(pool.map(store, places(now, which, 1)))
         points: PointLights | None = getattr(sky, "points", None)
-        for pixel, given in pool.map(lambda part: _given(sky, view, part, shifts, drift), _pieces(supersampled)):
+        for pixel, values in pool.map(lambda part: _part_light(sky, view, part, shifts, drift), _pieces(supersampled)):
             for channel in range(3):
-                np.add.at(light[:, channel], pixel, given[:, channel])
+                np.add.at(light[:, channel], pixel, values[:, channel])
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
             sweep = turn + getattr(sky, "sweep", 0.0)
-            _StarsSeen(camera, view, search(), shifts, pool).draw(light, points, sweep)
+            _StarDrawing(camera, view, search(), shifts, pool).draw(light, points, sweep)
     return light
 
 
@@ -132,15 +134,15 @@ def _sweeps(
         yield cells, which, 0.0, 1.0
         return
     with np.errstate(divide="ignore", invalid="ignore"):
-        asked = np.nan_to_num(cells.pixels_moved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
-    sweeps = 2 ** np.ceil(np.log2(np.clip(asked[which], 1, _MOST_SWEEPS))).astype(int)
+        ratio = np.nan_to_num(cells.pixels_moved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
+    sweeps = 2 ** np.ceil(np.log2(np.clip(ratio[which], 1, _MOST_SWEEPS))).astype(int)
     for count in np.unique(sweeps):
         for moment in (np.arange(count) + 0.5) / count - 0.5:
             yield cells.at(moment), which[sweeps == count], float(moment), 1 / int(count)
 
 
 def _motion(cells: SkyCells, part: Pixels, turn: float) -> Float[Array, "m 3"]:
-    """How n' of pixels moves over an exposure before a sky that turns."""
+    """Displacements of n' of pixels over an exposure before a sky that turns."""
     motion = -turn * turning(part.direction.T)
     if cells.moving:
         size = int(cells.size[part.cell[0]])
@@ -176,12 +178,8 @@ def _footprint(camera: Camera, view: View, cells: SkyCells, part: Pixels, shifts
     return Footprint.of(part.direction, part.steps * side, cells.curving[part.cell] * side**2, ratio)
 
 
-def _parts(camera: Camera, view: View, cells: SkyCells, part: Pixels, shifts: Shifts) -> Parts:
-    return Parts(part.place.T, part.side, _footprint(camera, view, cells, part, shifts))
-
-
 def ratios(camera: Camera, view: View, place: Float[Array, "m 2"], shifts: Shifts) -> Float[Array, " m"]:
-    """nu_camera / nu_source (m,) at places of a picture; 1 where it is not asked for."""
+    """nu_camera / nu_source (m,) at places of a picture; 1 where light is not shifted."""
     if not any(shifts):
         return np.ones(len(place))
     return redshift(camera.frame(), view.directions(*place.T)[0])
@@ -194,10 +192,10 @@ def _pieces(parts: list[Parts]) -> Iterator[Parts]:
             yield part._replace(place=part.place[piece], footprint=part.footprint.part(piece))
 
 
-def _given(
+def _part_light(
     sky: Sky, view: View, part: Parts, shifts: Shifts, turn: float
 ) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
-    """Pixels, and what parts of them add to their light."""
+    """Pixels, and the light that parts of them add."""
     x, y = np.round(part.place).astype(int).T
     footprint = part.footprint.widened(ASPECT * part.side)
     if turn:
@@ -206,8 +204,8 @@ def _given(
     return y * view.width + x, light * (part.share * part.side**2)
 
 
-class _StarsSeen(NamedTuple):
-    """Where points of light are drawn, and how."""
+class _StarDrawing(NamedTuple):
+    """The drawing of points of light on a picture."""
 
     camera: Camera
     view: View
@@ -225,18 +223,18 @@ class _StarsSeen(NamedTuple):
         which, middle, share = np.arange(len(points.direction)), np.zeros(len(points.direction)), 1.0
         for halving in range(_HALVINGS + 1):
             some = points.some(which, sweep * middle) if halving or sweep else points
-            found = self.search.images(some, middle, self.pool)
-            trace, strays = _trace(found, some, sweep, share)
-            far = np.unique(found.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
-            here = ~np.isin(found.star, far)
-            self._draw(light, found.part(here), trace[here], some, share)
+            images = self.search.images(some, middle, self.pool)
+            trace, strays = _trace(images, some, sweep, share)
+            far = np.unique(images.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
+            straight = ~np.isin(images.star, far)
+            self._draw(light, images.part(straight), trace[straight], some, share)
             if not len(far):
                 return
             middle = np.concatenate([middle[far] - share / 4, middle[far] + share / 4])
             which, share = np.tile(which[far], 2), share / 2
 
     def _draw_blended(self, light: Float[Array, "h w 3"], points: PointLights) -> None:
-        """Add the light that stars have where they are not told apart: as if they were spread over the sky."""
+        """Add the light of stars where they are not resolved: as if they were spread over the sky."""
         place, part = self.search.blended(points)
         flux = points.flux.sum(axis=0)
         give = part[:, None] * flux
@@ -248,38 +246,33 @@ class _StarsSeen(NamedTuple):
         drawn(light, self.view, place, give)
 
     def _draw(
-        self,
-        light: Float[Array, "h w 3"],
-        found: PictureImages,
-        trace: Float[Array, "m 2"],
-        points: PointLights,
-        share: float,
+        self, light: Light, images: PictureImages, trace: Float[Array, "m 2"], points: PointLights, share: float
     ) -> None:
-        if not len(found.star):
+        if not len(images.star):
             return
-        give = points.flux[found.star] * (share * found.magnification)[:, None]
+        give = points.flux[images.star] * (share * images.magnification)[:, None]
         if any(self.shifts):
-            ratio = ratios(self.camera, self.view, found.place, self.shifts)
-            give *= shifted_light(ratio, *self.shifts, points.temperature[found.star], points.response)
+            ratio = ratios(self.camera, self.view, images.place, self.shifts)
+            give *= shifted_light(ratio, *self.shifts, points.temperature[images.star], points.response)
         length = np.abs(trace).max(axis=1) / _APART
         doublings = np.ceil(np.log2(np.maximum(length, 1))).astype(int)
         for doubling in np.unique(doublings):
             same, count = doublings == doubling, 2 ** int(doubling)
             for moment in (np.arange(count) + 0.5) / count - 0.5:
-                drawn(light, self.view, found.place[same] + moment * trace[same], give[same] / count)
+                drawn(light, self.view, images.place[same] + moment * trace[same], give[same] / count)
 
 
 def _trace(
-    found: PictureImages, points: PointLights, angle: float, share: float
+    images: PictureImages, points: PointLights, angle: float, share: float
 ) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
-    """How far (m, 2), in pixels, images move in a share of the exposure; which of them not straight.
+    """Displacements (m, 2), in pixels, of images in a share of the exposure; the mask of those that are not straight.
 
     angle: by which stars turn about the spin axis in all of it.
     """
-    trace = moved(found, share * (angle * turning(points.direction[found.star]) - found.rate[:, 0]))
+    trace = moved(images, share * (angle * turning(points.direction[images.star]) - images.rate[:, 0]))
     squares = np.stack([trace[:, 0] ** 2, 2 * trace[:, 0] * trace[:, 1], trace[:, 1] ** 2], axis=-1)
     # The second derivative of a place whose n' stays: that of the map along the trace, and twice that of its motion.
-    bending = (squares[..., None] * found.curving).sum(axis=1)
-    bending += 2 * share * (trace[..., None] * found.rate[:, 1:]).sum(axis=1)
-    strayed = moved(found, bending / 8)
+    bending = (squares[..., None] * images.curving).sum(axis=1)
+    bending += 2 * share * (trace[..., None] * images.rate[:, 1:]).sum(axis=1)
+    strayed = moved(images, bending / 8)
     return trace, (np.abs(strayed).max(axis=1) > _STRAIGHT) | (np.abs(trace).max(axis=1) > _LONGEST_TRACE)

@@ -10,11 +10,12 @@ from jaxtyping import Float
 
 from kerrcaustics.results.declared import Shown
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
+from kerrcaustics.scenes.checks import check_number, not_negative
 from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, star_temperature
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.panorama import Panorama, rotation
 from kerrcaustics.scenes.points import PointLights
-from kerrcaustics.spacetime.checks import quoted, real_number
+from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -78,14 +79,9 @@ class StarField(Shown):
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the star field is valid."""
-        if not isinstance(self.catalogue, StarCatalogue):
-            raise ValueError(f"Argument `catalogue` must be a StarCatalogue, but is {type(self.catalogue).__name__}.")
-        if not 0 <= real_number("band", self.band) < math.inf:
-            raise ValueError(
-                f"Argument `band` must be a finite number that is not negative, but is {quoted(self.band)}."
-            )
-        if not 0 <= real_number("sweep", self.sweep) <= math.pi:
-            raise ValueError(f"Argument `sweep` must be an angle from 0 to pi radians, but is {quoted(self.sweep)}.")
+        instance_of("catalogue", self.catalogue, StarCatalogue)
+        check_number("band", self.band, "be a finite number that is not negative", not_negative)
+        check_number("sweep", self.sweep, "be an angle from 0 to pi radians", lambda angle: 0 <= angle <= math.pi)
         turn = tilted_galaxy(math.radians(25), math.radians(-60), math.radians(60))
         object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))
         black_body(DAYLIGHT, self.white, self.response)

@@ -15,19 +15,22 @@ from jaxtyping import Bool, Float, Int
 from scipy.ndimage import binary_dilation
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import Exposure
 from kerrcaustics.scenes.patches import CORNERS
-from kerrcaustics.scenes.points import Imaged, ImageSearch, PointLights, moved, once
-from kerrcaustics.scenes.sky_cells import TOLERANCE, Cut, SkyCells, chart_cells, resolved
+from kerrcaustics.scenes.points import CellSearch, Imaged, PointLights, moved, once
+from kerrcaustics.scenes.quadtree import fill
+from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
+from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.stars.newton import find_roots
 
 Array = np.ndarray
+Picture = Float[Array, "h w"]
 
 # Pixels that see more of the sky (radians) leave the search to the charts, and those of cells whose own pixels differ
 # so much in size: at the poles of a projection.
@@ -40,7 +43,7 @@ _CLOSE, _OF_PIXEL, _CLOSEST, _WIDE = 0.05, 0.1, 1e-4, 1.0
 _FEW, _STRIPS, _BLENDED, _WIDER = 2000, {True: (3e-4, 0.05), False: (0.02, 1.5)}, 0.3, 0.05
 # Cells of charts that are searched together: each may see much of the sky.
 _AT_ONCE = 512
-# What of a chart is wanted is told for blocks of so many pixels, from samples so many of them apart.
+# Parts of a chart are searched by blocks of so many pixels, selected by samples so many of them apart.
 _BLOCK, _SAMPLE = 8, 4
 # Charts are searched so far into the pixels of cells (pixels), and to so many rows across the border of both charts:
 # what is seen twice differs by less than this (pixels of the picture, radians), and is dropped.
@@ -48,7 +51,7 @@ _BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.05
 _EDGE_POINTS = 1440
 # Images in charts are refined in so many steps at most.
 _REFINEMENTS = 12
-# In what charts see the map is known too little for longer traces (pixels), where it moves itself.
+# Charts do not resolve longer traces (pixels) of a map that moves itself.
 _LONGEST_IN_CHART = 8.0
 
 
@@ -68,8 +71,8 @@ class PictureImages(NamedTuple):
         """Some of them."""
         return PictureImages(*(part[which] for part in self))
 
-    def and_those(self, more: "PictureImages", angle: float) -> "PictureImages":
-        """These, and more that are none of these: of the same star and parity, and within an angle (radians)."""
+    def merged_with(self, more: "PictureImages", angle: float) -> "PictureImages":
+        """Add images, but for duplicates: of the same star and parity, and within an angle (radians)."""
         order = np.argsort(self.star, kind="stable")
         first, last = (np.searchsorted(self.star[order], more.star, side) for side in ("left", "right"))
         count = last - first
@@ -86,18 +89,18 @@ class PictureImages(NamedTuple):
 
 
 class StarSearch:
-    """The search for images of stars on a picture, with what of it is the same for all stars."""
+    """The search for images of stars on a picture, prepared once for all stars."""
 
     def __init__(
-        self, camera: Camera, view: View, cells: SkyCells, seen: Float[Array, "h w"], exposure: Exposure | None = None
+        self, camera: Camera, view: View, cells: SkyCells, fraction: Picture, exposure: Exposure | None = None
     ) -> None:
-        """seen: which part of each pixel sees the sky; exposure: while which the camera moves, if it does."""
+        """fraction: visible part of each pixel; exposure: during which the camera moves, if it does."""
         self._camera, self._view, self._exposure = camera, view, exposure
         own = resolved(cells, _RESOLVED) & _even(view, cells)
         cells = SkyCells(*(part[own] for part in cells))
-        self._wanted = _wanted(camera, view, cells, seen)
-        self._own = ImageSearch(cells)
-        self._charted: dict[bool, list[_Chart]] = {}
+        self._uncovered = _uncovered(camera, view, cells, fraction)
+        self._own = CellSearch(cells)
+        self._charts_of: dict[bool, list[_SearchedChart]] = {}
 
     def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> PictureImages:
         """All images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2."""
@@ -106,45 +109,45 @@ class StarSearch:
         if azimuth:
             lights = lights.some(np.arange(len(lights.direction)), -azimuth)
         for chart in self._charts(lights):
-            found = chart.images(lights, self._view, self._lies_in_wanted, pool)
+            images = chart.images(lights, self._view, self._is_uncovered, pool)
             if len(lights.direction) <= _FEW:
-                found = self._refined(found, lights)
+                images = self._refined(images, lights)
             if azimuth:
-                found = found._replace(steps=turned(found.steps, azimuth))
+                images = images._replace(steps=turned(images.steps, azimuth))
             if self._exposure is not None:
-                found = self._moving(found, moment)
-            own = own.and_those(found, chart.same)
+                images = self._moving(images, moment)
+            own = own.merged_with(images, chart.same)
         return own
 
-    def _placed(self, found: Imaged) -> PictureImages:
+    def _placed(self, cell_images: Imaged) -> PictureImages:
         """Images in cells: those beyond a side of the picture that lie in it, too, belong there."""
-        sky, steps = self._view.directions(*found.place.T)
-        images = PictureImages(*found, sky, self._view.solid_angle(steps) / found.area)
+        sky, steps = self._view.directions(*cell_images.place.T)
+        images = PictureImages(*cell_images, sky, self._view.solid_angle(steps) / cell_images.area)
         if not self._view.closed:
             return images
         place = self._view.pixels(sky)
-        beyond = np.abs(place - found.place).max(axis=1) > _BESIDE
+        beyond = np.abs(place - cell_images.place).max(axis=1) > _BESIDE
         images = images._replace(place=place)
-        return images.part(~beyond).and_those(images.part(beyond), _SAME * self._view.pixel)
+        return images.part(~beyond).merged_with(images.part(beyond), _SAME * self._view.pixel)
 
     def blended(self, lights: PointLights) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
         """Places (n, 2) on the picture of pieces of the camera sky beside the shadow edge that are not searched.
 
-        Of each also which part (n,) it is of a whole sky, and thus of the light of stars that may be anywhere.
+        Also the part (n,) of a whole sky that each is, and thus of the light of stars that may be anywhere.
         """
         pieces = [chart.blended(self._view.pixel) for chart in self._charts(lights)]
         sky, size = (np.concatenate(part) for part in zip((np.zeros((0, 3)), np.zeros(0)), *pieces, strict=True))
         place = self._view.pixels(sky)
-        shown = self._lies_in_wanted(place)
-        return place[shown], size[shown] / (4 * math.pi)
+        uncovered = self._is_uncovered(place)
+        return place[uncovered], size[uncovered] / (4 * math.pi)
 
-    def _charts(self, lights: PointLights) -> "list[_Chart]":
+    def _charts(self, lights: PointLights) -> "list[_SearchedChart]":
         few = len(lights.direction) <= _FEW
-        if few not in self._charted:
-            self._charted[few] = self._made(few) if self._wanted.any() else []
-        return self._charted[few]
+        if few not in self._charts_of:
+            self._charts_of[few] = self._make_charts(few) if self._uncovered.any() else []
+        return self._charts_of[few]
 
-    def _made(self, few: bool) -> "list[_Chart]":
+    def _make_charts(self, few: bool) -> "list[_SearchedChart]":
         strip, pixels = _STRIPS[few]
         edge = EdgeChart(self._camera, strip, pixels * self._view.pixel)
         most = math.inf if few else _BLENDED
@@ -152,27 +155,27 @@ class StarSearch:
         charts.append(self._chart(CapChart(self._camera, edge), edge, _SAME_ANGLE * edge.widest, most))
         return [chart for chart in charts if chart is not None]
 
-    def _chart(self, plane: EdgeChart | CapChart, edge: EdgeChart, same: float, most: float) -> "_Chart | None":
-        wanted = self._wanted_of(plane)
-        if not wanted.any():
+    def _chart(self, plane: EdgeChart | CapChart, edge: EdgeChart, same: float, most: float) -> "_SearchedChart | None":
+        pixels = self._chart_pixels(plane)
+        if not pixels.any():
             return None
         close = float(np.clip(_OF_PIXEL * self._view.pixel / plane.pixel, _CLOSEST, _CLOSE))
-        cells = chart_cells(self._camera, plane, close, ~wanted, Cut(ROOT, _WIDE))
+        cells = chart_cells(self._camera, plane, close, ~pixels, Cut(ROOT, _WIDE))
         if plane is edge:
-            apart = _seen_by_pixels(plane, cells, self._view.pixel) <= most
+            apart = _extent_in_pixels(plane, cells, self._view.pixel) <= most
             apart |= cells.y + cells.size <= edge.row(_WIDER)
             rest = ~apart
         else:
             # Next to the edge cells of the cap would cover the sky many times over.
             apart, rest = _before(plane, edge, cells), np.zeros(len(cells.x), bool)
-        kept, rest = (SkyCells(*(part[which] for part in cells)) for which in (apart, rest))
-        return _Chart(plane, edge, ImageSearch(kept, _AT_ONCE), rest, same)
+        searched, rest = (SkyCells(*(part[which] for part in cells)) for which in (apart, rest))
+        return _SearchedChart(plane, edge, CellSearch(searched, _AT_ONCE), rest, same)
 
-    def _wanted_of(self, chart: EdgeChart | CapChart) -> Bool[Array, "h w"]:
-        """Pixels of a chart in which wanted ones of the picture lie: by samples of both."""
+    def _chart_pixels(self, chart: EdgeChart | CapChart) -> Bool[Array, "h w"]:
+        """Pixels of a chart in which uncovered ones of the picture lie: by samples of both."""
         x, y = (np.arange(_SAMPLE / 2 - 0.5, side, _SAMPLE) for side in (chart.width, chart.height))
         x, y = (part.ravel() for part in np.meshgrid(x, y))
-        near = self._lies_in_wanted(self._view.pixels(chart.directions(x, y)[0]))
+        near = self._is_uncovered(self._view.pixels(chart.directions(x, y)[0]))
         places = chart.places(self._view.directions(*self._samples)[0])
         places = np.concatenate([np.stack([x, y], axis=-1)[near], places[np.isfinite(places).all(axis=1)]])
         block = np.floor((places + 0.5) / _BLOCK).astype(int)
@@ -185,63 +188,58 @@ class StarSearch:
 
     @cached_property
     def _samples(self) -> tuple[Array, Array]:
-        """Places in the wanted pixels: their middles, and their corners."""
-        y, x = np.nonzero(self._wanted)
+        """Places in the uncovered pixels: their middles, and their corners."""
+        y, x = np.nonzero(self._uncovered)
         steps = np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]]) / 2
         return (x - 1 + steps[:, 0, None]).ravel(), (y - 1 + steps[:, 1, None]).ravel()
 
-    def _lies_in_wanted(self, place: Float[Array, "n 2"]) -> Bool[Array, " n"]:
-        """True for places (n, 2) of the picture in pixels that charts are wanted for, or so close to one as errors."""
-        height, width = self._wanted.shape
-        found = np.zeros(len(place), bool)
+    def _is_uncovered(self, place: Float[Array, "n 2"]) -> Bool[Array, " n"]:
+        """True for places (n, 2) of the picture in pixels that no cell covers, or so close to one as errors."""
+        height, width = self._uncovered.shape
+        mask = np.zeros(len(place), bool)
         for step in _BESIDE * np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]]):
             pixel = np.nan_to_num(np.round(place + 1 + step), nan=-1.0).astype(int)
             inside = (pixel >= 0).all(axis=1) & (pixel[:, 0] < width) & (pixel[:, 1] < height)
-            found[inside] |= self._wanted[pixel[inside, 1], pixel[inside, 0]]
-        return found
+            mask[inside] |= self._uncovered[pixel[inside, 1], pixel[inside, 0]]
+        return mask
 
-    def _refined(self, found: PictureImages, lights: PointLights) -> PictureImages:
-        """The same by the map itself: next to a critical curve a chart does not know the magnification well.
+    def _refined(self, images: PictureImages, lights: PointLights) -> PictureImages:
+        """Refine images by the map itself: next to a critical curve the magnification in a chart is poor.
 
         Images stay as they are where the map has none close by, on the same side of the critical curve.
         """
-        index = np.asarray(self._beams(found.sky).index)
-        star, pixel = lights.direction[found.star], self._view.directions(*found.place.T)[1]
-        turns = _handed(found.steps[:, 0], found.steps[:, 1], star) * _handed(pixel[..., 0], pixel[..., 1], found.sky)
-        parity = np.sign(turns)
+        index = np.asarray(self._beams(images.sky).index)
+        star, pixel = lights.direction[images.star], self._view.directions(*images.place.T)[1]
+        turns = _handed(images.steps[:, 0], images.steps[:, 1], star)
+        parity = np.sign(turns * _handed(pixel[..., 0], pixel[..., 1], images.sky))
         same = np.flatnonzero(parity == 1 - 2 * (index % 2))
-        which, sky, _ = find_roots(self._camera, star[same], index[same], found.sky[same], _REFINEMENTS)
-        near = np.linalg.norm(sky - found.sky[same[which]], axis=1) < _SAME * self._view.pixel
+        which, sky, _ = find_roots(self._camera, star[same], index[same], images.sky[same], _REFINEMENTS)
+        near = np.linalg.norm(sky - images.sky[same[which]], axis=1) < _SAME * self._view.pixel
         which, sky = same[which[near]], sky[near]
         magnification = self._beams(sky).magnification
-        better = PictureImages(*(part.copy() for part in found))
+        better = PictureImages(*(part.copy() for part in images))
         better.place[which], better.sky[which] = self._view.pixels(sky), sky
-        better.area[which] *= found.magnification[which] / magnification
+        better.area[which] *= images.magnification[which] / magnification
         better.magnification[which] = magnification
         return better
 
     def _beams(self, sky: Float[Array, "n 3"]) -> Beams:
         return trace_beams(self._camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
 
-    def _moving(self, found: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
-        """Images where they are at moments of their own; none moves farther than can be told there."""
+    def _moving(self, images: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
+        """Move images to moments of their own; none moves farther than the chart resolves."""
         assert self._exposure is not None
-        first, last = (
-            turned(
-                trace_rays(one.camera, one.view.directions(*found.place.T)[0], "auto", TOLERANCE).direction, one.azimuth
-            )
-            for one in (self._exposure.first, self._exposure.last)
-        )
-        rate = np.zeros_like(found.rate)
+        first, last = (ray_directions(end, *images.place.T) for end in (self._exposure.first, self._exposure.last))
+        rate = np.zeros_like(images.rate)
         rate[:, 0] = np.nan_to_num(last - first)
-        trace = moved(found, -rate[:, 0])
+        trace = moved(images, -rate[:, 0])
         slower = np.minimum(1, _LONGEST_IN_CHART / np.maximum(np.abs(trace).max(axis=1), 1e-300))[:, None]
-        place = found.place + moment[found.star, None] * slower * trace
+        place = images.place + moment[images.star, None] * slower * trace
         sky, _ = self._view.directions(*place.T)
-        return found._replace(place=place, rate=rate * slower[..., None], sky=sky)
+        return images._replace(place=place, rate=rate * slower[..., None], sky=sky)
 
 
-class _Chart(NamedTuple):
+class _SearchedChart(NamedTuple):
     """A chart, and that of the shadow edge; the search in its cells; the cells that are not searched.
 
     same: angle within which images are the same.
@@ -249,7 +247,7 @@ class _Chart(NamedTuple):
 
     plane: EdgeChart | CapChart
     edge: EdgeChart
-    search: ImageSearch
+    search: CellSearch
     rest: SkyCells
     same: float
 
@@ -260,8 +258,8 @@ class _Chart(NamedTuple):
         """
         half = (self.rest.size - 1) / 2
         _, steps = self.plane.directions(self.rest.x + half, self.rest.y + half)
-        parts = _parts(np.linalg.norm(steps, axis=1) * self.rest.size[:, None], pixel)
-        cell, at = _divided(parts)
+        parts = np.maximum(np.ceil(np.linalg.norm(steps, axis=1) * self.rest.size[:, None] / pixel), 1).astype(int)
+        cell, at = _subdivisions(parts)
         size = self.rest.size[cell, None] / parts[cell]
         place = np.stack([self.rest.x, self.rest.y], axis=-1)[cell] - 0.5 + (at + 0.5) * size
         sky, steps = self.plane.directions(*place.T)
@@ -272,24 +270,25 @@ class _Chart(NamedTuple):
         return np.concatenate([sky, strip]), np.concatenate([area, width])
 
     def images(
-        self, lights: PointLights, view: View, wanted: Callable[[Array], Array], pool: Executor
+        self, lights: PointLights, view: View, accepts: Callable[[Array], Array], pool: Executor
     ) -> PictureImages:
-        """Images as a picture shows them, at places that are wanted."""
-        found = self.search.images(lights, np.zeros(len(lights.direction)), pool)
+        """Images as a picture shows them, at places that are accepted."""
+        points = self.search.images(lights, np.zeros(len(lights.direction)), pool)
         if self.plane is self.edge:
-            found = _round_once(found, self.plane.width)
-        shown = wanted(view.pixels(self.plane.directions(*found.place.T)[0]))
-        found = Imaged(*(part[shown] for part in found))
-        sky, chart_steps = self.plane.directions(*found.place.T)
+            points = _round_once(points, self.plane.width)
+        accepted = accepts(view.pixels(self.plane.directions(*points.place.T)[0]))
+        points = Imaged(*(part[accepted] for part in points))
+        sky, chart_steps = self.plane.directions(*points.place.T)
         place = view.pixels(sky)
         _, steps = view.directions(*place.T)
-        magnification = view.solid_angle(chart_steps) / found.area
+        magnification = view.solid_angle(chart_steps) / points.area
         # Steps of the picture in those of the chart.
         matrix = np.linalg.pinv(chart_steps) @ steps
-        moving = np.swapaxes(matrix, 1, 2) @ found.steps
-        images = PictureImages(
-            place, found.star, view.solid_angle(steps) / magnification, moving, *_unknown(found), sky, magnification
-        )
+        moving = np.swapaxes(matrix, 1, 2) @ points.steps
+        area = view.solid_angle(steps) / magnification
+        # Pixels are so large before what a chart sees that neither curving nor rate would hold over one.
+        unknown = np.zeros_like(points.curving), np.zeros_like(points.rate)
+        images = PictureImages(place, points.star, area, moving, *unknown, sky, magnification)
         return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
 
 
@@ -300,13 +299,8 @@ def _before(cap: EdgeChart | CapChart, edge: EdgeChart, cells: SkyCells) -> Bool
     return np.asarray(np.min(rows, axis=0) < _ROWS)
 
 
-def _parts(length: Float[Array, "*batch"], longest: float) -> Int[Array, "*batch"]:
-    """Into how many parts something of a length is divided, so that none is longer than asked for."""
-    return np.maximum(np.ceil(length / longest), 1).astype(int)
-
-
-def _divided(parts: Int[Array, "cells 2"]) -> tuple[Int[Array, " n"], Int[Array, "n 2"]]:
-    """The cell (n,) of each part of cells that are divided both ways, and which part it is (n, 2)."""
+def _subdivisions(parts: Int[Array, "cells 2"]) -> tuple[Int[Array, " n"], Int[Array, "n 2"]]:
+    """The cell (n,) of each part of cells that are divided both ways, and its place among the parts (n, 2)."""
     count = parts.prod(axis=1)
     cell = np.repeat(np.arange(len(parts)), count)
     number = np.arange(len(cell)) - np.repeat(np.cumsum(count) - count, count)
@@ -318,24 +312,19 @@ def _handed(one: Float[Array, "n 3"], other: Float[Array, "n 3"], way: Float[Arr
     return np.asarray(np.vecdot(np.cross(one, other), way))
 
 
-def _seen_by_pixels(plane: EdgeChart | CapChart, cells: SkyCells, pixel: float) -> Float[Array, " n"]:
+def _extent_in_pixels(plane: EdgeChart | CapChart, cells: SkyCells, pixel: float) -> Float[Array, " n"]:
     """Radians of the celestial sphere (n,) that pixels of some angle see in cells of a chart, from row to row."""
     half = (cells.size - 1) / 2
     steps = plane.directions(cells.x + half, cells.y + half)[1][..., 1]
-    seen = np.linalg.norm(cells.data[:, 8:], axis=-1).mean(axis=1) / cells.size
-    return np.asarray(pixel * seen / np.linalg.norm(steps, axis=-1))
+    extent = np.linalg.norm(cells.data[:, 8:], axis=-1).mean(axis=1) / cells.size
+    return np.asarray(pixel * extent / np.linalg.norm(steps, axis=-1))
 
 
-def _unknown(found: Imaged) -> tuple[Array, Array]:
-    """No curving and no rate: pixels are so large before what a chart sees that neither would hold over one."""
-    return np.zeros_like(found.curving), np.zeros_like(found.rate)
-
-
-def _round_once(found: Imaged, width: int) -> Imaged:
+def _round_once(images: Imaged, width: int) -> Imaged:
     """Images on a chart that closes on itself, those at its sides once."""
-    x = (found.place[:, 0] + 0.5) % width
+    x = (images.place[:, 0] + 0.5) % width
     x = np.where(x > width - 0.5, x - width, x) - 0.5
-    return once(found._replace(place=np.stack([x, found.place[:, 1]], axis=-1)))
+    return once(images._replace(place=np.stack([x, images.place[:, 1]], axis=-1)))
 
 
 def _even(view: View, cells: SkyCells) -> Bool[Array, " n"]:
@@ -349,15 +338,12 @@ def _even(view: View, cells: SkyCells) -> Bool[Array, " n"]:
     return np.asarray(np.min(sizes, axis=0) > _UNEVEN * np.max(sizes, axis=0))
 
 
-def _wanted(camera: Camera, view: View, cells: SkyCells, seen: Float[Array, "h w"]) -> Bool[Array, "h+2 w+2"]:
+def _uncovered(camera: Camera, view: View, cells: SkyCells, fraction: Picture) -> Bool[Array, "h+2 w+2"]:
     """Pixels, and those beside the picture, that cells do not cover and that may see the sky."""
-    near = binary_dilation(np.pad(seen > 0, 1, mode="edge"), np.ones((3, 3)))
+    near = binary_dilation(np.pad(fraction > 0, 1, mode="edge"), np.ones((3, 3)))
     edge = np.round(view.pixels(shadow_edge(camera, _EDGE_POINTS)) + 1)
     edge = edge[np.isfinite(edge).all(axis=1)].astype(int)
     inside = (edge >= 0).all(axis=1) & (edge[:, 0] < near.shape[1]) & (edge[:, 1] < near.shape[0])
     near[edge[inside, 1], edge[inside, 0]] = True
-    left, top = np.maximum(cells.x + 1, 0), np.maximum(cells.y + 1, 0)
-    right, below = cells.x + cells.size + 1, cells.y + cells.size + 1
-    for x, y, x_end, y_end in zip(left, top, right, below, strict=True):
-        near[y:y_end, x:x_end] = False
+    fill(near, cells.x + 1, cells.y + 1, cells.size, False)
     return near

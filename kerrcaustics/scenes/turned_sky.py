@@ -1,15 +1,14 @@
 """A sky that turns about the spin axis, as a camera sees it that orbits the hole."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scenes.sky_light import Sky, check_sky
-from kerrcaustics.spacetime.checks import quoted, real_number
 
 Array = np.ndarray
 
@@ -42,8 +41,7 @@ class TurnedSky:
     def __post_init__(self) -> None:
         """Raise ValueError unless the sky is valid and the angle finite."""
         check_sky(self.sky, needed=True)
-        if not math.isfinite(real_number("angle", self.angle)):
-            raise ValueError(f"Argument `angle` must be a finite number, but is {quoted(self.angle)}.")
+        check_number("angle", self.angle, "be a finite number")
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
@@ -63,5 +61,5 @@ class TurnedSky:
 
     @property
     def smooth(self) -> bool:
-        """Whether what is spread over it needs no motion blur."""
+        """True if all that is spread over it needs no motion blur."""
         return getattr(self.sky, "smooth", False)

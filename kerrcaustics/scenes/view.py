@@ -1,15 +1,16 @@
-"""Views: which part of the camera sky becomes a picture, and what its pixels cover."""
+"""Views: the part of the camera sky that becomes a picture, and the parts of its pixels."""
 
 import math
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.scenes.checks import check_number, positive
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 Array = np.ndarray
@@ -17,12 +18,14 @@ Array = np.ndarray
 _Part = Float[Array, "*batch"]
 _Vectors = Float[Array, "*batch 3"]
 
-PROJECTIONS = ("pinhole", "fisheye", "equirectangular")
+Projection = Literal["pinhole", "fisheye", "equirectangular"]
+PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
 
 _EDGE_POINTS = 720
 # A pinhole wider than this is nearly all stretched rim.
 _WIDEST_PINHOLE = math.radians(170)
-_LARGEST = 16384
+MOST_PIXELS = 16384
+"""Of a side of a picture."""
 
 
 @result("view/1")
@@ -72,7 +75,7 @@ class View:
     def __post_init__(self) -> None:
         """Raise ValueError unless the view is valid; make the axes orthonormal."""
         for name in ("width", "height"):
-            object.__setattr__(self, name, whole_number(name, getattr(self, name), 1, _LARGEST))
+            object.__setattr__(self, name, whole_number(name, getattr(self, name), 1, MOST_PIXELS))
         one_of("projection", self.projection, PROJECTIONS)
         _check_field(self.field_of_view, self.width, self.height, self.projection)
         object.__setattr__(self, "field_of_view", float(self.field_of_view))
@@ -123,7 +126,7 @@ class View:
 
     @property
     def closed(self) -> bool:
-        """Whether some places beyond a side of the picture lie in it too: it goes round the sky, or to a pole."""
+        """True if some places beyond a side of the picture lie in it too: it goes round the sky, or to a pole."""
         reach = self.field_of_view * max(1.0, 2 * self.height / self.width)
         return self.projection == "equirectangular" and reach > 2 * math.pi * (1 - 1e-9)
 
@@ -195,31 +198,21 @@ def _equirectangular(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _
 
 
 def _check_field(angle: float, width: int, height: int, projection: str) -> None:
-    if not 0 < real_number("field_of_view", angle) < math.inf:
-        raise ValueError(
-            f"Argument `field_of_view` must be a positive, finite number of radians, but is {quoted(angle)}."
-        )
+    check_number("field_of_view", angle, "be a positive, finite number of radians", positive)
+    must, shown = "", f"{angle:g} for {width} x {height} pixels"
     if projection == "pinhole" and angle > _WIDEST_PINHOLE:
-        raise ValueError(
-            f"Argument `field_of_view` must be at most 170 degrees ({_WIDEST_PINHOLE:.6g}) for a pinhole, "
-            f"but is {angle:g}."
-        )
+        must, shown = f"be at most 170 degrees ({_WIDEST_PINHOLE:.6g}) for a pinhole", f"{angle:g}"
     if projection == "equirectangular" and max(angle / 2, angle * height / width) > math.pi * (1 + 1e-12):
-        raise ValueError(
-            "Argument `field_of_view` must leave an equirectangular picture within 2 pi by pi radians, "
-            f"but is {angle:g} for {width} x {height} pixels."
-        )
+        must = "leave an equirectangular picture within 2 pi by pi radians"
     if projection == "fisheye" and angle / 2 * math.hypot(1, height / width) > math.pi:
-        raise ValueError(
-            "Argument `field_of_view` must keep the corners of a fisheye picture within pi radians of its centre, "
-            f"but is {angle:g} for {width} x {height} pixels."
-        )
+        must = "keep the corners of a fisheye picture within pi radians of its centre"
+    if must:
+        raise ValueError(f"Argument `field_of_view` must {must}, but is {shown}.")
 
 
 def _unit(name: str, vector: Any) -> Float[Array, "3"]:
     value = numbers(name, vector)
     if value.shape != (3,) or not np.isfinite(value).all() or not value.any():
-        raise ValueError(
-            f"Argument `{name}` must be a vector of three numbers that is not zero, but is {quoted(vector)}."
-        )
+        must = "be a vector of three numbers that is not zero"
+        raise ValueError(f"Argument `{name}` must {must}, but is {quoted(vector)}.")
     return value / np.linalg.norm(value)

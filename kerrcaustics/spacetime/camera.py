@@ -16,7 +16,7 @@ Velocity = str | Vector
 # A camera that turns slower than this part of its terms stands still.
 _ROUND_OFF = 1e-12
 
-VELOCITY_NAMES = get_args(VelocityName)
+VELOCITY_NAMES: tuple[VelocityName, ...] = get_args(VelocityName)
 
 
 @result("camera/1", eq=True)

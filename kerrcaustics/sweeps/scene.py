@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -21,7 +21,6 @@ Complaint = tuple[str, str, Any]
 
 AXES = ("spin", "radius", "inclination")
 HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
-_WORDS = {"compute": get_args(Quantity), "velocity": get_args(VelocityName), "spacing": get_args(Spacing)}
 _RANGES = {
     "orders": (1, HIGHEST_ORDER),
     "curve_points": (8, 100_000),
@@ -84,8 +83,8 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 def read_scene(path: str | Path) -> Scene:
-    """The scene in a TOML file; a ValueError of one line names the wrong entry and its place."""
-    return checked(as_struct(read_toml(path), Scene, path, _WORDS), str(path))
+    """The scene in a TOML file; a ValueError of one line names what is wrong and where."""
+    return checked(as_struct(read_toml(path), Scene, path), str(path))
 
 
 def from_record(record: dict[str, Any]) -> Scene:

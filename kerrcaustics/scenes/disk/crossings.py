@@ -1,8 +1,8 @@
-"""Where a picture sees the equatorial plane: the n-th crossing of every ray, from few beams.
+"""The map of a picture to the equatorial plane: the n-th crossing of every ray, from few beams.
 
 Over a picture the radius, the azimuth and the travel time of the n-th crossing are smooth functions, also across the
 shadow edge. So beams are traced at the corners of square cells, and patches.py joins them. Cells are halved where the
-patch may be off by a hundredth of a pixel, and where part of the corners' rays do not cross any more, down to a
+patch may be off by a hundredth of a pixel, and where some of the corners' rays no longer cross, down to a
 sixteenth of a pixel: so images of the disk that are thinner than a pixel are found too. Cells that see nothing between
 the rims are left out.
 """
@@ -17,7 +17,7 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.scenes.footprint import pixel_matrix
 from kerrcaustics.scenes.patches import CORNERS, doubt
-from kerrcaustics.scenes.quadtree import Squares, find, merged
+from kerrcaustics.scenes.quadtree import Squares, fill, find, merged
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
@@ -39,7 +39,7 @@ _OF_PIXEL, _OF_WIDTH, _OF_AZIMUTH = 0.0015, 1e-5, 1e-6
 _WIDEST_TURN = 1.5
 # A part of a pixel that a screen cannot show.
 _LEAST = 1 / 340
-# Whoever crosses more often is too close to the shadow edge to be seen.
+# Rays that cross more often are too close to the shadow edge to be seen.
 MOST_CROSSINGS = 12
 
 
@@ -49,7 +49,7 @@ class Corners(NamedTuple):
     key, sorted, of places on the finest lattice; place (n, 2), 1 / r and phi; slope (n, 2, 2) of these (rows) per pixel
     along x and y; extra (n, 5): of the photon nu_camera / nu_infinity, b and q; 1 where it moves outward; the travel
     time; side: 0 where the plane is crossed, 1 where the ray escapes before, -1 where it
-    falls in; outward, whether it moves so there.
+    falls in; outward, true where it moves so there.
     """
 
     key: Array
@@ -79,7 +79,7 @@ class PlaneCells(NamedTuple):
 
 
 class Lattice(NamedTuple):
-    """The picture's finest lattice, and what is asked of rays on it."""
+    """The picture's finest lattice; timed: with the travel times of rays."""
 
     camera: Camera
     view: View
@@ -99,11 +99,11 @@ class Lattice(NamedTuple):
         return Squares.over(self.view.width * FINEST, self.view.height * FINEST, size)
 
     def key(self, x: Array, y: Array) -> Array:
-        """One number for a place."""
+        """The key of a place."""
         return y * self.columns + x
 
     def trace(self, key: Array, crossing: int) -> Corners:
-        """The rays at some places."""
+        """Trace the rays at some places."""
         y, x = np.divmod(key, self.columns)
         sky, steps = self._directions(x, y)
         end = EquatorialPlane(crossing)
@@ -118,7 +118,7 @@ class Lattice(NamedTuple):
         return Corners(key, place, slope, self._extra(sky, beams), side, beams.outward)
 
     def rays(self, x: Array, y: Array, crossing: int) -> tuple[Float[Array, "n 2"], Float[Array, "n 5"]]:
-        """1 / r and phi (n, 2), and what else there is (n, 5), of rays at places on the lattice; NaN for none."""
+        """1 / r and phi (n, 2), and the extra values (n, 5), of rays at places on the lattice; NaN for none."""
         sky, _ = self._directions(x, y)
         end = EquatorialPlane(crossing)
         rays = trace_rays(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed)
@@ -137,21 +137,21 @@ class Lattice(NamedTuple):
         )
 
 
-class Seen(NamedTuple):
+class PlaneCrossings(NamedTuple):
     """All crossings of a picture: cells for each of them, and how many beams they took."""
 
     cells: tuple[PlaneCells, ...]
     beams: tuple[int, ...]
 
 
-def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Seen:
+def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> PlaneCrossings:
     """The crossings between two radii, nearest first, until none can follow.
 
     opaque: nothing is seen behind what lies between the radii.
     """
     x, y, size = lattice.roots()
     rims = 1 / outer, 1 / inner
-    found, beams, before = [], [], None
+    layers, beams, before = [], [], None
     for crossing in range(1, MOST_CROSSINGS + 1):
         if not len(x):
             break
@@ -159,41 +159,37 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> See
         beams.append(traced)
         if crossing > 1 and not len(cells.x):
             break
-        found.append(cells)
-        if _faint(found, lattice):
+        layers.append(cells)
+        if _faint(layers, lattice):
             break
-        x, y = _going_on(lattice, corners, Squares(x, y, size), rims, opaque)
+        x, y = _continuing(lattice, corners, Squares(x, y, size), rims, opaque)
         before = corners
-    return Seen(tuple(found), tuple(beams))
+    return PlaneCrossings(tuple(layers), tuple(beams))
 
 
 def _crossing(
-    lattice: Lattice,
-    crossing: int,
-    roots: Squares,
-    rims: tuple[float, float],
-    before: Corners | None,
+    lattice: Lattice, crossing: int, roots: Squares, rims: tuple[float, float], before: Corners | None
 ) -> tuple[PlaneCells, Corners, int]:
     x, y, size = roots
-    corners, kept, traced = _NONE, [], 0
+    corners, parts, traced = _NONE, [], 0
     while len(x):
         keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
-        corners, count = _with(lattice, corners, keys, crossing, before)
+        corners, count = _with_corners(lattice, corners, keys, crossing, before)
         traced += count
         number, _ = find(corners.key, keys)
         pixels = size / FINEST
         side = corners.side[number]
         whole = (side == 0).all(axis=1)
         low, high = _range(corners, number, pixels)
-        nothing = _nothing(side, low[:, 0], high[:, 0], rims)
+        empty = _empty(side, low[:, 0], high[:, 0], rims)
         data = _data(corners, number, pixels)
-        good = whole & ~nothing & _smooth(data, low, high, pixels, rims)
-        kept.append(_cells(corners, x, y, size, number, data, low, high, good))
-        split = ~nothing & ~good
+        good = whole & ~empty & _smooth(data, low, high, pixels, rims)
+        parts.append(_cells(corners, x, y, size, number, data, low, high, good))
+        split = ~empty & ~good
         if size == 1:
             if split.any():
                 sampled, count = _sampled(lattice, crossing, x[split], y[split], rims)
-                kept.append(sampled)
+                parts.append(sampled)
                 traced += count
             break
         if size >= FINEST:
@@ -202,7 +198,7 @@ def _crossing(
             near[number[split]] = True
             split |= ~whole & ~good & near[number].any(axis=1)
         x, y, size = Squares(x, y, size).quarters(split)
-    return PlaneCells(*(np.concatenate(parts) for parts in zip(*kept, strict=True))), corners, traced
+    return PlaneCells(*(np.concatenate(parts) for parts in zip(*parts, strict=True))), corners, traced
 
 
 _NONE = Corners(
@@ -210,23 +206,23 @@ _NONE = Corners(
 )
 
 
-def _with(
+def _with_corners(
     lattice: Lattice, corners: Corners, keys: Array, crossing: int, before: Corners | None
 ) -> tuple[Corners, int]:
     """The corners with those of some keys, and how many of them were traced."""
-    wanted = np.unique(keys)
-    wanted = wanted[~find(corners.key, wanted)[1]]
+    new = np.unique(keys)
+    new = new[~find(corners.key, new)[1]]
     if before is not None:
-        # Who did not cross before does not cross now.
-        number, there = find(before.key, wanted)
+        # Rays that did not cross before do not cross now.
+        number, there = find(before.key, new)
         gone = there.copy()
         gone[there] = before.side[number[there]] != 0
         rows = number[gone]
         lost = Corners(*(part[rows] for part in before))
-        corners, wanted = merged(corners, lost), wanted[~gone]
-    if not len(wanted):
+        corners, new = merged(corners, lost), new[~gone]
+    if not len(new):
         return corners, 0
-    return merged(corners, lattice.trace(wanted, crossing)), len(wanted)
+    return merged(corners, lattice.trace(new, crossing)), len(new)
 
 
 def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array, "cells 2"], Float[Array, "cells 2"]]:
@@ -249,8 +245,8 @@ def _aligned(place: Float[Array, "cells some 2"]) -> Float[Array, "cells some 2"
     return place
 
 
-def _nothing(side: Array, low: Array, high: Array, rims: tuple[float, float]) -> Bool[Array, " cells"]:
-    """Which cells see nothing between the rims: all rays go beyond one of them."""
+def _empty(side: Array, low: Array, high: Array, rims: tuple[float, float]) -> Bool[Array, " cells"]:
+    """True for cells that see nothing between the rims: all rays go beyond one of them."""
     farthest, nearest = rims
     beyond = (high < farthest) & (side >= 0).all(axis=1)
     within = (low > nearest) & (side <= 0).all(axis=1)
@@ -263,7 +259,7 @@ def _data(corners: Corners, number: Array, pixels: float) -> Float[Array, "cells
 
 
 def _smooth(data: Array, low: Array, high: Array, pixels: float, rims: tuple[float, float]) -> Bool[Array, " cells"]:
-    """Where patches are as good as a picture needs."""
+    """True for patches that are as good as a picture needs."""
     per_pixel = np.hypot(data[:, 4:8], data[:, 8:]).max(axis=1) / pixels
     least = np.array([_OF_WIDTH * (rims[1] - rims[0]), _OF_AZIMUTH])
     close = doubt(data) <= np.maximum(_OF_PIXEL * per_pixel, least)
@@ -278,46 +274,46 @@ def _cells(
 
 
 def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[float, float]) -> tuple[PlaneCells, int]:
-    """Finest cells on which the map is not smooth, by a few rays each: how many see the disk, what one of them sees.
+    """Finest cells on which the map is not smooth, by a few rays each: the part that sees the disk, and a sample of it.
 
-    Which one changes from cell to cell, and so do the rays' places, lest they fall into step with a thin image.
+    The ray of the sample changes from cell to cell, and so do the places of all rays, lest they fall into step with a
+    thin image.
     """
-    shifts = [((x * one + y * other) % 1.0)[:, None, None] for one, other in _SHIFTS]
+    shifts = [((x * ray + y * other) % 1.0)[:, None, None] for ray, other in _SHIFTS]
     step = np.arange(_RAYS) / _RAYS
     across, down = np.broadcast_arrays(
         x[:, None, None] + step + shifts[0] / _RAYS, y[:, None, None] + step[:, None] + shifts[1] / _RAYS
     )
     place, extra = lattice.rays(across.ravel(), down.ravel(), crossing)
     place, extra = place.reshape(len(x), -1, 2), extra.reshape(len(x), -1, 5)
-    seen = (place[..., 0] >= rims[0]) & (place[..., 0] <= rims[1])
-    count = seen.sum(axis=1)
+    on_disk = (place[..., 0] >= rims[0]) & (place[..., 0] <= rims[1])
+    count = on_disk.sum(axis=1)
     which = np.flatnonzero(count)
     # The rays that see the disk come first.
-    one = np.argsort(~seen[which], axis=1, kind="stable")[np.arange(len(which)), (x + 3 * y)[which] % count[which]]
-    shown = place[which, one]
+    ray = np.argsort(~on_disk[which], axis=1, kind="stable")[np.arange(len(which)), (x + 3 * y)[which] % count[which]]
+    sample = place[which, ray]
     data = np.zeros((len(which), 12, 2))
-    data[:, :4] = shown[:, None]
-    four = np.repeat(extra[which, one][:, None], 4, axis=1)
-    sizes, cover = np.ones(len(which), int), count[which] / seen.shape[1]
-    return PlaneCells(x[which], y[which], sizes, data, four, shown, shown, cover), across.size
+    data[:, :4] = sample[:, None]
+    four = np.repeat(extra[which, ray][:, None], 4, axis=1)
+    sizes, cover = np.ones(len(which), int), count[which] / on_disk.shape[1]
+    return PlaneCells(x[which], y[which], sizes, data, four, sample, sample, cover), across.size
 
 
-def covered(found: tuple[PlaneCells, ...], shape: tuple[int, int], inner: float, outer: float) -> Bool[Array, "h w"]:
+def covered(layers: tuple[PlaneCells, ...], shape: tuple[int, int], inner: float, outer: float) -> Bool[Array, "h w"]:
     """Pixels of a picture of some shape (h, w) that see nothing but the plane between two radii at one crossing."""
     mask = np.zeros(shape, bool)
-    for cells in found:
+    for cells in layers:
         full = (cells.low[:, 0] >= 1 / outer) & (cells.high[:, 0] <= 1 / inner) & (cells.size >= FINEST)
-        for x, y, size in zip(*(part[full] // FINEST for part in (cells.x, cells.y, cells.size)), strict=True):
-            mask[y : y + size, x : x + size] = True
+        fill(mask, *(part[full] // FINEST for part in (cells.x, cells.y, cells.size)), value=True)
     return mask
 
 
-def _faint(found: list[PlaneCells], lattice: Lattice) -> bool:
-    """Whether the next crossing will cover less of any pixel than a screen can show, as the last two tell."""
-    if len(found) < 2 or not len(found[-2].x):
+def _faint(layers: list[PlaneCells], lattice: Lattice) -> bool:
+    """True if the next crossing, by the last two, will cover less of any pixel than a screen can show."""
+    if len(layers) < 2 or not len(layers[-2].x):
         return False
-    before, last = (float((cells.cover * cells.size**2).sum()) for cells in found[-2:])
-    return _most(found[-1], lattice) * last / before < _LEAST
+    before, last = (float((cells.cover * cells.size**2).sum()) for cells in layers[-2:])
+    return _most(layers[-1], lattice) * last / before < _LEAST
 
 
 def _most(cells: PlaneCells, lattice: Lattice) -> float:
@@ -329,18 +325,16 @@ def _most(cells: PlaneCells, lattice: Lattice) -> float:
     return float(np.bincount(number, cells.cover * (cells.size / FINEST) ** 2).max())
 
 
-def _going_on(
+def _continuing(
     lattice: Lattice, corners: Corners, roots: Squares, rims: tuple[float, float], opaque: bool
 ) -> tuple[Int[Array, " roots"], Int[Array, " roots"]]:
     """The largest cells in which rays may cross between the rims once more."""
     x, y, size = roots
     u = corners.place[:, 0]
-    goes_on = (corners.side == 0) & ~((u < rims[0]) & corners.outward)
+    continuing = (corners.side == 0) & ~((u < rims[0]) & corners.outward)
     if opaque:
-        goes_on &= ~((u >= rims[0]) & (u <= rims[1]))
-    row, column = np.divmod(corners.key[goes_on], lattice.columns)
-    touched = [
-        lattice.key((column - left) // size * size, (row - up) // size * size) for left in (0, 1) for up in (0, 1)
-    ]
-    chosen = np.isin(lattice.key(x, y), np.concatenate(touched))
+        continuing &= ~((u >= rims[0]) & (u <= rims[1]))
+    row, column = np.divmod(corners.key[continuing], lattice.columns)
+    keys = [lattice.key((column - left) // size * size, (row - up) // size * size) for left in (0, 1) for up in (0, 1)]
+    chosen = np.isin(lattice.key(x, y), np.concatenate(keys))
     return x[chosen], y[chosen]

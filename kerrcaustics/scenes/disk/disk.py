@@ -1,19 +1,20 @@
-"""Thin disks: how large, what they shine with, how they let light through, how they move."""
+"""Thin disks: their rims, emission, opacity and motion."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
+from kerrcaustics.scenes.checks import check_above_horizon, check_brightness, check_number, check_rims
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
-from kerrcaustics.spacetime.checks import one_of, quoted, real_number
+from kerrcaustics.spacetime.checks import one_of, quoted
 
 Array = np.ndarray
 
-MOTIONS = ("circular", "retrograde", "static", "plunging")
+DiskMotion = Literal["circular", "retrograde", "static", "plunging"]
+MOTIONS: tuple[DiskMotion, ...] = get_args(DiskMotion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,13 +29,13 @@ class Disk:
         What it shines with; both faces alike.
     opacity : float or function
         The part of the light behind that the disk keeps from one who looks along its axis, 0 to 1: 1 - exp(-tau). It
-        tells nothing of the emission: a transparent disk shines too.
+        does not affect the emission: a transparent disk shines too.
     motion : str
         Of what shines, for the shifts of frequency and for the pattern as time goes by: "circular" (prograde circular
         geodesics), "retrograde", "static" (at rest in Boyer-Lindquist coordinates), "plunging" (circular down to the
         ISCO, and from there falling with its energy and angular momentum).
     slant : bool
-        Whether slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle.
+        Slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle.
     brightness : float
         Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
 
@@ -45,7 +46,7 @@ class Disk:
 
     Notes
     -----
-    Where nothing can move as asked for (circular geodesics at or within the photon orbit), a disk whose light is
+    Where nothing can move in this way (circular geodesics at or within the photon orbit), a disk whose light is
     shifted is dark.
 
     Examples
@@ -68,14 +69,11 @@ class Disk:
         """Raise ValueError unless the disk is valid."""
         check_rims(self.inner, self.outer)
         if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
-            raise ValueError(
-                "Argument `emission` must be a BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps, "
-                f"but is {quoted(self.emission)}."
-            )
-        if not callable(self.opacity) and not 0 <= real_number("opacity", self.opacity) <= 1:
-            raise ValueError(
-                f"Argument `opacity` must be a number from 0 to 1, or a function, but is {quoted(self.opacity)}."
-            )
+            kinds = "BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps"
+            raise ValueError(f"Argument `emission` must be a {kinds}, but is {quoted(self.emission)}.")
+        if not callable(self.opacity):
+            must = "be a number from 0 to 1, or a function"
+            check_number("opacity", self.opacity, must, lambda part: 0 <= part <= 1)
         check_brightness(self.brightness)
         one_of("motion", self.motion, MOTIONS)
 
@@ -85,12 +83,12 @@ class Disk:
 
     @property
     def opaque(self) -> bool:
-        """Whether nothing is seen behind it."""
+        """True if nothing is seen behind it."""
         return not callable(self.opacity) and self.opacity == 1
 
     @property
     def slanting(self) -> bool:
-        """Whether it matters how light slants."""
+        """True if the slant of light matters."""
         return self.slant and (callable(self.opacity) or 0 < self.opacity < 1)
 
     def orbital(self, spin: float, radius: Array) -> Array:
@@ -112,5 +110,5 @@ class Disk:
         if not self.slanting:
             return 1 - opacity
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Where nothing can move as asked for, as if light came along the axis.
+            # Where nothing can move in this way, as if light came along the axis.
             return np.exp(np.log1p(-opacity) / np.where(np.isfinite(cosine), np.clip(cosine, 1e-6, 1), 1.0))

@@ -1,7 +1,8 @@
-"""What disks shine with: black bodies of one temperature or of a law, paint swatches, pictures."""
+"""Emission of disks: black bodies of one temperature or of a law, paint swatches, pictures."""
 
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -12,11 +13,12 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
+from kerrcaustics.scenes.checks import check_light, check_number, positive
 from kerrcaustics.scenes.colour import check_response, from_srgb, seen_black_body, shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.panorama import read_picture
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import quoted, real_array, real_number
+from kerrcaustics.spacetime.checks import real_array
 
 Array = np.ndarray
 
@@ -29,7 +31,14 @@ _LARGEST_PICTURE = 8192
 class ThermalEmission:
     """Light of a temperature that depends on the radius alone; it is smooth, so that a pixel needs no division."""
 
+    peak: float
     response: str = "cie"
+
+    def __post_init__(self) -> None:
+        """Raise ValueError unless temperature and response are valid."""
+        must = "be a temperature above 0 and at most 1e6 kelvin"
+        check_number("peak", self.peak, must, lambda kelvin: 0 < kelvin <= _HOTTEST)
+        check_response(self.response)
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """In kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
@@ -38,9 +47,7 @@ class ThermalEmission:
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """That of a black body; seen with g and both shifts, that of one of g T."""
         temperature = self.temperature(samples.spin, samples.radius)
-        shifts = beaming, colour_shift
-        seen = seen_black_body(np.maximum(temperature, 1.0), samples.redshift, *shifts, self.response)
-        return seen * (temperature > 0)[:, None]
+        return seen_black_body(temperature, samples.redshift, beaming, colour_shift, self.response)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """Two where a pixel sees much of the disk, else one."""
@@ -72,11 +79,6 @@ class BlackBody(ThermalEmission):
 
     peak: float
     response: str = "cie"
-
-    def __post_init__(self) -> None:
-        """Raise ValueError unless temperature and response are valid."""
-        _check_temperature("peak", self.peak)
-        check_response(self.response)
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """The same everywhere."""
@@ -117,12 +119,9 @@ class PowerLaw(ThermalEmission):
 
     def __post_init__(self) -> None:
         """Raise ValueError unless temperature, law and response are valid."""
-        _check_temperature("peak", self.peak)
-        check_response(self.response)
-        if not math.isfinite(real_number("exponent", self.exponent)):
-            raise ValueError(f"Argument `exponent` must be a number, but is {quoted(self.exponent)}.")
-        if not 0 < real_number("at", self.at) < math.inf:
-            raise ValueError(f"Argument `at` must be a positive, finite radius, but is {quoted(self.at)}.")
+        super().__post_init__()
+        check_number("exponent", self.exponent, "be a number")
+        check_number("at", self.at, "be a positive, finite radius", positive)
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """Kelvin."""
@@ -159,11 +158,6 @@ class PageThorne(ThermalEmission):
 
     peak: float
     response: str = "cie"
-
-    def __post_init__(self) -> None:
-        """Raise ValueError unless temperature and response are valid."""
-        _check_temperature("peak", self.peak)
-        check_response(self.response)
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """Kelvin: the fourth root of the flux."""
@@ -277,17 +271,14 @@ class Swatches:
         return np.where(plain, 1, np.where(coarse, 2 * _PARTS, _PARTS))
 
 
-def _covered(place: Array, half: Array, gap: float, rows: int) -> list[tuple[int, Array]]:
+def _covered(place: Array, half: Array, gap: float, rows: int) -> Iterator[tuple[int, Array]]:
     """Of boxes about places, in rows, the part within the paint of each row."""
     half = np.maximum(half, 1e-9)
     # What lies beyond a rim is none of the disk.
     low, high = np.maximum(place - half, 0), np.minimum(place + half, rows)
-    found = []
     for row in range(rows):
         first, last = row + gap / 2, row + 1 - gap / 2
-        part = np.clip(np.minimum(high, last) - np.maximum(low, first), 0, None) / (high - low)
-        found.append((row, part))
-    return found
+        yield row, np.clip(np.minimum(high, last) - np.maximum(low, first), 0, None) / (high - low)
 
 
 def _share(turns: Array, half: Array, start: float, length: float) -> Array:
@@ -334,15 +325,14 @@ class Texture:
             raise ValueError(f"Argument `light` must have shape (h, w, 3), but has {picture.shape}.")
         if max(picture.shape) > _LARGEST_PICTURE:
             raise ValueError(f"Argument `light` must have at most {_LARGEST_PICTURE} rows and columns.")
-        if not (np.isfinite(picture).all() and picture.min() >= 0):
-            raise ValueError("Argument `light` must hold finite numbers that are not negative.")
+        check_light("light", picture)
         self.shape = picture.shape[:2]
         self._levels = [picture]
         while min(self._levels[-1].shape[:2]) >= 2:
             self._levels.append(_halved(self._levels[-1]))
 
     def __repr__(self) -> str:
-        """One line: its size."""
+        """Return a line with its size."""
         return f"<Texture of {self.shape[1]} x {self.shape[0]} pixels>"
 
     @classmethod
@@ -392,10 +382,3 @@ def bilinear(picture: Float[Array, "h w 3"], down: Float[Array, " n"], right: Fl
     upper = picture[top, left] * (1 - u) + picture[top, beside] * u
     lower = picture[below, left] * (1 - u) + picture[below, beside] * u
     return upper * (1 - v) + lower * v
-
-
-def _check_temperature(name: str, value: Any) -> None:
-    if not 0 < real_number(name, value) <= _HOTTEST:
-        raise ValueError(
-            f"Argument `{name}` must be a temperature above 0 and at most 1e6 kelvin, but is {quoted(value)}."
-        )

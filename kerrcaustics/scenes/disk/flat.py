@@ -75,14 +75,14 @@ def _draw_points(camera: Camera, view: View, sky: Sky, light: Float[Array, "h w 
     points: PointLights | None = getattr(sky, "points", None)
     if points is None:
         return
-    there = points.direction @ _turn(camera).T
-    place = view.pixels(there)
+    direction = points.direction @ _turn(camera).T
+    place = view.pixels(direction)
     some = ((place > -2) & (place < (view.width + 1, view.height + 1))).all(axis=1)
     drawn(light, view, place[some], points.flux[some])
 
 
 def _footprint(camera: Camera, view: View, x: Array, y: Array) -> Footprint:
-    """What pixels see of the sky: what lies in their direction."""
+    """Footprints of pixels on the sky in their own directions."""
     direction, steps = _line_of_sight(camera, view, x, y)
     matrix = np.stack(polar_basis(direction), axis=-2) @ steps
     return Footprint(direction, matrix, np.zeros(len(direction)), np.ones(len(direction)))

@@ -1,6 +1,6 @@
 """The light of a disk in the pixels of a picture, from cells that see it (crossings.py).
 
-Pixels are divided into as many parts as what they see asks for. Each part is lit front to back through all crossings;
+Pixels are divided into as many parts as their light needs. Each part is lit front to back through all crossings;
 rims are covered to the exact part of a square on which the radius is linear.
 """
 
@@ -18,6 +18,7 @@ from kerrcaustics.scenes.disk.crossings import FINEST, PlaneCells
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.patches import Weights, weights
+from kerrcaustics.scenes.quadtree import in_chunks
 
 Array = np.ndarray
 
@@ -31,7 +32,7 @@ _AT_CHANGE, _UNEVEN, _LOOKED_AT = 8, 1 / 64, 4
 
 
 class Looks(NamedTuple):
-    """How a disk is looked at: the switches of `render`, and the camera's time."""
+    """Conditions of the light of a disk: the spin, the switches of `render`, and the camera's time."""
 
     spin: float
     beaming: bool
@@ -41,7 +42,7 @@ class Looks(NamedTuple):
 
 
 class _Layer(NamedTuple):
-    """One crossing: its cells; which of them a pixel lies in, -1 for none; those within pixels, by their pixel."""
+    """A crossing: its cells; the one that each pixel lies in, -1 for none; those within pixels, by their pixel."""
 
     cells: PlaneCells
     large: Int[Array, " pixels"]
@@ -56,24 +57,21 @@ def lit(
     light, transmission = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
     parts = np.zeros(shape[0] * shape[1], np.uint8)
     layers = [_layer(disk, cells, shape, looks, parts) for cells in crossings]
-    chunks = []
-    for count in np.unique(parts[parts > 0]):
-        pixels = np.flatnonzero(parts == count)
-        step = max(_LIT // int(count) ** 2, 1)
-        chunks += [(int(count), pixels[start : start + step]) for start in range(0, len(pixels), step)]
 
-    def store(chunk: tuple[int, Array]) -> None:
-        light[chunk[1]], transmission[chunk[1]] = _chunk_lit(disk, layers, shape[1], looks, *chunk)
+    def store(pixels: Array) -> None:
+        count = int(parts[pixels[0]])
+        light[pixels], transmission[pixels] = _chunk_lit(disk, layers, shape[1], looks, count, pixels)
 
     with ThreadPoolExecutor(cores()) as pool:
-        list(pool.map(store, chunks))
+        divided = np.flatnonzero(parts)
+        list(pool.map(store, (divided[rows] for rows in in_chunks(parts[divided], lambda count: _LIT // count**2))))
     return light.reshape(*shape, 3), transmission.reshape(shape)
 
 
 def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
-    """The cells of a crossing by pixels; `parts` of each pixel grows to what they ask for."""
+    """The cells of a crossing by pixels; `parts` of each pixel grows to what they need."""
     height, width = shape
-    asked = _asked(disk, cells, looks)
+    divisions = _divisions(disk, cells, looks)
     large = np.full(height * width, -1)
     for size in np.unique(cells.size[cells.size >= FINEST]):
         pixels, which = size // FINEST, np.flatnonzero(cells.size == size)
@@ -84,18 +82,18 @@ def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], looks: Looks, 
         inside = (x < width) & (y < height)
         place = y[inside] * width + x[inside]
         large[place] = number[inside]
-        parts[place] = np.maximum(parts[place], asked[number[inside]])
+        parts[place] = np.maximum(parts[place], divisions[number[inside]])
     small = np.flatnonzero(cells.size < FINEST)
     x, y = cells.x[small] // FINEST, cells.y[small] // FINEST
     inside = (x < width) & (y < height)
     small, pixel = small[inside], (y * width + x)[inside]
-    np.maximum.at(parts, pixel, asked[small].astype(parts.dtype))
+    np.maximum.at(parts, pixel, divisions[small].astype(parts.dtype))
     order = np.argsort(pixel, kind="stable")
     return _Layer(cells, large, pixel[order], small[order])
 
 
-def _asked(disk: Disk, cells: PlaneCells, looks: Looks) -> Int[Array, " cells"]:
-    """Into how many parts, in each direction, cells ask their pixels to be divided: a power of two, and at most 16."""
+def _divisions(disk: Disk, cells: PlaneCells, looks: Looks) -> Int[Array, " cells"]:
+    """Numbers of parts, in each direction, of the pixels of cells: a power of two, and at most 16."""
     pixels = cells.size / FINEST
     width = disk.outer - disk.inner
     # Between rims, what reaches beyond them is none of the disk.
@@ -105,11 +103,11 @@ def _asked(disk: Disk, cells: PlaneCells, looks: Looks) -> Int[Array, " cells"]:
     slope = np.hypot(cells.data[:, 4:8], cells.data[:, 8:]).max(axis=1) / pixels[:, None]
     size = np.stack([slope[:, 0] / np.maximum(cells.low[:, 0], 1 / disk.outer) ** 2 / width, slope[:, 1]], axis=-1)
     size = np.minimum(size, [1.0, 2 * np.pi])
-    asked = disk.emission.parts(low, high, size)
-    asked = np.maximum(asked, np.where(_uneven(disk, cells, low, high, looks), _AT_CHANGE, 1))
+    divisions = disk.emission.parts(low, high, size)
+    divisions = np.maximum(divisions, np.where(_uneven(disk, cells, low, high, looks), _AT_CHANGE, 1))
     rim = (cells.low[:, 0] < 1 / disk.outer) | (cells.high[:, 0] > 1 / disk.inner)
-    asked = np.maximum(asked, np.where(rim, _AT_RIM, 1))
-    return np.maximum(asked, np.where(pixels < 1, (1 / pixels).astype(int), 1))
+    divisions = np.maximum(divisions, np.where(rim, _AT_RIM, 1))
+    return np.maximum(divisions, np.where(pixels < 1, (1 / pixels).astype(int), 1))
 
 
 def _uneven(disk: Disk, cells: PlaneCells, low: Array, high: Array, looks: Looks) -> Bool[Array, " cells"]:
@@ -151,10 +149,10 @@ def _chunk_lit(
     light = np.zeros((len(pixels) * count * count, 3))
     transmission = np.ones(len(light))
     for layer in layers:
-        found = [_sight(disk, layer.cells, *group, count) for group in _groups(layer, width, count, pixels)]
-        if not any(len(part.target) for part in found):
+        sights = [_sight(disk, layer.cells, *group, count) for group in _groups(layer, width, count, pixels)]
+        if not any(len(part.target) for part in sights):
             continue
-        sight = _Sight(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+        sight = _Sight(*(np.concatenate(parts) for parts in zip(*sights, strict=True)))
         shining, passing = _parts_lit(disk, sight, looks)
         light[sight.target] += transmission[sight.target, None] * shining
         transmission[sight.target] *= passing
@@ -164,7 +162,7 @@ def _chunk_lit(
 def _sight(
     disk: Disk, cells: PlaneCells, rows: Array, block: tuple[slice, slice], which: Array, where: Weights, count: int
 ) -> _Sight:
-    """What those parts see that see something; parameters as `_groups` yields them."""
+    """The visible plane of those parts that see it; parameters as `_groups` yields them."""
     down, right = (np.arange(part.start, part.stop) for part in block)
     target = (rows[:, None, None] * count + down[:, None]) * count + right
     # Lengths along a side of a part.
@@ -176,13 +174,13 @@ def _sight(
     cover *= cells.cover[which, None]
     late = [(extra[..., 4] @ mean) * side for mean in (where.mean_x, where.mean_y)]
     others = [extra[..., i] @ where.mean for i in range(5)]
-    seen = np.flatnonzero(cover.ravel() > 0)
+    visible = np.flatnonzero(cover.ravel() > 0)
 
     def chosen(values: object) -> Array:
         array = np.asarray(values)
-        return np.moveaxis(array.reshape(*array.shape[:-2], -1)[..., seen], -1, 0)
+        return np.moveaxis(array.reshape(*array.shape[:-2], -1)[..., visible], -1, 0)
 
-    return _Sight(target.ravel()[seen], *(chosen(part) for part in (place, slope, cover, others, late)))
+    return _Sight(target.ravel()[visible], *(chosen(part) for part in (place, slope, cover, others, late)))
 
 
 def _groups(
@@ -190,7 +188,7 @@ def _groups(
 ) -> Iterator[tuple[Array, tuple[slice, slice], Array, Weights]]:
     """Pixels that see one crossing through cells of one size at one place in them.
 
-    Each as: which of the pixels; which of their parts, rows and columns; in which cells; the weights there.
+    Each as: rows of the pixels; slices of their parts, down and across; the cells; the weights there.
     """
     cells, whole = layer.cells, (slice(0, count), slice(0, count))
     number = layer.large[pixels]
@@ -200,7 +198,7 @@ def _groups(
         size = cells.size[number] // FINEST
         x = pixels[rows] % width - cells.x[number] // FINEST
         y = pixels[rows] // width - cells.y[number] // FINEST
-        for kind, chosen in _by((size * FINEST + y) * FINEST + x):
+        for kind, chosen in _by_value((size * FINEST + y) * FINEST + x):
             size_here, place = divmod(kind, FINEST * FINEST)
             down, right = divmod(place, FINEST)
             side = 1 / size_here
@@ -212,7 +210,7 @@ def _groups(
         return
     number, row = layer.small[first:last][here], row[here]
     size = cells.size[number]
-    for kind, chosen in _by((size * FINEST + cells.y[number] % FINEST) * FINEST + cells.x[number] % FINEST):
+    for kind, chosen in _by_value((size * FINEST + cells.y[number] % FINEST) * FINEST + cells.x[number] % FINEST):
         size_here, place = divmod(kind, FINEST * FINEST)
         down, right = divmod(place, FINEST)
         parts = size_here * count // FINEST
@@ -221,8 +219,8 @@ def _groups(
         yield row[chosen], block, number[chosen], weights(0.0, 0.0, 1.0, parts)
 
 
-def _by(kinds: Array) -> Iterator[tuple[int, Array]]:
-    """The places of each value."""
+def _by_value(kinds: Array) -> Iterator[tuple[int, Array]]:
+    """Values, each with its places."""
     order = np.argsort(kinds, kind="stable")
     values, starts = np.unique(kinds[order], return_index=True)
     for value, chosen in zip(values, np.split(order, starts[1:]), strict=True):
@@ -246,7 +244,7 @@ def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m
 
 
 def _samples(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Array) -> DiskSamples:
-    """Where the parts are on the disk, or on its pattern, which circles as light travels."""
+    """Samples of the disk, or of its pattern, which circles as light travels."""
     along_radius = -(radius**2)[:, None] * sight.slope[:, 0]
     azimuth, along_azimuth = sight.place[:, 1], sight.slope[:, 1]
     emitted = looks.time - (sight.extra[:, 4] if looks.delay else np.zeros_like(radius))
@@ -279,5 +277,5 @@ def covered_part(over: Array, x: Array, y: Array) -> Array:
         return np.maximum(z, 0) ** 2
 
     outer, inner = (large + small) / 2, (large - small) / 2
-    found = ramp(over + outer) - ramp(over + inner) - ramp(over - inner) + ramp(over - outer)
-    return np.where(over >= outer, 1.0, np.where(over <= -outer, 0.0, found / np.maximum(2 * large * small, 1e-300)))
+    integral = ramp(over + outer) - ramp(over + inner) - ramp(over - inner) + ramp(over - outer)
+    return np.where(over >= outer, 1.0, np.where(over <= -outer, 0.0, integral / np.maximum(2 * large * small, 1e-300)))

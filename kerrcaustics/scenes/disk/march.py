@@ -27,7 +27,7 @@ _ARC_WITHIN, _CHANGE_WITHIN = 0.2, 0.4
 _LEAST_STEP = 1e-3
 # What lets through less than this hides what is behind.
 _DARK = 1e-5
-# Whoever winds longer than any ray that a picture shows is left there.
+# Rays that wind longer than any that a picture shows are left there.
 _MOST_STEPS = 20_000
 # No photon turns back on its way out beyond the outermost circular orbit of photons; a captured one ends above the
 # horizon, where its azimuth is infinite.
@@ -40,7 +40,7 @@ _GAUSS = (0.5 - 0.75**0.5 / 3, 0.5 + 0.75**0.5 / 3)
 
 @dataclass(frozen=True)
 class Marching:
-    """How rays are marched: the camera, the volume, switches of `render`, a step in scales of what changes."""
+    """Settings of marched rays: camera, volume, switches of `render`, and the step in scales of what changes."""
 
     camera: Camera
     volume: Volume
@@ -50,7 +50,7 @@ class Marching:
 
 
 class Marched(NamedTuple):
-    """Light (n, 3) of n rays, the part (n,) that what is behind sends through, and how many steps all took together."""
+    """Light (n, 3) of n rays, the part (n,) of the light behind that comes through, and the number of steps of all."""
 
     light: Array
     transmission: Array
@@ -77,8 +77,8 @@ class _Underway(NamedTuple):
 
 def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Marched:
     """Rays of directions N (n, 3), through the whole volume; steps, of the directions to the pixels' neighbours."""
-    light, transmission, taken = np.zeros((len(sky), 3)), np.ones(len(sky)), 0
-    rays = _begun(way, sky, steps)
+    light, transmission, step_count = np.zeros((len(sky), 3)), np.ones(len(sky)), 0
+    rays = _at_camera(way, sky, steps)
     # Photons that cannot come from infinity have no unit energy to be followed with.
     number = np.flatnonzero(np.isfinite(rays.rate).all(axis=(0, 1)) & (rays.at_infinity > 0))
     rays = rays.part(number)
@@ -96,26 +96,26 @@ def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"
         if len(within):
             piece = _piece(way.camera.spin, rays.part(within), after.part(within), h[within])
             _light_up(way, piece, width[within], number[within], light, transmission)
-        rays, taken = after, taken + len(number)
-    return Marched(way.volume.brightness * light, transmission, taken)
+        rays, step_count = after, step_count + len(number)
+    return Marched(way.volume.brightness * light, transmission, step_count)
 
 
-def _begun(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Underway:
+def _at_camera(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Underway:
     """Rays at the camera."""
-    found = sky[None]
+    directions = sky[None]
     if way.volume.grids:
         beside = sky + _APART * np.moveaxis(steps, -1, 0)
-        found = np.concatenate([found, beside / np.linalg.norm(beside, axis=-1, keepdims=True)])
+        directions = np.concatenate([directions, beside / np.linalg.norm(beside, axis=-1, keepdims=True)])
     with np.errstate(divide="ignore", invalid="ignore"):
-        photon = photon_of(way.camera.frame(), tuple(np.moveaxis(found, -1, 0)))
+        photon = photon_of(way.camera.frame(), tuple(np.moveaxis(directions, -1, 0)))
         at_infinity = sky_redshift(way.camera.frame(), sky)
         constants = np.stack([*potential_coefficients(way.camera.spin, photon), photon.k, photon.b])
     place, rate = (np.stack(np.broadcast_arrays(*part)) for part in (photon.position, photon.rate))
-    return _Underway(constants, at_infinity, place, rate, np.zeros(found.shape[:2]))
+    return _Underway(constants, at_infinity, place, rate, np.zeros(directions.shape[:2]))
 
 
 def _on_the_way(way: Marching, rays: _Underway) -> Bool[Array, " n"]:
-    """Which rays may come to the volume, or on in it."""
+    """True for rays that may still come to the volume, or on in it."""
     u, rate = rays.place[0, 0], rays.rate[0, 0]
     gone = (rate <= 0) & (u <= min(_NO_RETURN, (1 - 1e-12) / way.volume.outer))
     return ~gone & (u < (1 - _ABOVE_HORIZON) / kerr.horizon(way.camera.spin))
@@ -207,18 +207,11 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: 
         energy, which, hot = energy[shines], number[shines], temperature[shines]
         # Matter measures the length -p.u d(lambda), and d(lambda) = Sigma d(tau).
         sigma = radius[shines] ** 2 + (spin * np.cos(theta[shines])) ** 2
-        kept = np.exp(-density[shines] * energy * sigma * piece.half[shines])
+        passing = np.exp(-density[shines] * energy * sigma * piece.half[shines])
         ratio = piece.at_infinity[shines] / energy
-        glow = _glow(way, ratio, hot)
-        light[which] += (transmission[which] * (1 - kept))[:, None] * glow
-        transmission[which] *= kept
-
-
-def _glow(way: Marching, ratio: Float[Array, " n"], temperature: Float[Array, " n"]) -> Float[Array, "n 3"]:
-    """Light (n, 3) of black bodies that move, seen with nu_camera / nu_matter (n,)."""
-    shifts = way.beaming, way.colour_shift
-    seen = seen_black_body(np.maximum(temperature, 1.0), ratio, *shifts, way.volume.response)
-    return (temperature > 0)[:, None] * seen
+        glow = seen_black_body(hot, ratio, way.beaming, way.colour_shift, way.volume.response)
+        light[which] += (transmission[which] * (1 - passing))[:, None] * glow
+        transmission[which] *= passing
 
 
 def _width(way: Marching, rays: _Underway) -> Float[Array, " n"]:

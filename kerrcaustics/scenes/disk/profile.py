@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.disk import MOTIONS
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.ring_images import isoradials
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 
 Array = np.ndarray
 Emissivity = float | Callable[[Array], ArrayLike]
@@ -34,7 +35,7 @@ class LineProfile:
         "bin", "sr", "light in each bin: g^4 times the emissivity, integrated over the camera sky; NaN where unknown"
     )
     error: Array = quantity("bin", "sr", "estimated error of flux; infinite where unknown")
-    rays: int = quantity("", "1", "how many beams it took")
+    rays: int = quantity("", "1", "beams traced")
 
 
 @usual_warnings
@@ -62,11 +63,11 @@ def line_profile(
     emissivity : float, or function of the radius
         What the disk emits per area dr r dphi, in all frequencies: radius ** -emissivity, or the function's values.
     crossing : int
-        Which crossing of the plane counts, as if no other part of the disk were in the way.
+        Number of the crossing of the plane that counts, as if no other part of the disk were in the way.
     motion : str
         As for `Disk`.
     bins : int or (n + 1,) array
-        How many bins there are from the least to the largest frequency that is found, or their edges.
+        Number of bins from the least to the largest frequency, or their edges.
     radii, turns : int
         Even numbers of intervals from rim to rim (Chebyshev nodes in ln r) and round the middle. Beams are traced at
         their corners alone; what lies between is interpolated with all of them.
@@ -83,7 +84,7 @@ def line_profile(
     Errors
     ------
     `LineProfile.error`: the largest change in the bin and its neighbours when every second node is left out, and, where
-    nodes are so few that this tells little, the square of the largest one over the highest bin.
+    nodes are so few that this says little, the square of the largest one over the highest bin.
 
     References
     ----------
@@ -100,21 +101,21 @@ def line_profile(
     check_request(camera, inner, outer, motion)
     crossing = whole_number("crossing", crossing, 1)
     counts = [_even("radii", radii), _even("turns", turns)]
-    law, wanted = _law(emissivity), _bins(bins)
+    law, division = _law(emissivity), _bins(bins)
     node = np.log(inner) + math.log(outer / inner) * (1 - np.cos(math.pi * np.arange(counts[0] + 1) / counts[0])) / 2
     turn = 2 * math.pi * np.arange(counts[1]) / counts[1]
     places = np.repeat(np.exp(node), counts[1]), np.tile(turn, len(node))
-    found = isoradials(camera, *places, crossing, motion)
+    images = isoradials(camera, *places, crossing, motion)
     # The solid angle of d ln r and of the turn.
-    per_cell = np.sin(found.angle) * places[0] / found.slope
-    fields = np.stack([found.redshift, np.log(found.redshift**4 * per_cell)]).reshape(2, len(node), counts[1])
-    edges = _edges(wanted, fields[0])
+    per_cell = np.sin(images.angle) * places[0] / images.slope
+    fields = np.stack([images.redshift, np.log(images.redshift**4 * per_cell)]).reshape(2, len(node), counts[1])
+    edges = _edges(division, fields[0])
     if not np.isfinite(fields).all():
         unknown = np.full(len(edges) - 1, np.nan)
-        return LineProfile(edges, unknown, np.full(len(unknown), np.inf), found.rays)
+        return LineProfile(edges, unknown, np.full(len(unknown), np.inf), images.rays)
     fine = _Sampled(node, fields).summed(law, edges)
     coarse = _Sampled(node[::2], fields[:, ::2, ::2]).summed(law, edges)
-    return LineProfile(edges, fine, _error(fine, coarse), found.rays)
+    return LineProfile(edges, fine, _error(fine, coarse), images.rays)
 
 
 def check_request(camera: Camera, inner: float, outer: float, motion: str) -> None:
@@ -124,13 +125,9 @@ def check_request(camera: Camera, inner: float, outer: float, motion: str) -> No
         raise ValueError("Argument `camera` must lie off the equatorial plane, but is in it.")
     one_of("motion", motion, MOTIONS)
     horizon = kerr.horizon(camera.spin)
-    if not horizon < real_number("inner", inner) < math.inf:
-        raise ValueError(
-            f"Argument `inner` must be finite and larger than the horizon radius {horizon:.12g}, "
-            f"but is {quoted(inner)}."
-        )
-    if not inner < real_number("outer", outer) < math.inf:
-        raise ValueError(f"Argument `outer` must be larger than `inner` ({inner:g}), but is {quoted(outer)}.")
+    must = f"be finite and larger than the horizon radius {horizon:.12g}"
+    check_number("inner", inner, must, lambda radius: horizon < radius < math.inf)
+    check_number("outer", outer, f"be larger than `inner` ({inner:g})", lambda radius: inner < radius < math.inf)
     if not EMITTERS[motion](camera.spin, np.array(float(inner)), 0.0).slowness > 0:
         raise ValueError(f"Argument `inner` must be a radius where `motion` {motion!r} is possible, but is {inner:g}.")
 
@@ -149,7 +146,7 @@ def _even(name: str, value: Any) -> int:
 
 
 def _bins(bins: Any) -> int | Array:
-    """How many bins, or their edges."""
+    """The number of bins, or their edges."""
     if np.ndim(bins) == 0:
         return whole_number("bins", bins, 1, _MOST_BINS)
     edges = numbers("bins", bins)
@@ -159,11 +156,11 @@ def _bins(bins: Any) -> int | Array:
 
 
 def _edges(bins: int | Array, redshift: Array) -> Float[Array, " edges"]:
-    """The edges of the bins; what the nodes leave out at the extremes is added."""
+    """The edges of the bins, a little beyond the extremes at the nodes."""
     if not isinstance(bins, int):
         return bins
-    known = redshift[np.isfinite(redshift)]
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    finite = redshift[np.isfinite(redshift)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     beyond = 0.01 * (high - low) + 1e-12 * high
     return np.linspace(low - beyond, high + beyond, bins + 1)
 
@@ -171,9 +168,7 @@ def _edges(bins: int | Array, redshift: Array) -> Float[Array, " edges"]:
 def _law(emissivity: Any) -> Callable[[Array], Array]:
     """The emissivity as a function of the radius."""
     if not callable(emissivity):
-        power = real_number("emissivity", emissivity)
-        if not math.isfinite(power):
-            raise ValueError(f"Argument `emissivity` must be a number or a function, but is {quoted(emissivity)}.")
+        power = check_number("emissivity", emissivity, "be a number or a function")
         return lambda radius: radius**-power
 
     def values(radius: Array) -> Array:

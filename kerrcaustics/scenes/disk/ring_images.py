@@ -21,11 +21,11 @@ from kerrcaustics.spacetime.sphere import tangent_basis
 Array = np.ndarray
 
 _MOST_STEPS = 90
-# Wanted of ln r, what is taken where the angle has no more digits, and the last one of its logarithm.
+# Error of ln r; the one that is accepted where the angle has no more digits, and the last one of its logarithm.
 _CLOSE, _TAKEN, _LAST_DIGIT = 1e-11, 1e-6, 4e-16
-# What directions in double precision leave open of ln r, for each unit of the camera's radius.
+# The error of ln r by directions in double precision, for each unit of the camera's radius.
 _DOUBT = 4e-16
-# The innermost angle that is asked, in units of 1 / the camera's radius.
+# The innermost angle, in units of 1 / the camera's radius.
 _INNERMOST = 1e-6
 
 
@@ -33,7 +33,7 @@ class Isoradials(NamedTuple):
     """Places of n rings on the camera sky, each at one turn about the middle of the horizon's image.
 
     sky (n, 3), directions N; angle (n,), radians from the middle; slope (n,), dr / d angle at this turn; redshift (n,),
-    nu_camera / nu_emitter; NaN where none was found. rays, how many were traced in all.
+    nu_camera / nu_emitter; NaN for no image. rays, the number traced in all.
     """
 
     sky: Array
@@ -51,8 +51,8 @@ def middle(camera: Camera) -> Float[Array, "3"]:
     return sky_from_fido(frame, np.array([math.sqrt(1 - along_phi**2), 0.0, along_phi]))
 
 
-class _Ways:
-    """Great circles of the camera sky that leave the middle, and what is seen along them."""
+class _GreatCircles:
+    """Great circles of the camera sky that leave the middle, and the beams along them."""
 
     def __init__(self, camera: Camera, turn: Float[Array, " n"], end: EquatorialPlane) -> None:
         """From the turns at which they leave it."""
@@ -76,39 +76,39 @@ class _Ways:
 def isoradials(
     camera: Camera, radius: Float[Array, " n"], turn: Float[Array, " n"], crossing: int, motion: str
 ) -> Isoradials:
-    """Where the crossing of the plane with this number lies at radii (n,), at turns (n,) about the middle.
+    """Images of the crossing of the plane with this number at radii (n,), at turns (n,) about the middle.
 
     The radius is taken to grow with the angle from the middle. The angle is bracketed by what falls in and what goes
     beyond, and refined by Newton's method with the beam's Jacobian to 1e-11 of ln r, or as far as doubles go.
     """
-    ways, wanted = _Ways(camera, turn, EquatorialPlane(crossing, motion)), np.log(radius)
+    circles, log_radius = _GreatCircles(camera, turn, EquatorialPlane(crossing, motion)), np.log(radius)
     low, high = np.full(len(turn), math.log(_INNERMOST / camera.radius)), np.full(len(turn), math.log(math.pi))
-    at, found = (low + high) / 2, np.full((3, len(turn)), np.nan)
+    at, results = (low + high) / 2, np.full((3, len(turn)), np.nan)
     left, rays, close = np.arange(len(turn)), 0, max(_CLOSE, _DOUBT * camera.radius)
     for step in range(_MOST_STEPS):
         angle = np.exp(at[left])
-        beams, slope = ways.beams(left, angle)
+        beams, slope = circles.beams(left, angle)
         rays += len(left)
-        beyond = _beyond(beams, wanted[left])
+        beyond = _beyond(beams, log_radius[left])
         low[left], high[left] = np.where(beyond < 0, at[left], low[left]), np.where(beyond < 0, high[left], at[left])
         with np.errstate(divide="ignore", invalid="ignore"):
             newton = at[left] - beyond * beams.radius / (slope * angle)
         closed = high[left] - low[left] <= _LAST_DIGIT * np.abs(at[left])
         done = np.abs(beyond) < np.where(closed, _TAKEN, close)
-        for row, values in zip(found, (angle, slope, beams.redshift), strict=True):
-            row[left[done]] = np.asarray(values)[done]
+        for row, new in zip(results, (angle, slope, beams.redshift), strict=True):
+            row[left[done]] = np.asarray(new)[done]
         # Now and then the bracket is halved: Newton's steps may creep.
         inside = (newton > low[left]) & (newton < high[left]) & (step % 4 != 3)
         at[left] = np.where(inside, newton, (low[left] + high[left]) / 2)
         left = left[~done & ~closed]
         if not len(left):
             break
-    angle, slope, redshift = found
-    return Isoradials(ways.sky(np.arange(len(turn)), angle), angle, slope, redshift, rays)
+    angle, slope, redshift = results
+    return Isoradials(circles.sky(np.arange(len(turn)), angle), angle, slope, redshift, rays)
 
 
-def _beyond(beams: Beams, wanted: Array) -> Array:
-    """How far beyond a radius rays cross the plane, in ln r; -1 for those that fall in before, 1 for those that go."""
+def _beyond(beams: Beams, log_radius: Array) -> Array:
+    """Distance in ln r beyond a radius at which rays cross the plane; -1 if they are captured, 1 if they escape."""
     assert beams.radius is not None
     without = np.where(beams.status == Status.CAPTURED, -1.0, 1.0)
-    return np.where(np.isfinite(beams.radius), np.log(beams.radius) - wanted, without)
+    return np.where(np.isfinite(beams.radius), np.log(beams.radius) - log_radius, without)

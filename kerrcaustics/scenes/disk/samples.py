@@ -1,4 +1,4 @@
-"""Samples of a disk in the parts of pixels, and what an emission makes of them."""
+"""Samples of a disk in the parts of pixels, and the protocol of an emission."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
@@ -10,7 +10,7 @@ Array = np.ndarray
 
 
 class DiskSamples(NamedTuple):
-    """Samples of a disk: what n parts of pixels see of it.
+    """Samples of a disk in n parts of pixels.
 
     radius (n,); azimuth (n,) in the pattern, which circles with the disk, or as it is for an emission that keeps its
     shape; across (n,), 0 at the inner rim and 1 at the outer one; matrix (n, 2, 2), dr and r dphi (rows) along the two
@@ -36,14 +36,14 @@ class DiskSamples(NamedTuple):
 
 
 class Emission(Protocol):
-    """What a disk shines with."""
+    """The emission of a disk."""
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3), as intensity, toward the camera, averaged over the parts."""
         ...
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Into how many parts, in each direction, pixels must be divided for `light` to average well.
+        """Numbers of parts, in each direction, into which pixels must be divided for `light` to average well.
 
         low, high (n, 2): between which across and azimuth lie; size (n, 2), how far these go in a pixel.
         """

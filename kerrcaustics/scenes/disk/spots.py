@@ -3,16 +3,16 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import ndtr
 
+from kerrcaustics.scenes.checks import check_number, not_negative, positive
 from kerrcaustics.scenes.colour import check_response, seen_black_body
 from kerrcaustics.scenes.disk.samples import DiskSamples
-from kerrcaustics.spacetime.checks import numbers, quoted, real_number
+from kerrcaustics.spacetime.checks import numbers
 
 Array = np.ndarray
 
@@ -89,10 +89,8 @@ class Spots:
         temperature = numbers("temperature", self.temperature).ravel()
         if not (len(temperature) in (1, len(radius)) and ((temperature > 0) & (temperature <= 1e6)).all()):
             raise ValueError("Argument `temperature` must hold temperatures above 0 and at most 1e6 kelvin.")
-        if not 0 < real_number("size", self.size) < math.inf:
-            raise ValueError(f"Argument `size` must be a positive, finite length, but is {quoted(self.size)}.")
-        if not 0 <= real_number("streak", self.streak) < math.inf:
-            raise ValueError(f"Argument `streak` must be a finite time from 0 on, but is {quoted(self.streak)}.")
+        check_number("size", self.size, "be a positive, finite length", positive)
+        check_number("streak", self.streak, "be a finite time from 0 on", not_negative)
         check_response(self.response)
         order = np.argsort(radius, kind="stable")
         temperature = np.broadcast_to(temperature, radius.shape)
@@ -101,13 +99,9 @@ class Spots:
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """So many that a part is as small as a spot, to a limit."""
-        length = np.maximum(size[:, 0] * self._width, size[:, 1] * self.radius[-1])
-        wanted = np.maximum(length / (_FINE * self.size), 1)
-        return np.clip(2 ** np.ceil(np.log2(wanted)), 1, _MOST_PARTS).astype(int)
-
-    @cached_property
-    def _width(self) -> float:
-        return float(np.ptp(self.radius) + 1)
+        length = np.maximum(size[:, 0] * float(np.ptp(self.radius) + 1), size[:, 1] * self.radius[-1])
+        ratio = np.maximum(length / (_FINE * self.size), 1)
+        return np.clip(2 ** np.ceil(np.log2(ratio)), 1, _MOST_PARTS).astype(int)
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3)."""
@@ -115,8 +109,8 @@ class Spots:
         if not len(light):
             return light
         # Deviations with those of the parts, whose sides are boxes.
-        rows = np.moveaxis(samples.matrix, 1, 0)
-        sizes = [np.minimum(np.hypot(self.size, _of_box(row)), _WIDEST * self.size) for row in rows]
+        boxes = np.sqrt((np.moveaxis(samples.matrix, 1, 0) ** 2).sum(axis=-1) / 12)
+        sizes = [np.minimum(np.hypot(self.size, box), _WIDEST * self.size) for box in boxes]
         time = float(np.median(samples.time))
         rates = samples.orbital(self.radius)
         for ring in self._rings(rates, time):
@@ -125,8 +119,8 @@ class Spots:
                 bright = profile > _FAINTEST
                 place, spot, profile = place[bright], spot[bright], profile[bright]
                 shifts = samples.redshift[place], beaming, colour_shift
-                seen = seen_black_body(self.temperature[spot], *shifts, self.response)
-                coloured = profile[:, None] * seen
+                colour = seen_black_body(self.temperature[spot], *shifts, self.response)
+                coloured = profile[:, None] * colour
                 for channel in range(3):
                     light[:, channel] += np.bincount(place, coloured[:, channel], minlength=len(light))
         return light
@@ -166,11 +160,6 @@ class Spots:
         edges = np.exp(-(behind**2) / 2) - np.exp(-((behind + way) ** 2) / 2)
         moment = edges / math.sqrt(2 * math.pi) - behind * whole
         return fall * math.sqrt(2 * math.pi) * 2 * (whole / way - moment / way**2)
-
-
-def _of_box(row: Float[Array, "n 2"]) -> Float[Array, " n"]:
-    """Deviation (n,) of a component over parts of pixels."""
-    return np.sqrt((row**2).sum(axis=-1) / 12)
 
 
 def _pairs(

@@ -1,7 +1,6 @@
 """A disk's pattern turned about the spin axis, as a camera at another azimuth sees it."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,14 +15,14 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class TurnedEmission:
-    """What a disk shines with, turned by an angle (radians, toward larger phi)."""
+    """The emission of a disk turned by an angle (radians, toward larger phi)."""
 
     emission: Emission
     angle: float
 
     @property
     def keeps_shape(self) -> bool:
-        """Whether the pattern is one of spots, which circle without being sheared."""
+        """True for a pattern of spots, which circle without being sheared."""
         return getattr(self.emission, "keeps_shape", False)
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
@@ -31,7 +30,7 @@ class TurnedEmission:
         return self.emission.light(samples._replace(azimuth=samples.azimuth - self.angle), beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """As many as the pattern itself wants."""
+        """As many as the pattern itself needs."""
         back = np.array([0.0, self.angle])
         return self.emission.parts(low - back, high - back, size)
 
@@ -42,12 +41,7 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
     angle = math.remainder(angle, 2 * math.pi)
     if angle == 0:
         return disk
-    opacity = _turned_back(disk.opacity, angle) if callable(disk.opacity) else disk.opacity
+    opacity: Any = disk.opacity
+    if callable(disk.opacity):
+        opacity = lambda radius, azimuth: disk.opacity(radius, azimuth - angle)  # noqa: E731
     return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
-
-
-def _turned_back(opacity: Callable[..., Any], angle: float) -> Callable[[Array, Array], Array]:
-    def turned(radius: Array, azimuth: Array) -> Array:
-        return opacity(radius, azimuth - angle)
-
-    return turned

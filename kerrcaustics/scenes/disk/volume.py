@@ -1,4 +1,4 @@
-"""Matter that fills space round the hole: how dense, how hot, how it moves."""
+"""Matter that fills space round the hole: its density, temperature and motion."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,9 +9,17 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.scenes.checks import (
+    check_above_horizon,
+    check_brightness,
+    check_light,
+    check_number,
+    check_rims,
+    not_negative,
+    positive,
+)
 from kerrcaustics.scenes.colour import check_response
-from kerrcaustics.scenes.disk.rims import check_above_horizon, check_brightness, check_rims
-from kerrcaustics.spacetime.checks import numbers, quoted, real_number
+from kerrcaustics.spacetime.checks import numbers, quoted
 
 Array = np.ndarray
 Law = Callable[[Array, Array, Array], Any]
@@ -54,12 +62,9 @@ class VolumeGrid:
         """Make the pyramid."""
         grid = numbers("values", values)
         if grid.ndim != 3 or 0 in grid.shape or max(grid.shape) > _MOST_CELLS:
-            raise ValueError(
-                f"Argument `values` must have shape (radii, thetas, azimuths), each 1 to {_MOST_CELLS}, "
-                f"but has {grid.shape}."
-            )
-        if not (np.isfinite(grid).all() and grid.min() >= 0):
-            raise ValueError("Argument `values` must hold finite numbers that are not negative.")
+            shape = f"(radii, thetas, azimuths), each 1 to {_MOST_CELLS}"
+            raise ValueError(f"Argument `values` must have shape {shape}, but has {grid.shape}.")
+        check_light("values", grid)
         check_rims(inner, outer)
         self.inner, self.outer, self.shape = float(inner), float(outer), grid.shape
         self._levels = [grid]
@@ -67,37 +72,34 @@ class VolumeGrid:
             self._levels.append(_halved(self._levels[-1]))
 
     def __repr__(self) -> str:
-        """One line: its size."""
+        """Return a line with its size."""
         return f"<VolumeGrid of {' x '.join(str(size) for size in self.shape)} cells>"
 
     @property
     def cell(self) -> float:
         """Smallest side of a cell, in units of its radius; an axis with one cell has no side."""
         sides = (math.log(self.outer / self.inner), math.pi, 2 * math.pi)
-        found = [side / count for side, count in zip(sides, self.shape, strict=True) if count > 1]
-        return min(found, default=sides[0])
+        lengths = [side / count for side, count in zip(sides, self.shape, strict=True) if count > 1]
+        return min(lengths, default=sides[0])
 
     def mean(
         self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike = 0.0
     ) -> Float[Array, " n"]:
         """Values (n,) about places, averaged over the width (n,) of a beam, in units of the mass."""
-        place = (
-            np.log(radius / self.inner) / math.log(self.outer / self.inner),
-            theta / math.pi,
-            azimuth / (2 * math.pi) % 1.0,
-        )
+        outward = np.log(radius / self.inner) / math.log(self.outer / self.inner)
+        place = outward, theta / math.pi, azimuth / (2 * math.pi) % 1.0
         size = np.broadcast_to(np.asarray(width) / (self.cell * radius), radius.shape)
         level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(self._levels) - 1)
         lower = level.astype(int)
-        found = np.empty(radius.shape)
+        values = np.empty(radius.shape)
         for k in np.unique(lower):
             which = lower == k
-            here = tuple(part[which] for part in place)
-            fine = _trilinear(self._levels[k], here)
+            position = tuple(part[which] for part in place)
+            fine = _trilinear(self._levels[k], position)
             if k + 1 < len(self._levels):
-                fine = fine + (level[which] - k) * (_trilinear(self._levels[k + 1], here) - fine)
-            found[which] = fine
-        return found
+                fine = fine + (level[which] - k) * (_trilinear(self._levels[k + 1], position) - fine)
+            values[which] = fine
+        return values
 
 
 def _halved(grid: Float[Array, "i j k"]) -> Float[Array, "_i _j _k"]:
@@ -123,7 +125,7 @@ def _trilinear(grid: Float[Array, "i j k"], place: Sequence[Array]) -> Float[Arr
         first.append(start % count)
         second.append((start + 1) % count if axis == 2 else np.minimum(start + 1, count - 1))
         part.append(x - start)
-    flat, found = grid.reshape(-1), np.zeros(len(place[0]))
+    flat, values = grid.reshape(-1), np.zeros(len(place[0]))
     # One azimuth is its own neighbour.
     if grid.shape[2] == 1:
         part[2] = np.zeros(len(part[2]))
@@ -131,8 +133,8 @@ def _trilinear(grid: Float[Array, "i j k"], place: Sequence[Array]) -> Float[Arr
         ends = [(second if corner >> axis & 1 else first)[axis] for axis in range(3)]
         share = [part[axis] if corner >> axis & 1 else 1 - part[axis] for axis in range(3)]
         number = (ends[0] * grid.shape[1] + ends[1]) * grid.shape[2] + ends[2]
-        found += share[0] * share[1] * share[2] * flat[number]
-    return found
+        values += share[0] * share[1] * share[2] * flat[number]
+    return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +169,7 @@ class Volume:
 
     Notes
     -----
-    Where nothing can move as asked for, there is nothing. What has no pressure cannot circle off the equatorial plane
+    Where nothing can move in this way, there is nothing. What has no pressure cannot circle off the equatorial plane
     at constant theta: "circular" is a choice, not a solution.
 
     Examples
@@ -191,17 +193,12 @@ class Volume:
         check_rims(self.inner, self.outer)
         for name in ("density", "temperature"):
             value = getattr(self, name)
-            if not (isinstance(value, VolumeGrid) or callable(value) or 0 <= real_number(name, value) < math.inf):
-                raise ValueError(
-                    f"Argument `{name}` must be a finite number from 0 on, a function, or a VolumeGrid, "
-                    f"but is {quoted(value)}."
-                )
+            if not (isinstance(value, VolumeGrid) or callable(value)):
+                check_number(name, value, "be a finite number from 0 on, a function, or a VolumeGrid", not_negative)
         self._check_scale()
         if not (callable(self.motion) or (isinstance(self.motion, str) and self.motion in VOLUME_MOTIONS)):
-            raise ValueError(
-                f"Argument `motion` must be one of {', '.join(VOLUME_MOTIONS)}, or a function, "
-                f"but is {quoted(self.motion)}."
-            )
+            names = ", ".join(VOLUME_MOTIONS)
+            raise ValueError(f"Argument `motion` must be one of {names}, or a function, but is {quoted(self.motion)}.")
         check_brightness(self.brightness)
         check_response(self.response)
 
@@ -209,8 +206,8 @@ class Volume:
         if self.scale is None:
             if any(callable(law) for law in (self.density, self.temperature)):
                 raise ValueError("Argument `scale` must be given where density or temperature is a function.")
-        elif not 0 < real_number("scale", self.scale) < math.inf:
-            raise ValueError(f"Argument `scale` must be a positive, finite length, but is {quoted(self.scale)}.")
+        else:
+            check_number("scale", self.scale, "be a positive, finite length", positive)
 
     def check(self, spin: float) -> None:
         """Raise ValueError for a volume that reaches the horizon of a hole."""
@@ -223,19 +220,17 @@ class Volume:
 
     def length(self, radius: Float[Array, " n"], width: ArrayLike) -> Float[Array, " n"]:
         """Length (n,) over which something changes, as a beam of a width sees it: no grid is finer than the beam."""
-        found = np.full(radius.shape, self.outer if self.scale is None else float(self.scale))
+        length = np.full(radius.shape, self.outer if self.scale is None else float(self.scale))
         for grid in self.grids:
-            found = np.minimum(found, np.maximum(grid.cell * radius, width))
-        return found
+            length = np.minimum(length, np.maximum(grid.cell * radius, width))
+        return length
 
     def matter(
         self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Density and temperature (n,) at places, averaged over the width of a beam where they are grids."""
-        return (
-            _of(self.density, "density", radius, theta, azimuth, width),
-            _of(self.temperature, "temperature", radius, theta, azimuth, width),
-        )
+        place = radius, theta, azimuth, width
+        return _values(self.density, "density", *place), _values(self.temperature, "temperature", *place)
 
     def energy(
         self, spin: float, b: Float[Array, " n"], radius: Float[Array, " n"], theta: Float[Array, " n"]
@@ -263,14 +258,14 @@ class Volume:
         return shift if self.motion == "fiducial" else np.zeros_like(radius)
 
 
-def _of(law: Any, name: str, radius: Array, theta: Array, azimuth: Array, width: ArrayLike) -> Array:
+def _values(law: Any, name: str, radius: Array, theta: Array, azimuth: Array, width: ArrayLike) -> Array:
     """Values (n,) of a number, a function or a grid."""
     if isinstance(law, VolumeGrid):
         inside = (radius >= law.inner) & (radius <= law.outer)
         return np.where(inside, law.mean(radius, theta, azimuth, width), 0.0)
     if not callable(law):
         return np.full(radius.shape, float(law))
-    found = np.asarray(law(radius, theta, azimuth), float) + np.zeros_like(radius)
-    if not (np.isfinite(found).all() and (found >= 0).all()):
+    values = np.asarray(law(radius, theta, azimuth), float) + np.zeros_like(radius)
+    if not (np.isfinite(values).all() and (values >= 0).all()):
         raise ValueError(f"Argument `{name}` must be a function whose values are finite and not negative.")
-    return found
+    return values

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import black_body, shifted_light
 from kerrcaustics.scenes.disk.emission import BlackBody, Texture, bilinear
 from kerrcaustics.scenes.disk.samples import DiskSamples
@@ -71,17 +72,16 @@ class Wisps(Texture):
     ) -> None:
         """Draw the wisps; see the class."""
         if not 0 < real_number("inner", inner) < real_number("outer", outer) < math.inf:
-            raise ValueError(
-                f"Arguments `inner` and `outer` must be growing radii, but are {quoted(inner)} and {quoted(outer)}."
-            )
+            radii = f"{quoted(inner)} and {quoted(outer)}"
+            raise ValueError(f"Arguments `inner` and `outer` must be growing radii, but are {radii}.")
         for name, value in (("depth", depth), ("contrast", contrast)):
-            if not 0 <= real_number(name, value) <= 100:
-                raise ValueError(f"Argument `{name}` must be a number from 0 to 100, but is {quoted(value)}.")
+            check_number(name, value, "be a number from 0 to 100", lambda number: 0 <= number <= 100)
         self.peak, self.inner, self.outer = BlackBody(peak, response).peak, float(inner), float(outer)
         self.response = response
         across = 1 - (np.arange(_ROWS) + 0.5)[:, None] / _ROWS
         field = _random_field(whole_number("seed", seed, 0), across)
-        tau = depth * _soft(across) * np.exp(contrast * field - contrast**2 / 2)
+        near = np.clip(np.minimum(across, 1 - across) / _SOFT, 0, 1)
+        tau = depth * (near * near * (3 - 2 * near)) * np.exp(contrast * field - contrast**2 / 2)
         self._opacity = -np.expm1(-tau)[..., None]
         super().__init__(self._opacity * black_body(peak, response=response))
 
@@ -97,15 +97,9 @@ class Wisps(Texture):
     def opacity(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that is kept from one who looks along the axis."""
         across = (radius - self.inner) / (self.outer - self.inner)
-        found: Any = bilinear(self._opacity, 1 - across, azimuth / (2 * math.pi))
+        values: Any = bilinear(self._opacity, 1 - across, azimuth / (2 * math.pi))
         # Its single precision may take it beyond 1.
-        return np.clip(found[..., 0], 0, 1)
-
-
-def _soft(across: Array) -> Array:
-    """From 0 at both rims to 1 between them, smoothly."""
-    near = np.clip(np.minimum(across, 1 - across) / _SOFT, 0, 1)
-    return near * near * (3 - 2 * near)
+        return np.clip(values[..., 0], 0, 1)
 
 
 def _random_field(seed: int, across: Float[Array, "rows 1"]) -> Float[Array, "rows columns"]:

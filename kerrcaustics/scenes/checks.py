@@ -1,0 +1,55 @@
+"""Checks of numbers and arrays of scenes, each one clear ValueError."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.checks import apart, quoted, real_number
+
+
+def check_number(name: str, value: Any, must: str, valid: Callable[[float], bool] = math.isfinite) -> float:
+    """Return the argument `name` as a float; raise ValueError, with what it must be, unless it is valid."""
+    number = real_number(name, value)
+    if not valid(number):
+        raise ValueError(f"Argument `{name}` must {must}, but is {quoted(value)}.")
+    return number
+
+
+def positive(number: float) -> bool:
+    """True for a positive, finite number."""
+    return 0 < number < math.inf
+
+
+def not_negative(number: float) -> bool:
+    """True for a finite number from 0 on."""
+    return 0 <= number < math.inf
+
+
+def check_light(name: str, values: np.ndarray) -> None:
+    """Raise ValueError unless an array can be light."""
+    if not (np.isfinite(values).all() and values.min(initial=0.0) >= 0):
+        raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative.")
+
+
+def check_rims(inner: Any, outer: Any) -> None:
+    """Raise ValueError unless the radii are valid and in order."""
+    for name, value in (("inner", inner), ("outer", outer)):
+        check_number(name, value, "be a positive, finite radius", positive)
+    if not inner < outer:
+        raise ValueError(f"Argument `inner` must be smaller than `outer` ({outer:g}), but is {inner:g}.")
+
+
+def check_brightness(brightness: Any) -> None:
+    """Raise ValueError unless the factor of light is valid."""
+    check_number("brightness", brightness, "be a finite number from 0 on", not_negative)
+
+
+def check_above_horizon(inner: float, spin: float) -> None:
+    """Raise ValueError for an inner rim within the horizon of a hole."""
+    horizon = kerr.horizon(spin)
+    if not inner > horizon:
+        shown, least = apart(inner, horizon)
+        raise ValueError(f"Argument `inner` must be larger than the horizon radius {least}, but is {shown}.")

@@ -1,0 +1,328 @@
+"""The map of a picture to the celestial sphere: the direction n' of every pixel, from few beams.
+
+Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
+square cells, and patches.py joins them. Rays check the patch of each cell; cells that are off are
+divided, down to single pixels. Pixels on the shadow edge, and the few next to it where no patch is good, are left over.
+
+While the camera moves, n' of a cell moves straight on: what does not, and what the shadow edge passes over, is divided.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
+from kerrcaustics.scenes.footprint import pixel_matrix, turned
+from kerrcaustics.scenes.motion import ExposedMoment, Exposure
+from kerrcaustics.scenes.patches import CORNERS, doubts, weights
+from kerrcaustics.scenes.quadtree import Squares, find, merged
+from kerrcaustics.scenes.sky_cells import PARTS, WIDE, CellScale, SkyCells, extent_of, parts_for
+from kerrcaustics.scenes.sky_charts import CapChart, EdgeChart
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.sphere import polar_basis
+
+Array = np.ndarray
+Plane = View | EdgeChart | CapChart
+"""A rectangle of pixels, each with a direction on the camera sky: it is divided into cells."""
+
+# A hundredth of a pixel is visible: beams need not be better.
+TOLERANCE = 1e-7
+# The largest cells: pixels, and radians.
+_LARGEST, _LARGEST_ANGLE = 32, 0.05
+# Stars shine into a picture from so many pixels beyond its border.
+_MARGIN = 1
+# Where patches are checked by rays, in units of the cell: its middle, and those of two edges.
+_CHECKS = ((0.5, 0.5), (0.5, 0.0), (0.0, 0.5))
+# Points of the shadow edge that no cell may hide.
+_EDGE_POINTS = 1440
+# Largest error of n', in pixels, when an exposure begins and ends.
+CROOKED = 0.25
+# Of a shadow edge that moves, so many moments are looked at, and the pixels beside it.
+_EDGES = 16
+_BESIDE = np.stack(np.meshgrid(*2 * [np.arange(-1, 2)]), axis=-1).reshape(-1, 2)
+Rows = TypeVar("Rows", "SkyCorners", SkyCells)
+
+
+class SkyCorners(NamedTuple):
+    """Beams at corners of cells: key, sorted; place (n, 3), n'; slope (n, 3, 2), its change per pixel along x and y.
+
+    moved (n, 4, 3): over an exposure how much these three change, and how far n' is off from moving straight on;
+    (n, 0, 3) where nothing moves.
+    """
+
+    key: Array
+    place: Array
+    slope: Array
+    moved: Array
+
+    @property
+    def there(self) -> Bool[Array, " n"]:
+        """True for those that reach the celestial sphere."""
+        return np.isfinite(self.slope[:, 0, 0] + self.moved.sum(axis=(1, 2)))
+
+
+class SkyMap(NamedTuple):
+    """A picture's map to the celestial sphere: its cells, and how many beams it took.
+
+    left: the pixels left over, by their numbers in reading order; parts: into how many each way they are to be divided.
+    """
+
+    cells: SkyCells
+    left: Int[Array, " m"]
+    parts: Int[Array, " m"]
+    beams: int
+
+
+class Cut(NamedTuple):
+    """The division of a chart into cells.
+
+    root: the size of the largest ones, a power of two that divides width and height; wide: radians of the sky that a
+    cell may see.
+    """
+
+    root: int
+    wide: float
+
+
+class _SkyLattice(NamedTuple):
+    """Corners of cells, in whole pixels from the upper left corner of the first one.
+
+    size: of the largest cells; margin: pixels beyond each side that cells cover too.
+    """
+
+    camera: Camera
+    view: Plane
+    exposure: Exposure | None
+    size: int
+    margin: int
+
+    @property
+    def columns(self) -> int:
+        return self.view.width + 4 * max(_LARGEST, self.size)
+
+    @property
+    def origin(self) -> tuple[int, int]:
+        """Pixels from the first cell to the left side of the picture, and to its upper one."""
+        over = 2 * self.margin
+        across, down = (
+            -(-(side + over) // self.size) * self.size - side for side in (self.view.width, self.view.height)
+        )
+        return across // 2, down // 2
+
+    def roots(self) -> Squares:
+        return Squares.over(self.view.width + 2 * self.margin, self.view.height + 2 * self.margin, self.size)
+
+    def pixel_counts(self, hidden: Bool[Array, "h w"]) -> Int[Array, "h+1 w+1"]:
+        """Number of visible pixels above and left of each corner; those of the margin as their neighbours."""
+        x, y = self.origin
+        beyond = np.pad(~hidden, self.margin, mode="edge")
+        lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
+        return np.pad(lattice.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+
+    def key(self, x: Array, y: Array) -> Array:
+        return y * self.columns + x
+
+    def on_picture(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Pixels of places of the lattice."""
+        return x - self.origin[0], y - self.origin[1]
+
+    def trace(self, key: Array) -> SkyCorners:
+        y, x = np.divmod(key, self.columns)
+        x, y = self.on_picture(x, y)
+        if self.exposure is None:
+            place, slope = _beams(self.camera, self.view, x, y)
+            return SkyCorners(key, place, slope, np.zeros((len(key), 0, 3)))
+        # The sky is at rest, and the camera goes round.
+        first, now, last = (_columns(moment, x, y) for moment in self.exposure)
+        off = (first[:, :1] + last[:, :1]) / 2 - now[:, :1]
+        moved = np.concatenate([last - first, off], axis=1)
+        return SkyCorners(key, now[:, 0], np.swapaxes(now[:, 1:], 1, 2), moved)
+
+    def checks(self, squares: Squares, chosen: Array) -> Float[Array, "n checks 3"]:
+        """n' of rays within cells, where their patches are checked."""
+        x, y = np.array(_CHECKS).T * squares.size - 0.5
+        left, top = self.on_picture(squares.x[chosen, None], squares.y[chosen, None])
+        sky, _ = self.view.directions(left + x, top + y)
+        azimuth = 0.0 if self.exposure is None else self.exposure.middle.azimuth
+        return turned(trace_rays(self.camera, sky, "auto", TOLERANCE).direction, azimuth)
+
+    def edge(self) -> tuple[Array, Array]:
+        """Pixels on the shadow edge, some of them, on the lattice."""
+        if not isinstance(self.view, View):
+            return np.zeros(0, int), np.zeros(0, int)
+        if self.exposure is None:
+            points = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
+        else:
+            moments = [self.exposure.at(float(moment)) for moment in np.linspace(-0.5, 0.5, _EDGES)]
+            edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in moments]
+            points = np.concatenate([edge + step for edge in edges for step in _BESIDE])
+        x, y = (points + 0.5).T
+        near = (x >= -1) & (y >= -1) & (x < self.view.width + 1) & (y < self.view.height + 1)
+        return (x[near] + self.origin[0]).astype(int), (y[near] + self.origin[1]).astype(int)
+
+
+def _beams(camera: Camera, view: Plane, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
+    """n' at upper left corners of pixels, and its slopes."""
+    sky, steps = view.directions(x - 0.5, y - 0.5)
+    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
+    return beams.direction, slopes(beams, sky, steps)
+
+
+def _columns(moment: ExposedMoment, x: Array, y: Array) -> Float[Array, "n 3 3"]:
+    """n' and its two slopes (n, 3, 3), one in each row, at a moment, for a sky at rest."""
+    place, slope = _beams(moment.camera, moment.view, x, y)
+    return turned(np.concatenate([place[:, None], np.swapaxes(slope, 1, 2)], axis=1), moment.azimuth)
+
+
+def ray_directions(moment: ExposedMoment, x: ArrayLike, y: ArrayLike) -> Float[Array, "*batch 3"]:
+    """n' (..., 3) of rays at places of a view at a moment, for a sky at rest."""
+    rays = trace_rays(moment.camera, moment.view.directions(x, y)[0], "auto", TOLERANCE)
+    return turned(rays.direction, moment.azimuth)
+
+
+def slopes(
+    beams: Beams, sky: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
+) -> Float[Array, "*batch 3 2"]:
+    """Changes (..., 3, 2) of n' for pixels with directions N (..., 3) and steps (..., 3, 2)."""
+    return np.stack(polar_basis(beams.direction), axis=-1) @ pixel_matrix(beams, sky, steps)
+
+
+def chart_cells(camera: Camera, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut) -> SkyCells:
+    """Cells of the map of a chart, in all of which no more of the sky is seen than the cut allows, and their errors.
+
+    The smallest cells are as good as they can be. Parameters else as for `sky_map`.
+    """
+    return _mapped(_SkyLattice(camera, chart, None, cut.root, 0), close, hidden, cut.wide).cells
+
+
+def sky_map(
+    camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
+) -> SkyMap:
+    """The map of a view, and of a pixel beyond each side of it.
+
+    close: how far, in pixels, patches may be off; hidden: pixels that are left out; exposure: during which the
+    camera moves, with this view in its middle.
+    """
+    return _mapped(_SkyLattice(camera, view, exposure, _root_size(view), _MARGIN), close, hidden)
+
+
+def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide: float | None = None) -> SkyMap:
+    """The map of what a lattice covers; wide: of the sky that cells may see, in a chart; None in a picture."""
+    view, exposure = lattice.view, lattice.exposure
+    squares, edge = lattice.roots(), lattice.edge()
+    corners, accepted = lattice.trace(np.zeros(0, int)), []
+    left = parts = np.zeros(0, int)
+    counts = lattice.pixel_counts(hidden)
+    while len(squares.x):
+        squares = _visible_squares(squares, counts)
+        x, y, size = squares
+        keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
+        new = np.unique(keys)
+        new = new[~find(corners.key, new)[1]]
+        corners = merged(corners, _on_cores(lattice.trace, new)) if len(new) else corners
+        number, _ = find(corners.key, keys)
+        reached = corners.there[number]
+        mixed = (reached.any(axis=1) & ~reached.all(axis=1)) | _contain(squares, edge)
+        whole = reached.all(axis=1) & ~mixed
+        if size > 1:
+            whole &= ~_next_to(mixed, number, len(corners.key))
+        joined = partial(_cells, lattice, corners, squares, number, close)
+        cells = _on_cores(joined, np.flatnonzero(whole))
+        good = (cells.error <= close) & ((size == 1 and exposure is None) | (extent_of(cells) < (wide or WIDE)))
+        good |= size == 1 and wide is not None
+        accepted.append(SkyCells(*(part[good] for part in cells)))
+        split = mixed | reached.all(axis=1)
+        split[np.flatnonzero(whole)[good]] = False
+        if size == 1:
+            x, y = lattice.on_picture(x, y)
+            split &= (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
+            extent = np.sqrt((corners.slope[number[split]] ** 2).sum(axis=(2, 3))).max(axis=1)
+            parts = np.where(mixed[split], PARTS, parts_for(extent))
+            left = y[split] * view.width + x[split]
+            break
+        squares = squares.quarters(split)
+    cells = SkyCells(*(np.concatenate(parts) for parts in zip(*accepted, strict=True)))
+    x, y = lattice.on_picture(cells.x, cells.y)
+    cells = cells._replace(x=x, y=y)
+    return SkyMap(cells, left, parts, len(corners.key) * (1 if exposure is None else 3))
+
+
+def _root_size(view: View) -> int:
+    size = _LARGEST
+    while size > 1 and size * view.pixel > _LARGEST_ANGLE:
+        size //= 2
+    return size
+
+
+def _on_cores(work: Callable[[Array], Rows], rows: Int[Array, " n"]) -> Rows:
+    """Results of work on rows, shared out among the cores: named tuples of arrays."""
+    with ThreadPoolExecutor(cores()) as pool:
+        parts = list(pool.map(work, np.array_split(rows, cores())))
+    return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def _visible_squares(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
+    """Squares with a pixel of the picture that is not hidden; total: their number above and left of each corner."""
+    x, y, size = squares
+    height, width = total.shape[0] - 1, total.shape[1] - 1
+    right, below = np.minimum(x + size, width), np.minimum(y + size, height)
+    x_in, y_in = np.minimum(x, width), np.minimum(y, height)
+    visible = total[below, right] - total[y_in, right] - total[below, x_in] + total[y_in, x_in] > 0
+    return Squares(x[visible], y[visible], size)
+
+
+def _contain(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
+    """True for cells that contain one of some pixels."""
+    x, y, size = squares
+    columns = 1 + max(x.max(initial=0), edge[0].max(initial=0)) // size
+    held = np.unique(edge[1] // size * columns + edge[0] // size)
+    return np.isin(y // size * columns + x // size, held)
+
+
+def _next_to(mixed: Bool[Array, " n"], number: Int[Array, "n 4"], corners: int) -> Bool[Array, " n"]:
+    """True for cells with a corner that belongs to a mixed one too: the shadow edge may bulge into them."""
+    near = np.zeros(corners, bool)
+    near[number[mixed]] = True
+    return np.asarray(near[number].any(axis=1))
+
+
+def _cells(
+    lattice: _SkyLattice, corners: SkyCorners, squares: Squares, number: Array, close: float, chosen: Int[Array, " m"]
+) -> SkyCells:
+    """Some cells, with their errors: NaN where not even the corners agree."""
+    x, y, size = squares
+    place, slope = corners.place[number[chosen]], corners.slope[number[chosen]]
+    data = np.concatenate([place, slope[..., 0] * size, slope[..., 1] * size], axis=1)
+    curving = _curving(slope, size)
+    scale = CellScale(data, curving, size)
+    error = np.max([scale.pixels(doubt) for doubt in doubts(data)], axis=0)
+    with np.errstate(invalid="ignore"):
+        error[~(error <= close)] = np.nan
+    rates = np.zeros((len(chosen), 0, 3))
+    if lattice.exposure is not None:
+        moved = np.moveaxis(corners.moved[number[chosen]], 2, 0)
+        rates = np.concatenate([moved[0], moved[1] * size, moved[2] * size], axis=1)
+        error[np.max([scale.pixels(off) for off in moved[3].swapaxes(0, 1)], axis=0) > CROOKED] = np.nan
+    checked = np.flatnonzero(np.isfinite(error))
+    rays = lattice.checks(squares, chosen[checked])
+    for check, (right, down) in enumerate(_CHECKS):
+        value = np.einsum("nkc,k->nc", data[checked], weights(right, down, 0.0, 1).value[:, 0])
+        miss = np.zeros((len(chosen), 3))
+        miss[checked] = rays[:, check] - value / np.linalg.norm(value, axis=-1, keepdims=True)
+        error = np.maximum(error, scale.pixels(miss))
+    return SkyCells(x[chosen], y[chosen], np.full(len(chosen), size), data, curving, error, rates)
+
+
+def _curving(slope: Float[Array, "n 4 3 2"], size: int) -> Float[Array, "n 3 3"]:
+    """Second derivatives (n, 3, 3) of n', along xx, xy and yy, from the slopes at the corners."""
+    along_x = (slope[:, 1] - slope[:, 0] + slope[:, 3] - slope[:, 2]) / (2 * size)
+    along_y = (slope[:, 2] - slope[:, 0] + slope[:, 3] - slope[:, 1]) / (2 * size)
+    return np.stack([along_x[..., 0], (along_x[..., 1] + along_y[..., 0]) / 2, along_y[..., 1]], axis=1)
