@@ -44,21 +44,21 @@ def own_folder(root: Path, *names: str, make: bool = False) -> Iterator[int]:
     """
     if make:
         _make_root(root)
-    here = os.open(root, _FOLDER)
+    handle = os.open(root, _FOLDER)
     try:
-        _check(here, root, sticky=True)
+        _check(handle, root, sticky=True)
         for name in names:
             root /= name
             if make:
                 with suppress(FileExistsError):
-                    os.mkdir(name, 0o700, dir_fd=here)
-            inner = _opened_inner(here, name, root)
-            os.close(here)
-            here = inner
-            _check(here, root)
-        yield here
+                    os.mkdir(name, 0o700, dir_fd=handle)
+            inner = _opened_inner(handle, name, root)
+            os.close(handle)
+            handle = inner
+            _check(handle, root)
+        yield handle
     finally:
-        os.close(here)
+        os.close(handle)
 
 
 def read_own(folder: int, name: str) -> bytes:

@@ -153,5 +153,5 @@ def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
 def _on_host(parts: tuple[jax.Array, ...], count: int) -> np.ndarray:
     """The first numbers of arrays on the device, joined in one array that can be written to."""
     *whole, last = (np.asarray(part) for part in parts)
-    left = count - sum(map(len, whole))
-    return np.concatenate([*whole, last[:left]])
+    rest = count - sum(map(len, whole))
+    return np.concatenate([*whole, last[:rest]])

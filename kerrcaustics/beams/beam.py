@@ -89,7 +89,7 @@ class Rays:
     )
 
     def __repr__(self) -> str:
-        """One line: the class, the shape, and the number of rays that escaped."""
+        """The class, the shape, and the number of rays that escaped, in one line."""
         return f"<{type(self).__name__} of shape {self.status.shape}, {self.escaped.sum()} escaped, {self.engine}>"
 
     @property

@@ -93,7 +93,7 @@ def end(arguments: Arguments, motion: Moving, density: Reals = integrated.DENSES
     size = jnp.sqrt(sum(x * x for x in sky))
     constants, ray, photon = integrated.start(frame, tuple(x / size for x in sky))
     captured, arrival = _aim(*jax.lax.stop_gradient((frame, photon)))
-    paths = _followed(spin, constants, ray, arrival, density, timed=timed)
+    paths = _path_to_end(spin, constants, ray, arrival, density, timed=timed)
     path = paths[0]
     _, x, y, z = path.position
     c, s = jnp.cos(path.psi), jnp.sin(path.psi)
@@ -110,7 +110,7 @@ def _aim(frame: Frame, photon: Photon) -> tuple[Flags, Reals]:
     return captured, jnp.where(captured, 0.0, radial.mino_time(frame, photon, quartic))
 
 
-def _followed(
+def _path_to_end(
     spin: Reals, constants: Constants, ray: Path, arrival: Reals, density: Reals, *, timed: bool
 ) -> tuple[Path, ...]:
     """The ray, and its clock if requested, at u = 0."""

@@ -22,10 +22,10 @@ def followed(
 ) -> RayEnd[np.ndarray]:
     """Rays by the requested engine; many: they are part of a large job."""
     if engine is Engine.INTEGRATED:
-        return _integrated(camera, sky, tolerance, end, wanted)
+        return _by_integrator(camera, sky, tolerance, end, wanted)
     # One program serves all beams: index and crossings cost next to nothing, nor does the time of few.
     request = replace(wanted, index=True, crossings=True, time=wanted.time or not many) if wanted.beams else wanted
-    ends = _in_closed_form(camera, sky, end, request, many=many).only(wanted)
+    ends = _by_closed_form(camera, sky, end, request, many=many).only(wanted)
     unsure = ~ends.closed_form
     if engine is Engine.AUTO:
         unsure |= is_mostly_noise(ends, tolerance)
@@ -33,19 +33,19 @@ def followed(
     if rest.size:
         # Few rays, mostly: one program serves every request.
         more = replace(wanted, beams=True, index=True, crossings=True)
-        integrated, before = _integrated(camera, sky[rest], tolerance, end, more), ends.rows(rest)
+        integrated, before = _by_integrator(camera, sky[rest], tolerance, end, more), ends.rows(rest)
         better = ~before.closed_form | (excess(integrated, tolerance, 0) < excess(before, tolerance, 0))
         ends.put(rest[better], integrated.rows(better))
     return ends
 
 
-def _in_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
+def _by_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
     """The closed form of all rays, with the formulas for small k."""
     if end.is_beyond(camera):
         ends = batches.closed_form(camera, sky, end, wanted, many=many)
         _add_small_k(camera, sky, end, wanted, ends)
     else:
-        ends = _arriving(camera, sky, end, wanted, many=many)
+        ends = _finite_closed_form(camera, sky, end, wanted, many=many)
     return ends
 
 
@@ -60,7 +60,7 @@ def _add_small_k(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, ends
         ends.put(rest[short.closed_form], short.rows(short.closed_form))
 
 
-def _arriving(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
+def _finite_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
     """The closed form of rays of which few may arrive: the others are not traced."""
     lost, captured, certain = batches.prospects(camera, sky, end)
     some = batches.closed_form(camera, sky[~lost], end, wanted, many=many)
@@ -70,7 +70,7 @@ def _arriving(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many
     return ends
 
 
-def _integrated(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
+def _by_integrator(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
     order = np.argsort(batches.work(camera, sky, end), kind="stable")
     sky = sky[order]

@@ -53,7 +53,7 @@ class SpacePoints:
     )
 
     def __repr__(self) -> str:
-        """One line: the class and the shape."""
+        """The class and the shape in one line."""
         return f"<{type(self).__name__} of shape {self.radius.shape}>"
 
     @property
@@ -143,7 +143,7 @@ def ray_paths(camera: Viewer, sky: ArrayLike, n: int = 200, *, end: float = math
     directions, shape = as_vectors(sky)
     directions = normalised(directions)
     starts = range(0, max(len(directions), 1), _CHUNK)
-    parts = [_followed(camera, directions[i : i + _CHUNK], n, surface) for i in starts]
+    parts = [_fields(camera, directions[i : i + _CHUNK], n, surface) for i in starts]
     most = max(part["conjugate"].shape[1] for part in parts)
     for part in parts:
         missing = most - part["conjugate"].shape[1]
@@ -232,7 +232,7 @@ def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[
     return a, b, periods
 
 
-def _followed(camera: Viewer, sky: np.ndarray, n: int, end: Spherical) -> dict[str, np.ndarray]:
+def _fields(camera: Viewer, sky: np.ndarray, n: int, end: Spherical) -> dict[str, np.ndarray]:
     """The fields of a result for the rays of one chunk, or fewer."""
     count = len(sky)
     # Filled up with the first ray, or any other, so that one compiled size serves all.

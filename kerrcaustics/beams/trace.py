@@ -21,7 +21,7 @@ from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
-# Rays that are checked, traced and stored together: memory beside input and result is what these need.
+# Rays that are checked, traced and stored together: they determine the memory beside input and result.
 _BLOCK = 1 << 15
 
 Result = TypeVar("Result", bound=Rays)

@@ -59,7 +59,7 @@ def _title(name: str) -> str:
 
 
 def _overview(records: list[StudyRecord], version: str) -> str:
-    """One line: version, number of studies, when they ran."""
+    """The version, the number of studies, and the days of the runs, in one line."""
     days = sorted({f"{one.date:%Y-%m-%d}" for one in records})
     when = f", run on {days[0]}" if len(days) == 1 else f", run from {days[0]} to {days[-1]}"
     count = f"{len(records)} {'study' if len(records) == 1 else 'studies'}"

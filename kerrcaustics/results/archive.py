@@ -14,7 +14,7 @@ Array = np.ndarray
 
 # Numbers, truths and texts.
 _KINDS = "biufcSU"
-# Bytes of what NumPy writes before the numbers of an array; unpacked at a time.
+# Bytes that NumPy writes before the numbers of an array, at most; bytes unpacked at a time.
 _LARGEST_PREAMBLE, _PIECE = 1024, 1 << 20
 LARGEST_HEAD = 1 << 26
 """Bytes of a header, four for each of its characters."""

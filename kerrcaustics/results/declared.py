@@ -131,7 +131,7 @@ class Shown:
     """The display of results; the modules that it needs are loaded at the first use."""
 
     def __repr__(self) -> str:
-        """One line: its numbers, and the sizes of its arrays."""
+        """Numbers, and sizes of arrays, in one line."""
         return import_module("kerrcaustics.results.shown").one_line(self)
 
     def _repr_html_(self) -> str:

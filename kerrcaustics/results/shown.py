@@ -178,7 +178,7 @@ def _bracketed(unit: str) -> str:
 
 
 def _line(cells: list[str], kind: str, text: str = "") -> str:
-    """One line of a table."""
+    """A line of a table."""
     about = f' title="{escape(text)}"' if text else ""
     return f"<tr{about}>{''.join(f'<{kind}>{escape(cell)}</{kind}>' for cell in cells)}</tr>"
 

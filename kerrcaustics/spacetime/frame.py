@@ -101,7 +101,7 @@ def line_of_sight_from_sky(frame: Frame, sky: np.ndarray) -> np.ndarray:
 
 
 def sky_from_line_of_sight(frame: Frame, line_of_sight: np.ndarray) -> np.ndarray:
-    """Camera-sky direction N (..., 3) of what lies along `line_of_sight` (..., 3) = (r, theta, phi) of the FIDO.
+    """Camera-sky direction N (..., 3) of objects along `line_of_sight` (..., 3) = (r, theta, phi) of the FIDO.
 
     The inverse of `line_of_sight_from_sky`.
     """

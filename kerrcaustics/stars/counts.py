@@ -1,9 +1,7 @@
 """Numbers of images of stars: for many stars at once, as a map over the celestial sphere."""
 
-import json
 import math
 import os
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,13 +9,12 @@ from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
-from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.files import check_name
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.results.storage import as_json, from_json
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import numbers, whole_number
-from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.stars.certificates import certificate_of
 from kerrcaustics.stars.images import checked_index
@@ -111,7 +108,7 @@ class CountMap:
 
         For maps over a sphere. Needs the package astropy.
         """
-        places = {"VIEWER": _in_words(self.camera), "SURFACE": _in_words(self._sphere())}
+        places = {"VIEWER": as_json(self.camera), "SURFACE": as_json(self._sphere())}
         cards = {"CTYPE3": (_FITS_AXIS, "Morse index of the images"), "CRPIX3": 1.0, "CRVAL3": 0.0, "CDELT3": 1.0}
         images = {"COUNTS": self.counts.transpose(2, 0, 1).astype("int32"), "ON_CAUSTIC": self.on_caustic.astype("u1")}
         plate_carree.write(path, images, {**cards, "BUNIT": "count", **places})
@@ -284,23 +281,15 @@ def read_count_map(path: str | os.PathLike[str]) -> CountMap:
         raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")
     counts, rows = counts[:, ::-1].transpose(1, 2, 0).astype(int), counts.shape[1]
     phi, on_caustic = (np.arange(2 * rows) + 0.5) * math.pi / rows, others[0][0][::-1].astype(bool)
-    camera, surface = (_from_words(header[name], path) for name in ("VIEWER", "SURFACE"))
+    camera, surface = (_placed(header[name], path) for name in ("VIEWER", "SURFACE"))
     return CountMap(camera, surface, surface.levels(camera, rows), phi, counts, on_caustic, np.zeros_like(on_caustic))
 
 
-def _in_words(part: Any) -> str:
-    """A viewer or a surface as JSON, for the header of a FITS file."""
-    return json.dumps({"kind": type(part).__name__, **asdict(part)})
-
-
-def _from_words(text: str, path: str | os.PathLike[str]) -> Any:
-    """The viewer or the surface that `_in_words` was given."""
-    kinds = {kind.__name__: kind for kind in (Camera, Observer, CelestialSphere, Sphere)}
+def _placed(text: str, path: str | os.PathLike[str]) -> Any:
+    """The viewer or the surface of a header."""
     try:
-        fields = json.loads(text)
-        kind: Any = kinds[fields.pop("kind")]
-        return kind(**{name: tuple(part) if isinstance(part, list) else part for name, part in fields.items()})
-    except (TypeError, ValueError, KeyError, AttributeError):
+        return from_json(text, ("Camera", "Observer", "CelestialSphere", "Sphere"))
+    except ValueError:
         raise ValueError(
             f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none."
         ) from None

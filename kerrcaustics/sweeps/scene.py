@@ -65,11 +65,11 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
     def values(self, axis: str) -> Float[Array, " values"]:
         """The values along "spin", "radius" or "inclination", in ascending order."""
-        given = getattr(self, axis)
-        if isinstance(given, Range):
-            space = np.geomspace if given.spacing == "log" else np.linspace
-            return space(given.start, given.end, given.count)
-        return np.sort(np.atleast_1d(np.asarray(given, float)))
+        entry = getattr(self, axis)
+        if isinstance(entry, Range):
+            space = np.geomspace if entry.spacing == "log" else np.linspace
+            return space(entry.start, entry.end, entry.count)
+        return np.sort(np.atleast_1d(np.asarray(entry, float)))
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -112,29 +112,29 @@ def checked(scene: Scene, name: str) -> Scene:
 
 def _about_axes(scene: Scene) -> Iterator[Complaint]:
     for axis in AXES:
-        given = getattr(scene, axis)
-        if isinstance(given, Range):
-            if not 1 <= given.count <= MOST_POINTS:
-                yield f"{axis}.count", f"from 1 to {MOST_POINTS}", given.count
-            if given.spacing == "log" and not (given.start > 0 and given.end > 0):
-                yield f"{axis}.from and {axis}.to", "more than 0 for log spacing", _as_typed(given)
+        entry = getattr(scene, axis)
+        if isinstance(entry, Range):
+            if not 1 <= entry.count <= MOST_POINTS:
+                yield f"{axis}.count", f"from 1 to {MOST_POINTS}", entry.count
+            if entry.spacing == "log" and not (entry.start > 0 and entry.end > 0):
+                yield f"{axis}.from and {axis}.to", "more than 0 for log spacing", _as_typed(entry)
         values = scene.values(axis)
         inside = {"spin": (values >= 0) & (values < 1), "radius": values > 0}.get(axis, (values >= 0) & (values <= 180))
         inside &= np.isfinite(values)
         if not len(values):
-            yield axis, "a list of one value or more", _as_typed(given)
+            yield axis, "a list of one value or more", _as_typed(entry)
         if not inside.all():
             yield axis, _LIMITS[axis], ", ".join(map(str, values[~inside].tolist()[:3]))
         if (np.diff(values) <= 0).any():
-            yield axis, "values that differ, from the least to the largest", _as_typed(given)
+            yield axis, "values that differ, from the least to the largest", _as_typed(entry)
 
 
-def _as_typed(given: float | list[float] | Range) -> str:
+def _as_typed(axis: float | list[float] | Range) -> str:
     """An axis as written in a scene file."""
-    if not isinstance(given, Range):
-        return str(given)
-    spacing = f', spacing = "{given.spacing}"' if given.spacing != "linear" else ""
-    return f"{{from = {given.start:.12g}, to = {given.end:.12g}, count = {given.count}{spacing}}}"
+    if not isinstance(axis, Range):
+        return str(axis)
+    spacing = f', spacing = "{axis.spacing}"' if axis.spacing != "linear" else ""
+    return f"{{from = {axis.start:.12g}, to = {axis.end:.12g}, count = {axis.count}{spacing}}}"
 
 
 def _about_entries(scene: Scene) -> Iterator[Complaint]:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import zarr
-from jaxtyping import UInt8
 
 from kerrcaustics.files import locked, make_room
 from kerrcaustics.results.declared import Quantity
@@ -115,8 +114,8 @@ class Store:
             values = [_blank(variable, self.scene) if isinstance(p, str) else p[variable.name] for p in points]
             stacked = np.stack([np.asarray(v, variable.dtype) for v in values])
             self._put(variable.name, block, stacked.reshape(*shape, *stacked.shape[1:]))
-        reasons = np.stack([_coded(point if isinstance(point, str) else "") for point in points])
-        self._put("reason", block, reasons.reshape(*shape, REASON))
+        reasons = np.array([p.encode()[:REASON] if isinstance(p, str) else b"" for p in points], f"S{REASON}")
+        self._put("reason", block, reasons.view(np.uint8).reshape(*shape, REASON))
         self._put("status", block, status)
 
     def failures(self) -> list[str]:
@@ -175,8 +174,3 @@ def store_at(path: Path, scene: Scene) -> Iterator[Store]:
 def _blank(variable: Quantity, scene: Scene) -> Array:
     coordinates = dimensions(scene)
     return np.full([len(coordinates[dim]) for dim in variable.dims], blank_of(variable.dtype), variable.dtype)
-
-
-def _coded(text: str) -> UInt8[Array, "160"]:
-    code = text.encode()[:REASON]
-    return np.frombuffer(code.ljust(REASON, b"\0"), np.uint8)

@@ -17,7 +17,7 @@ from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerF
 
 Crew = dict[Connection, BaseProcess]
 
-# Below zero a process was killed; above, Python has said on standard error what is wrong.
+# Below zero a process was killed; above, Python has written the error to standard error.
 _NO_START = 'A worker could not start (exit status {}; does a script call this without `if __name__ == "__main__":`?)'
 # Seconds between checks for workers.
 _LOOK = 1.0
@@ -40,7 +40,9 @@ def in_processes(workers: int, compute: Compute, jobs: list[Job], worker_failure
                 if _is_ready(pipe):
                     if waiting:
                         at_work[pipe] = waiting.popleft()
-                        _give(pipe, at_work[pipe])
+                        # The death of a process is noticed at the next read.
+                        with suppress(OSError):
+                            pipe.send(at_work[pipe])
                     else:
                         _end(pipe, crew.pop(pipe))
                     if job is not None:
@@ -124,12 +126,6 @@ def _end_with_parent() -> None:
         wait([parent.sentinel])
     remove_unfinished()
     os._exit(1)
-
-
-def _give(pipe: Connection, job: Job) -> None:
-    # The death of a process is noticed at the next read.
-    with suppress(OSError):
-        pipe.send(job)
 
 
 def _is_ready(pipe: Connection) -> bool:

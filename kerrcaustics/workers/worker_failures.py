@@ -22,7 +22,7 @@ _IN_A_ROW = 40
 
 
 class WorkersLost(RuntimeError):
-    """A sweep or a film ended because its workers died or stayed away; what it stored is kept."""
+    """A sweep or a film ended because its workers died or stayed away; its store is kept."""
 
     def __init__(self, why: str, task: str = "sweep") -> None:
         super().__init__(f"{why}: the {task} ended. What its store holds is kept; start again to go on.")

@@ -31,7 +31,7 @@ from kerrcaustics.spacetime.frame import Frame, Photon
 # the Mino time of an oscillation, that they may leave to the last one.
 _REFINEMENTS = 2
 _LATE = 1e-6
-# Radians of arc below which the variation of a way, a difference of what varies much more, is left to the integrator.
+# Radians of arc below which the variation of a way, a difference of much larger ones, is left to the integrator.
 _SHORTEST = 1e-3
 
 

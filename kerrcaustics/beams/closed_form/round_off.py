@@ -121,7 +121,7 @@ def spread_of_small_k(frame: Frame, sky: Components, photon: Photon, time: Reals
 
 
 def _of_turn(frame: Frame, photon: Photon, radius: Reals) -> tuple[Reals, Reals]:
-    """Round-off of psi for a ray whose lower end, or camera, is at some radius; what photons at rest there add to 1."""
+    """Round-off of psi for a ray whose lower end, or camera, is at some radius; the part by photons at rest there."""
     lift = radial.horizon_lift(frame.spin)
     corotation = jnp.abs(radial.corotation(frame, photon)) * (1 + 40 * (radius - 1 - lift) ** 2)
     return 2e-15 * frame.spin / lift * (1 + 0.3 / corotation), 0.03 / corotation

@@ -67,7 +67,7 @@ class _Change(NamedTuple):
 
 
 class _TimeSlopes(NamedTuple):
-    """Derivatives of the Mino time between two radii, and what they belong to.
+    """Derivatives of the Mino time between two radii, and the point p of the coefficients.
 
     level, tilt, bend: by the coefficients of (r - p)^0, (r - p)^1, (r - p)^2 of a change of R, with p - 1 = lift;
     u_rate, end_rate: by the rates of u at both ends, as if they were independent of that.
@@ -220,7 +220,7 @@ def _travelled(
 
 
 def _at_fixed_rates(frame: Frame, photon: Photon, slopes: _TimeSlopes, change: _Change) -> tuple[Reals, Reals]:
-    """The changes of Mino time and psi, but for what the changes of radius and rate at the end add."""
+    """The changes of Mino time and psi, without the parts by the changes of radius and rate at the end."""
     a, kappa, db, dkappa = frame.spin, photon.kappa, change.b, change.kappa
     p, lift = slopes.p, slopes.lift
     # 2 - a b, and P and Delta at p.

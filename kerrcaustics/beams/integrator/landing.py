@@ -190,7 +190,7 @@ def _gain(journey: Journey) -> Reals:
 
 
 def _or(values: tuple[Reals, ...], others: tuple[float, ...]) -> tuple[Reals, ...]:
-    """The values, and others where one of them is no number."""
+    """The values, or the others if one of the values is no finite number."""
     known = jnp.isfinite(sum(values))
     return tuple(jnp.where(known, value, other) for value, other in zip(values, others, strict=True))
 
@@ -198,12 +198,12 @@ def _or(values: tuple[Reals, ...], others: tuple[float, ...]) -> tuple[Reals, ..
 def _timed(
     frame: Frame, journey: Journey, start: Path, last: Progress, touch: _Touch, doubt: _Doubt
 ) -> tuple[Reals, Reals, Reals]:
-    """The time, its error, and what of that is round-off."""
+    """The time, its error, and the part of it that is round-off."""
     at_infinity = not journey.end.finite
     time = clock.reading(
         journey.constants, start, touch.paths[0], touch.paths[-1], at_infinity=at_infinity, distant=frame.start == 0
     )
-    # The clock is as uncertain as n' by round-off of the steps, beside what comes with the end.
+    # The clock is as uncertain as n' by round-off of the steps, beside the part of the end.
     late, rounding = errors.of_time(frame, journey.end, touch.at, doubt.direction + doubt.noise, doubt.noise)
     late = late + _gain(journey) * (0.0 if last.clock_error is None else last.clock_error)
     known = jnp.isfinite(time + late)
