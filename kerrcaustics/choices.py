@@ -8,5 +8,8 @@ VelocityName = Literal["circular", "fiducial", "static"]
 SpotMotion = Literal["circular", "retrograde"]
 """Motions of a spot on its orbit."""
 
+EngineName = Literal["auto", "closed-form", "integrated"]
+"""Engines that trace rays and beams."""
+
 Quality = Literal["draft", "normal", "high"]
 """Qualities of pictures."""

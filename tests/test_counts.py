@@ -72,6 +72,27 @@ def farthest(points, curves):
 FINE = (1500, 1200, 2e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("viewer", "end"),
+    [
+        (kc.Camera(0.9, 10.0, 1.2, "fiducial"), 30.0),
+        (kc.Camera(0.9, 10.0, 1.2, (0.1, 0.3, 0.5)), 30.0),
+        (kc.Observer(spin=0.9, inclination=1.2, radius=500.0), math.inf),
+        (kc.Observer(spin=0.9, inclination=1.2), math.inf),
+    ],
+)
+def test_circles_of_every_viewer_on_spheres_beyond(viewer, end):
+    """The rays of all points end on the circle, and both counts of a line's crossings agree."""
+    images = kc.circle_images(viewer, NORMAL, 2, end=end)
+    assert images.certified and len(images.curves) >= 2
+    for curve in images.curves:
+        rays = kc.trace_rays(viewer, curve.sky, end=end)
+        assert np.abs(Circle.great(*NORMAL).height(rays.direction)).max() < 1e-7
+    crossings = kc.crossings_of_line(images, 0.5)
+    assert crossings.certified and crossings.sky.shape[1] == images.curves[0].sky.shape[1]
+
+
 @pytest.mark.parametrize(
     ("camera", "normal", "grid"),
     [

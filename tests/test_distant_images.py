@@ -263,7 +263,6 @@ def test_times_and_places_go_on_where_an_observer_stands_in():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("counts", "--circle", "70", "120"), "--radius must be a finite number"),
         (
             ("tracks", "--star-theta", "70", "--figure", "t.png"),
             "--figure must be left out for an observer",

@@ -2,10 +2,11 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from kerrcaustics.choices import EngineName
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import (
     COMMON,
@@ -39,7 +40,7 @@ def caustics(
     *,
     camera: CameraOptions,
     orders: Orders = 3,
-    engine: Literal["auto", "closed-form", "integrated"] = "auto",
+    engine: EngineName = "auto",
     tolerance: float = 1e-12,
     figure: FileName | None = None,
     save: FileName | None = None,

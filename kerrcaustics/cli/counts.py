@@ -107,14 +107,14 @@ def counts(
     common.check_points(points)
     common.check({"--figure": figure})
     check_ending(figure)
-    if circle and source != SKY_SOURCES:
-        raise BadInput("Arguments --source-radius and --plane must not come with --circle.")
+    if circle and source.plane is not None:
+        raise BadInput("Argument --plane must not come with --circle: great circles lie on a sphere.")
     places = _read_stars(stars, source) if stars else [source.place(kind, place) for place in (star, circle) if place]
-    end, seen_from = source.end(), camera.camera() if circle else camera.viewer()
+    end, seen_from = source.end(), camera.viewer()
     began = time.perf_counter()
     with plain_errors({"stars": kind[2:]}), progress() as report:
         if circle:
-            entry, certified, print_on = _circle(seen_from, places[0], max_index, line, points)
+            entry, certified, print_on = _circle(seen_from, places[0], max_index, end, line, points)
         elif map_:
             entry, certified, print_on = _map(seen_from, max_index, rows, end, figure, report)
         else:
@@ -157,13 +157,18 @@ def _map(
 
 
 def _circle(
-    camera: "Viewer", normal: tuple[float, float], max_index: int, degrees: float | None, points: bool
+    camera: "Viewer",
+    normal: tuple[float, float],
+    max_index: int,
+    end: "Wherever",
+    degrees: float | None,
+    points: bool,
 ) -> Counted:
     from kerrcaustics.results.records import in_degrees, record
     from kerrcaustics.stars.circles import circle_images
     from kerrcaustics.stars.lines import crossings_of_line
 
-    circle = circle_images(camera, normal, max_index)
+    circle = circle_images(camera, normal, max_index, end=end)
     entry, lines = record(circle, points=points), []
     if degrees is not None:
         turn = math.radians(degrees)
@@ -269,7 +274,8 @@ def _print_map(counts: "CountMap", out: Console) -> None:
 
 def _print_circle(circle: "CircleImages", lines: list[str], out: Console) -> None:
     theta, phi = (math.degrees(angle) for angle in circle.normal)
-    say(out, f"{place_of(circle.camera)}: images of the great circle with normal {theta:z.12g}, {phi:z.12g} deg")
+    where = f" on {circle.surface.in_words()}" if circle.surface.finite else ""
+    say(out, f"{place_of(circle.camera)}: images of the great circle with normal {theta:z.12g}, {phi:z.12g} deg{where}")
     columns = {
         "index": "index",
         "curve": lambda curve: "closed" if curve.closed else "open",

@@ -30,7 +30,7 @@ _SMALL = 10.0
 
 
 def caustics_frame(caustics: CausticSet, text: str) -> UInt8[Array, "height width 3"]:
-    """One picture (height, width, 3): the camera sky beside the celestial sphere, the same axes for every camera.
+    """Return a picture (height, width, 3): the camera sky beside the celestial sphere, the same axes for every camera.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ _OWN_SCALE = 0.8
 
 
 def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
-    """One caustic and its extents in words: theta' (0 at the top) against unwrapped phi', in degrees.
+    """Draw a caustic and its extents in words: theta' (0 at the top) against unwrapped phi', in degrees.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from kerrcaustics.beams.beam import Rays
-from kerrcaustics.beams.ends import SKY, End, Spherical
+from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
 from kerrcaustics.curves.isoradials import Isoradial
 from kerrcaustics.curves.light_curves import SpotEvent
@@ -111,7 +111,7 @@ def footprint_places(ax: Axes, footprint: Footprint) -> Axes:
 
 def count_map(ax: Axes, counts: CountMap, *, caustics: CausticSet | tuple[Caustic, ...] = ()) -> Axes:
     """Totals over the surface, one colour a count; over a sphere with caustics of the same camera."""
-    if isinstance(counts.surface, Spherical):
+    if is_sphere(counts.surface):
         return count_map_axes(ax, counts, caustics)
     places = np.stack(np.meshgrid(counts.level, counts.phi, indexing="ij"), axis=-1).reshape(-1, 2)
     return draw_totals(ax, counts.surface, places, counts.counts.sum(axis=2).ravel())

@@ -62,7 +62,9 @@ class _SkyLine:
             raise ValueError(f"Argument `line` must be an angle in radians, or {places}.")
         self._edge_phase = float(given) if given.ndim == 0 else None
         if self._edge_phase is not None:
-            self._depth = float(sheets.sheets[-1].inner(np.array(self._edge_phase)))
+            phase = np.array(self._edge_phase)
+            self._first, last = float(sheets.curves.domain.first(phase)), float(sheets.sheets[-1].inner(phase))
+            self._depth = last - self._first
         else:
             size = np.linalg.norm(given, axis=1, keepdims=True)
             if axes == 3 and not (size > 0).all():
@@ -78,7 +80,7 @@ class _SkyLine:
         """Directions on the sky at rest."""
         if self._edge_phase is not None:
             edge_phase = np.full(len(place), self._edge_phase)
-            return self._sheets.sky(self._sheets.line_of_sight(edge_phase, place * self._depth))
+            return self._sheets.sky(self._sheets.line_of_sight(edge_phase, self._first + place * self._depth))
         angle = (place * self._angle)[:, None]
         return self._start * np.cos(angle) + self._ahead * np.sin(angle)
 
