@@ -132,7 +132,7 @@ def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, fl
         yield lambda _what, _part: None
         return
     if not console.is_terminal:
-        with _Lines(prefix).written() as report:
+        with _ProgressLines(prefix).written() as report:
             yield report
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -147,7 +147,7 @@ def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, fl
         yield lambda what, part: bar.update(task, description=f"{prefix}{what}", completed=part)
 
 
-class _Lines:
+class _ProgressLines:
     """Lines about progress on standard error, when there was none for a while."""
 
     def __init__(self, prefix: str) -> None:

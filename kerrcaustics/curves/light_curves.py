@@ -72,7 +72,7 @@ class LightCurve:
     events: tuple[SpotEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
 
 
-class _Ring(NamedTuple):
+class _SplinedCurve(NamedTuple):
     """An isoradial as smooth functions of the parameter of the shadow edge: N, phi, phi + Omega T, and light along it.
 
     winds: what both angles gain with the parameter, in whole turns; it is left out of them.
@@ -235,7 +235,7 @@ def _parts(curve: Isoradial, orbital: float) -> Int[Array, " points"]:
     return np.clip(np.ceil(np.abs(change) / _LONGEST), 1, 8).astype(int)
 
 
-def _ring(curve: Isoradial, orbital: float, power: float, step: int) -> _Ring:
+def _ring(curve: Isoradial, orbital: float, power: float, step: int) -> _SplinedCurve:
     """An isoradial by every so many of its points."""
     assert curve.time is not None
     part = slice(None, None, step)
@@ -250,10 +250,12 @@ def _ring(curve: Isoradial, orbital: float, power: float, step: int) -> _Ring:
     sky = spline(curve.sky[part])
     along = np.linalg.norm(sky(edge_phase, 1), axis=-1)
     light = spline(curve.redshift[part] ** power * curve.width[part] * along)
-    return _Ring(curve.crossing, sky, spline(azimuth), spline(azimuth + orbital * curve.time[part]), light, winds)
+    return _SplinedCurve(
+        curve.crossing, sky, spline(azimuth), spline(azimuth + orbital * curve.time[part]), light, winds
+    )
 
 
-def _received(ring: _Ring, orbital: float, time: Array, deviation: float) -> Float[Array, "times 5"]:
+def _received(ring: _SplinedCurve, orbital: float, time: Array, deviation: float) -> Float[Array, "times 5"]:
     """Light at some times of a spot with a Gaussian profile of unit area in azimuth; the same times N, times T.
 
     The curve is a chain of short pieces on which the phase is linear and the light is the same: each is integrated
@@ -298,7 +300,7 @@ class _Extreme(NamedTuple):
     sky: Array
 
 
-def _extremes(ring: _Ring, orbital: float) -> list[_Extreme]:
+def _extremes(ring: _SplinedCurve, orbital: float) -> list[_Extreme]:
     slope = ring.phase.derivative()
     found = []
     for edge_phase in np.unique(np.mod(slope.solve(-ring.winds, extrapolate=False), 2 * math.pi)):
@@ -310,7 +312,7 @@ def _extremes(ring: _Ring, orbital: float) -> list[_Extreme]:
     return found
 
 
-def _events(ring: _Ring, sparse: _Ring, orbital: float, period: float) -> list[SpotEvent]:
+def _events(ring: _SplinedCurve, sparse: _SplinedCurve, orbital: float, period: float) -> list[SpotEvent]:
     """The extremes of a ring; their errors are the distance to those of the sparse one, several times the true ones."""
     others = _extremes(sparse, orbital)
     events = []

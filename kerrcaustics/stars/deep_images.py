@@ -216,11 +216,11 @@ def _ends(
     hidden = jnp.where(travel.holds & (photon.k >= LEAST_K) & ~lost, 0.0, jnp.nan)
     direction = jnp.stack([c * polar.x - s * polar.y, s * polar.x + c * polar.y, polar.z + hidden], axis=-1)
     assert travel.clock is not None and polar.clock is not None
-    noise = _noise(frame, tuple(sky.T), _Way(photon, quartic, travel, aim, polar.phase), radius)
+    noise = _noise(frame, tuple(sky.T), _RayMotion(photon, quartic, travel, aim, polar.phase), radius)
     return direction, travel.clock + polar.clock, polar.phase, *noise
 
 
-class _Way(NamedTuple):
+class _RayMotion(NamedTuple):
     """The way of rays: their photons, the factors of R, the radial motion, the aim at a sphere, radians of it."""
 
     photon: Photon
@@ -230,7 +230,7 @@ class _Way(NamedTuple):
     phase: Reals
 
 
-def _noise(frame: Frame, sky: Components, way: _Way, radius: float | None) -> tuple[Reals, Reals, Reals]:
+def _noise(frame: Frame, sky: Components, way: _RayMotion, radius: float | None) -> tuple[Reals, Reals, Reals]:
     """Losses of the formulas in n', in its azimuth and in the time, but by the rounding of d, which is exact here.
 
     Close to an extremal hole that is far more than the round-off of the phase: psi and the time are differences of
