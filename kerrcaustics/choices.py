@@ -8,8 +8,16 @@ VelocityName = Literal["circular", "fiducial", "static"]
 SpotMotion = Literal["circular", "retrograde"]
 """Motions of a spot on its orbit."""
 
+EventKind = Literal["creation", "annihilation"]
+"""Kinds of pair events."""
+
 EngineName = Literal["auto", "closed-form", "integrated"]
 """Engines that trace rays and beams."""
 
 Quality = Literal["draft", "normal", "high"]
 """Qualities of pictures."""
+
+
+def event_kind(side: float) -> EventKind:
+    """Kind of a pair event: side is positive if the pair exists where the source's time or coordinate is larger."""
+    return "creation" if side > 0 else "annihilation"

@@ -21,7 +21,7 @@ from scipy.special import ndtr
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.choices import SpotMotion
+from kerrcaustics.choices import SpotMotion, event_kind
 from kerrcaustics.curves.isoradials import Isoradial, Lines, check_circles
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
@@ -321,7 +321,7 @@ def _events(ring: _SplinedCurve, sparse: _SplinedCurve, orbital: float, period: 
         other = min(same, key=lambda other: abs(math.sin((other.edge_phase - one.edge_phase) / 2)), default=None)
         late = math.inf if other is None else abs((other.time - one.time + period / 2) % period - period / 2)
         off = math.inf if other is None else float(np.linalg.norm(other.sky - one.sky))
-        kind = "creation" if one.creation else "annihilation"
+        kind = event_kind(1 if one.creation else -1)
         errors = late + 1e-12 * (period + abs(one.time)), off + 1e-12
         events.append(SpotEvent(kind, ring.crossing, one.time % period, one.azimuth, one.sky, *errors))
     return events

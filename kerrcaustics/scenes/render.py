@@ -12,7 +12,7 @@ from kerrcaustics.choices import Quality
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.scenes.checks import check_number
-from kerrcaustics.scenes.disk.crossings import Lattice, PlaneCells, PlaneCrossings, covered, crossings
+from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.footprint import Footprint
@@ -110,7 +110,7 @@ class TracedView:
             self._check_disk(disk, delay)
             looks = Looks(self.camera.spin, beaming, colour_shift, delay, _moment(time))
             with stage("disk_light"):
-                glow, transmission = lit(disk, tuple(PlaneCells(*parts) for parts in self._cells), shape, looks)
+                glow, transmission = lit(disk, tuple(DiskCells(*parts) for parts in self._cells), shape, looks)
             light = light * transmission[..., None] + glow
         seconds = self.seconds + clock() - began
         counts = self.supersampled, self.beams, seconds, self.crossings
@@ -275,7 +275,7 @@ def trace_view(
     instance_of("view", view, View)
     close = _close(quality)
     shape = view.height, view.width
-    hidden, about, plane = np.zeros(shape, bool), None, PlaneCrossings((), ())
+    hidden, about, plane = np.zeros(shape, bool), None, DiskCrossings((), ())
     if disk is not None:
         plane = _crossings(camera, view, disk, delay)
         about = disk.inner, disk.outer, disk.opaque, delay
@@ -324,7 +324,7 @@ def _check_disk(disk: Disk, camera: Camera) -> None:
 
 
 @stage("disk_map")
-def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> PlaneCrossings:
+def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> DiskCrossings:
     _check_disk(disk, camera)
     return crossings(Lattice(camera, view, delay), disk.inner, disk.outer, disk.opaque)
 

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.choices import event_kind
 from kerrcaustics.curves.circle_arcs import Arcs, arcs_of
 from kerrcaustics.curves.domains import Domain, Ring, domain_of
 from kerrcaustics.curves.search_sky import search_sky, shown_line_of_sight
@@ -149,7 +150,7 @@ def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]
     return {
         arc: PairEvent(
             surface=surface,
-            kind="creation" if arcs.sense[arc] > 0 else "annihilation",
+            kind=event_kind(arcs.sense[arc]),
             star=(arcs.radius, float(folds.azimuth[i] % _TURN)),
             sky=sky[i],
             order=order,
@@ -205,7 +206,7 @@ def _event(
         remarks.append("the image counts on both sides do not differ by this pair: its kind is uncertain")
     return PairEvent(
         surface=surface,
-        kind="creation" if found.side[i] * sense > 0 else "annihilation",
+        kind=event_kind(found.side[i] * sense),
         star=(theta if level is None else level, azimuth % _TURN),
         sky=sky,
         order=order,

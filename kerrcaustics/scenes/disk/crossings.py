@@ -60,7 +60,7 @@ class Corners(NamedTuple):
     outward: Array
 
 
-class PlaneCells(NamedTuple):
+class DiskCells(NamedTuple):
     """Square cells of a picture that see the plane, at one crossing.
 
     x, y (n,): the upper left corner on the finest lattice, 0 at the corner of the picture; size (n,) there;
@@ -137,14 +137,14 @@ class Lattice(NamedTuple):
         )
 
 
-class PlaneCrossings(NamedTuple):
+class DiskCrossings(NamedTuple):
     """All crossings of a picture: cells for each of them, and how many beams they took."""
 
-    cells: tuple[PlaneCells, ...]
+    cells: tuple[DiskCells, ...]
     beams: tuple[int, ...]
 
 
-def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> PlaneCrossings:
+def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> DiskCrossings:
     """The crossings between two radii, nearest first, until none can follow.
 
     opaque: nothing is seen behind what lies between the radii.
@@ -164,12 +164,12 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Pla
             break
         x, y = _continuing(lattice, corners, Squares(x, y, size), rims, opaque)
         before = corners
-    return PlaneCrossings(tuple(layers), tuple(beams))
+    return DiskCrossings(tuple(layers), tuple(beams))
 
 
 def _crossing(
     lattice: Lattice, crossing: int, roots: Squares, rims: tuple[float, float], before: Corners | None
-) -> tuple[PlaneCells, Corners, int]:
+) -> tuple[DiskCells, Corners, int]:
     x, y, size = roots
     corners, parts, traced = _NONE, [], 0
     while len(x):
@@ -198,7 +198,7 @@ def _crossing(
             near[number[split]] = True
             split |= ~whole & ~good & near[number].any(axis=1)
         x, y, size = Squares(x, y, size).quarters(split)
-    return PlaneCells(*(np.concatenate(parts) for parts in zip(*parts, strict=True))), corners, traced
+    return DiskCells(*(np.concatenate(parts) for parts in zip(*parts, strict=True))), corners, traced
 
 
 _NONE = Corners(
@@ -268,12 +268,12 @@ def _smooth(data: Array, low: Array, high: Array, pixels: float, rims: tuple[flo
 
 def _cells(
     corners: Corners, x: Array, y: Array, size: int, number: Array, data: Array, low: Array, high: Array, good: Array
-) -> PlaneCells:
+) -> DiskCells:
     sizes, extra = np.full(good.sum(), size), corners.extra[number[good]]
-    return PlaneCells(x[good], y[good], sizes, data[good], extra, low[good], high[good], np.ones(len(sizes)))
+    return DiskCells(x[good], y[good], sizes, data[good], extra, low[good], high[good], np.ones(len(sizes)))
 
 
-def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[float, float]) -> tuple[PlaneCells, int]:
+def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[float, float]) -> tuple[DiskCells, int]:
     """Finest cells on which the map is not smooth, by a few rays each: the part that sees the disk, and a sample of it.
 
     The ray of the sample changes from cell to cell, and so do the places of all rays, lest they fall into step with a
@@ -296,10 +296,10 @@ def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[fl
     data[:, :4] = sample[:, None]
     four = np.repeat(extra[which, ray][:, None], 4, axis=1)
     sizes, cover = np.ones(len(which), int), count[which] / on_disk.shape[1]
-    return PlaneCells(x[which], y[which], sizes, data, four, sample, sample, cover), across.size
+    return DiskCells(x[which], y[which], sizes, data, four, sample, sample, cover), across.size
 
 
-def covered(layers: tuple[PlaneCells, ...], shape: tuple[int, int], inner: float, outer: float) -> Bool[Array, "h w"]:
+def covered(layers: tuple[DiskCells, ...], shape: tuple[int, int], inner: float, outer: float) -> Bool[Array, "h w"]:
     """Pixels of a picture of some shape (h, w) that see nothing but the plane between two radii at one crossing."""
     mask = np.zeros(shape, bool)
     for cells in layers:
@@ -308,7 +308,7 @@ def covered(layers: tuple[PlaneCells, ...], shape: tuple[int, int], inner: float
     return mask
 
 
-def _faint(layers: list[PlaneCells], lattice: Lattice) -> bool:
+def _faint(layers: list[DiskCells], lattice: Lattice) -> bool:
     """True if the next crossing, by the last two, will cover less of any pixel than a screen can show."""
     if len(layers) < 2 or not len(layers[-2].x):
         return False
@@ -316,7 +316,7 @@ def _faint(layers: list[PlaneCells], lattice: Lattice) -> bool:
     return _most(layers[-1], lattice) * last / before < _LEAST
 
 
-def _most(cells: PlaneCells, lattice: Lattice) -> float:
+def _most(cells: DiskCells, lattice: Lattice) -> float:
     """The largest part of a pixel that cells cover."""
     if not len(cells.x) or cells.size.max() >= FINEST:
         return 1.0

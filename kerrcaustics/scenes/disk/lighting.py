@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
-from kerrcaustics.scenes.disk.crossings import FINEST, PlaneCells
+from kerrcaustics.scenes.disk.crossings import FINEST, DiskCells
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.patches import Weights, weights
@@ -44,14 +44,14 @@ class Looks(NamedTuple):
 class _Layer(NamedTuple):
     """A crossing: its cells; the one that each pixel lies in, -1 for none; those within pixels, by their pixel."""
 
-    cells: PlaneCells
+    cells: DiskCells
     large: Int[Array, " pixels"]
     pixel: Int[Array, " small"]
     small: Int[Array, " small"]
 
 
 def lit(
-    disk: Disk, crossings: tuple[PlaneCells, ...], shape: tuple[int, int], looks: Looks
+    disk: Disk, crossings: tuple[DiskCells, ...], shape: tuple[int, int], looks: Looks
 ) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"]]:
     """Linear light of the pixels of a picture, and the part of the light behind that comes through."""
     light, transmission = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
@@ -68,7 +68,7 @@ def lit(
     return light.reshape(*shape, 3), transmission.reshape(shape)
 
 
-def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
+def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
     """The cells of a crossing by pixels; `parts` of each pixel grows to what they need."""
     height, width = shape
     divisions = _divisions(disk, cells, looks)
@@ -92,7 +92,7 @@ def _layer(disk: Disk, cells: PlaneCells, shape: tuple[int, int], looks: Looks, 
     return _Layer(cells, large, pixel[order], small[order])
 
 
-def _divisions(disk: Disk, cells: PlaneCells, looks: Looks) -> Int[Array, " cells"]:
+def _divisions(disk: Disk, cells: DiskCells, looks: Looks) -> Int[Array, " cells"]:
     """Numbers of parts, in each direction, of the pixels of cells: a power of two, and at most 16."""
     pixels = cells.size / FINEST
     width = disk.outer - disk.inner
@@ -110,7 +110,7 @@ def _divisions(disk: Disk, cells: PlaneCells, looks: Looks) -> Int[Array, " cell
     return np.maximum(divisions, np.where(pixels < 1, (1 / pixels).astype(int), 1))
 
 
-def _uneven(disk: Disk, cells: PlaneCells, low: Array, high: Array, looks: Looks) -> Bool[Array, " cells"]:
+def _uneven(disk: Disk, cells: DiskCells, low: Array, high: Array, looks: Looks) -> Bool[Array, " cells"]:
     """Cells in which an opacity that is a function changes; low, high (n, 2), between which across and azimuth lie."""
     if not callable(disk.opacity):
         return np.zeros(len(low), bool)
@@ -130,7 +130,7 @@ class _Sight(NamedTuple):
     """Parts of pixels that see the plane at one crossing: all arrays are (m,), or (m, ...).
 
     target, the number of the part; place (m, 2), 1 / r and phi; slope (m, 2, 2), their changes (rows) along the sides
-    of the part; cover, the part of it between the rims; extra (m, 5) as in `PlaneCells`; late (m, 2), the change of the
+    of the part; cover, the part of it between the rims; extra (m, 5) as in `DiskCells`; late (m, 2), the change of the
     travel time along the sides.
     """
 
@@ -160,7 +160,7 @@ def _chunk_lit(
 
 
 def _sight(
-    disk: Disk, cells: PlaneCells, rows: Array, block: tuple[slice, slice], which: Array, where: Weights, count: int
+    disk: Disk, cells: DiskCells, rows: Array, block: tuple[slice, slice], which: Array, where: Weights, count: int
 ) -> _Sight:
     """The visible plane of those parts that see it; parameters as `_groups` yields them."""
     down, right = (np.arange(part.start, part.stop) for part in block)
