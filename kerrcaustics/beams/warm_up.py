@@ -6,13 +6,13 @@ from functools import cache
 
 import numpy as np
 
-from kerrcaustics.beams.beam import Rays
+from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.viewer import Viewer
 
-# Enough rays to be many, which take a program of their own.
-_MANY = 1 << 15
+# Enough rays, or beams, to be many, which take a program of their own.
+_MANY, _MANY_BEAMS = 1 << 15, 1 << 8
 _FAR, _OFF_EQUATOR = 100.0, 1.0
 _beside = ThreadPoolExecutor(2, "warm-up")
 
@@ -25,10 +25,27 @@ def warm_up(camera: Viewer) -> None:
     _start(camera.on_equator)
 
 
+def warm_up_times(camera: Viewer) -> None:
+    """Make or load the program that traces many beams with their times, as `warm_up` does others."""
+    _start_times(camera.on_equator)
+
+
+# Rays away from the hole, which have formulas of their own, and past it.
+_AWAY, _PAST = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
+
+
 @cache
 def _start(on_equator: bool) -> list[Future[Rays]]:
-    """Trace rays for their programs alone: away from the hole, with formulas of their own, and past it."""
-    camera = Camera(0.5, _FAR, math.pi / 2 if on_equator else _OFF_EQUATOR, "fiducial")
-    past, away = [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]
-    requests = (trace_rays, np.array([away] + [past] * (_MANY - 1))), (trace_beams, np.array([past]))
-    return [_beside.submit(trace, camera, sky, "closed-form") for trace, sky in requests]
+    """Trace rays for their programs alone."""
+    requests = (trace_rays, np.array([_AWAY] + [_PAST] * (_MANY - 1))), (trace_beams, np.array([_PAST]))
+    return [_beside.submit(trace, _camera(on_equator), sky, "closed-form") for trace, sky in requests]
+
+
+@cache
+def _start_times(on_equator: bool) -> Future[Beams]:
+    """Trace beams for their program alone."""
+    return _beside.submit(trace_beams, _camera(on_equator), np.array([_PAST] * _MANY_BEAMS), "closed-form", time=True)
+
+
+def _camera(on_equator: bool) -> Camera:
+    return Camera(0.5, _FAR, math.pi / 2 if on_equator else _OFF_EQUATOR, "fiducial")

@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.beams.ends import SKY, End, Wherever, end_of
+from kerrcaustics.beams.warm_up import warm_up_times
 from kerrcaustics.curves.circle_arcs import arcs_of
 from kerrcaustics.curves.domains import Domain, Ring, TwoLeaves, domain_of
 from kerrcaustics.curves.lens_map import LensMap
@@ -225,7 +226,11 @@ def _tracks_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, ma
 @lru_cache(maxsize=4)
 def level_curve(camera: Viewer, surface: End, level: float, max_index: int) -> Branches:
     """The level curve of a star on the viewer's own sheets, kept for images between its nodes."""
-    return Branches(checked_sheets(camera, max_index, surface), camera, Circle.on(surface, level))
+    sheets = checked_sheets(camera, max_index, surface)
+    if sheets.surface == SKY:
+        # While images are followed, the program that gives their times is made.
+        warm_up_times(sheets.camera)
+    return Branches(sheets, camera, Circle.on(surface, level))
 
 
 @singledispatch
