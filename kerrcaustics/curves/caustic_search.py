@@ -11,7 +11,7 @@ import numpy as np
 from kerrcaustics.beams.ends import End, Spherical, Wherever, end_of
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
-from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
+from kerrcaustics.curves.critical_curves import CriticalCurve, curves_of, steps
 from kerrcaustics.curves.domains import Domain, Ring
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.plane_caustics import plane_caustics
@@ -85,7 +85,7 @@ def caustics(
     surface, report = end_of(camera, end), progress or (lambda _what, _part: None)
     began = time.perf_counter()
     search_map = SearchMap.of(camera, surface, engine, tolerance)
-    curves, beams, engines, missing = _found_on(search_map.domain, camera, surface, search_map, int(orders), report)
+    curves, beams, engines, missing = _found_on(search_map.domain, camera, search_map, int(orders), report)
     report("done", 1.0)
     return CausticSet(
         curves,
@@ -105,14 +105,10 @@ _Found = tuple[tuple[Caustic, ...], int, Iterable[str], tuple[int, ...]]
 
 
 @singledispatch
-def _found_on(
-    domain: Domain, camera: Viewer, surface: End, search_map: SearchMap, orders: int, report: Progress
-) -> _Found:
+def _found_on(domain: Domain, camera: Viewer, search_map: SearchMap, orders: int, report: Progress) -> _Found:
     """Return the curves on a surface: by lines across the shadow edge on spheres."""
     report("critical curves found", 0.1)
-    curves = critical_curves(
-        search_map.camera, orders, search_map.engine, search_map.tolerance, surface=search_map.surface
-    ).on(surface)
+    curves = curves_of(search_map, orders)
     report("cusps and extremes refined", 0.8)
     search = curves.search()
     features = find_features(search, curves)
@@ -121,11 +117,9 @@ def _found_on(
 
 
 @_found_on.register
-def _found_in_ring(
-    domain: Ring, camera: Viewer, surface: End, search_map: SearchMap, orders: int, report: Progress
-) -> _Found:
+def _found_in_ring(domain: Ring, camera: Viewer, search_map: SearchMap, orders: int, report: Progress) -> _Found:
     circles = partial(domain.circles, engine=search_map.engine, tolerance=search_map.tolerance)
-    return (*plane_caustics(camera, surface, circles, orders, report), ())
+    return (*plane_caustics(camera, search_map.surface, circles, orders, report), ())
 
 
 def check_orders(orders: object) -> None:

@@ -140,11 +140,16 @@ def critical_curves(
 ) -> CriticalCurves:
     """Critical curves of order 1 .. orders of a camera at some event, as far as they can be found; kept for the next.
 
-    Parameters as for `caustics`; surface: a sphere, as a first arrival. The camera's velocity does not
-    matter.
+    Parameters as for `caustics`; surface: a sphere, as a first arrival. The camera's velocity does not matter.
     """
     _, wanted = check_request(camera, engine, tolerance)
-    return _found(SearchMap(camera.at_rest(), surface.bare(), engine, wanted), orders).on(surface)
+    return curves_of(SearchMap(camera.at_rest(), surface, engine, wanted), orders)
+
+
+def curves_of(search_map: SearchMap, orders: int) -> CriticalCurves:
+    """The same of a map."""
+    surface = search_map.surface
+    return _found(replace(search_map, surface=surface.bare()), orders).on(surface)
 
 
 @lru_cache(maxsize=8)
