@@ -121,10 +121,6 @@ class FarCameraSky(CameraSky):
         viewer = self.viewer
         return Camera(viewer.spin, viewer.radius, viewer.inclination, "fiducial")
 
-    def searched(self, place: Float[Array, "n axes"]) -> Float[Array, "n 3"]:
-        """Directions on the search sky of places on the viewer's: the inverse of `shown`."""
-        return as_seen(self.viewer.directions(place), self.viewer.frame(), self.search_camera.frame())
-
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Radians at a camera at rest."""
         return radians_of(self.viewer.radius, sky, _screen_lengths(sky))
@@ -143,10 +139,6 @@ class ScreenSky(SearchSky):
     def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (alpha, beta)."""
         return on_screen(sky)
-
-    def searched(self, place: Float[Array, "n axes"]) -> Float[Array, "n 3"]:
-        """Directions on the search sky of places on the viewer's: the inverse of `shown`."""
-        return as_seen(self.viewer.directions(place), self.viewer.frame(), self.search_camera.frame())
 
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Lengths in M."""
