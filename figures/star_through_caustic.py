@@ -26,7 +26,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline, primary_zoom
-from kerrcaustics.stars.events import PairEvents
+from kerrcaustics.tracks.events import PairEvents
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
 STAR = 0.608 * math.pi

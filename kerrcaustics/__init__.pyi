@@ -9,11 +9,12 @@ from .beams.paths import ray_paths as ray_paths, trapped_orbit as trapped_orbit
 from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
 from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet
 from .curves.caustic_search import caustics as caustics
-from .curves.isoradials import isoradials as isoradials
-from .curves.light_curves import light_curve as light_curve
 from .curves.tubes import caustic_tubes as caustic_tubes
 from .draw.result_plots import show as show
 from .explorer.widget import explore as explore
+from .images.counts import count_map as count_map, image_counts as image_counts, read_count_map as read_count_map
+from .images.derivatives import caustic_derivatives as caustic_derivatives, image_derivatives as image_derivatives
+from .images.images import StarImages as StarImages, star_images as star_images
 from .results.datasets import to_xarray as to_xarray
 from .results.records import record as record
 from .results.storage import load as load, save as save
@@ -25,14 +26,13 @@ from .spacetime.camera import Camera as Camera
 from .spacetime.observer import Observer as Observer
 from .spacetime.shadow import shadow_edge as shadow_edge
 from .spacetime.sphere import tangent_basis as tangent_basis
-from .stars.circles import circle_images as circle_images
-from .stars.counts import count_map as count_map, image_counts as image_counts, read_count_map as read_count_map
-from .stars.derivatives import caustic_derivatives as caustic_derivatives, image_derivatives as image_derivatives
-from .stars.events import pair_events as pair_events
-from .stars.following import follow_star as follow_star
-from .stars.images import StarImages as StarImages, star_images as star_images
-from .stars.lines import crossings_of_line as crossings_of_line
-from .stars.tracks import StarTracks as StarTracks, star_tracks as star_tracks
 from .sweeps.run import sweep as sweep
+from .tracks.circles import circle_images as circle_images
+from .tracks.events import pair_events as pair_events
+from .tracks.following import follow_star as follow_star
+from .tracks.isoradials import isoradials as isoradials
+from .tracks.light_curves import light_curve as light_curve
+from .tracks.lines import crossings_of_line as crossings_of_line
+from .tracks.tracks import StarTracks as StarTracks, star_tracks as star_tracks
 
 __version__: str

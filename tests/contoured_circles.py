@@ -1,4 +1,4 @@
-"""Images of a great circle by contours on a grid: the slow, obvious twin of kerrcaustics.stars.circles.
+"""Images of a great circle by contours on a grid: the slow, obvious twin of kerrcaustics.tracks.circles.
 
 On a sheet of the camera sky the height of a direction's image above the circle is tabulated on a fine grid; its zero
 contours are the images, in the coordinates of the sheet, good to the grid's own step.
@@ -8,10 +8,10 @@ import numpy as np
 from skimage.measure import find_contours
 
 from kerrcaustics.beams.trace import trace_rays
-from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.search_sky import as_seen
+from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.lens_map import sky_lines
+from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.stars.sheets import sheets_of
 
 # A turn that is no line of symmetry, where the grid's seam lies; and the part of a sheet next to its edges left out.
 SEAM, MARGIN = 0.7, 1e-6

@@ -10,10 +10,10 @@ from public import PUBLIC
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import End
 from kerrcaustics.films.film import FilmResult
+from kerrcaustics.images.counts import CountMap
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.stars.circles import CircleCurve
-from kerrcaustics.stars.counts import CountMap
+from kerrcaustics.tracks.circles import CircleCurve
 
 # Naming them loads the modules of all public names.
 assert PUBLIC

@@ -12,8 +12,8 @@ import pytest
 from command_line import run
 
 import kerrcaustics as kc
+from kerrcaustics.images.counts import CountMap
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.stars.counts import CountMap
 
 UNITS = (Path(__file__).parents[1] / "docs" / "units.md").read_text(encoding="utf-8")
 # Mass in solar masses, distance in parsec; GM/c^3 and GM/(c^2 D) worked out by hand from the constants.
@@ -226,7 +226,7 @@ def test_what_is_no_healpix_is_refused(healpy):
 def test_missing_packages_are_told_by_name(call):
     code = (
         "import sys; sys.modules.update({'astropy': None, 'astropy_healpix': None})\n"
-        "import numpy as np, kerrcaustics as kc; from kerrcaustics.stars.counts import CountMap\n"
+        "import numpy as np, kerrcaustics as kc; from kerrcaustics.images.counts import CountMap\n"
         "a, b, at = np.zeros(1), np.zeros((4, 8), bool), (kc.Camera(0.5, 10), kc.CelestialSphere())\n"
         "m = CountMap(*at, a, a, np.zeros((4, 8, 1), int), b, b)\n"
         f"try: m.{call}\nexcept ImportError as error: print(error)"

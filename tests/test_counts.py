@@ -15,7 +15,7 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.draw.count_map import count_map_axes
 from kerrcaustics.draw.sky_axes import wrapped
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
-from kerrcaustics.stars.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.circle import Circle
 
 CAMERA = kc.Camera(0.9, 6.0)
 NORMAL = (math.radians(60), math.radians(-30))

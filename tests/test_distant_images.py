@@ -9,7 +9,7 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
-from kerrcaustics.curves.search_sky import as_seen, magnified, search_camera, search_sky
+from kerrcaustics.lens_map.search_sky import as_seen, magnified, search_camera, search_sky
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.observer import from_screen, on_screen
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.curves.search_sky import as_seen, search_sky
+from kerrcaustics.lens_map.search_sky import as_seen, search_sky
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, moved, tangent_basis
 
 PLACE = (0.9, 10.0, 1.2)

@@ -10,10 +10,10 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
-from kerrcaustics.curves.domains import domain_of
+from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.sphere import flattened, from_angles, moved
-from kerrcaustics.stars.sheets import sheets_of
 
 KERRP2P = json.loads((Path(__file__).parent / "data" / "kerrp2p_near_source.json").read_text())
 CAMERA = kc.Camera(0.9, 10.0, 1.2, "fiducial")

@@ -10,10 +10,10 @@ from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves import sky_lines
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.spacetime.sphere import polar_angle
-from kerrcaustics.stars.search import search
-from kerrcaustics.stars.sheets import sheets_of
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "images.json").read_text(encoding="utf-8"))
 NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
@@ -246,7 +246,7 @@ def test_a_grid_keeps_to_its_most_nodes_and_says_so(monkeypatch):
     fine = kc.image_counts(kc.Camera(0.9, 5.0, 1.2), stars, 2)
     assert fine.certified.all()
     nodes = sheets_of(kc.Camera(0.9, 5.0, 1.2), 2).sheets[2].direction.size // 3
-    monkeypatch.setattr("kerrcaustics.stars.sheets.MOST_NODES", nodes // 4)
+    monkeypatch.setattr("kerrcaustics.images.sheets.MOST_NODES", nodes // 4)
     # The same in a mirror.
     camera, stars[:, 0] = kc.Camera(0.9, 5.0, math.pi - 1.2), math.pi - stars[:, 0]
     wide = kc.image_counts(camera, stars, 2)
@@ -255,7 +255,7 @@ def test_a_grid_keeps_to_its_most_nodes_and_says_so(monkeypatch):
     # The caustics tell the same, and what is certified is right.
     assert np.array_equal(wide.expected, fine.expected)
     assert np.array_equal(wide.certified, (wide.counts == fine.counts).all(axis=1))
-    monkeypatch.setattr("kerrcaustics.stars.sheets.MOST_NODES", 10)
+    monkeypatch.setattr("kerrcaustics.images.sheets.MOST_NODES", 10)
     with pytest.raises(ValueError, match=r"max_index.*would take .* rays"):
         kc.star_images(camera, (1.0, 1.0), 3)
 

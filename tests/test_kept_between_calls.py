@@ -25,12 +25,14 @@ IN_PLANE = [lambda c=c: in_plane(*c) for c in (("static", "circular"), ("static"
 
 
 def misses():
-    """How often each cache of the rooms of curves and stars has had to compute what it keeps."""
-    rooms = [
-        module for name, module in sys.modules.items() if name.startswith(("kerrcaustics.curves", "kerrcaustics.stars"))
-    ]
+    """How often each cache of the rooms of the lens map, curves, images and tracks has had to compute what it keeps."""
+    rooms = tuple(f"kerrcaustics.{room}" for room in ("lens_map", "curves", "images", "tracks"))
+    modules = [module for name, module in sys.modules.items() if name.startswith(rooms)]
     caches = {
-        f"{f.__module__}.{f.__name__}": f for room in rooms for f in vars(room).values() if hasattr(f, "cache_info")
+        f"{f.__module__}.{f.__name__}": f
+        for module in modules
+        for f in vars(module).values()
+        if hasattr(f, "cache_info")
     }
     return {name: cached.cache_info().misses for name, cached in caches.items()}
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.scripts import STUDIES
-from kerrcaustics.stars.sheets import sheets_of
 
 counts, crossings, pairs, velocity = (
     STUDIES.module(f"open_questions.{name}") for name in ("counts", "crossings", "pairs", "velocity")

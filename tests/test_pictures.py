@@ -22,9 +22,9 @@ from kerrcaustics.draw import plots, style
 from kerrcaustics.draw.count_map import count_map_figure
 from kerrcaustics.draw.multiples import multiples_figure
 from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unrolled
-from kerrcaustics.stars.counts import CountMap
-from kerrcaustics.stars.events import PairEvent, PairEvents
-from kerrcaustics.stars.tracks import StarTracks, Track
+from kerrcaustics.images.counts import CountMap
+from kerrcaustics.tracks.events import PairEvent, PairEvents
+from kerrcaustics.tracks.tracks import StarTracks, Track
 
 # Even empty text has a height, and matplotlib 3.11 measures it anew.
 pytestmark = pytest.mark.skipif(Version(matplotlib.__version__) < Version("3.11"), reason="made with matplotlib 3.11")

@@ -20,8 +20,8 @@ from kerrcaustics.curves.caustic import Cusp
 from kerrcaustics.results.declared import LAYOUTS, quantities, stored
 from kerrcaustics.results.storage import HOMES, as_json, from_json
 from kerrcaustics.results.units import as_in
-from kerrcaustics.stars.events import PairEvents
-from kerrcaustics.stars.track import Track
+from kerrcaustics.tracks.events import PairEvents
+from kerrcaustics.tracks.track import Track
 
 NOT_OURS = "Argument `path` must name a file that `kerrcaustics.save` wrote, but "
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from kerrcaustics.curves.search_sky import as_seen
+from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.spacetime import frame as frames, kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import whole_number

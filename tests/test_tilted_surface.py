@@ -8,7 +8,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import SKY
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
-from kerrcaustics.stars.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.circle import Circle
 
 CAMERA = kc.Camera(spin=0.9, radius=10.0, inclination=1.2, velocity="static")
 OBSERVER = kc.Observer(spin=0.9, radius=50.0, inclination=1.2)

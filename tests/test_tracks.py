@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.spacetime.sphere import polar_angle
-from kerrcaustics.stars.level_curves.circle import Circle
-from kerrcaustics.stars.level_curves.path_events import path_events
-from kerrcaustics.stars.sheets import sheets_of
+from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.path_events import path_events
 
 # Name: spin, radius, inclination, velocity, highest index.
 CAMERAS = {

@@ -41,9 +41,9 @@ from kerrcaustics.files import read_text
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import Wherever
+    from kerrcaustics.images.counts import CountMap, ImageCounts
     from kerrcaustics.spacetime.viewer import Viewer
-    from kerrcaustics.stars.circles import CircleImages
-    from kerrcaustics.stars.counts import CountMap, ImageCounts
+    from kerrcaustics.tracks.circles import CircleImages
 
 Places = list[tuple[float, float]]
 Counted = tuple[dict[str, Any], bool, Callable[[Console], None]]
@@ -126,8 +126,8 @@ def counts(
 
 
 def _stars(camera: "Viewer", places: Places, max_index: int, end: "Wherever") -> Counted:
+    from kerrcaustics.images.counts import image_counts
     from kerrcaustics.results.records import record
-    from kerrcaustics.stars.counts import image_counts
 
     counts = image_counts(camera, places, max_index, end=end)
     return record(counts), counts.all_certified, partial(_print_counts, counts)
@@ -141,8 +141,8 @@ def _map(
     figure: Path | None,
     report: Callable[[str, float], None],
 ) -> Counted:
+    from kerrcaustics.images.counts import count_map
     from kerrcaustics.results.records import record
-    from kerrcaustics.stars.counts import count_map
 
     counts = count_map(camera, max_index, rows, end=end)
     if figure is not None:
@@ -165,8 +165,8 @@ def _circle(
     points: bool,
 ) -> Counted:
     from kerrcaustics.results.records import in_degrees, record
-    from kerrcaustics.stars.circles import circle_images
-    from kerrcaustics.stars.lines import crossings_of_line
+    from kerrcaustics.tracks.circles import circle_images
+    from kerrcaustics.tracks.lines import crossings_of_line
 
     circle = circle_images(camera, normal, max_index, end=end)
     entry, lines = record(circle, points=points), []

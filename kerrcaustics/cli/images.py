@@ -21,7 +21,7 @@ from kerrcaustics.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from kerrcaustics.stars.images import StarImages
+    from kerrcaustics.images.images import StarImages
 
 
 @app.command(
@@ -49,8 +49,8 @@ def images(
     end, place, seen_from = source.end(), source.place("--star", star), camera.viewer()
     began = time.perf_counter()
     with plain_errors(), progress():
+        from kerrcaustics.images.images import star_images
         from kerrcaustics.results.records import record
-        from kerrcaustics.stars.images import star_images
 
         result = star_images(seen_from, place, max_index, end=end)
     common.write_result(record(result), time.perf_counter() - began)

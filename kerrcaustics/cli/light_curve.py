@@ -15,7 +15,7 @@ from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say
 
 if TYPE_CHECKING:
-    from kerrcaustics.curves.light_curves import LightCurve
+    from kerrcaustics.tracks.light_curves import LightCurve
 
 
 @app.command(**with_examples("light-curve --spin 0.9 --radius 100 --inclination 60 --orbit 6 --figure spot.png"))
@@ -72,9 +72,9 @@ def light_curve(
     seen_from = replace(camera, velocity=camera.velocity or "static").camera()
     began = time.perf_counter()
     with plain_errors(), progress() as report:
-        from kerrcaustics.curves.light_curves import light_curve as follow
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
+        from kerrcaustics.tracks.light_curves import light_curve as follow
 
         light = follow(seen_from, orbit, times, size=size, crossings=crossings, motion=motion, power=power)
         seconds = time.perf_counter() - began

@@ -27,7 +27,7 @@ from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, pr
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
     from kerrcaustics.spacetime.viewer import Viewer
-    from kerrcaustics.stars.tracks import StarTracks
+    from kerrcaustics.tracks.tracks import StarTracks
 
 
 @app.command(
@@ -80,7 +80,7 @@ def tracks(
     began = time.perf_counter()
     with plain_errors({"level": argument}), progress() as report:
         from kerrcaustics.results.records import record
-        from kerrcaustics.stars.tracks import star_tracks
+        from kerrcaustics.tracks.tracks import star_tracks
 
         tracks = star_tracks(seen_from, level, max_index, end=end)
         seconds = time.perf_counter() - began

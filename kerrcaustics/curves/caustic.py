@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from kerrcaustics.beams.ends import SKY, End
-from kerrcaustics.curves.domains import domain_of
+from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.results.declared import Items, derived, quantity, result
 from kerrcaustics.spacetime.viewer import Viewer
 

@@ -12,11 +12,11 @@ from kerrcaustics.beams.ends import End, Spherical, Wherever, end_of
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
 from kerrcaustics.curves.critical_curves import CriticalCurve, curves_of, steps
-from kerrcaustics.curves.domains import Domain, Ring
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.plane_caustics import plane_caustics
-from kerrcaustics.curves.search_map import SearchMap
-from kerrcaustics.curves.search_sky import shown_line_of_sight
+from kerrcaustics.lens_map.domains import Domain, Ring
+from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.search_sky import shown_line_of_sight
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.viewer import Viewer

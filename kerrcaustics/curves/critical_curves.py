@@ -15,9 +15,9 @@ from scipy.interpolate import CubicSpline
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search, leaves
-from kerrcaustics.curves.domains import OneLeaf
-from kerrcaustics.curves.search_map import SearchMap
-from kerrcaustics.curves.search_sky import TOLERANCE
+from kerrcaustics.lens_map.domains import OneLeaf
+from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.spacetime.sphere import angle_between
 from kerrcaustics.spacetime.viewer import Viewer
 

@@ -14,9 +14,9 @@ from skimage.measure import label
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.ends import End
-from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.domains import OneLeaf
-from kerrcaustics.curves.search_map import SearchMap
+from kerrcaustics.lens_map import sky_lines
+from kerrcaustics.lens_map.domains import OneLeaf
+from kerrcaustics.lens_map.search_map import SearchMap
 from kerrcaustics.spacetime.frame import Photon, photon_of, sky_from_fido
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_basis

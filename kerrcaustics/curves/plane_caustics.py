@@ -13,8 +13,8 @@ from skimage.measure import find_contours
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.caustic import Caustic
-from kerrcaustics.curves.circles_in_plane import Circles, Crossings
-from kerrcaustics.curves.search_sky import search_sky
+from kerrcaustics.lens_map.circles_in_plane import Circles, Crossings
+from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.viewer import Viewer

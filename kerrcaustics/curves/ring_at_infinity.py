@@ -12,7 +12,7 @@ import numpy as np
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.curves.domains import Domain
+from kerrcaustics.lens_map.domains import Domain
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
 # Points that stand for it, and the distance (radians) from its caustic within which rays are not followed to stars.

@@ -13,10 +13,10 @@ from jaxtyping import Float, Int
 from scipy.interpolate import PchipInterpolator
 
 from kerrcaustics.beams.paths import SpacePoints, ray_paths
-from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.caustic_search import check_orders
 from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import check_camera

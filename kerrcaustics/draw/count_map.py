@@ -17,7 +17,7 @@ from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped, wrapped
 from kerrcaustics.draw.source_axes import is_sphere
-from kerrcaustics.stars.counts import CountMap
+from kerrcaustics.images.counts import CountMap
 
 Array = np.ndarray
 

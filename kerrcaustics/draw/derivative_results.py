@@ -7,7 +7,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from kerrcaustics.draw import style
-from kerrcaustics.stars.derivatives import CausticDerivatives, ImageDerivatives
+from kerrcaustics.images.derivatives import CausticDerivatives, ImageDerivatives
 
 Array = np.ndarray
 

@@ -10,15 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.curves.isoradials import Isoradial, isoradials
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import Backdrop, Film, blank_frame, camera_settings
 from kerrcaustics.draw.light_curves import crossing_colour, show_flux, show_orbit
 from kerrcaustics.draw.projection import about_hole
 from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.tracks.isoradials import Isoradial, isoradials
 
 if TYPE_CHECKING:
-    from kerrcaustics.curves.light_curves import LightCurve
+    from kerrcaustics.tracks.light_curves import LightCurve
 
 Array = np.ndarray
 

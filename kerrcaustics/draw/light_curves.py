@@ -8,13 +8,13 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kerrcaustics.curves.isoradials import isoradials
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import about_hole, whole_line
 from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.tracks.isoradials import isoradials
 
 if TYPE_CHECKING:
-    from kerrcaustics.curves.light_curves import LightCurve
+    from kerrcaustics.tracks.light_curves import LightCurve
 
 Array = np.ndarray
 

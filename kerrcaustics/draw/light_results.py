@@ -5,13 +5,13 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 
-from kerrcaustics.curves.light_curves import LightCurve
 from kerrcaustics.draw.light_curves import show_flux
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.render import Rendering, TracedView
 from kerrcaustics.scenes.render_volume import VolumeRendering
+from kerrcaustics.tracks.light_curves import LightCurve
 
 Array = np.ndarray
 

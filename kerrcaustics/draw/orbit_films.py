@@ -19,8 +19,8 @@ from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_curve, 
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, critical_line, draw_wrapped
 from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
 from kerrcaustics.spacetime.shadow import shadow_edge
-from kerrcaustics.stars.events import PairEvent
-from kerrcaustics.stars.tracks import StarTracks
+from kerrcaustics.tracks.events import PairEvent
+from kerrcaustics.tracks.tracks import StarTracks
 
 Array = np.ndarray
 

@@ -10,8 +10,6 @@ from matplotlib.axes import Axes
 from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
-from kerrcaustics.curves.isoradials import Isoradial
-from kerrcaustics.curves.light_curves import SpotEvent
 from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import count_map_axes
 from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
@@ -27,6 +25,8 @@ from kerrcaustics.draw.source_axes import (
     source_axes,
 )
 from kerrcaustics.draw.tracks import stretches
+from kerrcaustics.images.counts import CountMap, ImageCounts
+from kerrcaustics.images.images import StarImages
 from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.star_field import StarField
@@ -34,13 +34,13 @@ from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_angle
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.stars.circles import CircleCurve, CircleImages
-from kerrcaustics.stars.counts import CountMap, ImageCounts
-from kerrcaustics.stars.events import PairEvent
-from kerrcaustics.stars.following import FollowedStar
-from kerrcaustics.stars.images import StarImages
-from kerrcaustics.stars.lines import LineCrossings
-from kerrcaustics.stars.tracks import StarTracks, Track
+from kerrcaustics.tracks.circles import CircleCurve, CircleImages
+from kerrcaustics.tracks.events import PairEvent
+from kerrcaustics.tracks.following import FollowedStar
+from kerrcaustics.tracks.isoradials import Isoradial
+from kerrcaustics.tracks.light_curves import SpotEvent
+from kerrcaustics.tracks.lines import LineCrossings
+from kerrcaustics.tracks.tracks import StarTracks, Track
 
 Array = np.ndarray
 

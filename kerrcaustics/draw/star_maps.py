@@ -21,7 +21,7 @@ from kerrcaustics.scenes.render import render
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.stars.tracks import StarTracks
+from kerrcaustics.tracks.tracks import StarTracks
 
 Array = np.ndarray
 

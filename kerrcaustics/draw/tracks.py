@@ -29,10 +29,10 @@ from kerrcaustics.draw.projection import (
 )
 from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_axes
 from kerrcaustics.draw.source_axes import level_in_words
+from kerrcaustics.images.images import StarImages
 from kerrcaustics.spacetime.shadow import shadow_edge
-from kerrcaustics.stars.events import PairEvent
-from kerrcaustics.stars.images import StarImages
-from kerrcaustics.stars.tracks import StarTracks, Track
+from kerrcaustics.tracks.events import PairEvent
+from kerrcaustics.tracks.tracks import StarTracks, Track
 
 Array = np.ndarray
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from kerrcaustics.explorer.page_data import Message, finite
 from kerrcaustics.explorer.state import ExplorerState
+from kerrcaustics.images.images import StarImages
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.stars.events import PairEvent
-from kerrcaustics.stars.images import StarImages
-from kerrcaustics.stars.tracks import Track, star_tracks
+from kerrcaustics.tracks.events import PairEvent
+from kerrcaustics.tracks.tracks import Track, star_tracks
 
 Array = np.ndarray
 

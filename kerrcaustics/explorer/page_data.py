@@ -15,16 +15,16 @@ from kerrcaustics.beams.ends import SKY
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.curves.critical_points import Points, Search
-from kerrcaustics.curves.search_map import SearchMap
 from kerrcaustics.explorer.state import ExplorerState
+from kerrcaustics.images.images import StarImages, images_of
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import Sheets, sheets_of
+from kerrcaustics.lens_map.search_map import SearchMap
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.stars.images import StarImages, images_of
-from kerrcaustics.stars.search import search
-from kerrcaustics.stars.sheets import Sheets, sheets_of
 
 Array = np.ndarray
 

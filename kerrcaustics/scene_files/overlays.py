@@ -18,6 +18,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.films import pixels
 from kerrcaustics.draw.scenes import show_critical_curves
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
+from kerrcaustics.images.sheets import HIGHEST_INDEX
 from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.contents import OverlaysTable
@@ -27,8 +28,7 @@ from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
-from kerrcaustics.stars.sheets import HIGHEST_INDEX
-from kerrcaustics.stars.tracks import star_tracks
+from kerrcaustics.tracks.tracks import star_tracks
 
 Array = np.ndarray
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.curves.sky_chart import edge_size
+from kerrcaustics.lens_map.sky_chart import edge_size
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import Frame, doppler, line_of_sight_from_sky, sky_from_line_of_sight

@@ -16,6 +16,7 @@ from scipy.ndimage import binary_dilation
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import Exposure
 from kerrcaustics.scenes.patches import CORNERS
@@ -27,7 +28,6 @@ from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directi
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
-from kerrcaustics.stars.newton import find_roots
 
 Array = np.ndarray
 Picture = Float[Array, "h w"]

@@ -10,9 +10,9 @@ from scipy.interpolate import CubicSpline
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.curves.caustic_search import caustics
+from kerrcaustics.images.counts import count_map
 from kerrcaustics.results.declared import Quantity, quantities
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.stars.counts import count_map
 from kerrcaustics.sweeps.scene import Scene
 
 Array = np.ndarray

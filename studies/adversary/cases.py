@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.curves.search_sky import as_seen
+from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import sky_from_fido
 

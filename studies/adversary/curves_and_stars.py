@@ -22,11 +22,11 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.curves import sky_lines
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import Sheets, sheets_of
+from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
-from kerrcaustics.stars.search import search
-from kerrcaustics.stars.sheets import Sheets, sheets_of
 
 Array = np.ndarray
 

@@ -21,9 +21,9 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import SKY, Sphere
+from kerrcaustics.images.deep_images import deepened
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
-from kerrcaustics.stars.deep_images import deepened
 
 from ..directions import off_the_edge
 from ..stability.problems import edge_scale

@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 
 import kerrcaustics as kc
+from kerrcaustics.images.images import StarImages
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.stars.images import StarImages
 
 # Relative difference that is allowed: that of the pixels' filter, the map, and the strip next to the shadow edge.
 ALLOWED = 0.01

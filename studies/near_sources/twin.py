@@ -6,8 +6,8 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import End
-from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.search_sky import as_seen
+from kerrcaustics.lens_map import sky_lines
+from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import moved

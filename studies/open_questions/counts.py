@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.curves import sky_lines
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.spacetime.frame import fido_from_sky, sky_from_fido
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.stars.search import search
-from kerrcaustics.stars.sheets import Sheets
 
 Array = np.ndarray
 

@@ -22,10 +22,10 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw.style import GUIDE_COLOUR, PAGE_WIDTH, PALETTE, RC, order_colour, order_name
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
-from kerrcaustics.stars.search import search
-from kerrcaustics.stars.sheets import sheets_of
 
 from .counts import PLACES, EquatorialImages, circle_crossings, equatorial_images, half_turn_gaps, line_between
 from .crossings import CriticalCrossings, critical_crossings, crossings_by_index, lives

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.curves import sky_lines
 from kerrcaustics.curves.critical_curves import between
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.lens_map import sky_lines
+from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.spacetime.sphere import angle_between, tangent_basis
-from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.sheets import Sheets
 
 Array = np.ndarray
 

@@ -3,13 +3,13 @@
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.curves import sky_lines
-from kerrcaustics.curves.search_sky import as_seen
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.lens_map import sky_lines
+from kerrcaustics.lens_map.newton import find_roots
+from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.spacetime.frame import fido_from_sky, sky_from_fido
 from kerrcaustics.spacetime.sphere import angle_between
-from kerrcaustics.stars.newton import find_roots
-from kerrcaustics.stars.search import search
-from kerrcaustics.stars.sheets import Sheets
 
 from .pairs import random_points
 

@@ -2,7 +2,7 @@
 
 For sums over a disk: a few beams lead to each place, and give the solid angle about it, but the camera must lie off the
 plane, and the radius must grow outward from the middle. Whole curves of one ring, wherever the camera is and however
-often a line meets them, come from curves/isoradials.py, which looks along every line first.
+often a line meets them, come from tracks/isoradials.py, which looks along every line first.
 """
 
 import math

@@ -1,0 +1,1 @@
+"""Images of sources: certified, counted, differentiated."""

@@ -1,0 +1,111 @@
+"""All images of sources on a surface, with the argument that none is missing: one certificate for each domain.
+
+On one leaf, beyond the viewer, the sky is cut into sheets, and the winding of the caustics counts the images on each
+(sheets.py, search.py). Sources on a sphere within the viewer's radius change places with the viewer (reciprocal.py). In
+the equatorial plane the image of the source's circle is cut into arcs (arc_images.py).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.beams.ends import End
+from kerrcaustics.images import arc_images
+from kerrcaustics.images.far_images import sharpened
+from kerrcaustics.images.reciprocal import search_within
+from kerrcaustics.images.search import ImageSearch, search
+from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.lens_map.domains import Domain, OneLeaf, Ring, TwoLeaves, domain_of
+from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.spacetime.viewer import Viewer
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Numbers of images by index, found and expected; True for sources on a caustic, and for certified ones."""
+
+    found: Int[Array, "sources indices"]
+    expected: Int[Array, "sources indices"]
+    on_caustic: Bool[Array, " sources"]
+    certified: Bool[Array, " sources"]
+
+
+@dataclass(frozen=True)
+class SheetsCertificate:
+    """The degree of the sphere, sheet by sheet.
+
+    follows: True if images between the nodes of a level curve can be found from them.
+    """
+
+    viewer: Viewer
+    domain: OneLeaf
+    max_index: int
+    follows: ClassVar[bool] = True
+
+    def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
+        """All images of sources."""
+        surface = self.domain.surface
+        vectors = surface.vectors(places)
+        images = search(sheets_of(self.viewer, self.max_index, surface), vectors)
+        return sharpened(search_sky(self.viewer), images, vectors, surface)
+
+    def counted(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
+        """Numbers of images. find: also by a search, which certifies them."""
+        if find:
+            found = self.searched(places)
+            return Counts(found.counts, found.expected, np.any(found.on_caustic, axis=1), found.certified)
+        surface = self.domain.surface
+        counted = sheets_of(self.viewer, self.max_index, surface).counted(surface.vectors(places))
+        certified = np.zeros(len(places), bool)
+        return Counts(counted.expected, counted.expected, np.any(counted.on_caustic, axis=1), certified)
+
+
+@dataclass(frozen=True)
+class ExchangeCertificate(SheetsCertificate):
+    """The same of the viewer, as the source sees it."""
+
+    domain: TwoLeaves
+    follows: ClassVar[bool] = False
+
+    def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
+        """All images of sources."""
+        return search_within(self.viewer, places, self.max_index, self.domain.surface)
+
+
+@dataclass(frozen=True)
+class ArcsCertificate:
+    """The degree of the circle: its azimuth runs once round."""
+
+    viewer: Viewer
+    domain: Ring
+    max_index: int
+    follows: ClassVar[bool] = False
+
+    def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
+        """All images of sources."""
+        return arc_images.searched(self.domain, places, self.max_index)
+
+    def counted(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
+        """Numbers of images."""
+        counts, near, certified = arc_images.counted(self.domain, places, self.max_index)
+        return Counts(counts, counts, near, certified)
+
+
+Certificate = SheetsCertificate | ArcsCertificate
+
+_CERTIFICATES: dict[type[Domain], Callable[..., Certificate]] = {
+    OneLeaf: SheetsCertificate,
+    TwoLeaves: ExchangeCertificate,
+    Ring: ArcsCertificate,
+}
+
+
+def certificate_of(surface: End, viewer: Viewer, max_index: int) -> Certificate:
+    """The certificate that belongs to the domain of a surface."""
+    domain = domain_of(surface, viewer)
+    return _CERTIFICATES[type(domain)](viewer, domain, max_index)

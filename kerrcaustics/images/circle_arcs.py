@@ -1,0 +1,231 @@
+"""A circle in the plane, cut where its azimuth turns back: arcs on which every source is seen at most once a turn."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.interpolate import CubicSpline
+from scipy.optimize import elementwise
+
+from kerrcaustics.lens_map.circles_in_plane import Circles, Crossings
+from kerrcaustics.lens_map.domains import Ring
+
+Array = np.ndarray
+
+_TURN = 2 * math.pi
+# Places looked at first; the longest step in azimuth; rounds of looking more closely, of which the first ones look
+# around places, too, where the beam is thinnest; most places.
+_PLACES, _LONGEST, _ROUNDS, _THIN_ROUNDS, _MOST_PLACES = 384, 0.3, 14, 5, 20_000
+# Steps in azimuth below so many errors have no sense.
+_ERRORS = 20.0
+# Relative to the radius, what counts as no difference from it.
+_ROUND_OFF = 1e-14
+# At a fold the beam is flat: delta_minus is no larger than this part of delta_plus.
+_FLAT = 1e-6
+# Between places of one index the beam is looked at where a parabola makes it thinner by this factor; the least that
+# differs from a flat one, in errors; a step in ln r that gives its slope.
+_THINNER, _CERTAIN, _BESIDE = 0.5, 10.0, 1e-6
+_NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """The image of one circle at one crossing.
+
+    low, high: the points at both ends of each arc, in the order of edge phase, each row followed by the next one and
+    the last by the first; index of each arc; folds: the points between arcs of different index, where the azimuth turns
+    back. remarks: what is not sure, in words; empty where the arcs are the whole circle.
+    """
+
+    circles: Circles
+    radius: float
+    distance: CubicSpline | None
+    low: Crossings
+    high: Crossings
+    index: Int[Array, " arcs"]
+    folds: Crossings
+    remarks: tuple[str, ...]
+
+    @property
+    def folded(self) -> Bool[Array, " arcs"]:
+        """True for arcs whose low end is a fold: the index changes there, and the beam is flat."""
+        return (self.index != np.roll(self.index, 1)) & is_flat(self.low)
+
+    @property
+    def sense(self) -> Int[Array, " arcs"]:
+        """1 where the azimuth grows with the edge phase, -1 where it falls: as the index says."""
+        return _sense(self.circles, self.index)
+
+    def at(self, edge_phase: Float[Array, " points"]) -> Crossings:
+        """Points of the circle, of index -1 where they could not be found."""
+        assert self.distance is not None
+        points = self.circles.on_circle(edge_phase, np.full(len(edge_phase), self.radius), self.distance(edge_phase))
+        astray = self._astray(points)
+        if astray.any():
+            # Between lines where the image bends sharply the guess of the distance leads nowhere.
+            again = self.circles.searched(edge_phase[astray], self.radius, self.distance(edge_phase[astray]))
+            order = np.argsort(np.concatenate([np.flatnonzero(~astray), np.flatnonzero(astray)]))
+            points = points[~astray].joined(again)[order]
+            points = replace(points, index=np.where(self._astray(points), -1, points.index))
+        return points
+
+    def _astray(self, points: Crossings) -> Bool[Array, " points"]:
+        """True for points that are not on the circle."""
+        miss = np.abs(np.log(points.radius / self.radius))
+        return ~(miss <= _ERRORS * points.error + _ROUND_OFF) | (points.index < 0)
+
+
+def arcs_of(domain: Ring, radius: float) -> Arcs:
+    """The arcs of a circle, on more lines if few do not suffice; kept for the next source on it."""
+    domain.check()
+    return _kept_arcs(Ring(domain.camera.at_rest(), domain.surface.bare()), float(radius))
+
+
+@lru_cache(maxsize=8)
+def _kept_arcs(domain: Ring, radius: float) -> Arcs:
+    arcs = _arcs(domain.circles(), radius)
+    return _arcs(domain.circles(many=True), radius) if arcs.remarks else arcs
+
+
+def _arcs(circles: Circles, radius: float) -> Arcs:
+    (distance,) = circles.around(np.array([radius]))
+    none = circles.on_circle(*np.empty((3, 0)))
+    if distance is None:
+        doubt = f"the circle r = {radius:.12g} is not seen once on every line across the shadow edge"
+        return Arcs(circles, radius, None, none, none, np.empty(0, int), none, (doubt,))
+    edge_phase = _TURN * (np.arange(_PLACES) + 0.5) / _PLACES
+    blank = Arcs(circles, radius, distance, none, none, np.empty(0, int), none, ())
+    points, touching = _thinnest(blank, _sampled(blank, blank.at(edge_phase)))
+    known = points.index >= 0
+    points, lost = points[known], int((~known).sum())
+    if len(points) < 2:
+        return replace(blank, remarks=(f"{lost} places on the circle could not be found",))
+    following = points[np.roll(np.arange(len(points)), -1)]
+    change = points.index != following.index
+    folds = _folds(blank, points[change], following[change])
+    remarks = (*_lost(lost, folds), *_unresolved(blank, points, following), *touching)
+    low, high, index = points[~change], following[~change], points.index[~change]
+    # Both halves of a step with a fold.
+    one, other = points[change], following[change]
+    low, high = low.joined(one, folds), high.joined(folds, other)
+    index = np.concatenate([index, one.index, other.index])
+    order = np.argsort(low.edge_phase, kind="stable")
+    return Arcs(circles, radius, distance, low[order], high[order], index[order], folds, remarks)
+
+
+def is_flat(points: Crossings) -> Bool[Array, " points"]:
+    """True where beams are flat, so far as folds are found."""
+    return np.abs(points.ratio) <= _FLAT
+
+
+def _lost(places: int, folds: Crossings) -> tuple[str, ...]:
+    """Remarks about what is missing."""
+    bent = int((~is_flat(folds)).sum())
+    said = [f"{places} places on the circle could not be found"] if places else []
+    return (*said, *([f"{bent} events could not be found: the index changes where no beam is flat"] if bent else []))
+
+
+def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]]:
+    """The points, and those between two of one index where a flat beam may hide; in words, where that is not certain.
+
+    A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed down to where it
+    is least: it changes its sign, or does not, or is too small for either.
+    """
+    place = np.arange(len(points))
+    before, after = points[np.roll(place, 1)], points[np.roll(place, -1)]
+    back, ahead = -((points.edge_phase - before.edge_phase) % _TURN), (after.edge_phase - points.edge_phase) % _TURN
+    size = np.abs(points.ratio)
+    falling, rising = (np.abs(before.ratio) - size) / back, (np.abs(after.ratio) - size) / ahead
+    least = (before.index == points.index) & (after.index == points.index) & (falling <= 0) & (rising >= 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend = (rising - falling) / (ahead - back)
+        bottom = size - (falling - bend * back) ** 2 / (4 * bend)
+    chosen = least & (bottom < _THINNER * size)
+    if not chosen.any():
+        return points, ()
+
+    def depth(step: Array, start: Array, sign: Array) -> Array:
+        return sign * arcs.at((start + step) % _TURN).ratio
+
+    bracket = back[chosen], np.zeros(int(chosen.sum())), ahead[chosen]
+    args = points.edge_phase[chosen], np.sign(points.ratio[chosen])
+    step = elementwise.find_minimum(depth, bracket, args=args, tolerances=_NEAREST).x
+    added = arcs.at((points.edge_phase[chosen] + np.where(np.isfinite(step), step, 0)) % _TURN)
+    joined = points.joined(added)
+    return joined[np.argsort(joined.edge_phase, kind="stable")], _touching(arcs, added)
+
+
+def _touching(arcs: Arcs, points: Crossings) -> tuple[str, ...]:
+    """Remarks about the points at which a flat beam cannot be distinguished from one that is not."""
+    beside = arcs.circles.on_circle(points.edge_phase, points.radius * math.exp(_BESIDE), points.distance)
+    slope = np.abs(beside.ratio - points.ratio) / _BESIDE
+    unsure = ~(np.abs(points.ratio) > _CERTAIN * (points.ratio_error + slope * points.error))
+    return tuple(
+        f"next to phi = {phi % _TURN:.9g} the circle touches a caustic: a pair of events there cannot be distinguished "
+        "from none"
+        for phi in points.azimuth[unsure].tolist()
+    )
+
+
+def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
+    """Points so dense that what lies between them is known."""
+    for number in range(_ROUNDS):
+        following = points[np.roll(np.arange(len(points)), -1)]
+        coarse = ~_plain(arcs, points, following)
+        if number < _THIN_ROUNDS:
+            size = np.abs(points.ratio)
+            thin = (size <= np.roll(size, 1)) & (size <= np.roll(size, -1))
+            coarse |= thin | np.roll(thin, -1)
+        if not coarse.any() or len(points) > _MOST_PLACES:
+            break
+        start, end = points.edge_phase[coarse], following.edge_phase[coarse]
+        middle = start + (end - start) % _TURN / 2
+        points = points.joined(arcs.at(middle % _TURN))
+        points = points[np.argsort(points.edge_phase, kind="stable")]
+    return points
+
+
+def _plain(arcs: Arcs, one: Crossings, other: Crossings) -> Array:
+    """True for short steps on which the azimuth runs as the index says, or that hold one fold."""
+    step = step_between(one, other)
+    known = (one.index >= 0) & (other.index >= 0)
+    same = one.index == other.index
+    noise = _ERRORS * (one.error + other.error)
+    along = (_sense(arcs.circles, one.index) * step >= -noise) | ~same
+    return known & (np.abs(step) <= _LONGEST) & (np.abs(one.index - other.index) <= 1) & along
+
+
+def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
+    """Sign of the azimuth's growth with the edge phase: at the first crossing -1 for even index; then the other way."""
+    return circles.side * (2 * ((index + circles.end.crossing - 1) % 2) - 1)
+
+
+def step_between(one: Crossings, other: Crossings) -> Float[Array, " points"]:
+    """Steps in azimuth, without whole turns."""
+    return (other.azimuth - one.azimuth + math.pi) % _TURN - math.pi
+
+
+def _unresolved(arcs: Arcs, one: Crossings, other: Crossings) -> tuple[str, ...]:
+    wrong = int((~_plain(arcs, one, other)).sum())
+    if wrong:
+        return (f"{wrong} of {len(one)} steps along the circle could not be resolved",)
+    turns = arcs.circles.side * step_between(one, other).sum() / _TURN
+    return () if round(turns) == -1 else (f"the circle is seen {-turns:.3g} times round, not once",)
+
+
+def _folds(arcs: Arcs, one: Crossings, other: Crossings) -> Crossings:
+    """The points where the beams are flat, between others of different index."""
+    if not len(one):
+        return one
+
+    def ratio(step: Array, start: Array) -> Array:
+        return arcs.at((start + step) % _TURN).ratio
+
+    width = (other.edge_phase - one.edge_phase) % _TURN
+    found = elementwise.find_root(
+        ratio, (np.zeros(len(one)), width), args=(one.edge_phase,), tolerances={"xatol": 1e-15, "xrtol": 1e-14}
+    )
+    step = np.where(np.isfinite(found.x), found.x, width / 2)
+    return arcs.at((one.edge_phase + step) % _TURN)

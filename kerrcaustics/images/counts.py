@@ -1,0 +1,295 @@
+"""Numbers of images of stars: for many stars at once, as a map over the celestial sphere."""
+
+import math
+import os
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import ArrayLike
+
+from kerrcaustics.astronomy import healpix, plate_carree
+from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.files import check_name
+from kerrcaustics.images.certificates import certificate_of
+from kerrcaustics.images.images import checked_index
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.results.storage import as_json, from_json
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.checks import numbers, whole_number
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+
+Array = np.ndarray
+
+_MOST_ROWS = 4096
+_FITS_AXIS = "MORSE"
+
+
+@result(
+    "counts/1",
+    record="kind=stars camera surface max_index all_certified",
+    rows="stars counts expected total on_caustic certified",
+)
+class ImageCounts:
+    """Image counts of many sources."""
+
+    camera: Viewer = quantity("", "", "who sees them", json="", column="")
+    surface: End = quantity("", "", "where the sources lie", json="", column="")
+    stars: Array = quantity(
+        "star angle", "place", "theta', phi' of the stars; in the plane r, phi", json="star", given=True
+    )
+    counts: Array = quantity(
+        "star morse_index",
+        "1",
+        "images found, by Morse index; of an Observer those at finite (alpha, beta)",
+        json="per_index",
+    )
+    expected: Array = quantity(
+        "star morse_index",
+        "1",
+        "the same from the caustics' winding; counts equal it where no search was asked for, and in the plane",
+    )
+    on_caustic: Array = quantity("star", "1", "True for stars that cannot be distinguished from some caustic")
+    certified: Array = quantity("star", "1", "True as in `StarImages`; False where no search was asked for")
+
+    @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return self.counts.shape[1] - 1
+
+    @property
+    @derived("", "1", json="certified")
+    def all_certified(self) -> bool:
+        """True if every star is certified."""
+        return bool(self.certified.all())
+
+    @property
+    @derived("star", "1")
+    def total(self) -> Array:
+        """Images of index 0 to max_index together."""
+        return self.counts.sum(axis=1)
+
+
+@result("counts/1", record="kind=map camera surface max_index level phi counts on_caustic certified")
+class CountMap:
+    """Image counts all over a surface of sources, on a grid of its two coordinates."""
+
+    camera: Viewer = quantity("", "", "who sees them", json="", column="")
+    surface: End = quantity("", "", "where the sources lie", json="", column="")
+    level: Array = quantity("level", "level", "theta' of the centres of the map's cells; in the plane r of circles")
+    phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
+    counts: Array = quantity(
+        "level phi morse_index", "1", "images of a source there, by Morse index; of an Observer at finite (alpha, beta)"
+    )
+    on_caustic: Array = quantity("level phi", "1", "True where a source cannot be distinguished from a caustic")
+    certified: Array = quantity("level phi", "1", "True as in `StarImages`; False where the winding alone counts")
+
+    @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return self.counts.shape[2] - 1
+
+    def __repr__(self) -> str:
+        """Summary in one line: where, and how much of it is certified."""
+        rows, columns = self.certified.shape
+        where, sure = self.surface.in_words(), int(self.certified.sum())
+        return f"<CountMap of {where}, {rows} by {columns} sources, {sure} certified>"
+
+    @property
+    def solid_angle(self) -> Array:
+        """Solid angle of a cell of each row of a map over a sphere, steradians."""
+        half = math.pi / len(self.level) / 2
+        return (np.cos(self.level - half) - np.cos(self.level + half)) * 2 * math.pi / len(self.phi)
+
+    def to_fits(self, path: str | os.PathLike[str]) -> None:
+        """Write the map as FITS images: counts (morse_index, theta, phi), and ON_CAUSTIC. `read_count_map` reads it.
+
+        For maps over a sphere. Needs the package astropy.
+        """
+        places = {"VIEWER": as_json(self.camera), "SURFACE": as_json(self._sphere())}
+        cards = {"CTYPE3": (_FITS_AXIS, "Morse index of the images"), "CRPIX3": 1.0, "CRVAL3": 0.0, "CDELT3": 1.0}
+        images = {"COUNTS": self.counts.transpose(2, 0, 1).astype("int32"), "ON_CAUSTIC": self.on_caustic.astype("u1")}
+        plate_carree.write(path, images, {**cards, "BUNIT": "count", **places})
+
+    def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Int[Array, "morse_index pixels"]:
+        """Counts (max_index + 1, 12 nside^2) in HEALPix: of the map's cell that holds the centre of each pixel.
+
+        order is "ring" or "nested". For maps over a sphere. Needs the package astropy-healpix.
+        """
+        self._sphere()
+        theta, phi = healpix.centres(nside, order)
+        rows, columns = self.on_caustic.shape
+        i = np.minimum((theta / math.pi * rows).astype(int), rows - 1)
+        j = (phi / (2 * math.pi) * columns).astype(int) % columns
+        return np.ascontiguousarray(self.counts[i, j].T)
+
+    def _sphere(self) -> End:
+        """The surface, if it is a sphere that the map covers."""
+        if self.surface.coordinates[0].unit != "rad":
+            raise ValueError(f"Argument `self` must be a map over a sphere, but is one over {self.surface.in_words()}.")
+        return self.surface
+
+
+@usual_warnings
+def image_counts(
+    camera: Viewer, stars: ArrayLike, max_index: int = 2, *, find: bool = True, end: Wherever | End = math.inf
+) -> ImageCounts:
+    """Numbers of images of stars, by Morse index.
+
+    Parameters
+    ----------
+    camera : Camera or Observer
+    stars : (n, 2) array
+        (theta', phi') in radians; in the plane (r, phi).
+    max_index : int
+        0 to 6.
+    find : bool
+        Whether to find every image too, which certifies the counts; else only the winding of the caustics about the
+        star counts them, a hundred times faster. In the plane both are one.
+    end : float, Sphere or EquatorialPlane
+        Radius of the stars; math.inf is the celestial sphere. Of stars nearer to the hole than the camera each takes a
+        search of its own to be certified. An `EquatorialPlane`: stars are (r, phi) in the plane.
+
+    Returns
+    -------
+    ImageCounts
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Errors
+    ------
+    None where certified; elsewhere found and expected counts differ.
+
+    Notes
+    -----
+    An Observer at infinity sees stars of the celestial sphere directly, by an image of index 0 each, at infinite
+    (alpha, beta): the counts have 0 there.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> counts = kc.image_counts(camera, [(1.4, 2.9), (0.5, 0.0)], max_index=1, find=False)
+    >>> counts.total.tolist()
+    [2, 2]
+    """
+    check_viewer(camera)
+    surface, highest = end_of(camera, end), checked_index(max_index)
+    places = surface.checked("stars", stars, camera)
+    of = certificate_of(surface, camera, highest).counted(places, find=find)
+    return ImageCounts(camera, surface, places, of.found, of.expected, of.on_caustic, of.certified)
+
+
+@usual_warnings
+def count_map(
+    camera: Viewer,
+    max_index: int = 2,
+    rows: int = 180,
+    *,
+    end: Wherever | End = math.inf,
+    radii: ArrayLike | None = None,
+) -> CountMap:
+    """Image counts over the whole celestial sphere, or one of finite radius, on a grid of equal steps in theta', phi'.
+
+    Parameters
+    ----------
+    camera : Camera or Observer
+    max_index : int
+        0 to 6.
+    rows : int
+        Cells from pole to pole; twice as many go round.
+    end : float, Sphere or EquatorialPlane
+        Radius of the stars; math.inf is the celestial sphere. An `EquatorialPlane`: a map over r and phi, in which
+        rows are circles, of about a second each.
+    radii : array
+        In the plane alone: the radii of the circles, rising. Left out, they are `rows` in equal ratios, from 1.05 times
+        the horizon's to twice the camera's, at most to 100.
+
+    Returns
+    -------
+    CountMap
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> counts = kc.count_map(camera, max_index=1, rows=18)
+    >>> counts.counts.shape
+    (18, 36, 2)
+    """
+    rows = whole_number("rows", rows, 1, _MOST_ROWS)
+    check_viewer(camera)
+    surface, highest = end_of(camera, end), checked_index(max_index)
+    levels = surface.levels(camera, rows) if radii is None else _checked_radii(surface, camera, radii)
+    phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
+    grid = np.stack(np.meshgrid(levels, phi, indexing="ij"), axis=-1)
+    cells = certificate_of(surface, camera, highest).counted(grid.reshape(-1, 2), find=False)
+    shape = grid.shape[:2]
+    near, certified = cells.on_caustic.reshape(shape), cells.certified.reshape(shape)
+    return CountMap(camera, surface, levels, phi, cells.expected.reshape(*shape, -1), near, certified)
+
+
+def _checked_radii(surface: End, camera: Viewer, radii: ArrayLike) -> Float[Array, " rows"]:
+    """The radii of the circles of a map of the plane; ValueError unless they are valid."""
+    if surface.coordinates[0].name != "radius":
+        raise ValueError(f"Argument `radii` must come with an EquatorialPlane as `end`, but that is {surface!r}.")
+    horizon, radius = kerr.horizon(camera.spin), numbers("radii", radii)
+    rising = radius.ndim == 1 and len(radius) > 0 and bool((np.diff(radius) > 0).all())
+    if not (rising and horizon < radius[0] and radius[-1] < math.inf):
+        raise ValueError(
+            f"Argument `radii` must be radii in rising order, larger than the horizon's {horizon:.12g}, but is "
+            f"{radii!r}."
+        )
+    return radius
+
+
+def read_count_map(path: str | os.PathLike[str]) -> CountMap:
+    """The map that `CountMap.to_fits` wrote, equal to the one that was written. Needs the package astropy.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    ValueError
+        Where the file cannot be read, or holds no such map.
+    ImportError
+        Without the package astropy.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> kc.count_map(camera, max_index=1, rows=18).to_fits("counts.fits")
+    >>> kc.read_count_map("counts.fits").counts.shape
+    (18, 36, 2)
+    """
+    check_name(path)
+    (counts, header), *others = plate_carree.read(path)
+    if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1 or "SURFACE" not in header:
+        raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")
+    counts, rows = counts[:, ::-1].transpose(1, 2, 0).astype(int), counts.shape[1]
+    phi, on_caustic = (np.arange(2 * rows) + 0.5) * math.pi / rows, others[0][0][::-1].astype(bool)
+    camera, surface = (_placed(header[name], path) for name in ("VIEWER", "SURFACE"))
+    return CountMap(camera, surface, surface.levels(camera, rows), phi, counts, on_caustic, np.zeros_like(on_caustic))
+
+
+def _placed(text: str, path: str | os.PathLike[str]) -> Any:
+    """The viewer or the surface of a header."""
+    try:
+        return from_json(text, ("Camera", "Observer", "CelestialSphere", "Sphere"))
+    except ValueError:
+        raise ValueError(
+            f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none."
+        ) from None

@@ -1,0 +1,293 @@
+"""Certified images of a source: a star on a sphere around the hole, or something in the equatorial plane."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool
+
+from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever, end_of
+from kerrcaustics.images.certificates import certificate_of
+from kerrcaustics.images.deep_images import deepened, is_deep
+from kerrcaustics.images.rings import on_rings, ring_remark
+from kerrcaustics.images.search import ImageSearch
+from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
+from kerrcaustics.lens_map.domains import Ring, domain_of
+from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.lens_map.search_sky import search_camera, search_sky
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+
+Array = np.ndarray
+
+_DIRECT = "the star is seen directly, by an image of index 0, at infinite (alpha, beta): it is not among the images"
+
+
+@result(
+    "images/1",
+    record="camera surface max_index star certified certificate per_index expected on_caustic remarks",
+    rows="sky azimuth index parity magnification crossings crossings_certain redshift error time "
+    "time_error second_arrival",
+)
+class StarImages:
+    """The images of one source, ordered by Morse index."""
+
+    camera: Viewer = quantity("", "", "who sees them", json="", column="")
+    surface: End = quantity("", "", "where the source lies", json="", column="")
+    star: tuple[float, float] = quantity(
+        "angle", "place", "theta', phi' of the source; in the plane r, phi", given=True
+    )
+    sky: Array = quantity("image axis", "1", "directions N on the camera sky; of an Observer (alpha, beta)")
+    azimuth: Array = quantity("image", "rad", "unwrapped phi' of the ray: phi' plus whole turns", json="phi_deg")
+    index: Array = quantity("image", "1", "Morse index")
+    parity: Array = quantity("image", "1", "(-1)^index")
+    magnification: Array = quantity(
+        "image", "magnification", "1 / |det J|: area on the sky by area of the surface, r dr dphi in the plane"
+    )
+    crossings: Array = quantity("image", "1", "crossings of the equatorial plane")
+    crossings_certain: Array = quantity(
+        "image", "1", "False where crossings may be one off: the star lies in the equatorial plane, within errors"
+    )
+    redshift: Array = quantity("image", "1", "nu_camera / nu_source")
+    error: Array = quantity("image", "sky", "error of sky")
+    per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
+    expected: dict[int, int] = quantity(
+        "morse_index",
+        "1",
+        "how many there are, from the winding of the caustics about the star; in the plane, where nothing counts them "
+        "independently, those that were found",
+    )
+    on_caustic: tuple[int, ...] = quantity(
+        "",
+        "1",
+        "orders of the caustics that the star cannot be distinguished from: it may have two images more or less, or "
+        "where the caustic is a point a ring, which is not among the images",
+    )
+    certified: bool = quantity(
+        "", "1", "True when the certificate holds for every index, and the star lies on no caustic"
+    )
+    certificate: str = quantity(
+        "",
+        "",
+        "the argument that none is missing: on spheres winding, as many images of each index were found as the "
+        "caustics require; in the plane arcs, the image of the source's circle is whole, and its azimuth runs on each "
+        "part of it as the index there says, once round in all",
+    )
+    remarks: tuple[str, ...] = quantity(
+        "",
+        "",
+        "what is not certain, and what to do about it; certified images of an Observer at infinity may have one, too: "
+        "that stars at infinity are seen directly at infinite (alpha, beta)",
+    )
+    time: Array = quantity(
+        "image",
+        "GM/c^3",
+        "coordinate time from the source to the camera; for stars at infinity the limit of t - r - 2 ln r",
+    )
+    time_error: Array = quantity("image", "GM/c^3", "error of time")
+    second_arrival: Array = quantity(
+        "image", "1", "whether the ray, followed backward, has met the star's sphere before, within the camera's radius"
+    )
+
+    @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return max(self.per_index)
+
+    def __len__(self) -> int:
+        """Number of images."""
+        return len(self.index)
+
+    def __repr__(self) -> str:
+        """Summary in one line: the star, how many images, whether certified."""
+        counts = ", ".join(f"{count} of index {k}" for k, count in self.per_index.items())
+        return f"<StarImages of star {self.star}: {counts}{'' if self.certified else ', not certified'}>"
+
+
+@usual_warnings
+def star_images(
+    camera: Viewer, star: tuple[float, float], max_index: int = 2, *, end: Wherever | End = math.inf
+) -> StarImages:
+    """All images of a star with Morse index 0 to `max_index`, brightest orders first.
+
+    Parameters
+    ----------
+    camera : Camera or Observer
+        Its sky is searched once and kept: the next star at the same place costs little.
+    star : (theta', phi')
+        Radians, on the surface of `end`; in the plane (r, phi).
+    max_index : int
+        0 to 6. The image counts need the critical curves to order max_index + 1.
+    end : float, Sphere or EquatorialPlane
+        Radius of the star; math.inf is the celestial sphere. One that is nearer to the hole than the camera takes a
+        search of its own, as the sky is searched from there (docs/near_sources.md). An `EquatorialPlane`: images by
+        rays that cross the plane at the source for the n-th time, seen by cameras that do not lie in it.
+
+    Returns
+    -------
+    StarImages
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Errors
+    ------
+    `StarImages.error`, round-off of n' divided by the beam's minor diameter; where that is more than 1e-10, as for
+    high indices, the image is put right by the distance from the shadow edge (deep_images.py), to about 1e-14, next to
+    an extremal hole 1e-15 over the distance of the horizons. Errors hold on the sky of the camera, with aberration.
+    Magnification and redshift are those of the beam in the direction that is returned.
+
+    Notes
+    -----
+    An Observer at infinity sees stars of the celestial sphere directly at infinite (alpha, beta): images of index 0 are
+    not among the images then, and `per_index` and `expected` say 0 of them.
+
+    A star in line with a hole without spin and the camera, or on the spin axis with the camera, is seen as rings: these
+    are no images of it here. The remarks say which, with their radii; `expected` counts what a star beside it has.
+
+    References
+    ----------
+    Counting by the winding of caustics: the sky map between two critical curves has no fold, so the number of images
+    there is its degree.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> images = kc.star_images(camera, star=(1.4, 2.9), max_index=1)
+    >>> images.per_index, images.certified
+    ({0: 1, 1: 1}, True)
+    """
+    check_viewer(camera)
+    surface, highest = end_of(camera, end), checked_index(max_index)
+    place = surface.checked("star", star, camera, one=True)
+    certificate = certificate_of(surface, camera, highest)
+    found, domain = certificate.searched(place[None]), certificate.domain
+    images = images_of(camera, surface, [(float(place[0]), float(place[1]))], found)[0]
+    return images if isinstance(domain, Ring) else _deepened(images, found, camera, domain.surface)
+
+
+def images_of(camera: Viewer, surface: End, stars: list[tuple[float, float]], found: ImageSearch) -> list[StarImages]:
+    """The images that a search for some sources found, source by source, as the camera sees them."""
+    lens_map = LensMap(camera, surface)
+    at = lens_map.seen(found.images.sky, found.images.second_arrival)
+    of_images = {
+        "sky": at.sky,
+        "azimuth": at.azimuth,
+        "index": found.images.index,
+        "parity": 1 - 2 * (found.images.index % 2),
+        "magnification": at.magnification,
+        "crossings": np.asarray(at.beams.crossings),
+        "crossings_certain": np.asarray(at.beams.crossings_certain),
+        "redshift": at.redshift,
+        "error": lens_map.errors(found.images.sky, found.images.error),
+        "time": at.time,
+        "time_error": at.time_error,
+        "second_arrival": found.images.second_arrival,
+    }
+    notes = (_DIRECT,) if domain_of(surface, camera).unbounded else ()
+    images = []
+    for i, star in enumerate(stars):
+        these = np.flatnonzero(found.images.star == i)
+        images.append(
+            StarImages(
+                camera=camera,
+                surface=surface,
+                star=star,
+                **{name: values[these] for name, values in of_images.items()},
+                per_index=dict(enumerate(found.counts[i].tolist())),
+                expected=dict(enumerate(found.expected[i].tolist())),
+                on_caustic=tuple((np.flatnonzero(found.on_caustic[i]) + 1).tolist()),
+                certified=bool(found.certified[i]),
+                certificate=found.certificate,
+                remarks=(*notes, *_ring_remarks(camera, surface, found.ring[i]), *_remarks(found, i)),
+            )
+        )
+    return images
+
+
+def _deepened(images: StarImages, found: ImageSearch, camera: Viewer, end: Spherical) -> StarImages:
+    """The same, with those that lie close to the shadow edge to round-off; found: where they were found.
+
+    Refined images are traced anew, so that all that is said of them belongs to their place.
+    """
+    times = (images.time, images.time_error) if end.finite else (None, None)
+    which = np.flatnonzero(is_deep(found.images.index, found.images.error, *times))
+    if len(which) == 0:
+        return images
+    star = np.tile(end.vectors(np.array([images.star])), (len(which), 1))
+    deep = deepened(
+        search_camera(camera),
+        found.images.sky[which],
+        found.images.error[which],
+        star,
+        end,
+        found.images.second_arrival[which],
+    )
+    these = which[deep.which]
+
+    def with_deep(values: Array, better: Array | None) -> Array:
+        values = values.copy()
+        values[these] = better
+        return values
+
+    sky, error = with_deep(found.images.sky, deep.sky), with_deep(found.images.error, deep.error)
+    there = replace(found, images=replace(found.images, sky=sky, error=error))
+    (refined,) = images_of(camera, end, [images.star], there)
+    turn, phi = 2 * math.pi, images.star[1]
+    around = phi + turn * np.round((refined.azimuth[these] - phi) / turn)
+    refined = replace(refined, azimuth=with_deep(refined.azimuth, around))
+    # N gives the time less accurately than the distance from the shadow edge does.
+    time, late = search_sky(camera).viewer_time(deep.time, deep.time_error)
+    return replace(refined, time=with_deep(refined.time, time), time_error=with_deep(refined.time_error, late))
+
+
+def checked_sheets(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets:
+    """The sheets of a camera; ValueError unless the arguments are valid."""
+    check_viewer(camera)
+    return sheets_of(camera, checked_index(max_index), surface)
+
+
+def checked_index(max_index: int) -> int:
+    """A highest index that can be asked for."""
+    return whole_number("max_index", max_index, 0, HIGHEST_INDEX)
+
+
+def checked_place(name: str, place: object, viewer: Viewer, surface: End = SKY) -> tuple[float, float]:
+    """A place on a surface that the user gave as the argument `name`."""
+    first, second = surface.checked(name, place, viewer, one=True).tolist()
+    return first, second
+
+
+def _ring_remarks(camera: Viewer, surface: End, ring: Bool[Array, " orders"]) -> tuple[str, ...]:
+    """Remarks about rings; ring: by order, True where the star lies on a caustic that is a point."""
+    if not ring.any():
+        return ()
+    curves = sheets_of(camera, len(ring) - 1, surface).curves
+    return tuple(ring_remark(camera, surface, curve) for curve in curves if ring[curve.order - 1])
+
+
+def _remarks(found: ImageSearch, star: int) -> tuple[str, ...]:
+    """Remarks about one of the stars, but for rings."""
+    counts, expected, coarse = found.counts[star], found.expected[star], found.coarse
+    orders = (np.flatnonzero(found.on_caustic[star] & ~found.ring[star]) + 1).tolist()
+    remarks = list(found.remarks[star]) if found.remarks else []
+    remarks += [
+        f"the star cannot be distinguished from the caustic of order {order}: it may have two images more, or less; "
+        "move it by more than its error"
+        for order in orders
+    ]
+    remarks += [
+        f"index {k}: the search found {counts[k]} images, the caustics require {expected[k]}; "
+        + (
+            f"its sheet is searched in steps of {math.degrees(coarse[k]):.0f} degrees, as 10 take too long"
+            if coarse[k] > 0
+            else "move the star or the camera a little and compare"
+        )
+        for k in np.flatnonzero((counts != expected) & ~on_rings(found.ring[[star]])[0]).tolist()
+    ]
+    return tuple(remarks)

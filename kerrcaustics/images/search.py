@@ -1,0 +1,193 @@
+"""All images of many stars at once, with the certificate: the search finds as many as the caustics require."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.beams.trace import cores
+from kerrcaustics.images.rings import on_rings
+from kerrcaustics.images.sheets import NARROW, WIDE, Counted, Sheets, Starts
+from kerrcaustics.lens_map.newton import find_roots
+from kerrcaustics.spacetime.rows import Rows
+
+Array = np.ndarray
+
+# Most stars that are searched together; the cores share them.
+_CHUNK = 1 << 15
+# A star with an image missing is approached from this many others, so far away at most (radians), in so many steps.
+_APPROACHES, _FARTHEST, _WAYPOINTS = 60, 0.3, 8
+# Newton steps from waypoint to waypoint, and how many images may be followed from one to the next for one star.
+_FEW_STEPS, _MOST_FOLLOWED = 16, 400
+# Distance from a caustic, in radians, below which the search is always thorough.
+_DELICATE = 1e-6
+# Images of one star on one sheet that are closer than this, or than so many of their errors, are the same.
+_SAME, _SAME_ERRORS = 1e-9, 10.0
+
+
+@dataclass(frozen=True)
+class SkyImages(Rows):
+    """Images, one entry each, on the sky of the camera at rest.
+
+    star: number of the star; index: Morse index; sky: direction; error: of it, radians; second_arrival: True if the ray
+    meets the star's sphere for the second time.
+    """
+
+    star: Int[Array, " images"]
+    index: Int[Array, " images"]
+    sky: Float[Array, "images 3"]
+    error: Float[Array, " images"]
+    second_arrival: Bool[Array, " images"]
+
+    @classmethod
+    def arriving(cls, star: Array, index: Array, sky: Array, error: Array, *, second: bool = False) -> "SkyImages":
+        """Images by rays that meet the surface for the first time, or the second."""
+        return cls(star, index, sky, error, np.full(len(star), second))
+
+    def of(self, names: Int[Array, " stars"]) -> "SkyImages":
+        """The same, of stars with other numbers."""
+        return replace(self, star=names[self.star])
+
+    def merged(self, more: "SkyImages") -> "SkyImages":
+        """These and more, each image once."""
+        return _distinct(SkyImages.joined(self, more))
+
+    def counts(self, shape: tuple[int, ...]) -> Int[Array, "stars indices"]:
+        """Numbers of images."""
+        counts = np.zeros(shape, int)
+        np.add.at(counts, (self.star, self.index), 1)
+        return counts
+
+
+@dataclass(frozen=True)
+class ImageSearch:
+    """The images of stars, ordered by star, index and place, with the certificate.
+
+    counts: numbers of images; expected: the same from the caustics; on_caustic: True for a star that cannot be
+    distinguished from the caustic of that order; ring: True where that caustic is a point, so that the images next to
+    it are one ring, and no entries. coarse: steps of the grids that were coarser than the search is made for, radians,
+    by index; else 0. remarks: what else is not certain about each star. certificate: the argument behind `certified`.
+    """
+
+    images: SkyImages
+    counts: Int[Array, "stars indices"]
+    expected: Int[Array, "stars indices"]
+    on_caustic: Bool[Array, "stars orders"]
+    ring: Bool[Array, "stars orders"]
+    coarse: tuple[float, ...]
+    remarks: tuple[tuple[str, ...], ...] = ()
+    certificate: str = "winding"
+
+    @property
+    def certified(self) -> Bool[Array, " stars"]:
+        """True where the search found as many images on each sheet as are expected, and nothing is uncertain."""
+        remarked = np.array([bool(lines) for lines in self.remarks] or np.zeros(len(self.counts), bool))
+        return (self.counts == self.expected).all(axis=1) & ~self.on_caustic.any(axis=1) & ~remarked
+
+
+def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
+    """All images of the stars."""
+    size = max(1, min(_CHUNK, -(-len(star) // cores())))
+    chunks = [star[i : i + size] for i in range(0, len(star), size)] or [star]
+    if len(chunks) == 1:
+        return _searched(sheets, chunks[0])
+    with ThreadPoolExecutor(cores()) as pool:
+        return searched_together(list(pool.map(lambda chunk: _searched(sheets, chunk), chunks)))
+
+
+def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
+    """Searches for several groups of stars as one, group after group."""
+    names = np.split(np.arange(sum(len(p.counts) for p in parts)), np.cumsum([len(p.counts) for p in parts[:-1]]))
+    images = [part.images.of(stars) for part, stars in zip(parts, names, strict=True)]
+    arrays = ("counts", "expected", "on_caustic", "ring")
+    return replace(
+        parts[0],
+        images=images[0].joined(*images[1:]),
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in arrays},
+        coarse=tuple(np.max([part.coarse for part in parts], axis=0).tolist()),
+        remarks=tuple(lines for part in parts for lines in part.remarks),
+    )
+
+
+def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
+    """Stars whose images do not match their number are searched again, more widely; then along paths."""
+    counted = sheets.counted(star)
+    images = _images(sheets, star, sheets.starts(star, NARROW))
+    on_caustic = np.any(counted.on_caustic, axis=1)
+    # Next to a caustic both counts are put to the test.
+    delicate = on_caustic | (counted.distance < _DELICATE)
+    for again in (_beside_folds, _widely):
+        doubtful = np.flatnonzero((images.counts(counted.expected.shape) != counted.expected).any(axis=1) | delicate)
+        if doubtful.size:
+            images = images.merged(again(sheets, star[doubtful], counted, doubtful).of(doubtful))
+    missing = np.argwhere((images.counts(counted.expected.shape) < counted.expected) & ~on_caustic[:, None])
+    for i, k in missing.tolist():
+        images = images.merged(_approached(sheets, star[i], k, int(counted.expected[i, k])).of(np.array([i])))
+    ring = counted.on_caustic & np.array([curve.is_point for curve in sheets.curves])
+    images = images[~on_rings(ring)[images.star, images.index]]
+    counts = images.counts(counted.expected.shape)
+    return ImageSearch(images, counts, counted.expected, counted.on_caustic, ring, sheets.coarse)
+
+
+def _beside_folds(
+    sheets: Sheets, star: Float[Array, "stars 3"], counted: Counted, which: Int[Array, " stars"]
+) -> SkyImages:
+    return _images(sheets, star, sheets.fold_starts(star, tuple(winding[which] for winding in counted.windings)))
+
+
+def _widely(
+    sheets: Sheets, star: Float[Array, "stars 3"], _counted: Counted, _which: Int[Array, " stars"]
+) -> SkyImages:
+    return _images(sheets, star, sheets.starts(star, WIDE))
+
+
+def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int) -> SkyImages:
+    """The images of one star on one sheet, followed from those of other stars around that have as many.
+
+    Where the map is strongly sheared, no grid shows well where to start.
+    """
+    rng = np.random.default_rng(0)
+    far = _FARTHEST * rng.uniform(size=(_APPROACHES, 1)) ** 2 * rng.normal(size=(_APPROACHES, 3))
+    # Shorter steps toward the end, where a caustic may be close.
+    paths = star + np.linspace(1, 0, _WAYPOINTS)[:, None, None] ** 2 * far
+    paths /= np.linalg.norm(paths, axis=-1, keepdims=True)
+    counts = sheets.counted(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
+    images = SkyImages.arriving(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
+    followed = 0
+    for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):
+        found = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
+        sky, error = found.sky[found.index == index], np.empty(0)
+        for place in path[1:]:
+            followed += len(sky)
+            on_sheet = np.full(len(sky), index)
+            star_there = np.tile(place, (len(sky), 1))
+            _, sky, error = find_roots(sheets.camera, star_there, on_sheet, sky, _FEW_STEPS, end=sheets.surface)
+        images = images.merged(SkyImages.arriving(np.zeros(len(sky), int), np.full(len(sky), index), sky, error))
+        if len(images.star) >= count or followed > _MOST_FOLLOWED:
+            break
+    return images
+
+
+def _images(sheets: Sheets, star: Float[Array, "stars 3"], starts: Starts) -> SkyImages:
+    owner, sheet, guess = starts
+    which, sky, error = find_roots(sheets.camera, star[owner], sheet, guess, end=sheets.surface)
+    return _distinct(SkyImages.arriving(owner[which], sheet[which], sky, error))
+
+
+def _distinct(images: SkyImages) -> SkyImages:
+    """Each image once, ordered by star, index and place."""
+    images = images[np.lexsort((images.sky[:, 0], images.index, images.star))]
+    again = np.zeros(len(images), bool)
+    ahead = 1
+    while True:
+        one, other = images[:-ahead], images[ahead:]
+        same = (other.star == one.star) & (other.index == one.index)
+        if not same.any():
+            break
+        same &= other.second_arrival == one.second_arrival
+        size = np.maximum(_SAME, _SAME_ERRORS * (other.error + one.error))
+        again[ahead:] |= same & (np.linalg.norm(other.sky - one.sky, axis=1) < size)
+        ahead += 1
+    return images[~again]

@@ -1,0 +1,1 @@
+"""The lens map: from the sky that is searched to a surface of sources."""

@@ -1,0 +1,82 @@
+"""Newton's method on the sky map, for many stars at once, without leaving the sheet that each search is on."""
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import SKY, End
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.lens_map.domains import domain_of
+from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.lens_map.sky_chart import chart_of, straight
+from kerrcaustics.spacetime.sphere import flattened
+from kerrcaustics.spacetime.viewer import Viewer
+
+Array = np.ndarray
+
+_MOST_STEPS = 80
+# The part of a Newton step below which a search is given up.
+_SHORTEST_PART = 1e-4
+# A residual below so many errors of the beam is round-off; one below so many may be, where no step makes it smaller.
+_ERRORS, _MOST_ERRORS = 2.0, 10.0
+
+
+def find_roots(
+    camera: Viewer,
+    star: Float[Array, "searches 3"],
+    index: Int[Array, " searches"],
+    sky: Float[Array, "searches 3"],
+    most_steps: int = _MOST_STEPS,
+    *,
+    end: End = SKY,
+) -> tuple[Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
+    """Directions on the sky that show the stars, from first guesses `sky`.
+
+    A search stays where the Morse index is `index`: a step that would leave, or that brings n' no closer to the
+    star, is shortened. Searches for images that do not exist come to rest on a critical curve and are left out, as are
+    those that take more than `most_steps`. end: the sphere of the stars.
+
+    Returns: which searches found an image, its direction, and the error of that in radians: the error of n' and what is
+    left of the way to the star, divided by the smaller diameter of the beam.
+    """
+    # Directions toward the hole itself have no place in the chart.
+    charted = camera == camera.at_rest() and not domain_of(end, camera).falls
+    stepped, n = chart_of(camera).stepped if charted else straight, len(star)
+    sky, step = sky.copy(), np.zeros((n, 3))
+    residual, error, part = np.full(n, np.inf), np.full(n, np.nan), np.ones(n)
+    found = np.zeros(n, bool)
+    active = np.arange(n)
+    trial, taken = sky, np.zeros(n)
+    for _ in range(most_steps):
+        beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end.bare())
+        wish, distance = _newton_step(star[active], trial, beams)
+        # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
+        allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
+        # As close as the errors of the beams allow: no step is better, and none is needed.
+        settled = ~allowed & (residual[active] < _MOST_ERRORS * beams.error) & (part[active] == 1)
+        better = active[allowed]
+        sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
+        with np.errstate(divide="ignore"):
+            error[better] = ((beams.error + distance) / np.abs(beams.delta_minus))[allowed]
+        part[better] = np.minimum(1, 4 * part[better])
+        part[active[~allowed]] /= 4
+        done = settled | (allowed & (distance <= _ERRORS * beams.error))
+        found[active[done]] = True
+        active = active[~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active])]
+        if active.size == 0:
+            break
+        trial, taken = stepped(sky[active], step[active], part[active])
+    which = np.flatnonzero(found)
+    return which, sky[which], error[which]
+
+
+def _newton_step(
+    star: Float[Array, "searches 3"], sky: Float[Array, "searches 3"], beams: Beams
+) -> tuple[Float[Array, "searches 3"], Float[Array, " searches"]]:
+    """The step on the sky that a linear map would ask for, and the angle between star and direction."""
+    away = star - beams.direction
+    distance = 2 * np.arcsin(np.minimum(np.linalg.norm(away, axis=1) / 2, 1))
+    flat = flattened(beams.direction, away)
+    size = np.linalg.norm(flat, axis=1)
+    flat *= (distance / np.where(size == 0, 1, size))[:, None]
+    return beams.pulled_back(sky, flat), np.where(np.isfinite(distance), distance, np.inf)

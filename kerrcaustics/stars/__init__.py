@@ -1,1 +1,0 @@
-"""Stars behind caustics: images, tracks, counts."""

@@ -1,0 +1,1 @@
+"""Images of sources that move: level curves of the lens map, their events, light curves."""

@@ -1,0 +1,196 @@
+"""Images of a great circle of the celestial sphere: curves on the camera sky, with a certificate.
+
+The curves are those along which a star's images move while it runs round the circle (level_curves/), cut where they
+meet critical curves. The certificate counts: between two such events as many curves must pass as the star there has
+images, by the winding of the caustics.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.images.certificates import certificate_of
+from kerrcaustics.images.images import checked_place, checked_sheets
+from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.tracks.events import PairEvents, in_time, pair_events_of
+from kerrcaustics.tracks.level_curves.branches import Branches
+from kerrcaustics.tracks.level_curves.chains import Chain, chains, errors_on_sky
+from kerrcaustics.tracks.level_curves.circle import Circle
+
+Array = np.ndarray
+
+GALACTIC_POLE = (math.radians(90 - 27.12825), math.radians(192.85948))
+"""North galactic pole (theta', phi') where theta' = 90 deg - declination and phi' = right ascension (J2000)."""
+
+
+@result("circle-curve/1", record="index closed longitude_from longitude_to ends error", points="sky longitude")
+class CircleCurve:
+    """An image of a great circle, or of a part of it: a curve on the camera sky."""
+
+    camera: Viewer = quantity("", "", "who sees it", column="")
+    surface: End = quantity("", "", "where the circle lies", column="")
+    index: int = quantity("", "1", "Morse index")
+    sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
+    longitude: Array = quantity("point", "rad", "longitude on the circle, unwrapped, growing")
+    closed: bool = quantity(
+        "",
+        "1",
+        "True where the curve returns to its first point (not repeated), else it ends at critical curves",
+    )
+    error: float = quantity("", "sky", "the largest error of the points on the sky")
+
+    @property
+    @derived("", "rad")
+    def longitude_from(self) -> float:
+        """Longitude at which the curve begins."""
+        return float(self.longitude[0])
+
+    @property
+    @derived("", "rad")
+    def longitude_to(self) -> float:
+        """Longitude at which the curve ends, unwrapped."""
+        return float(self.longitude[0] + self.sweep)
+
+    @property
+    @derived("curve_end axis", "1")
+    def ends(self) -> Array:
+        """Both ends of an open curve."""
+        return self.sky[:0] if self.closed else self.sky[[0, -1]]
+
+    @property
+    def sweep(self) -> float:
+        """Longitude swept, radians; a whole number of circuits where the curve is closed."""
+        swept = float(self.longitude[-1] - self.longitude[0])
+        return 2 * math.pi * math.ceil(swept / (2 * math.pi)) if self.closed else swept
+
+
+@result("counts/1", record="camera surface kind=circle max_index normal certified remarks per_index curves events")
+class CircleImages:
+    """The images of a great circle, by Morse index.
+
+    Longitude on the circle is counted from its ascending node on the celestial equator (from phi' = 0 where it is the
+    equator), right-handed about the normal.
+    """
+
+    camera: Viewer = quantity("", "", "the camera", json="", column="")
+    surface: End = quantity("", "", "where the circle lies", json="", column="")
+    normal: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the circle's normal", given=True)
+    curves: tuple[CircleCurve, ...] = quantity("curve", "", "its images, by index")
+    per_index: dict[int, int] = quantity("morse_index", "1", "how many curves of each index")
+    events: PairEvents = quantity("event", "", "where two of its images meet, in the order of longitude")
+    certified: bool = quantity(
+        "", "1", "True when at every longitude as many curves pass as the winding of the caustics requires"
+    )
+    remarks: tuple[str, ...] = quantity("", "", "what is not sure", default=())
+
+    @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return max(self.per_index)
+
+    def __repr__(self) -> str:
+        """Summary in one line: the normal, how many curves, whether certified."""
+        counts = ", ".join(f"{count} of index {k}" for k, count in self.per_index.items())
+        note = "" if self.certified else ", not certified"
+        return f"<CircleImages of the great circle with normal {self.normal}: {counts}{note}>"
+
+
+@usual_warnings
+def circle_images(
+    camera: Viewer, normal: ArrayLike | str, max_index: int = 2, *, end: Wherever | End = math.inf
+) -> CircleImages:
+    """The images of a great circle with Morse index 0 to `max_index`, as curves on the camera sky.
+
+    Parameters
+    ----------
+    camera : Camera or Observer
+    normal : (theta', phi') or "galactic plane"
+        Of the circle's normal, radians; the galactic plane is that of stars with theta' = 90 deg - declination and
+        phi' = right ascension.
+    max_index : int
+        0 to 6.
+    end : float or Sphere
+        Radius of the circle, that of the camera or a larger one; math.inf is the celestial sphere. Within the camera's
+        radius images are followed from the source, and great circles cannot be.
+
+    Returns
+    -------
+    CircleImages
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Errors
+    ------
+    `CircleCurve.error`: round-off of n' divided by the beam's width across the circle.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> circle = kc.circle_images(camera, normal=(0.3, 0.0), max_index=0)
+    >>> circle.per_index, circle.certified
+    ({0: 1}, True)
+    """
+    check_viewer(camera)
+    surface = end_of(camera, end)
+    if not certificate_of(surface, camera, 0).follows:
+        raise ValueError(
+            f"Argument `end` must be math.inf or at least the camera's radius {camera.radius:.12g} for a great circle, "
+            f"but is {quoted(end)}."
+        )
+    angles = _checked_normal(normal, camera)
+    sheets = checked_sheets(camera, max_index, surface)
+    branches = Branches(sheets, camera, Circle.great(*angles))
+    found = branches.events
+    events = pair_events_of(camera, surface, found)
+    lens_map = LensMap(camera, surface)
+    at = lens_map.seen(branches.nodes.sky)
+    error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, found.error))
+    curves = [_curve(lens_map, chain, branches, at.sky, error) for chain in chains(branches, over_events=False)]
+    curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))
+    unsure = (remark for i in np.flatnonzero(~found.known) for remark in events[i].remarks)
+    remarks = (*found.remarks, *branches.remarks, *unsure)
+    return CircleImages(
+        camera=camera,
+        surface=surface,
+        normal=angles,
+        curves=tuple(curves),
+        per_index={k: sum(curve.index == k for curve in curves) for k in range(len(sheets.sheets))},
+        events=PairEvents(in_time(e for e in events if e.order <= max_index), not remarks, remarks),
+        certified=not remarks,
+        remarks=remarks,
+    )
+
+
+def _curve(lens_map: LensMap, chain: Chain, branches: Branches, sky: Array, error: Array) -> CircleCurve:
+    """The curve of a chain; sky and error of the nodes."""
+    chosen, nodes = chain.nodes, branches.nodes
+    # At both ends lie events, whose nodes do not show on which of the two sheets the curve is.
+    inner = chosen[nodes.event[chosen] < 0]
+    turns = 2 * math.pi * np.ceil((chain.longitude[0] - math.pi) / (2 * math.pi))
+    return CircleCurve(
+        camera=lens_map.viewer,
+        surface=lens_map.surface,
+        index=int(nodes.index[inner[0]]),
+        sky=sky[chosen],
+        longitude=chain.longitude - turns,
+        closed=chain.closed,
+        error=float(error[chosen].max()),
+    )
+
+
+def _checked_normal(normal: ArrayLike | str, camera: Viewer) -> tuple[float, float]:
+    if isinstance(normal, str):
+        if normal == "galactic plane":
+            return GALACTIC_POLE
+        raise ValueError(f"Argument `normal` must be (theta', phi') or \"galactic plane\", but is {quoted(normal)}.")
+    return checked_place("normal", normal, camera)

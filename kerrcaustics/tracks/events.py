@@ -1,0 +1,220 @@
+"""Pair creation and annihilation: a star, on its way round a circle of the celestial sphere, crosses a caustic."""
+
+import math
+from collections.abc import Iterable
+from functools import singledispatch
+
+import numpy as np
+from jaxtyping import Float
+
+from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.choices import event_kind
+from kerrcaustics.images.circle_arcs import Arcs, arcs_of
+from kerrcaustics.images.images import checked_index, checked_sheets
+from kerrcaustics.lens_map.domains import Domain, Ring, domain_of
+from kerrcaustics.lens_map.search_sky import search_sky, shown_line_of_sight
+from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.path_events import PathEvents, path_events
+
+Array = np.ndarray
+
+_TURN = 2 * math.pi
+
+
+@result("event/1", record="kind order indices star azimuth longitude sky moment error at_cusp remarks")
+class PairEvent:
+    """Two images of a source appear or vanish: the source crosses a caustic."""
+
+    surface: End = quantity("", "", "where the source lies", column="")
+    kind: str = quantity(
+        "",
+        "",
+        '"creation" or "annihilation", as time goes on for a camera that orbits; for others, on great circles and in '
+        "the plane, as longitude grows",
+    )
+    star: tuple[float, float] = quantity(
+        "angle",
+        "place",
+        "theta', phi' of the source relative to the camera at that moment, phi' in [0, 2 pi); in the plane r, phi",
+    )
+    sky: Array = quantity(
+        "axis", "1", "direction N on the camera sky where the two images meet; of an Observer (alpha, beta)"
+    )
+    order: int = quantity("", "1", "order of the critical curve there")
+    indices: tuple[int, int] = quantity("pair", "1", "Morse indices of the two images: order - 1 and order")
+    azimuth: float = quantity("", "rad", "phi' unwrapped as in `Caustic.celestial`", json="phi_unwrapped_deg")
+    longitude: float = quantity(
+        "", "rad", "longitude of the star on its circle, in [0, 2 pi): its phi' where that is about the spin axis"
+    )
+    moment: float = quantity(
+        "",
+        "GM/c^3",
+        "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; NaN for a camera that "
+        "does not orbit, on great circles and in the plane",
+    )
+    error: float = quantity("", "rad", "error of longitude", json="error_rad")
+    at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
+    remarks: tuple[str, ...] = quantity("", "", "what is unusual or uncertain; empty when nothing is")
+
+    def __repr__(self) -> str:
+        """Summary in one line: what, which images, when."""
+        when = f"longitude {self.longitude:.9g}" if math.isnan(self.moment) else f"time {self.moment:.9g}"
+        return f"<PairEvent: {self.kind} of images of index {self.indices} at {when}>"
+
+
+@result("events/1")
+class PairEvents(Items[PairEvent]):
+    """Pair events in the order of time: a sequence."""
+
+    events: tuple[PairEvent, ...] = quantity("event", "", "the events", column="")
+    certified: bool = quantity("", "1", "True when nothing is in doubt")
+    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+
+
+@usual_warnings
+def pair_events(camera: Viewer, level: float, max_index: int = 2, *, end: Wherever | End = math.inf) -> PairEvents:
+    """Creations and annihilations of pairs of images of a star, over one orbit of the camera.
+
+    Parameters
+    ----------
+    camera : Camera or Observer
+        A camera on a circular orbit about the spin axis: its velocity has no component but the azimuthal one. For an
+        Observer the star moves, and events are in the order of its phi'.
+    level : float
+        theta' of the star in radians; in the plane its r.
+    max_index : int
+        0 to 6: pairs whose images have index up to it.
+    end : float, Sphere or EquatorialPlane
+        Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source circles in the plane,
+        seen by any camera that does not lie in it, and events are in the order of its azimuth.
+
+    Returns
+    -------
+    PairEvents
+        A sequence of PairEvent, in the order of time.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Errors
+    ------
+    `PairEvent.error`, round-off of the caustic's point, more where it runs nearly along the star's path.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.999, radius=6.03)
+    >>> events = kc.pair_events(camera, level=1.34)
+    >>> [(event.kind, event.indices) for event in events]
+    [('creation', (1, 2)), ('annihilation', (1, 2))]
+    """
+    check_viewer(camera)
+    surface, highest = end_of(camera, end), checked_index(max_index)
+    height = surface.checked_level("level", level, camera)
+    return _events_on(domain_of(surface, camera), camera, surface, height, highest)
+
+
+@singledispatch
+def _events_on(domain: Domain, camera: Viewer, surface: End, level: float, max_index: int) -> PairEvents:
+    """Events of a source that circles on a sphere."""
+    angular_velocity = camera.orbital_velocity()
+    found = path_events(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
+    events = pair_events_of(camera, surface, found, level, angular_velocity)
+    chosen = [(event, known) for event, known in zip(events, found.known, strict=True) if event.order <= max_index]
+    sure = not found.remarks and all(known for _, known in chosen)
+    return PairEvents(in_time(event for event, _ in chosen), sure, found.remarks)
+
+
+@_events_on.register
+def _events_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, max_index: int) -> PairEvents:
+    arcs = arcs_of(domain, level)
+    events = [event for event in arc_events(camera, arcs, surface).values() if event.order <= max_index]
+    return PairEvents(in_time(events), not arcs.remarks, arcs.remarks)
+
+
+def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
+    """Events in the order of time, or of longitude."""
+    return tuple(sorted(events, key=lambda event: event.longitude if math.isnan(event.moment) else event.moment))
+
+
+def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]:
+    """The events of a circle in the plane, by the arc that begins there."""
+    which = np.flatnonzero(arcs.folded)
+    folds = arcs.low[which]
+    sky, error = search_sky(camera).shown(folds.sky), _arc_errors(arcs, folds.edge_phase, folds.distance)
+    orders = np.maximum(arcs.index, np.roll(arcs.index, 1))[which].tolist()
+    return {
+        arc: PairEvent(
+            surface=surface,
+            kind=event_kind(arcs.sense[arc]),
+            star=(arcs.radius, float(folds.azimuth[i] % _TURN)),
+            sky=sky[i],
+            order=order,
+            indices=(order - 1, order),
+            azimuth=float(folds.azimuth[i]),
+            longitude=float(folds.azimuth[i] % _TURN),
+            moment=math.nan,
+            error=float(error[i]),
+            at_cusp=False,
+            remarks=(),
+        )
+        for i, (arc, order) in enumerate(zip(which.tolist(), orders, strict=True))
+    }
+
+
+def _arc_errors(
+    arcs: Arcs, edge_phase: Float[Array, " folds"], distance: Float[Array, " folds"]
+) -> Float[Array, " folds"]:
+    """Errors of azimuth: that of the rays, and what they miss the circle by, times the slope of the caustic there.
+
+    The beams are flat, so that J's rows, (dr, r dphi), are along the caustic.
+    """
+    if not len(edge_phase):
+        return edge_phase
+    _, beams = arcs.circles.beams(edge_phase, distance)
+    along_r, along_phi = np.linalg.norm(beams.jacobian, axis=-1).T
+    miss = np.abs(np.log(np.asarray(beams.radius) / arcs.radius))
+    return np.asarray(beams.error + (beams.error + miss) * along_phi / along_r)
+
+
+def pair_events_of(
+    camera: Viewer, surface: End, found: PathEvents, level: float | None = None, angular_velocity: float = 0.0
+) -> list[PairEvent]:
+    """Events of a path as results; level and angular velocity: of a star, and of its camera's orbit."""
+    sky = shown_line_of_sight(camera, found.points.line_of_sight)
+    return [_event(surface, found, i, sky[i], level, angular_velocity) for i in range(len(found.order))]
+
+
+def _event(
+    surface: End, found: PathEvents, i: int, sky: Array, level: float | None, angular_velocity: float
+) -> PairEvent:
+    """The event of one entry."""
+    order = int(found.order[i])
+    theta, azimuth = (float(angle[i]) for angle in surface.angles(found.points.direction, found.points.azimuth))
+    # The star's azimuth falls while the camera runs ahead.
+    sense, time = 1.0, math.nan
+    if angular_velocity:
+        sense, time = -angular_velocity, -azimuth / angular_velocity % (_TURN / abs(angular_velocity))
+    remarks = []
+    if found.at_cusp[i]:
+        remarks.append("the star passes through a cusp: the pair meets a third image there")
+    if not found.known[i]:
+        remarks.append("the image counts on both sides do not differ by this pair: its kind is uncertain")
+    return PairEvent(
+        surface=surface,
+        kind=event_kind(found.side[i] * sense),
+        star=(theta if level is None else level, azimuth % _TURN),
+        sky=sky,
+        order=order,
+        indices=(order - 1, order),
+        azimuth=azimuth,
+        longitude=float(found.longitude[i]),
+        moment=time,
+        error=float(found.error[i]),
+        at_cusp=bool(found.at_cusp[i]),
+        remarks=tuple(remarks),
+    )

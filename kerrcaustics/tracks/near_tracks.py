@@ -1,0 +1,135 @@
+"""Tracks of a star within the camera's radius: those of the camera, as the star sees it, brought to the camera's sky.
+
+As for single images (reciprocal.py), camera and source change places: while the star circles, the camera circles as the
+star sees it, further out, where tracks are followed and certified. Every point of them has a b and a q, and with these
+a direction on the camera's sky, which is then refined there. Events come from the camera's own caustics.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import End, Sphere
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.images.reciprocal import motion, sheets_from
+from kerrcaustics.lens_map.lens_map import LensMap, SeenLight
+from kerrcaustics.lens_map.newton import find_roots
+from kerrcaustics.lens_map.search_map import on_leaves
+from kerrcaustics.lens_map.search_sky import TOLERANCE, magnified, search_camera
+from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.frame import line_of_sight_from_sky, photon_of, sky_from_line_of_sight
+from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.tracks.level_curves.branches import Branches
+from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.path_events import PathEvents
+
+Array = np.ndarray
+
+_TURN = 2 * math.pi
+# Newton steps from the place that b and q give; by how much events may differ in longitude, seen from both ends.
+_FEW_STEPS, _SAME = 12, 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class SeenNodes:
+    """The nodes of a level curve as the camera sees them.
+
+    light; error of places, radians, or M on a screen; eastward: whose photons move eastward at the camera; events:
+    which event each node is, -1 where it is none; remarks: what is in doubt.
+    """
+
+    light: SeenLight
+    error: Float[Array, " nodes"]
+    eastward: Bool[Array, " nodes"]
+    events: Int[Array, " nodes"]
+    remarks: tuple[str, ...] = ()
+
+
+def branches_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> Branches:
+    """The level curve of the camera, as a star on a sphere within its radius sees it."""
+    if math.sin(theta) < 1e-12:
+        raise ValueError(
+            "Argument `level` must lie between 0 and pi for a star within the camera's radius, whose tracks are "
+            f"followed from the star, but is {quoted(theta)}."
+        )
+    if camera.on_axis:
+        raise ValueError("Argument `camera` must not lie on the spin axis for tracks of a star within its radius.")
+    there, sheets = sheets_from(search_camera(camera), theta, max_index, end)
+    return Branches(sheets, there, Circle.about_spin_axis(camera.inclination))
+
+
+def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents, end: Sphere) -> SeenNodes | None:
+    """The nodes on the camera's sky; own: the events there, None is returned where they are not those of branches."""
+    nodes = branches.nodes
+    partners = _partners(branches, own)
+    if partners is None:
+        return None
+    rest = search_camera(camera)
+    place = from_angles(np.full(len(nodes.longitude), theta), nodes.longitude)
+    photon = photon_of(branches.sheets.frame, tuple(nodes.sky.T))
+    # Of photons that come in at the star the ways lead on inward, and out again.
+    second_arrival = np.asarray(photon.rate[0]) > 0
+    sky = _nearest(rest, np.asarray(photon.b), np.asarray(photon.q), second_arrival, place, end)
+    at_event = nodes.event >= 0
+    which = np.where(at_event, partners[nodes.event] if len(partners) else -1, -1)
+    error, lost = np.full(len(sky), np.nan), 0
+    for leaf in (False, True):
+        these = np.flatnonzero((second_arrival == leaf) & ~at_event)
+        found, there, off = find_roots(
+            rest, place[these], nodes.index[these], sky[these], _FEW_STEPS, end=replace(end, second_arrival=leaf)
+        )
+        sky[these[found]], error[these[found]] = there, off
+        lost += len(these) - len(found)
+    events = which[at_event]
+    sky[at_event] = sky_from_line_of_sight(rest.frame(), own.points.line_of_sight[events])
+    lens_map = LensMap(camera, end)
+    at = lens_map.seen(sky, second_arrival)
+    along = own.error[events] * math.sin(theta) + at.beams.error[at_event]
+    error[at_event] = along / at.spread[at_event] + at.beams.jacobian_error[at_event]
+    eastward = line_of_sight_from_sky(rest.frame(), sky)[:, 2] < 0
+    remarks = (f"{lost} points of tracks could not be found on the camera's sky",) if lost else ()
+    return SeenNodes(at, lens_map.errors(sky, error), eastward, which, remarks)
+
+
+def _partners(branches: Branches, own: PathEvents) -> Int[Array, " events"] | None:
+    """For each event on the star's sky that on the camera's; None where they are not the same ones."""
+    found = branches.events
+    count = len(own.order)
+    if len(found.order) != count:
+        return None
+    left, partners = np.ones(count, bool), np.empty(count, int)
+    for i in range(count):
+        away = np.abs((own.longitude - found.longitude[i] + math.pi) % _TURN - math.pi)
+        away[~left | (own.order != found.order[i])] = np.inf
+        partners[i] = int(away.argmin())
+        if not away[partners[i]] < _SAME:
+            return None
+        left[partners[i]] = False
+    return partners
+
+
+def _nearest(
+    camera: Viewer,
+    b: Float[Array, " n"],
+    q: Float[Array, " n"],
+    second_arrival: Bool[Array, " n"],
+    place: Float[Array, "n 3"],
+    end: Sphere,
+) -> Float[Array, "n 3"]:
+    """Directions with this b and q: of the two, one up and one down, the one that leads to the star."""
+    ways = (magnified(camera.frame(), motion(camera, b, q, sign)) for sign in (1.0, -1.0))
+    both = [sky_from_line_of_sight(camera.frame(), -way) for way in ways]
+    miss = [np.linalg.norm(_traced(camera, sky, second_arrival, end).direction - place, axis=1) for sky in both]
+    up = np.nan_to_num(miss[0], nan=np.inf) <= np.nan_to_num(miss[1], nan=np.inf)
+    return np.where(up[:, None], *both)
+
+
+def _traced(camera: Viewer, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], end: Sphere) -> Beams:
+    def traced(sky: Array, end: End) -> Beams:
+        return trace_beams(camera, sky, "auto", TOLERANCE, end=end)
+
+    return on_leaves(end, sky, second_arrival, traced)

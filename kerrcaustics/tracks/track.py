@@ -1,0 +1,65 @@
+"""A track: a connected curve on the sky of a viewer along which images of a source move."""
+
+import numpy as np
+
+from kerrcaustics.beams.ends import End
+from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.tracks.events import PairEvent
+
+Array = np.ndarray
+
+
+@result(
+    "track/1",
+    record="closed turns places sky azimuth index parity magnification redshift time time_error error",
+)
+class Track:
+    """A connected curve on the camera sky along which images of a star move, through regions of several indices.
+
+    Its points are in the order of the curve; a closed one does not repeat its first point. It leads through the events,
+    where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
+    """
+
+    camera: Viewer = quantity("", "", "who sees it", column="")
+    surface: End = quantity("", "", "where the source lies", column="")
+    sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
+    azimuth: Array = quantity(
+        "point",
+        "rad",
+        "phi' of the star relative to the camera at which there is an image here, continuous along the curve. The time "
+        "is -azimuth / angular velocity, and any number of periods more",
+        json="phi_deg",
+    )
+    index: Array = quantity("point", "1", "Morse index")
+    parity: Array = quantity("point", "1", "(-1)^index")
+    magnification: Array = quantity(
+        "point", "magnification", "1 / |det J|: area on the sky by area of the surface, r dr dphi in the plane"
+    )
+    redshift: Array = quantity("point", "1", "nu_camera / nu_source")
+    time: Array = quantity(
+        "point",
+        "GM/c^3",
+        "coordinate time from the source to the camera; for stars at infinity the limit of t - r - 2 ln r",
+    )
+    time_error: Array = quantity("point", "GM/c^3", "error of time")
+    error: Array = quantity("point", "sky", "error of sky")
+    closed: bool = quantity(
+        "",
+        "1",
+        "True for a closed curve; else both ends are events of order max_index + 1, beyond which the images have a "
+        "higher index, or lie next to a ring",
+    )
+    turns: int = quantity("", "1", "whole turns by which the azimuth grows along a closed track; 0 for others")
+    events: tuple[PairEvent, ...] = quantity("track_event", "", "events in the order of the curve")
+    places: tuple[int, ...] = quantity("track_event", "1", "which point each event is", json="event_points")
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.index)
+
+    def __repr__(self) -> str:
+        """Summary in one line: how long, which indices, how many events."""
+        indices = sorted(set(self.index.tolist()))
+        shape = "closed" if self.closed else "open"
+        return f"<Track of {len(self)} points, {shape}, index {indices}, {len(self.events)} events>"
