@@ -230,7 +230,7 @@ def test_plane_caustics_are_flat_and_bound_the_counts():
     """By the integrator the beams are flat there; across the curve the count changes by two."""
     end = kc.EquatorialPlane(2)
     caustics = kc.caustics(CAMERA, 3, end=end)
-    assert [curve.order for curve in caustics] == [2, 2] and caustics.crossing == 2
+    assert [curve.order for curve in caustics] == [2, 2] and caustics.surface == end
     curve = caustics[0]
     middle = curve.place[(curve.place[:, 0] > 2) & (curve.place[:, 0] < 50)]
     beams = kc.trace_beams(CAMERA, curve.sky[::9], "integrated", end=end)
@@ -288,7 +288,7 @@ def test_caustics_in_the_plane_take_few_rays(monkeypatch, radius):
         return call
 
     monkeypatch.setattr("kerrcaustics.lens_map.circles_in_plane.trace_beams", counting(kc.trace_beams))
-    monkeypatch.setattr("kerrcaustics.tracks.isoradials.trace_rays", counting(kc.trace_rays))
+    monkeypatch.setattr("kerrcaustics.lens_map.crossing_lines.trace_rays", counting(kc.trace_rays))
     camera = kc.Camera(0.9, radius, 1.21, "fiducial")
     found = kc.caustics(camera, 2, end=kc.EquatorialPlane(2))
     assert [curve.order for curve in found] == [2, 2] and not any(curve.lost for curve in found)
