@@ -10,8 +10,8 @@ from kerrcaustics.beams.ends import SKY
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 from kerrcaustics.tracks.level_curves.circle import Circle
 
-CAMERA = kc.Camera(spin=0.9, radius=10.0, inclination=1.2, velocity="static")
-OBSERVER = kc.Observer(spin=0.9, radius=50.0, inclination=1.2)
+
+VIEWER = kc.Observer(spin=0.9, radius=50.0, inclination=1.2)
 # The axis of the coordinates, and the directions from which phi is counted: east of it, and at right angles.
 AXES = Circle.great(0.7, 0.4).axes
 
@@ -43,18 +43,18 @@ def place_of(theta, phi):
 
 def test_images_are_those_of_the_same_star():
     star = (1.7, 3.1)
-    plain, tilted = kc.star_images(CAMERA, star, 1), kc.star_images(CAMERA, place_of(*star), 1, end=TILTED)
+    plain, tilted = kc.star_images(VIEWER, star, 1), kc.star_images(VIEWER, place_of(*star), 1, end=TILTED)
     assert tilted.certified and tilted.surface is TILTED and len(tilted) == len(plain) > 1
     np.testing.assert_allclose(tilted.sky, plain.sky, atol=1e-12)
     np.testing.assert_allclose(tilted.magnification, plain.magnification, rtol=1e-9)
     turns = (tilted.azimuth - tilted.star[1]) / (2 * math.pi)
     np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
-    counts = kc.image_counts(CAMERA, [place_of(*star)], 1, end=TILTED)
+    counts = kc.image_counts(VIEWER, [place_of(*star)], 1, end=TILTED)
     assert counts.counts[0].tolist() == list(plain.per_index.values()) and counts.certified.all()
 
 
 def test_caustics_have_extremes_in_its_coordinates():
-    (plain,), (tilted,) = kc.caustics(CAMERA, 1), kc.caustics(CAMERA, 1, end=TILTED)
+    (plain,), (tilted,) = kc.caustics(VIEWER, 1), kc.caustics(VIEWER, 1, end=TILTED)
     assert (tilted.kind, len(tilted.cusps), tilted.surface) == ("astroid", 4, TILTED)
     np.testing.assert_array_equal(tilted.sky, plain.sky)
     there = TILTED.vectors(tilted.place)
@@ -65,24 +65,24 @@ def test_caustics_have_extremes_in_its_coordinates():
     step = np.linalg.norm(np.diff(there, axis=0), axis=1).max()
     assert 0 <= tilted.place[:, 0].min() - tilted.theta_min < step
     assert 0 <= tilted.theta_max - tilted.place[:, 0].max() < step
-    assert abs(tilted.theta_extent - plain.theta_extent) > 1e-4
+    assert abs(tilted.theta_extent / plain.theta_extent - 1) > 0.05
 
 
 def test_tracks_are_circles_about_its_axis():
     level = math.pi / 2
-    tracks = kc.star_tracks(OBSERVER, level, 1, end=TILTED)
-    circle = kc.circle_images(OBSERVER, (0.7, 0.4), 1)
+    tracks = kc.star_tracks(VIEWER, level, 1, end=TILTED)
+    circle = kc.circle_images(VIEWER, (0.7, 0.4), 1)
     assert tracks.certified and circle.certified and tracks.tracks
     for track in tracks.tracks:
         plain = track.index == 0
-        rays = kc.trace_rays(OBSERVER, track.sky[plain])
+        rays = kc.trace_rays(VIEWER, track.sky[plain])
         theta, phi = TILTED.angles(rays.direction, rays.azimuth)
         np.testing.assert_allclose(theta, level, atol=1e-9)
         np.testing.assert_allclose(np.exp(1j * phi), np.exp(1j * track.azimuth[plain]), atol=1e-9)
     moment = tracks.images_at(azimuth=0.8)
-    searched = kc.star_images(OBSERVER, (level, 0.8), 1, end=TILTED)
+    searched = kc.star_images(VIEWER, (level, 0.8), 1, end=TILTED)
     np.testing.assert_allclose(moment.sky, searched.sky, atol=1e-9)
-    events = kc.pair_events(OBSERVER, level, 1, end=TILTED)
+    events = kc.pair_events(VIEWER, level, 1, end=TILTED)
     assert events == tracks.events
     # The same great circle, followed about its normal.
     assert [e.longitude for e in events] == pytest.approx([e.longitude for e in circle.events])
