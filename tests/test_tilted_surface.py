@@ -10,7 +10,6 @@ from kerrcaustics.beams.ends import SKY
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 from kerrcaustics.tracks.level_curves.circle import Circle
 
-
 VIEWER = kc.Observer(spin=0.9, radius=50.0, inclination=1.2)
 # The axis of the coordinates, and the directions from which phi is counted: east of it, and at right angles.
 AXES = Circle.great(0.7, 0.4).axes
