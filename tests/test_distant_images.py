@@ -284,7 +284,7 @@ def test_commands_take_an_observer(tmp_path, capsys):
     camera = ("--spin", 0.9, "--radius", "inf", "--inclination", 60)
     file = tmp_path / "images.json"
     status, out, _ = run(capsys, "images", *camera, "--star", 70, 120, "--source-radius", 10, "--json", file)
-    assert status == 0 and "alpha, beta" in out and "errors in units of the mass" in out
+    assert status == 0 and "alpha, beta" in out and "errors on the sky in GM/c^2" in out
     entry = json.loads(file.read_text())
     assert entry["certified"] and len(entry["images"][0]["sky"]) == 2
     status, out, _ = run(capsys, "images", *camera, "--star", 6, 45, "--plane", 1)

@@ -90,6 +90,7 @@ def test_caustics_in_the_plane_have_engine_and_tolerance(engine, tolerance, comp
         kc.caustics(CAMERA, 1, engine, tolerance, end=kc.EquatorialPlane(2))
 
 
+@pytest.mark.slow
 def test_the_figure_of_a_circle_shows_what_there_is():
     figure = tracks_figure(kc.star_tracks(CAMERA, 6.0, 1, end=kc.EquatorialPlane(1)))
     sky, light = figure.axes

@@ -142,7 +142,8 @@ def _print_tracks(tracks: "StarTracks", out: Console) -> None:
     say_all(out, tracks.remarks)
     total = f"{len(tracks.tracks)} tracks, {len(tracks.events)} events"
     if not tracks.angular_velocity:
-        say(out, f"{total} in one turn of phi: {verdict(tracks.certified)}; errors are those of phi in radians")
+        phi = tracks.surface.coordinates[1].symbol
+        say(out, f"{total} in one turn of {phi}: {verdict(tracks.certified)}; errors are those of {phi} in radians")
         return
     say(out, f"{total} in a period of {tracks.period:.9g}: {verdict(tracks.certified)};")
     say(out, "time 0 is when the star's phi' is that of the camera; errors are those of phi' in radians")
