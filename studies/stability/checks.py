@@ -11,7 +11,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 import kerrcaustics as kc
-from kerrcaustics.spacetime import camera as package
+from kerrcaustics.spacetime import frame as package
 from kerrcaustics.spacetime.sphere import polar_basis
 
 from ..directions import off_the_edge
