@@ -67,8 +67,7 @@ def _seen_from(
     second_arrival = photon.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):
-        way = motion(camera, np.asarray(photon.b), np.asarray(photon.q), sign)
-        sky = sky_from_line_of_sight(camera.frame(), -magnified(camera.frame(), way))
+        sky = directions(camera, np.asarray(photon.b), np.asarray(photon.q), sign)
         for leaf in (False, True):
             these = np.flatnonzero((second_arrival == leaf) & np.isfinite(sky).all(axis=1))
             here, stars = replace(end, second_arrival=leaf), star[found.images.star[these]]
@@ -82,7 +81,13 @@ def _seen_from(
     return ImageSearch(merged, counts, found.expected, found.on_caustic, found.ring, sheets.coarse)
 
 
-def motion(camera: Viewer, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
+def directions(camera: Viewer, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
+    """Directions N in which photons with this b and q come in; sign: of their motion in theta."""
+    frame = camera.frame()
+    return sky_from_line_of_sight(frame, -magnified(frame, _motion(camera, b, q, sign)))
+
+
+def _motion(camera: Viewer, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:
     """Directions of motion (r, theta, phi), in the FIDO frame, of photons that come out to the camera."""
     frame = camera.frame()
     a, r, c, s = frame.spin, frame.radius, frame.cos_theta, frame.sin_theta

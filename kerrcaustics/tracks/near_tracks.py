@@ -14,11 +14,11 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End, Sphere
 from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.images.reciprocal import motion, sheets_from
+from kerrcaustics.images.reciprocal import directions, sheets_from
 from kerrcaustics.lens_map.lens_map import LensMap, SeenLight
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_map import on_leaves
-from kerrcaustics.lens_map.search_sky import TOLERANCE, magnified, search_camera
+from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
@@ -121,8 +121,7 @@ def _nearest(
     end: Sphere,
 ) -> Float[Array, "n 3"]:
     """Directions with this b and q: of the two, one up and one down, the one that leads to the star."""
-    ways = (magnified(camera.frame(), motion(camera, b, q, sign)) for sign in (1.0, -1.0))
-    both = [sky_from_line_of_sight(camera.frame(), -way) for way in ways]
+    both = [directions(camera, b, q, sign) for sign in (1.0, -1.0)]
     miss = [np.linalg.norm(_traced(camera, sky, second_arrival, end).direction - place, axis=1) for sky in both]
     up = np.nan_to_num(miss[0], nan=np.inf) <= np.nan_to_num(miss[1], nan=np.inf)
     return np.where(up[:, None], *both)
