@@ -15,6 +15,7 @@ from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.lens_map.circles_in_plane import Circles, Crossings
 from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.viewer import Viewer
@@ -111,8 +112,7 @@ def _grid(circles: Circles) -> _Grid | None:
     index = _indices(circles, edge_phase, distance)
     if index is None:
         return None
-    closed = np.stack([np.append(end, end[0]) for end in ends], axis=-1)
-    rims = CubicSpline(np.append(edge_phase, edge_phase[0] + _TURN), closed, bc_type="periodic")
+    rims = periodic(edge_phase, np.stack(ends, axis=-1))
     return _Grid(circles, (float(whole[0]), float(whole[-1])), rims, edge_phase, part, index)
 
 

@@ -13,6 +13,7 @@ from scipy.optimize import elementwise
 
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.winding import Winding
+from kerrcaustics.lens_map.sky_lines import periodic
 
 Array = np.ndarray
 _Guesses = tuple[Num[Array, " guesses"], ...]
@@ -36,9 +37,7 @@ def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) ->
     outer = mapped(points.edge_phase, np.maximum(points.depth - _STEP, 0))
     inner = mapped(points.edge_phase, points.depth + _STEP)
     first, second = (inner - outer) / (2 * _STEP), (inner + outer - 2 * points.direction) / _STEP**2
-    derivatives = np.concatenate([first, second], axis=1)
-    edge_phase = np.append(points.edge_phase, points.edge_phase[0] + 2 * np.pi)
-    return CubicSpline(edge_phase, np.concatenate([derivatives, derivatives[:1]]), bc_type="periodic")
+    return periodic(points.edge_phase, np.concatenate([first, second], axis=1))
 
 
 def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "stars 3"], winding: Winding) -> _Guesses:

@@ -27,6 +27,7 @@ from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
 from kerrcaustics.images.fold import fold_derivatives, fold_guesses
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import search_camera
+from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
@@ -236,7 +237,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
         )
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
     mapped, coarsely = partial(_mapped, curves), partial(_mapped, curves, tolerance=_OF_GRID)
-    depths = [domain.first, *(_depth_of(curve.points) for curve in curves)]
+    depths = [domain.first, *(periodic(curve.points.edge_phase, curve.points.depth) for curve in curves)]
     sheets = tuple(
         _sheet(coarsely, curve.order - 1, (depths[curve.order - 1], depths[curve.order]), curve.points)
         for curve in curves
@@ -307,14 +308,6 @@ def _sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: Points
 def _grid(mapped: Mapped, sheet: Sheet, edge_phase: Array, part: Array) -> Float[Array, "lines parts 3"]:
     edge_phase, part = np.meshgrid(edge_phase, part, indexing="ij")
     return mapped(edge_phase, sheet.depth(edge_phase, part))
-
-
-def _depth_of(points: Points) -> CubicSpline:
-    """Depth of a critical curve, as a periodic function of edge phase."""
-    edge_phase, depth = (
-        np.append(values, values[0] + period) for values, period in ((points.edge_phase, 2 * np.pi), (points.depth, 0))
-    )
-    return CubicSpline(edge_phase, depth, bc_type="periodic")
 
 
 def _thinned(points: Points, step: float) -> Float[Array, " lines"]:

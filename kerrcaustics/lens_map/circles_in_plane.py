@@ -19,7 +19,7 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
-from kerrcaustics.lens_map.sky_lines import line_reach
+from kerrcaustics.lens_map.sky_lines import line_reach, periodic
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer
@@ -85,12 +85,7 @@ class Circles:
             place.shape
         )
         known = iter(distance)
-        closed = np.append(edge_phase, edge_phase[0] + 2 * math.pi)
-
-        def spline(row: Array) -> CubicSpline:
-            return CubicSpline(closed, np.append(row, row[0]), bc_type="periodic")
-
-        return [spline(next(known)) if one else None for one in whole.tolist()]
+        return [periodic(edge_phase, next(known)) if one else None for one in whole.tolist()]
 
     def beams(
         self, edge_phase: Float[Array, " points"], distance: Float[Array, " points"], least: float = 0.0

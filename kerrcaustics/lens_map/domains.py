@@ -223,5 +223,4 @@ def _rim(camera: Viewer, radius: float, zoom: float) -> CubicSpline | None:
     size = min(2 * camera.radius, _FAR * radius)
     beyond = 2 * math.atan(2 * frame.zoom * frame.radius / (zoom * size))
     found = elementwise.find_root(potential, (np.zeros(_TABLE), reach - beyond), args=(edge_phase,))
-    width = np.append(found.x, found.x[0])
-    return CubicSpline(np.append(edge_phase, 2 * np.pi), width, bc_type="periodic")
+    return sky_lines.periodic(edge_phase, found.x)

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.interpolate import CubicSpline
 
-from kerrcaustics.lens_map.sky_lines import DEEPEST
+from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_line_of_sight
 from kerrcaustics.spacetime.shadow import edge_photons
 from kerrcaustics.spacetime.sphere import moved
@@ -119,9 +119,7 @@ def edge_size(camera: Viewer) -> CubicSpline:
     size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])[first]
     # Round-off may have put neighbours too close for a spline.
     kept = np.concatenate([[True], np.diff(angle) > 1e-7])
-    angle, size = angle[kept], size[kept]
-    closed = np.append(angle, angle[0] + 2 * np.pi), np.append(size, size[0])
-    return CubicSpline(*closed, bc_type="periodic")
+    return periodic(angle[kept], size[kept])
 
 
 @lru_cache(maxsize=8)

@@ -9,10 +9,14 @@ All of it lives on the sky of the fiducial observer: caustics do not depend on t
 """
 
 import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
 
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.shadow import edge_photons
 from kerrcaustics.spacetime.viewer import Viewer
+
+Array = np.ndarray
 
 # Below this distance from the edge, reach exp(-DEEPEST), a direction in double precision has no digits left.
 DEEPEST = 32.0
@@ -68,3 +72,9 @@ def beside_edge(camera: Viewer, edge_phase: HostReals, part: HostReals) -> HostV
     distance = line_reach(camera, edge_phase)[..., None] * np.asarray(part, float)[..., None]
     direction = edge * np.cos(distance) + away * np.sin(distance)
     return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+
+
+def periodic(edge_phase: Float[Array, " lines"], values: Float[Array, " lines *axes"]) -> CubicSpline:
+    """A smooth function of the edge phase through values at rising phases of less than one turn."""
+    closed = np.append(edge_phase, edge_phase[0] + 2 * np.pi), np.concatenate([values, values[:1]])
+    return CubicSpline(*closed, bc_type="periodic")
