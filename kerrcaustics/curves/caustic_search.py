@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import partial, singledispatch
 from importlib.metadata import version
 
@@ -13,16 +13,15 @@ from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
 from kerrcaustics.curves.critical_curves import CriticalCurve, curves_of, steps
 from kerrcaustics.curves.features import Features, find_features
-from kerrcaustics.curves.plane_caustics import plane_caustics
+from kerrcaustics.curves.plane_caustics import Progress, plane_caustics
 from kerrcaustics.lens_map.domains import Domain, Ring
-from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import shown_line_of_sight
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.viewer import Viewer
 
 HIGHEST_ORDER = 10
-Progress = Callable[[str, float], None]
 
 
 @usual_warnings

@@ -15,10 +15,10 @@ from scipy.interpolate import CubicSpline
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search, leaves
-from kerrcaustics.lens_map.domains import OneLeaf
-from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.domains import Domain, OneLeaf
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE
-from kerrcaustics.spacetime.sphere import angle_between
+from kerrcaustics.spacetime.sphere import angle_between, from_angles, polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -39,6 +39,9 @@ _WORST_POINT = 1e-3
 _RESOLVED = 300.0
 BLUR_ERRORS = 10.0
 """Stars within so many errors of a caustic cannot be distinguished from it."""
+# Points that stand for the ring at infinity, and the distance (radians) from its caustic within which rays are not
+# followed to stars.
+_RING_POINTS, _UNKNOWN = 64, 1e-6
 # Depth by which a bracket reaches beyond the neighbours it is made from, at first and after a miss.
 _REACH, _FAR_REACH = 1e-3, 0.6
 
@@ -221,7 +224,8 @@ def between(search: Search, curves: dict[int, Points], edge_phases: dict[int, Fl
     """
     order = np.concatenate([np.full(len(edge_phase), k) for k, edge_phase in edge_phases.items()])
     edge_phase = np.concatenate(list(edge_phases.values()))
-    guess = np.concatenate([_spline(curves[k])(edge_phase) for k, edge_phase in edge_phases.items()])
+    splines = {k: CubicSpline(curves[k].edge_phase, curves[k].depth) for k in edge_phases}
+    guess = np.concatenate([splines[k](edge_phase) for k, edge_phase in edge_phases.items()])
     new = search.polished(edge_phase, order, guess)
     # Where orders crowd, steps from a poor guess lead to the next curve.
     own, moved = np.ones(len(edge_phase), bool), np.abs(new.depth - guess) > LABEL_STEP
@@ -265,10 +269,6 @@ def _sample(search: Search, curves: dict[int, Points], half: bool) -> dict[int, 
     return notes
 
 
-def _spline(points: Points) -> CubicSpline:
-    return CubicSpline(points.edge_phase, points.depth)
-
-
 def steps(points: Points) -> tuple[Float[Array, " steps"], Float[Array, " steps"]]:
     """Lengths (radians) of the steps from point to point, on the celestial sphere unrolled, and on the sky."""
     d_theta, d_azimuth = np.diff(points.theta), np.diff(points.azimuth)
@@ -297,3 +297,42 @@ def _closes(points: Points) -> bool:
     """True when the step across the ends is as short as the others."""
     on_caustic = steps(points.joined(points[:1].shifted(1)))[0]
     return bool(on_caustic[-1] <= 3 * max(on_caustic[:-1].max(), points.angle_error.max()))
+
+
+def check_index(domain: Domain, max_index: int) -> None:
+    """Raise ValueError if only images at infinity are wanted."""
+    if domain.unbounded and max_index == 0:
+        raise ValueError(
+            "Argument `max_index` must be at least 1 for an observer and stars at infinity (images of index 0 lie at "
+            "infinite (alpha, beta)), but is 0."
+        )
+
+
+def with_ring_at_infinity(curves: CriticalCurves) -> CriticalCurves:
+    """The curves, with the ring at infinity as the first one if there is one: a point.
+
+    The primary critical curve of an observer for sources on the celestial sphere is, seen from the radius r, Einstein's
+    ring, of radius 2 sqrt(r), and what is seen directly lies beyond it. At infinity the ring, and all beyond, is the
+    point at infinite (alpha, beta), and its caustic, whose size falls as 1 / r^2, is the direction opposite to the
+    observer: rays with an impact parameter b lead to 4 / b beside it.
+    """
+    domain, camera = curves.domain, curves.map.camera
+    if not domain.unbounded:
+        return curves
+    edge_phase = 2 * np.pi * np.arange(_RING_POINTS) / _RING_POINTS
+    depth, ones = domain.first(edge_phase), np.ones(_RING_POINTS)
+    theta = np.pi - camera.inclination
+    opposite = np.tile(from_angles(theta, np.pi), (_RING_POINTS, 1))
+    ring = Points(
+        edge_phase=edge_phase,
+        depth=depth,
+        line_of_sight=domain.line_of_sight(edge_phase, depth)[0],
+        direction=opposite,
+        theta=theta * ones,
+        azimuth=np.pi * ones,
+        major=polar_basis(opposite)[1],
+        ratio=0 * ones,
+        error=_UNKNOWN * ones,
+    )
+    others = tuple(curve for curve in curves if curve.order > 1)
+    return replace(curves, curves=(CriticalCurve(1, ring.frozen(), closed=True, remarks=()), *others))

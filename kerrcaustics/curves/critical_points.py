@@ -16,7 +16,7 @@ from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.ends import End
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.domains import OneLeaf
-from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.spacetime.frame import Photon, photon_of, sky_from_fido
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_basis
@@ -207,14 +207,8 @@ class Search:
         points, lost = points[found], np.flatnonzero(~found)
         if lost.size == 0:
             return points, found
-
-        def side(
-            depth: Float[Array, " points"], edge_phase: Float[Array, " points"], order: Int[Array, " points"]
-        ) -> Float[Array, " points"]:
-            return self._side(edge_phase, depth, order)
-
         bracket, requested = (low[lost], high[lost]), (edge_phase[lost], order[lost])
-        root = elementwise.find_root(side, bracket, args=requested, tolerances={"xatol": _COARSE_DEPTH})
+        root = elementwise.find_root(self._side, bracket, args=requested, tolerances={"xatol": _COARSE_DEPTH})
         again = lost[np.asarray(root.success)]
         more = self.polished(edge_phase[again], order[again], np.asarray(root.x)[root.success])
         sharp = more.on_curve()
@@ -232,7 +226,7 @@ class Search:
         """Depths close to the curves of the given orders, and how far off they may be; 0 where there is no such."""
         place = np.linspace(0, 1, _SECTIONS)[:, None]
         depth = low + (high - low) * place
-        every = np.broadcast_arrays(edge_phase, depth, order)
+        every = np.broadcast_arrays(depth, edge_phase, order)
         side = self._side(*(values.ravel() for values in every)).reshape(depth.shape)
         after = (side < 0).argmax(axis=0)
         before, lines = np.maximum(after - 1, 0), np.arange(len(edge_phase))
@@ -243,7 +237,7 @@ class Search:
         return depth[before, lines] + width * part, width
 
     def _side(
-        self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
+        self, depth: Float[Array, " points"], edge_phase: Float[Array, " points"], order: Int[Array, " points"]
     ) -> Float[Array, " points"]:
         """|delta_minus| / delta_plus next to the curves of the given orders, else 1; negative inside of them."""
         index, ratio = self.index_and_ratio(edge_phase, depth)

@@ -51,12 +51,8 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
     Curves that are not much larger than their error have none: what is looked for would be noise.
     """
     found = {curve.order: Features({}, [], 0) for curve in curves}
-    resolved = [curve for curve in curves if curve.is_resolved]
-    around = {curve.order: curve.around() for curve in resolved}
-    pieces = [piece for curve in resolved for piece in _pieces(curve, around[curve.order])]
-    models = _models(search, around, pieces)
     roots: list[_Root] = []
-    for piece, points in zip(pieces, models, strict=True):
+    for piece, points in _models(search, curves, (*_EXTREMES, "cusps")):
         order, what, _, half = piece
         if points is None:
             found[order].lost_cusps += what == "cusps"
@@ -77,12 +73,9 @@ def extreme_places(search: Search, curves: Iterable[CriticalCurve]) -> dict[tupl
     The points are those at `NODES`, and the place is on the same scale, -1 to 1. Missing are the extremes of curves
     that are not much larger than their error, and those whose piece could not be traced.
     """
-    resolved = [curve for curve in curves if curve.is_resolved]
-    around = {curve.order: curve.around() for curve in resolved}
-    pieces = [p for curve in resolved for p in _pieces(curve, around[curve.order]) if p[1] in _EXTREMES]
-    models = zip(pieces, _models(search, around, pieces), strict=True)
-    found = {(order, name): (points, *_EXTREMES[name]) for (order, name, *_), points in models if points is not None}
-    return {key: (points, _place(points, field, sign)) for key, (points, field, sign) in found.items()}
+    models = _models(search, curves, tuple(_EXTREMES))
+    found = {(order, name): points for (order, name, *_), points in models if points is not None}
+    return {key: (points, _place(points, *_EXTREMES[key[1]])) for key, points in found.items()}
 
 
 def _same_root(one: _Root, other: _Root, half: float) -> bool:
@@ -127,8 +120,13 @@ def _oriented(axes: Float[Array, "points 3"]) -> Float[Array, "points 3"]:
     return axes * np.concatenate([[1.0], np.cumprod(np.where(agree == 0, 1.0, agree))])[:, None]
 
 
-def _models(search: Search, around: dict[int, Points], pieces: list[_Piece]) -> list[Points | None]:
-    """The points of every piece at its Chebyshev nodes, in one go."""
+def _models(
+    search: Search, curves: Iterable[CriticalCurve], features: tuple[str, ...]
+) -> list[tuple[_Piece, Points | None]]:
+    """The pieces of resolved curves around these features, each with its points at its Chebyshev nodes: in one go."""
+    around = {curve.order: curve.around() for curve in curves if curve.is_resolved}
+    every = [_pieces(curve, around[curve.order]) for curve in curves if curve.is_resolved]
+    pieces = [piece for of_curve in every for piece in of_curve if piece[1] in features]
     if not pieces:
         return []
     edge_phases = {
@@ -136,13 +134,14 @@ def _models(search: Search, around: dict[int, Points], pieces: list[_Piece]) -> 
         for order in around
     }
     traced = between(search, around, edge_phases)
-    models: list[Points | None] = []
-    for order, _, middle, half in pieces:
+    models: list[tuple[_Piece, Points | None]] = []
+    for piece in pieces:
+        order, _, middle, half = piece
         points = traced[order]
         wanted = middle + half * NODES
         at = np.searchsorted(points.edge_phase, wanted)
         whole = (at < len(points)).all() and np.array_equal(points.edge_phase[np.minimum(at, len(points) - 1)], wanted)
-        models.append(points[at] if whole else None)
+        models.append((piece, points[at] if whole else None))
     return models
 
 

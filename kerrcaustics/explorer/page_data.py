@@ -19,7 +19,7 @@ from kerrcaustics.explorer.state import ExplorerState
 from kerrcaustics.images.images import StarImages, images_of
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets, sheets_of
-from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import sky_from_fido

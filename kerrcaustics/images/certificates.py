@@ -2,7 +2,7 @@
 
 On one leaf, beyond the viewer, the sky is cut into sheets, and the winding of the caustics counts the images on each
 (sheets.py, search.py). Sources on a sphere within the viewer's radius change places with the viewer (reciprocal.py). In
-the equatorial plane the image of the source's circle is cut into arcs (arc_images.py).
+the equatorial plane the image of the source's circle is cut into arcs (circle_arcs.py).
 """
 
 from collections.abc import Callable
@@ -13,10 +13,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.ends import End
-from kerrcaustics.images import arc_images
-from kerrcaustics.images.far_images import sharpened
+from kerrcaustics.images import circle_arcs
 from kerrcaustics.images.reciprocal import search_within
-from kerrcaustics.images.search import ImageSearch, search
+from kerrcaustics.images.search import ImageSearch, search, sharpened
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.lens_map.domains import Domain, OneLeaf, Ring, TwoLeaves, domain_of
 from kerrcaustics.lens_map.search_sky import search_sky
@@ -88,11 +87,11 @@ class ArcsCertificate:
 
     def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
         """All images of sources."""
-        return arc_images.searched(self.domain, places, self.max_index)
+        return circle_arcs.searched(self.domain, places, self.max_index)
 
     def counted(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
         """Numbers of images."""
-        counts, near, certified = arc_images.counted(self.domain, places, self.max_index)
+        counts, near, certified = circle_arcs.counted(self.domain, places, self.max_index)
         return Counts(counts, counts, near, certified)
 
 

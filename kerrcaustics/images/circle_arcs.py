@@ -1,6 +1,11 @@
-"""A circle in the plane, cut where its azimuth turns back: arcs on which every source is seen at most once a turn."""
+"""A circle in the plane, cut where its azimuth turns back: arcs on which every source is seen at most once a turn.
+
+The images of a source at one crossing are those on the arcs of its circle: `searched` finds them, `counted` counts
+them.
+"""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -9,8 +14,10 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
+from kerrcaustics.images.search import ImageSearch, SkyImages, searched_together
 from kerrcaustics.lens_map.circles_in_plane import Circles, Crossings
 from kerrcaustics.lens_map.domains import Ring
+from kerrcaustics.lens_map.search_sky import TOLERANCE
 
 Array = np.ndarray
 
@@ -27,7 +34,10 @@ _FLAT = 1e-6
 # Between places of one index the beam is looked at where a parabola makes it thinner by this factor; the least that
 # differs from a flat one, in errors; a step in ln r that gives its slope.
 _THINNER, _CERTAIN, _BESIDE = 0.5, 10.0, 1e-6
+# A source so many errors from where the azimuth turns back cannot be distinguished from a caustic.
+_BLUR_ERRORS = 10.0
 _NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
+_TIGHT = {"xatol": 1e-15, "xrtol": 1e-14}
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +80,17 @@ class Arcs:
             points = points[~astray].joined(again)[order]
             points = replace(points, index=np.where(self._astray(points), -1, points.index))
         return points
+
+    def where(
+        self, value: Callable[[Crossings], Array], start: Float[Array, " steps"], width: Float[Array, " steps"]
+    ) -> Float[Array, " steps"]:
+        """Edge phases of steps along the circle at which a quantity of points vanishes; the middle where none does."""
+
+        def at(step: Array, start: Array) -> Array:
+            return value(self.at((start + step) % _TURN))
+
+        root = elementwise.find_root(at, (np.zeros(len(start)), width), args=(start,), tolerances=_TIGHT)
+        return (start + np.where(np.isfinite(root.x), root.x, width / 2)) % _TURN
 
     def _astray(self, points: Crossings) -> Bool[Array, " points"]:
         """True for points that are not on the circle."""
@@ -204,7 +225,7 @@ def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
 
 def step_between(one: Crossings, other: Crossings) -> Float[Array, " points"]:
     """Steps in azimuth, without whole turns."""
-    return (other.azimuth - one.azimuth + math.pi) % _TURN - math.pi
+    return _away(other.azimuth, one.azimuth)
 
 
 def _unresolved(arcs: Arcs, one: Crossings, other: Crossings) -> tuple[str, ...]:
@@ -219,13 +240,79 @@ def _folds(arcs: Arcs, one: Crossings, other: Crossings) -> Crossings:
     """The points where the beams are flat, between others of different index."""
     if not len(one):
         return one
+    return arcs.at(arcs.where(lambda points: points.ratio, one.edge_phase, (other.edge_phase - one.edge_phase) % _TURN))
 
-    def ratio(step: Array, start: Array) -> Array:
-        return arcs.at((start + step) % _TURN).ratio
 
-    width = (other.edge_phase - one.edge_phase) % _TURN
-    found = elementwise.find_root(
-        ratio, (np.zeros(len(one)), width), args=(one.edge_phase,), tolerances={"xatol": 1e-15, "xrtol": 1e-14}
+def searched(domain: Ring, places: Float[Array, "sources 2"], max_index: int) -> ImageSearch:
+    """All images of sources (r, phi), by rays at their n-th crossing."""
+    return searched_together([_one(domain, radius, phi, max_index) for radius, phi in places.tolist()])
+
+
+def _one(domain: Ring, radius: float, phi: float, max_index: int) -> ImageSearch:
+    arcs = arcs_of(domain, radius)
+    edge_phase, index = _seen(arcs, phi)
+    kept = index <= max_index
+    edge_phase, index = edge_phase[kept], index[kept]
+    found = arcs.at(edge_phase) if len(edge_phase) else arcs.low[:0]
+    order = np.lexsort((edge_phase, index))
+    found, index = found[order], index[order]
+    miss = np.hypot(np.log(found.radius / radius), _away(found.azimuth, phi))
+    counts = np.bincount(index, minlength=max_index + 1)[None]
+    error = radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor)
+    return ImageSearch(
+        images=SkyImages.arriving(np.zeros(len(index), int), index, found.sky, error),
+        counts=counts,
+        expected=counts,
+        on_caustic=_touched(arcs, phi, max_index)[None],
+        ring=np.zeros((1, max_index + 1), bool),
+        coarse=(0.0,) * (max_index + 1),
+        remarks=(arcs.remarks,),
+        certificate="arcs",
     )
-    step = np.where(np.isfinite(found.x), found.x, width / 2)
-    return arcs.at((one.edge_phase + step) % _TURN)
+
+
+def counted(
+    domain: Ring, places: Float[Array, "sources 2"], max_index: int
+) -> tuple[Int[Array, "sources indices"], Bool[Array, " sources"], Bool[Array, " sources"]]:
+    """Counts of the images of sources, which lie on a caustic, which are certified: quick for many on one circle."""
+    counts = np.zeros((len(places), max_index + 1), int)
+    near, certified = np.zeros((2, len(places)), bool)
+    for radius in np.unique(places[:, 0]).tolist():
+        arcs = arcs_of(domain, radius)
+        for i in np.flatnonzero(places[:, 0] == radius).tolist():
+            holds = _holding(arcs, places[i, 1])
+            counts[i] = np.bincount(arcs.index[holds], minlength=max_index + 1)[: max_index + 1]
+            near[i] = _touched(arcs, places[i, 1], max_index).any()
+            certified[i] = not (arcs.remarks or near[i])
+    return counts, near, certified
+
+
+def _touched(arcs: Arcs, phi: float, max_index: int) -> Bool[Array, " orders"]:
+    """By order, to max_index + 1, whether a source cannot be distinguished from that caustic."""
+    which = np.flatnonzero(arcs.index != np.roll(arcs.index, 1))
+    folds = arcs.low[which]
+    close = np.abs(_away(folds.azimuth, phi)) <= _BLUR_ERRORS * (folds.error + TOLERANCE)
+    orders = np.maximum(arcs.index, np.roll(arcs.index, 1))[which][close]
+    return np.isin(np.arange(1, max_index + 2), orders)
+
+
+def _away(azimuth: Float[Array, "*n"], phi: Float[Array, "*n"] | float) -> Float[Array, "*n"]:
+    return (azimuth - phi + math.pi) % _TURN - math.pi
+
+
+def _holding(arcs: Arcs, phi: float) -> Bool[Array, " arcs"]:
+    """True for the arcs on which a source is seen; at a common end of two, for one of them."""
+    start, end = _away(arcs.low.azimuth, phi), _away(arcs.high.azimuth, phi)
+    step = step_between(arcs.low, arcs.high)
+    # Steps are short: where both ends lie on both sides of the source's opposite, it is not between them.
+    return ((start > 0) != (end > 0)) & (np.abs(end - start - step) < 1)
+
+
+def _seen(arcs: Arcs, phi: float) -> tuple[Float[Array, " images"], Int[Array, " images"]]:
+    """Turn and index at which a source is seen on the circle."""
+    holds = _holding(arcs, phi)
+    low, index = arcs.low.edge_phase[holds], arcs.index[holds]
+    if not holds.any():
+        return low, index
+    width = (arcs.high.edge_phase[holds] - low) % _TURN
+    return arcs.where(lambda points: _away(points.azimuth, phi), low, width), index

@@ -9,8 +9,7 @@ from jaxtyping import Bool
 from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever, end_of
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.deep_images import deepened, is_deep
-from kerrcaustics.images.rings import on_rings, ring_remark
-from kerrcaustics.images.search import ImageSearch
+from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
 from kerrcaustics.lens_map.domains import Ring, domain_of
 from kerrcaustics.lens_map.lens_map import LensMap

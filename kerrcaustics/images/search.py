@@ -1,4 +1,9 @@
-"""All images of many stars at once, with the certificate: the search finds as many as the caustics require."""
+"""All images of many stars at once, with the certificate: the search finds as many as the caustics require.
+
+Rings: where a caustic is a point, as that of a hole without spin or of a camera on the spin axis, all is alike around
+the line through camera and hole, and a star on it has no two images that meet, but a whole critical curve of them:
+Einstein's ring, or one of a higher order.
+"""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -7,11 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.trace import cores
-from kerrcaustics.images.rings import on_rings
-from kerrcaustics.images.sheets import NARROW, WIDE, Counted, Sheets, Starts
+from kerrcaustics.curves.critical_curves import CriticalCurve
+from kerrcaustics.images.sheets import NARROW, WIDE, Sheets, Starts
+from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.newton import find_roots
+from kerrcaustics.lens_map.search_sky import SearchSky, as_seen, radians_of, search_sky, shown_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -21,6 +30,8 @@ _CHUNK = 1 << 15
 _APPROACHES, _FARTHEST, _WAYPOINTS = 60, 0.3, 8
 # Newton steps from waypoint to waypoint, and how many images may be followed from one to the next for one star.
 _FEW_STEPS, _MOST_FOLLOWED = 16, 400
+# Newton steps on the plain sky from a place that is known.
+_PLAIN_STEPS = 8
 # Distance from a caustic, in radians, below which the search is always thorough.
 _DELICATE = 1e-6
 # Images of one star on one sheet that are closer than this, or than so many of their errors, are the same.
@@ -118,10 +129,14 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     on_caustic = np.any(counted.on_caustic, axis=1)
     # Next to a caustic both counts are put to the test.
     delicate = on_caustic | (counted.distance < _DELICATE)
-    for again in (_beside_folds, _widely):
+
+    def beside_folds(which: Int[Array, " stars"]) -> Starts:
+        return sheets.fold_starts(star[which], tuple(winding[which] for winding in counted.windings))
+
+    for starts in (beside_folds, lambda which: sheets.starts(star[which], WIDE)):
         doubtful = np.flatnonzero((images.counts(counted.expected.shape) != counted.expected).any(axis=1) | delicate)
         if doubtful.size:
-            images = images.merged(again(sheets, star[doubtful], counted, doubtful).of(doubtful))
+            images = images.merged(_images(sheets, star[doubtful], starts(doubtful)).of(doubtful))
     missing = np.argwhere((images.counts(counted.expected.shape) < counted.expected) & ~on_caustic[:, None])
     for i, k in missing.tolist():
         images = images.merged(_approached(sheets, star[i], k, int(counted.expected[i, k])).of(np.array([i])))
@@ -129,18 +144,6 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     images = images[~on_rings(ring)[images.star, images.index]]
     counts = images.counts(counted.expected.shape)
     return ImageSearch(images, counts, counted.expected, counted.on_caustic, ring, sheets.coarse)
-
-
-def _beside_folds(
-    sheets: Sheets, star: Float[Array, "stars 3"], counted: Counted, which: Int[Array, " stars"]
-) -> SkyImages:
-    return _images(sheets, star, sheets.fold_starts(star, tuple(winding[which] for winding in counted.windings)))
-
-
-def _widely(
-    sheets: Sheets, star: Float[Array, "stars 3"], _counted: Counted, _which: Int[Array, " stars"]
-) -> SkyImages:
-    return _images(sheets, star, sheets.starts(star, WIDE))
 
 
 def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int) -> SkyImages:
@@ -191,3 +194,53 @@ def _distinct(images: SkyImages) -> SkyImages:
         again[ahead:] |= same & (np.linalg.norm(other.sky - one.sky, axis=1) < size)
         ahead += 1
     return images[~again]
+
+
+def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
+    """By star and index, True where the images on a sheet are a ring, which is its outer or its inner edge.
+
+    Parameters: ring, by star and order, True for stars on a caustic that is a point.
+    """
+    return ring | np.pad(ring, ((0, 0), (1, 0)))[:, :-1]
+
+
+def ring_remark(camera: Viewer, surface: End, curve: CriticalCurve, where: str = "lies on") -> str:
+    """A remark about the ring that is the image of a star on the caustic of a curve, as a camera sees it."""
+    order, (radius, error) = curve.order, _angular_radius(camera, curve)
+    if order == 1 and domain_of(surface, camera).unbounded:
+        size = "at infinite (alpha, beta)"
+    else:
+        size = f"of radius {radius:.12g} {camera.sky_unit} (within {error:.0e})"
+    return (
+        f"the star {where} the caustic of order {order}, which is a point: its images of index {order - 1} and {order} "
+        f"are one ring {size}"
+    )
+
+
+def _angular_radius(camera: Viewer, curve: CriticalCurve) -> tuple[float, float]:
+    """Radius of a critical curve that is a circle, and its error: radians, of an Observer in M."""
+    places = shown_line_of_sight(camera, np.concatenate([curve.points.line_of_sight, [[-1.0, 0.0, 0.0]]]))
+    return search_sky(camera).circle_radius(places[:-1], places[-1])
+
+
+def sharpened(searched: SearchSky, found: ImageSearch, star: Float[Array, "stars 3"], end: End) -> ImageSearch:
+    """The images of stars that an observer at a finite radius finds, those of index 0 with smaller errors.
+
+    A screen shows best what is next to the hole. What is seen directly lies at the radius of the observer from it,
+    where the rounding of a direction on the engines' sphere is a large length: it is refined on the plain sky of a
+    camera at the same place.
+    """
+    plain, observer = searched.plain_camera, searched.search_camera
+    if plain is None:
+        return found
+    images = found.images
+    direct = np.flatnonzero(images.index == 0)
+    start = as_seen(images.sky[direct], observer.frame(), plain.frame())
+    which, sky, error = find_roots(plain, star[images.star[direct]], images.index[direct], start, _PLAIN_STEPS, end=end)
+    these, sky = direct[which], as_seen(sky, plain.frame(), observer.frame())
+    # A radian on the plain sky, on the engines' sphere.
+    error = error / radians_of(plain.radius, sky, search_sky(observer).lengths(sky))
+    better = error < images.error[these]
+    skies, errors = images.sky.copy(), images.error.copy()
+    skies[these[better]], errors[these[better]] = sky[better], error[better]
+    return replace(found, images=replace(images, sky=skies, error=errors))

@@ -20,9 +20,8 @@ from scipy.spatial import cKDTree
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.warm_up import warm_up
-from kerrcaustics.curves.critical_curves import CriticalCurves, critical_curves
+from kerrcaustics.curves.critical_curves import CriticalCurves, check_index, critical_curves, with_ring_at_infinity
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.curves.ring_at_infinity import check_index, with_ring_at_infinity
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
 from kerrcaustics.images.fold import fold_derivatives, fold_guesses
 from kerrcaustics.lens_map.domains import domain_of

@@ -18,7 +18,6 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
-from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.lens_map.sky_lines import line_reach, periodic
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import tangent_basis
@@ -158,12 +157,6 @@ class Circles:
 
 
 @lru_cache(maxsize=8)
-def _circles(camera: Viewer, crossing: int, lines: int, engine: str, tolerance: float) -> Circles:
-    return Circles(camera, crossing, lines, engine, tolerance)
-
-
-def circles_of(
-    camera: Viewer, crossing: int, *, many: bool = False, engine: str = "auto", tolerance: float = TOLERANCE
-) -> Circles:
-    """The circles of a camera, kept for the next source: they depend on its place alone. many: on many lines."""
-    return _circles(search_camera(camera), crossing, _MANY_LINES if many else _LINES, engine, tolerance)
+def circles_of(camera: Viewer, crossing: int, many: bool, engine: str, tolerance: float) -> Circles:
+    """The circles of a search camera, kept for the next source. many: on many lines."""
+    return Circles(camera, crossing, _MANY_LINES if many else _LINES, engine, tolerance)

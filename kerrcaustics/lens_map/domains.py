@@ -21,7 +21,7 @@ from scipy.optimize import elementwise
 from kerrcaustics.beams.ends import CelestialSphere, End, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.circles_in_plane import Circles, circles_of
-from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
@@ -166,7 +166,7 @@ class Ring:
     def circles(self, *, many: bool = False, engine: str = "auto", tolerance: float = TOLERANCE) -> Circles:
         """The circles at the crossing, kept for the next source. many: on many lines."""
         self.check()
-        return circles_of(self.camera, self.surface.crossing, many=many, engine=engine, tolerance=tolerance)
+        return circles_of(search_camera(self.camera), self.surface.crossing, many, engine, tolerance)
 
 
 Domain = OneLeaf | Ring

@@ -1,18 +1,74 @@
-"""The lens map: from a viewer's sky to a surface of sources, with all that is seen of what shines there."""
+"""The maps from a sky to a surface of sources: from the search sky, whoever looks, and from a viewer's own.
 
-from dataclasses import dataclass
+`SearchMap` is all that critical curves and sheets depend on; `LensMap` has all that is seen of what shines there.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import End
-from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.lens_map.search_map import on_leaves
-from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_sky
+from kerrcaustics.beams.beam import Beams, Rays
+from kerrcaustics.beams.ends import SKY, End
+from kerrcaustics.beams.trace import check_request, trace_beams, trace_in_steps, trace_rays
+from kerrcaustics.lens_map.domains import Domain, domain_of
+from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_camera, search_sky
+from kerrcaustics.spacetime.arrays import HostVectors
+from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
+Kind = TypeVar("Kind", bound=Rays)
+
+
+@dataclass(frozen=True)
+class SearchMap:
+    """The map of one camera at rest, or of the observer who searches for it: the key of all that is kept of a search.
+
+    surface: as a first arrival; of those that are kept the bare one. engine, tolerance: of the beams.
+    """
+
+    camera: Viewer
+    surface: End = SKY
+    engine: str = "auto"
+    tolerance: float = TOLERANCE
+
+    @classmethod
+    def of(cls, viewer: Viewer, surface: End, engine: str = "auto", tolerance: float = TOLERANCE) -> "SearchMap":
+        """The map that is searched for a viewer; ValueError unless engine and tolerance are valid."""
+        _, wanted = check_request(viewer, engine, tolerance)
+        return cls(search_camera(viewer), surface, engine, wanted)
+
+    @cached_property
+    def domain(self) -> Domain:
+        """The part of the sky whose rays reach the surface."""
+        return domain_of(self.surface, self.camera)
+
+    def beams(
+        self, line_of_sight: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], tolerance: float | None = None
+    ) -> Beams:
+        """Beams with their index, as steps of one job."""
+        sky, wanted = sky_from_fido(self.camera.frame(), -line_of_sight), tolerance or self.tolerance
+
+        def traced(sky: Array, end: End) -> Beams:
+            return trace_in_steps(self.camera, sky, self.engine, wanted, end)
+
+        return on_leaves(self.surface.bare(), sky, second_arrival, traced)
+
+    def directions(
+        self, line_of_sight: HostVectors, second_arrival: Bool[Array, "*batch"], tolerance: float | None = None
+    ) -> HostVectors:
+        """Unit vectors n' (..., 3)."""
+        sky, wanted = sky_from_fido(self.camera.frame(), -line_of_sight).reshape(-1, 3), tolerance or self.tolerance
+
+        def traced(sky: Array, end: End) -> Rays:
+            return trace_rays(self.camera, sky, self.engine, wanted, end=end)
+
+        rays = on_leaves(self.surface.bare(), sky, second_arrival.ravel(), traced)
+        return rays.direction.reshape(line_of_sight.shape)
 
 
 @dataclass(frozen=True)
@@ -69,3 +125,29 @@ class LensMap:
     def errors(self, sky: Float[Array, "n 3"], error: Float[Array, " n"]) -> Float[Array, " n"]:
         """Errors of directions on the search sky, radians, as the viewer has them."""
         return self.sky.errors(sky, error)
+
+
+def on_leaves(
+    surface: End,
+    sky: Float[Array, "n 3"],
+    second_arrival: Bool[Array, " n"] | None,
+    traced: Callable[[Array, End], Kind],
+) -> Kind:
+    """Rays, or beams, of first and second arrivals, as `traced` returns them for directions N and a surface."""
+    if second_arrival is None or not second_arrival.any():
+        return traced(sky, surface)
+    second = traced(sky[second_arrival], surface.at_second_arrival())
+    return second if second_arrival.all() else _merged(traced(sky[~second_arrival], surface), second, second_arrival)
+
+
+def _merged(first: Kind, second: Kind, second_arrival: Bool[Array, " n"]) -> Kind:
+    """Rays of both arrivals in one order."""
+
+    def joined(one: object, other: object) -> object:
+        if not isinstance(one, np.ndarray) or not isinstance(other, np.ndarray):
+            return one
+        both = np.empty((len(second_arrival), *one.shape[1:]), one.dtype)
+        both[~second_arrival], both[second_arrival] = one, other
+        return both
+
+    return replace(first, **{f.name: joined(getattr(first, f.name), getattr(second, f.name)) for f in fields(first)})

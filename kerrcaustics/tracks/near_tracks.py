@@ -15,9 +15,8 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End, Sphere
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.images.reciprocal import directions, sheets_from
-from kerrcaustics.lens_map.lens_map import LensMap, SeenLight
+from kerrcaustics.lens_map.lens_map import LensMap, SeenLight, on_leaves
 from kerrcaustics.lens_map.newton import find_roots
-from kerrcaustics.lens_map.search_map import on_leaves
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, photon_of, sky_from_line_of_sight

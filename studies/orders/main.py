@@ -21,7 +21,7 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic_search import HIGHEST_ORDER
 from kerrcaustics.curves.critical_points import Search
 from kerrcaustics.draw import style
-from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.spacetime import kerr

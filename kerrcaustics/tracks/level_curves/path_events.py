@@ -16,7 +16,7 @@ from scipy.optimize import elementwise
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.images.rings import on_rings, ring_remark
+from kerrcaustics.images.search import on_rings, ring_remark
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.tracks.level_curves.circle import Circle
 
