@@ -9,7 +9,7 @@ from command_line import run
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
-from kerrcaustics.draw.light_curve_films import SpotFrames
+from kerrcaustics.draw.light_curves import SpotFrames
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.frame import photon_of
 

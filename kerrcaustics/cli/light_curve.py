@@ -86,7 +86,7 @@ def light_curve(
 
             write_figure(light_curve_figure(light), figure)
     if film is not None:
-        from kerrcaustics.draw.light_curve_films import light_curve_film
+        from kerrcaustics.draw.light_curves import light_curve_film
 
         write_film(film, lambda: light_curve_film(light, motion), restart)
     common.write_result(record(light, camera=seen_from, points=points), seconds, None)

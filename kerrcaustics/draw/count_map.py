@@ -15,8 +15,7 @@ from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import whole_line
-from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped, wrapped
-from kerrcaustics.draw.source_axes import is_sphere
+from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped, is_sphere, wrapped
 from kerrcaustics.images.counts import CountMap
 
 Array = np.ndarray

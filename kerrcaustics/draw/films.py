@@ -1,7 +1,7 @@
 """Frames of films that are drawn as figures; `kerrcaustics.films` joins them.
 
 The pictures themselves: caustics in `caustic_films`, a star over an orbit in `orbit_films`, a spot in
-`light_curve_films`.
+`light_curves`.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from kerrcaustics.films.film import Film as Film, write_film as write_film
-from kerrcaustics.films.frame_store import write_frame as write_frame
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray

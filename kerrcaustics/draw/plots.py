@@ -127,12 +127,9 @@ def celestial_sphere(ax: Axes, caustic: Caustic) -> Axes:
     circuits = 360 if right - left < 9000 else 3600
     for turn in range(math.ceil(left / circuits), math.floor(right / circuits) + 1):
         ax.axvline(circuits * turn, color=style.GUIDE_COLOUR, linewidth=0.5, zorder=0.5)
-    ax.set_xlim(left, right)
-    ax.set_ylim(187, -7)
+    ax.set(xlim=(left, right), ylim=(187, -7), xlabel="φ′ (deg)", ylabel="θ′ (deg)")
     ax.xaxis.set_major_locator(MultipleLocator(style.tick_step(right - left, 8)))
     ax.yaxis.set_major_locator(MultipleLocator(45))
-    ax.set_xlabel("φ′ (deg)")
-    ax.set_ylabel("θ′ (deg)")
     return ax
 
 
@@ -153,8 +150,7 @@ def primary_zoom(ax: Axes, caustic: Caustic) -> Axes:
     if caustic.kind == "point":
         style.draw_cross(ax, curve[0] - centre, caustic.order)
         width = 1.0
-        ax.set_xlim(-0.5, 0.5)
-        ax.set_ylim(-0.5, 0.5)
+        ax.set(xlim=(-0.5, 0.5), ylim=(-0.5, 0.5))
     else:
         _draw_curve(ax, curve - centre, caustic)
         _letter_around(ax, _cusp_angles(caustic) - centre, curve - centre, caustic.order)

@@ -1,25 +1,132 @@
-"""The plots of results by the name of their class, and the small pictures of notebooks."""
+"""The plots of results by the name of their class, and the small pictures of notebooks.
 
+Plots on the sky are in `sky_results`; those of light, of derivatives and in space are here.
+"""
+
+import math
+import string
 from collections.abc import Callable, Sized
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from jaxtyping import Float
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
-from kerrcaustics.draw import derivative_results, light_results, sky_results, space_results, style
+from kerrcaustics.beams.paths import SpacePoints
+from kerrcaustics.curves.tubes import CausticTube
+from kerrcaustics.draw import sky_results, style
+from kerrcaustics.draw.light_curves import show_flux
+from kerrcaustics.draw.scenes import show_picture
+from kerrcaustics.draw.sky_axes import REACH, from_above
+from kerrcaustics.images.derivatives import CausticDerivatives, ImageDerivatives
+from kerrcaustics.scenes.colour import tone_mapped
+from kerrcaustics.scenes.disk.profile import LineProfile
+from kerrcaustics.scenes.render import Rendering, TracedView
+from kerrcaustics.scenes.render_volume import VolumeRendering
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.tracks.light_curves import LightCurve
+
+Array = np.ndarray
 
 _SMALL = (4.4, 2.9)
+_UNIT = "rad for 1, GM/c² or rad"
+# Without an exposure, the part of the pixels that are brighter than this; the curve leaves them room for their colours.
+_BRIGHT, _LEVEL = 0.003, 0.4
+
+
+def light_curve(ax: Axes, light: LightCurve) -> Axes:
+    """The flux and what each crossing adds, with creations (dashed) and annihilations (dotted)."""
+    show_flux(ax, light)
+    return ax
+
+
+def line_profile(ax: Axes, profile: LineProfile) -> Axes:
+    """Light in each bin, with its error."""
+    ax.stairs(profile.flux, profile.edges, color="black")
+    middle = (profile.edges[1:] + profile.edges[:-1]) / 2
+    finite = np.isfinite(profile.error)
+    ax.errorbar(middle[finite], profile.flux[finite], profile.error[finite], color="black", linestyle="none")
+    ax.set(xlabel="frequency, camera over emitter", ylabel="light (sr)")
+    return ax
+
+
+def rendering(
+    ax: Axes, rendering: Rendering | VolumeRendering, *, exposure: float | None = None, curve: str = "asinh"
+) -> Axes:
+    """The picture, in degrees from its middle; exposure and curve as for `tone_mapped`, by the light when left out."""
+    if exposure is None:
+        bright = float(np.nanquantile(rendering.light.max(axis=2), 1 - _BRIGHT))
+        exposure = _LEVEL / bright if 0 < bright < math.inf else 1.0
+    return show_picture(ax, rendering.view, tone_mapped(np.nan_to_num(rendering.light), exposure, curve))
+
+
+def traced_view(ax: Axes, traced: TracedView) -> Axes:
+    """The open sky, white, and the shadow, black; all white if no sky was traced."""
+    shape = traced.view.height, traced.view.width
+    part = np.ones(shape) if traced.visible_fraction is None else np.nan_to_num(traced.visible_fraction)
+    return show_picture(ax, traced.view, np.repeat((255 * np.clip(part, 0, 1)).astype(np.uint8)[..., None], 3, axis=2))
+
+
+def space_points(ax: Axes, points: SpacePoints) -> Axes:
+    """The paths as far as 20 M, and the hole."""
+    ax.add_patch(Circle((0, 0), math.hypot(kerr.horizon(points.spin), points.spin), color="black"))
+    size = points.radius.shape[-1] if points.radius.ndim else 1
+    radius = np.where(points.radius < REACH, points.radius, np.nan).reshape(-1, size)
+    theta, phi = (values.reshape(-1, size) for values in (points.theta, points.azimuth))
+    across = np.hypot(radius, points.spin) * np.sin(theta)
+    ax.plot((across * np.cos(phi)).T, (across * np.sin(phi)).T, linewidth=0.8)
+    return from_above(ax)
+
+
+def tube_rows(ax: Axes, tube: CausticTube) -> Axes:
+    """The rows of the tube as far as 20 M."""
+    return space_points(ax, tube.points)
+
+
+def image_derivatives(ax: Axes, derivatives: ImageDerivatives) -> Axes:
+    """Movement of each image on the camera sky with each parameter."""
+    speed = np.linalg.norm(derivatives.sky, axis=1)
+    _marks(ax, derivatives.parameters, speed, derivatives.error[:, 0] * speed.max(axis=1, initial=0))
+    ax.set_xticks(range(len(derivatives)))
+    ax.set(xlabel="image", ylabel=f"movement on the camera sky ({_UNIT})")
+    return ax
+
+
+def caustic_derivatives(ax: Axes, derivatives: CausticDerivatives) -> Axes:
+    """Change of the widths and the cusps of the caustic with each parameter."""
+    names, rows = ["width θ′", "width φ′"], [derivatives.theta_extent, derivatives.phi_extent]
+    for letter, (theta, phi) in zip(string.ascii_uppercase, derivatives.cusps, strict=False):
+        names += [f"{letter} θ′", f"{letter} φ′"]
+        rows += [theta, phi]
+    sizes = np.abs(rows)
+    _marks(ax, derivatives.parameters, sizes, derivatives.error * sizes.max(axis=1, initial=0))
+    ax.set_xticks(range(len(names)), names, rotation=90)
+    ax.set(ylabel=f"change ({_UNIT})", title=f"{style.order_name(derivatives.order)} caustic")
+    return ax
+
+
+def _marks(ax: Axes, names: tuple[str, ...], rows: Float[Array, "row name"], errors: Float[Array, " row"]) -> None:
+    """Each row at its number, its columns beside, on a logarithmic scale; what is within its error is left out."""
+    visible = np.where(rows > errors[:, None], rows, np.nan)
+    for j, name in enumerate(names):
+        beside = np.arange(len(rows)) + 0.1 * (j - (len(names) - 1) / 2)
+        look = {"color": style.PALETTE[j % len(style.PALETTE)], "marker": "o", "markersize": 3, "linestyle": "none"}
+        ax.errorbar(beside, visible[:, j], errors, label=name, **look)
+    ax.set_yscale("log")
+    ax.legend()
+
 
 _PLOTS: dict[str, Callable[..., Axes]] = {
     "Beams": sky_results.ray_ends,
     "Camera": sky_results.shadow,
     "Caustic": sky_results.one_caustic,
-    "CausticDerivatives": derivative_results.caustic_derivatives,
+    "CausticDerivatives": caustic_derivatives,
     "CausticSet": sky_results.caustic_set,
-    "CausticTube": space_results.tube_rows,
+    "CausticTube": tube_rows,
     "CircleCurve": sky_results.circle_curve,
     "CircleImages": sky_results.circle_curves,
     "CountMap": sky_results.count_map,
@@ -28,27 +135,27 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "FollowedStar": sky_results.followed_images,
     "Footprint": sky_results.footprint_places,
     "ImageCounts": sky_results.star_counts,
-    "ImageDerivatives": derivative_results.image_derivatives,
+    "ImageDerivatives": image_derivatives,
     "Isoradial": sky_results.isoradial,
-    "LightCurve": light_results.light_curve,
+    "LightCurve": light_curve,
     "LineCrossings": sky_results.line_crossings,
-    "LineProfile": light_results.line_profile,
+    "LineProfile": line_profile,
     "Observer": sky_results.shadow,
     "PairEvent": sky_results.one_event,
     "PairEvents": sky_results.event_places,
-    "RayPaths": space_results.space_points,
+    "RayPaths": space_points,
     "Rays": sky_results.ray_ends,
-    "Rendering": light_results.rendering,
-    "SpacePoints": space_results.space_points,
+    "Rendering": rendering,
+    "SpacePoints": space_points,
     "SpotEvent": sky_results.spot_event,
     "StarCatalogue": sky_results.catalogue,
     "StarField": sky_results.star_field,
     "StarImages": sky_results.image_places,
     "StarTracks": sky_results.all_tracks,
-    "TracedView": light_results.traced_view,
+    "TracedView": traced_view,
     "Track": sky_results.one_track,
     "View": sky_results.view_border,
-    "VolumeRendering": light_results.rendering,
+    "VolumeRendering": rendering,
 }
 
 

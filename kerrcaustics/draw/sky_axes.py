@@ -1,19 +1,28 @@
-"""Axes of the camera sky and of the celestial sphere in degrees; lines of critical curves and caustics on them."""
+"""Axes of the camera sky, in degrees, and of the surfaces on which sources lie; critical curves and caustics on them.
+
+Surfaces are a sphere, by phi' and theta', and the equatorial plane, from above.
+"""
 
 import math
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from matplotlib.ticker import MultipleLocator
 
+from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import OVERLAP, azimuthal_equidistant, smoothed, whole_line
 
 Array = np.ndarray
+
+REACH = 20.0
+"""Radius (GM/c^2) at which curves in pictures from above end."""
 
 # From the borders of the picture, degrees.
 _AWAY = 1e-9
@@ -23,17 +32,15 @@ def camera_sky_axes(ax: Axes, step: float) -> Axes:
     """Name the axes of an azimuthal equidistant picture of the camera sky; a tick every `step` degrees."""
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    ax.set_xlabel("to the right (deg, azimuthal equidistant)")
-    ax.set_ylabel("up, along the spin axis (deg)")
+    ax.set(xlabel="to the right (deg, azimuthal equidistant)", ylabel="up, along the spin axis (deg)")
     return ax
 
 
 def unrolled_axes(ax: Axes) -> Axes:
     """Name the axes of an unrolled picture of the camera sky, position angle against distance to the shadow edge."""
-    ax.set_xlim(-OVERLAP, 360 + OVERLAP)
-    ax.xaxis.set_major_locator(MultipleLocator(90))
+    ax.set(xlim=(-OVERLAP, 360 + OVERLAP), ylabel="distance to shadow edge (deg)")
     ax.set_xlabel("position angle (deg; 0 right, 90 up, 180 left)")
-    ax.set_ylabel("distance to shadow edge (deg)")
+    ax.xaxis.set_major_locator(MultipleLocator(90))
     return ax
 
 
@@ -90,3 +97,56 @@ def _crossings(start: Float[Array, "2"], end: Float[Array, "2"]) -> list[tuple[f
         side = 1 if end[1] > start[1] else -1
         places += [(theta, phi - side * _AWAY), (math.nan, math.nan), (theta, phi + side * _AWAY)]
     return places
+
+
+def draw_places(ax: Axes, surface: End, places: Float[Array, "n 2"], **settings: Any) -> Axes:
+    """Draw places on a surface as points on its axes."""
+    ax.plot(*on_axes(surface, places), **{"linestyle": "none", "color": "black", **settings})
+    return source_axes(ax, surface)
+
+
+def draw_totals(ax: Axes, surface: End, places: Float[Array, "n 2"], total: Int[Array, " n"]) -> Axes:
+    """Draw places on a surface, coloured by how many images each has."""
+    colours = ListedColormap(colormaps["viridis"](np.linspace(0.05, 0.95, 16)))
+    points = ax.scatter(*on_axes(surface, places), c=total, s=12, cmap=colours)
+    ax.figure.colorbar(points, ax=ax, label="images")
+    return source_axes(ax, surface)
+
+
+def source_axes(ax: Axes, surface: End) -> Axes:
+    """Name the axes of a picture of a surface."""
+    return celestial_sphere_axes(ax) if is_sphere(surface) else from_above(ax)
+
+
+def from_above(ax: Axes) -> Axes:
+    """Name the axes of a picture seen along the spin axis, y upward."""
+    ax.set(xlabel="x (GM/c²)", ylabel="y (GM/c²)", aspect="equal")
+    return ax
+
+
+def in_plane(places: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """x and y of radii and azimuths."""
+    return places[:, 0] * np.cos(places[:, 1]), places[:, 0] * np.sin(places[:, 1])
+
+
+def draw_from_above(ax: Axes, caustic: Caustic, **settings: Any) -> None:
+    """Draw a caustic in the plane as far as 20 M."""
+    near = np.where(caustic.place[:, :1] < REACH, caustic.place, np.nan)
+    ax.plot(*in_plane(whole_line(near, caustic.closed)), **style.order_line(caustic.order), **settings)
+
+
+def level_in_words(surface: End, level: float) -> str:
+    """The first coordinate of a place on a surface: "θ′ = 80 deg", "r = 6"."""
+    return f"θ′ = {math.degrees(level):.12g} deg" if is_sphere(surface) else f"r = {level:.12g}"
+
+
+def on_axes(surface: End, places: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """x and y of places on the axes of a surface; phi' in [-180, 180) degrees."""
+    if not is_sphere(surface):
+        return in_plane(places)
+    return np.degrees((places[:, 1] + math.pi) % (2 * math.pi) - math.pi), np.degrees(places[:, 0])
+
+
+def is_sphere(surface: End) -> bool:
+    """True if the coordinates of a surface are two angles."""
+    return surface.coordinates[0].unit == "rad"

@@ -14,11 +14,12 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import count_map_axes
 from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
 from kerrcaustics.draw.projection import about_hole, whole_line
-from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped
-from kerrcaustics.draw.source_axes import (
+from kerrcaustics.draw.sky_axes import (
+    celestial_sphere_axes,
     draw_from_above,
     draw_places,
     draw_totals,
+    draw_wrapped,
     from_above,
     is_sphere,
     on_axes,
@@ -241,9 +242,8 @@ def _on_sky(ax: Axes, sky: Float[Array, "n k"], **settings: Any) -> Axes:
 
 def _name_axes(ax: Axes, sky: Float[Array, "n k"]) -> None:
     distant = sky.shape[-1] == 2
-    ax.set_xlabel("α (GM/c²)" if distant else "to the right (deg)")
-    ax.set_ylabel("β (GM/c²)" if distant else "up (deg)")
-    ax.set_aspect("equal", adjustable="box")
+    right, up = ("α (GM/c²)", "β (GM/c²)") if distant else ("to the right (deg)", "up (deg)")
+    ax.set(xlabel=right, ylabel=up, aspect="equal")
 
 
 def _legend(ax: Axes) -> Axes:

@@ -27,8 +27,7 @@ from kerrcaustics.draw.projection import (
     unrolled_places,
     view_axes,
 )
-from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_axes
-from kerrcaustics.draw.source_axes import level_in_words
+from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, level_in_words, unrolled_axes
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.tracks.events import PairEvent
@@ -90,8 +89,7 @@ def tracks_on_sky(
         for event in _all_events(star):
             _mark(ax, azimuthal_equidistant(event.sky, axes), event)
     limit = min(max(90.0 if beyond else 0.0, 1.1 * max(extents)), 180.0)
-    ax.set(xlim=(-limit, limit), ylim=(-limit, limit))
-    ax.set_aspect("equal", adjustable="box")
+    ax.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
     for index, line in arrows:
         draw_motion(ax, line, style.order_colour(index + 1))
     return camera_sky_axes(ax, style.tick_step(2 * limit, 7))
@@ -194,10 +192,8 @@ def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
             brightest = max(brightest, _ABOVE_USUAL * float(np.nanmedian(strand)))
     _event_verticals(ax, events)
     _log_axis(ax, faintest / 2, brightest, ticks=7)
-    ax.set_xlim(start, end)
+    ax.set(xlim=(start, end), xlabel="coordinate time (M)", ylabel="magnification")
     ax.xaxis.set_major_locator(MaxNLocator(6))
-    ax.set_xlabel("coordinate time (M)")
-    ax.set_ylabel("magnification")
     return ax
 
 
@@ -215,8 +211,7 @@ def brightness_by_azimuth(ax: Axes, tracks: StarTracks) -> Axes:
                 ax.plot(phi - 360 * np.floor(phi.min() / 360) + turn, magnification, **_index_line(index))
     _event_verticals(ax, [(math.degrees(event.azimuth), event) for event in _all_events(tracks)])
     unit = " (1/M²)" if tracks.surface.coordinates[0].unit != "rad" else ""
-    ax.set_yscale("log")
-    ax.set(xlim=(0, 360), xlabel="azimuth of the source (deg)", ylabel=f"magnification{unit}")
+    ax.set(yscale="log", xlim=(0, 360), xlabel="azimuth of the source (deg)", ylabel=f"magnification{unit}")
     ax.set_ylim(top=_ABOVE_PIECE * max(usual))
     ax.xaxis.set_major_locator(MultipleLocator(90))
     return ax
@@ -247,8 +242,7 @@ def _draw_strands(ax: Axes, tracks: StarTracks, first: float, last: float) -> It
 
 def _log_axis(ax: Axes, low: float, high: float, ticks: int) -> None:
     """A logarithmic vertical axis with few ticks."""
-    ax.set_yscale("log")
-    ax.set_ylim(low, high)
+    ax.set(yscale="log", ylim=(low, high))
     ax.yaxis.set_major_locator(LogLocator(numticks=ticks))
     ax.yaxis.set_minor_locator(NullLocator())
 
