@@ -28,7 +28,7 @@ BEAMS = (
 CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
 FILMS = ("frame_store", "video")
 STARS = ("fold", "level_curves", "newton", "search", "sheets")
-EXPLORER = ("answers", "backdrop", "orbit", "page_data")
+EXPLORER = ("answers", "page_data")
 SCENE_FILES = ("camera_motion", "expressions", "geodesics", "orientation")
 ROOMS = {
     "films": FILMS,

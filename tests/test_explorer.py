@@ -16,7 +16,7 @@ import time
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
+from urllib.parse import parse_qsl, unquote, urlsplit
 
 import numpy as np
 import pytest
@@ -50,7 +50,8 @@ def asked(want="star", **changes):
 
 @pytest.mark.parametrize("state", PRESETS.values(), ids=PRESETS)
 def test_addresses_bring_states_back(state):
-    assert ExplorerState.from_address("#" + state.address()) == state
+    texts = dict(parse_qsl(state.address(), strict_parsing=True))
+    assert ExplorerState.of({name: type(value)(texts[name]) for name, value in state.record().items()}) == state
 
 
 @pytest.mark.parametrize(
@@ -285,7 +286,7 @@ def test_connections_without_the_token_last_for_a_while(monkeypatch):
     needs_server()
     from kerrcaustics.explorer.server import listening, server
 
-    monkeypatch.setattr("kerrcaustics.explorer.connections.PATIENCE", 0.3)
+    monkeypatch.setattr("kerrcaustics.explorer.server.PATIENCE", 0.3)
     opened_at = listening("127.0.0.1", 0)
     port = opened_at.getsockname()[1]
     running = server("127.0.0.1", port, "token")

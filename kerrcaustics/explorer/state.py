@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Self
-from urllib.parse import parse_qsl, urlencode
+from urllib.parse import urlencode
 
 from kerrcaustics.spacetime.camera import VELOCITY_NAMES, Camera
 from kerrcaustics.spacetime.checks import real_number, whole_number
@@ -19,7 +19,6 @@ PAGE = Path(__file__).parent / "page"
 BACKDROPS = ("none", "stars", "checkerboard")
 CHARTS = ("map", "unwrapped", "globe")
 
-_NUMBERS = ("spin", "radius", "inclination", "theta", "phi")
 _CHOICES = {"velocity": VELOCITY_NAMES, "backdrop": BACKDROPS, "chart": CHARTS}
 
 
@@ -52,11 +51,6 @@ class ExplorerState:
         state = cls(**{name: _plain(name, value) for name, value in values.items()})
         state.check()
         return state
-
-    @classmethod
-    def from_address(cls, address: str) -> Self:
-        """The state in the fragment of an address, as `address` writes it."""
-        return cls.of({name: _from_text(name, text) for name, text in parse_qsl(address.lstrip("#"))})
 
     def check(self) -> None:
         """Raise ValueError unless the state is valid and quick to compute."""
@@ -146,14 +140,6 @@ def _plain(name: str, value: Any) -> Any:
 def _within(name: str, value: float, least: float, most: float) -> None:
     if not least <= value <= most:
         raise ValueError(f"Argument `{name}` must lie in [{least:g}, {most:g}], but is {value:.12g}.")
-
-
-def _from_text(name: str, text: str) -> Any:
-    """A number where the field holds one, and the text is one."""
-    try:
-        return int(text) if name == "orders" else float(text) if name in _NUMBERS else text
-    except ValueError:
-        return text
 
 
 def _text(value: Any) -> str:

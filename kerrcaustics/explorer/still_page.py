@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from kerrcaustics.explorer.orbit import orbit_of
+from kerrcaustics.explorer.answers import orbit_of
 from kerrcaustics.explorer.page_data import Message, view_of
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 from kerrcaustics.files import writing
