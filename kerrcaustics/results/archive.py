@@ -14,8 +14,8 @@ Array = np.ndarray
 
 # Numbers, truths and texts.
 _KINDS = "biufcSU"
-# Bytes that NumPy writes before the numbers of an array, at most; bytes unpacked at a time.
-_LARGEST_PREAMBLE, _PIECE = 1024, 1 << 20
+# Bytes that NumPy writes before the numbers of an array, at most.
+_LARGEST_PREAMBLE = 1024
 LARGEST_HEAD = 1 << 26
 """Bytes of a header, four for each of its characters."""
 
@@ -26,10 +26,10 @@ def read_head(archive: ZipFile) -> str:
     if info.file_size > LARGEST_HEAD + _LARGEST_PREAMBLE:
         raise ValueError("the header is too long")
     with archive.open(info) as file:
-        shape, order, dtype = _preamble(file)
+        shape, dtype = _preamble(file)
         if shape != () or dtype.kind != "U":
             raise ValueError("the header is no text")
-        return str(_numbers(file, shape, order, dtype))
+        return str(_numbers(file))
 
 
 def stand_in(shape: Any, dtype: Any) -> Array:
@@ -44,12 +44,12 @@ def read_array(archive: ZipFile, name: str, template: Array) -> Array:
     """Return an array; raise ValueError unless its shape and type are those of `template`, before it is unpacked."""
     info = archive.getinfo(f"{name}.npy")
     with archive.open(info) as file:
-        shape, order, dtype = _preamble(file)
+        shape, dtype = _preamble(file)
         if (shape, dtype) != (template.shape, template.dtype):
             raise ValueError("an array is not what the header says")
         if info.file_size != file.tell() + _bytes(shape, dtype):
             raise ValueError("an array has another length than it says")
-        return _numbers(file, shape, order, dtype)
+        return _numbers(file)
 
 
 def check_room(arrays: list[Array]) -> None:
@@ -63,27 +63,22 @@ def _bytes(shape: tuple[int, ...], dtype: np.dtype[Any]) -> int:
     return math.prod(shape) * dtype.itemsize
 
 
-def _preamble(file: IO[bytes]) -> tuple[tuple[int, ...], str, np.dtype[Any]]:
-    """Shape, order and type of an array."""
+def _preamble(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type of an array."""
     version = np.lib.format.read_magic(file)
     if version != (1, 0):
         raise ValueError("an array is of another format")
-    shape, fortran, dtype = np.lib.format.read_array_header_1_0(file, max_header_size=_LARGEST_PREAMBLE)
+    shape, _, dtype = np.lib.format.read_array_header_1_0(file, max_header_size=_LARGEST_PREAMBLE)
     if dtype.kind not in _KINDS:
         raise ValueError("an array holds no numbers")
-    return shape, "F" if fortran else "C", dtype
+    return shape, dtype
 
 
-def _numbers(file: IO[bytes], shape: tuple[int, ...], order: Any, dtype: np.dtype[Any]) -> Array:
-    """The numbers behind the preamble, and no byte more."""
-    content, position = np.empty(_bytes(shape, dtype), np.uint8), 0
-    while position < len(content):
-        part = file.read(min(_PIECE, len(content) - position))
-        if not part:
-            raise ValueError("an array is cut off")
-        content[position : position + len(part)] = np.frombuffer(part, np.uint8)
-        position += len(part)
+def _numbers(file: IO[bytes]) -> Array:
+    """The array, whose preamble has been read, and no byte more."""
+    file.seek(0)
+    array = np.lib.format.read_array(file, allow_pickle=False, max_header_size=_LARGEST_PREAMBLE)
     # The checksum is compared at the end.
     if file.read(1):
         raise ValueError("an array is longer than it says")
-    return content.view(dtype).reshape(shape, order=order)
+    return array

@@ -1,20 +1,14 @@
 """Units that depend on the viewer and on the surface of the sources.
 
-A quantity whose unit is the name of a role has the unit that follows from the `camera` and the `surface` of its result.
+A quantity whose unit is the name of a role has the unit that follows from the `camera` and the `surface` of its result:
+"sky", lengths on the sky of the viewer; "place", both coordinates of a surface; "level", the first of them;
+"magnification", solid angle on the sky by area of the surface.
 """
 
 from dataclasses import replace
 from typing import Any
 
 from kerrcaustics.results.declared import Quantity
-
-ROLES = {
-    "sky": "lengths on the sky of the viewer",
-    "place": "both coordinates of a surface",
-    "level": "the first of them",
-    "magnification": "solid angle on the sky by area of the surface",
-}
-"""The units that are roles."""
 
 
 def as_in(result: Any, about: Quantity) -> Quantity:
