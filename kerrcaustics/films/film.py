@@ -12,16 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from kerrcaustics.files import remove_abandoned
-from kerrcaustics.films.frame_store import (
-    Draw,
-    FrameStore,
-    discard,
-    draw_frame,
-    draw_frame_again,
-    film_record,
-    open_frames,
-    store_lock,
-)
+from kerrcaustics.films import frame_store
+from kerrcaustics.films.frame_store import Draw, FrameStore
 from kerrcaustics.films.video import check_film_path, write_pictures
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.results.stages import stage, with_stages
@@ -169,12 +161,12 @@ def make_film(
         raise ValueError(f"Argument `frames` must lie within 0:{film.frames}, which are all, but is {clip}.")
     check_answer(scheduler)
     folder = frames_folder(path)
-    with store_lock(folder):
-        store = open_frames(folder, film_record(film.name, film.frames, film.settings), restart)
+    with frame_store.store_lock(folder):
+        store = frame_store.open_frames(folder, frame_store.film_record(film.name, film.frames, film.settings), restart)
         remove_abandoned(path.resolve().parent, path.resolve().name)
         missing = [number for number in numbers if not store.has(number)]
         store.make_room(missing)
-        draw = draw_frame if scheduler is None else draw_frame_again
+        draw = frame_store.draw_frame if scheduler is None else frame_store.draw_frame_again
         job = partial(draw, str(folder.absolute()), store.mark, film.draw)
         with stage("frames"):
             _draw(store, job, missing, len(numbers), place(workers, scheduler, _one_by_one), progress)
@@ -185,7 +177,7 @@ def make_film(
             with stage("encoding"):
                 write_pictures(path, map(store.read, numbers), film.rate)
             if len(numbers) == film.frames:
-                discard(folder)
+                frame_store.discard(folder)
     reused, drawn = len(numbers) - len(missing), len(missing) - len(failures)
     output = None if failures else path
     return FilmResult(output, folder, len(numbers), drawn, reused, failures, time.perf_counter() - began)

@@ -17,17 +17,8 @@ import zarr
 
 from kerrcaustics.files import locked, make_room
 from kerrcaustics.results.declared import Quantity
-from kerrcaustics.sweeps.descriptions import (
-    REASON,
-    blank_of,
-    block_size,
-    create,
-    mend,
-    no_store,
-    remove_unfinished_stores,
-    scene_in,
-    scene_of,
-)
+from kerrcaustics.sweeps import descriptions
+from kerrcaustics.sweeps.descriptions import REASON, blank_of, block_size
 from kerrcaustics.sweeps.quantities import dimensions, variables
 from kerrcaustics.sweeps.scene import AXES, Scene
 
@@ -67,8 +58,8 @@ class Store:
             self._group = zarr.open_group(str(path), mode="r+")
             attributes: dict[str, Any] = dict(self._group.attrs)
         except Exception:
-            raise no_store(path) from None
-        self.scene = scene_in(path, attributes)
+            raise descriptions.no_store(path) from None
+        self.scene = descriptions.scene_in(path, attributes)
         self._variables = variables(self.scene)
 
     def blocks(self) -> list[Block]:
@@ -160,12 +151,12 @@ def store_at(path: Path, scene: Scene) -> Iterator[Store]:
     if not path.exists():
         if not path.absolute().parent.is_dir():
             raise ValueError(f"Argument `path` must lie in a folder that exists, but {str(path.parent)!r} is none.")
-        create(path, scene)
+        descriptions.create(path, scene)
     elif not path.is_dir():
-        raise no_store(path)
+        raise descriptions.no_store(path)
     with locked(path, f"The store {path} is in use: another sweep is writing to it."):
-        remove_unfinished_stores(path)
-        mended = mend(path, scene_of(path, scene))
+        descriptions.remove_unfinished_stores(path)
+        mended = descriptions.mend(path, descriptions.scene_of(path, scene))
         store = Store(path, mended)
         store.clean()
         yield store
