@@ -69,8 +69,8 @@ def _guesses(derivatives: Float[Array, "points 6"], points: Points, star: Float[
     near = (np.einsum("nij,ij->ni", away, points.direction) > -1) & (np.abs(step) < _LONGEST)
     parts = []
     for which, edge_phase, around in (_roots(points, miss, near), _touching(points, miss, near)):
-        values = (points.depth[around], step[which[:, None], around])
-        parts.append((which, edge_phase, *(_interpolated(points, around, value, edge_phase) for value in values)))
+        known, values = _unrolled(points, around), (points.depth[around], step[which[:, None], around])
+        parts.append((which, edge_phase, *(_cubic(edge_phase, *known.T, *value.T) for value in values)))
     return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
 
@@ -106,16 +106,6 @@ def _unrolled(points: Points, around: Int[Array, "places 4"]) -> Float[Array, "p
     edge_phase = points.edge_phase[around]
     second = edge_phase[:, 1:2]
     return second + (edge_phase - second + np.pi) % (2 * np.pi) - np.pi
-
-
-def _interpolated(
-    points: Points,
-    around: Int[Array, "places 4"],
-    values: Float[Array, "places 4"],
-    edge_phase: Float[Array, " places"],
-) -> Float[Array, " places"]:
-    """The cubic through four neighbouring points, at an edge phase."""
-    return _cubic(edge_phase, *_unrolled(points, around).T, *values.T)
 
 
 def _cubic(at: Float[Array, " places"], *known: Float[Array, " places"]) -> Float[Array, " places"]:

@@ -8,6 +8,7 @@ and counted.
 
 import math
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -74,9 +75,7 @@ def _seen_from(
             guesses = _turned(camera, stars, sky[these], sign, here) if camera.on_axis else sky[these]
             images = _refined(camera, stars, found.images.index[these], guesses, here)
             parts.append(images.of(found.images.star[these]))
-    merged = parts[0]
-    for part in parts[1:]:
-        merged = merged.merged(part)
+    merged = reduce(SkyImages.merged, parts)
     counts = merged.counts(found.expected.shape)
     return ImageSearch(merged, counts, found.expected, found.on_caustic, found.ring, sheets.coarse)
 

@@ -206,7 +206,9 @@ def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
 
 def ring_remark(camera: Viewer, surface: End, curve: CriticalCurve, where: str = "lies on") -> str:
     """A remark about the ring that is the image of a star on the caustic of a curve, as a camera sees it."""
-    order, (radius, error) = curve.order, _angular_radius(camera, curve)
+    order = curve.order
+    places = shown_line_of_sight(camera, np.concatenate([curve.points.line_of_sight, [[-1.0, 0.0, 0.0]]]))
+    radius, error = search_sky(camera).circle_radius(places[:-1], places[-1])
     if order == 1 and domain_of(surface, camera).unbounded:
         size = "at infinite (alpha, beta)"
     else:
@@ -215,12 +217,6 @@ def ring_remark(camera: Viewer, surface: End, curve: CriticalCurve, where: str =
         f"the star {where} the caustic of order {order}, which is a point: its images of index {order - 1} and {order} "
         f"are one ring {size}"
     )
-
-
-def _angular_radius(camera: Viewer, curve: CriticalCurve) -> tuple[float, float]:
-    """Radius of a critical curve that is a circle, and its error: radians, of an Observer in M."""
-    places = shown_line_of_sight(camera, np.concatenate([curve.points.line_of_sight, [[-1.0, 0.0, 0.0]]]))
-    return search_sky(camera).circle_radius(places[:-1], places[-1])
 
 
 def sharpened(searched: SearchSky, found: ImageSearch, star: Float[Array, "stars 3"], end: End) -> ImageSearch:

@@ -40,7 +40,10 @@ class SearchSky:
     @property
     def plain_camera(self) -> Camera | None:
         """A camera at rest at the same place, if the search sky is magnified and the place is known."""
-        return None
+        viewer = self.viewer
+        if self.shares_engines or viewer.radius == np.inf:
+            return None
+        return Camera(viewer.spin, viewer.radius, viewer.inclination, "fiducial")
 
     def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n axes"]:
         """Directions on the search sky, as places on the viewer's."""
@@ -115,12 +118,6 @@ class FarCameraSky(CameraSky):
 
     shares_engines: ClassVar[bool] = False
 
-    @property
-    def plain_camera(self) -> Camera:
-        """The camera at rest."""
-        viewer = self.viewer
-        return Camera(viewer.spin, viewer.radius, viewer.inclination, "fiducial")
-
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Radians at a camera at rest."""
         return radians_of(self.viewer.radius, sky, _screen_lengths(sky))
@@ -128,13 +125,6 @@ class FarCameraSky(CameraSky):
 
 class ScreenSky(SearchSky):
     """The screen of an observer, who searches."""
-
-    @property
-    def plain_camera(self) -> Camera | None:
-        """A camera there, unless the observer is at infinity."""
-        viewer = self.viewer
-        far = viewer.radius == np.inf
-        return None if far else Camera(viewer.spin, viewer.radius, viewer.inclination, "fiducial")
 
     def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (alpha, beta)."""
