@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.polynomial import chebyshev
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import maximum_filter, minimum_filter
 from scipy.optimize import elementwise
 from skimage.measure import find_contours
 
@@ -140,17 +141,11 @@ def _indices(
 
 def _uneven(index: Int[Array, "places lines"], ratio: Float[Array, "places lines"]) -> Bool[Array, "places lines"]:
     """True for places at which, or next to which, the index changes or the beam is thinnest."""
-
-    def around(values: Array) -> Array:
-        """The values at a place and its neighbours; of the first and the last circle, on one side only."""
-        rows = np.pad(values, ((1, 1), (0, 0)), mode="edge")
-        rows = np.stack([rows[:-2], rows[1:-1], rows[2:]])
-        return np.concatenate([np.roll(rows, shift, axis=2) for shift in (-1, 0, 1)])
-
-    near = around(index)
-    uneven = near.min(axis=0) != near.max(axis=0)
-    uneven |= (ratio < _THIN) & (ratio == around(ratio).min(axis=0))
-    return np.asarray(around(uneven).any(axis=0))
+    # Of the first and the last circle, neighbours on one side only; lines go round.
+    around = {"size": 3, "mode": ("nearest", "wrap")}
+    uneven = minimum_filter(index, **around) != maximum_filter(index, **around)
+    uneven |= (ratio < _THIN) & (ratio == minimum_filter(ratio, **around))
+    return maximum_filter(uneven, **around)
 
 
 def _curves(camera: Viewer, surface: End, grid: _Grid, order: int) -> list[Caustic]:
