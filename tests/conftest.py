@@ -25,9 +25,11 @@ BEAMS = (
     "ray_end",
     "warm_up",
 )
-CURVES = ("critical_curves", "critical_points", "features", "sky_chart", "sky_lines", "winding")
+LENS_MAP = ("newton", "sky_chart", "sky_lines")
+CURVES = ("critical_curves", "critical_points", "features", "winding")
 FILMS = ("frame_store", "video")
-STARS = ("fold", "level_curves", "newton", "search", "sheets")
+IMAGES = ("fold", "search", "sheets")
+TRACKS = ("level_curves",)
 EXPLORER = ("answers", "page_data")
 SCENE_FILES = ("camera_motion", "expressions", "geodesics", "orientation")
 ROOMS = {
@@ -35,8 +37,10 @@ ROOMS = {
     "spacetime": SPACETIME,
     "astronomy": ASTRONOMY,
     "beams": BEAMS,
+    "lens_map": LENS_MAP,
     "curves": CURVES,
-    "stars": STARS,
+    "images": IMAGES,
+    "tracks": TRACKS,
     "scene_files": SCENE_FILES,
     "explorer": EXPLORER,
 }
