@@ -14,6 +14,12 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
+TRAVEL_TIME = (
+    "coordinate time from the source to the camera; r + 2 ln r is taken off at the end of a source at infinity, and at "
+    "that of an Observer"
+)
+"""The meaning of `time` in results."""
+
 
 @dataclass(frozen=True)
 class SeenLight:
