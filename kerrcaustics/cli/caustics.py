@@ -74,8 +74,6 @@ def caustics(
     if source.plane is not None and figure is not None:
         raise BadInput("Argument --figure must not come with --plane.")
     seen_from = camera.viewer()
-    if math.isinf(seen_from.radius) and figure is not None:
-        raise BadInput("Argument --figure must be left out for an observer at infinity.")
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic_search import caustics as find
         from kerrcaustics.results import storage

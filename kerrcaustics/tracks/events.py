@@ -9,7 +9,6 @@ from jaxtyping import Float
 
 from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.choices import event_kind
-from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.circle_arcs import Arcs, arcs_of
 from kerrcaustics.images.images import checked_index, checked_sheets
 from kerrcaustics.lens_map.domains import Domain, Ring, domain_of
@@ -199,15 +198,10 @@ def pair_events_of(
     camera: Viewer, surface: End, found: PathEvents, level: float | None = None, angular_velocity: float = 0.0
 ) -> list[PairEvent]:
     """Events of a path as results; level and angular velocity: of a star, and of its camera's orbit."""
-    light = _light(LensMap(camera, surface), found.points)
+    lens_map = LensMap(camera, surface)
+    sky = sky_from_line_of_sight(lens_map.sky.search_camera.frame(), found.points.line_of_sight)
+    light = lens_map.seen(sky, found.second_arrival)
     return [_event(surface, found, i, light, level, angular_velocity) for i in range(len(found.order))]
-
-
-def _light(lens_map: LensMap, points: Points) -> SeenLight:
-    """Light of points of critical curves, as the viewer has it."""
-    rest = lens_map.sky.search_camera
-    _, second_arrival = domain_of(lens_map.surface, rest).line_of_sight(points.edge_phase, points.depth)
-    return lens_map.seen(sky_from_line_of_sight(rest.frame(), points.line_of_sight), second_arrival)
 
 
 def _event(
