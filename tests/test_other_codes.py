@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.images.reciprocal import directions
+from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.spacetime.frame import photon_of
 
 DATA = Path(__file__).parent / "data"
@@ -172,3 +174,37 @@ def test_width_of_the_shadow_on_the_equator(spin):
     edge = kc.shadow_edge(kc.Observer(spin=float(spin), inclination=math.pi / 2), 400)
     # Six digits are given, of half the length.
     assert [edge[:, 0].min(), edge[:, 0].max()] == pytest.approx(sorted(b), abs=2e-5)
+
+
+@pytest.mark.slow
+def test_landings_seen_from_far_away():
+    """From kerrz's observer at r = 1e6; from infinity they are others by less than 300 M / r."""
+    table = CODES["far_landings"]
+    inclination, far = math.radians(table["inclination_deg"]), table["observer_radius"]
+    for radius in (far, math.inf):
+        observer = kc.Observer(spin=table["spin"], inclination=inclination, radius=radius)
+        for alpha, beta, r, phi in table["rows"]:
+            place = place_of(observer, alpha, beta) if radius == far else [alpha, beta]
+            rays = kc.trace_rays(observer, place, end=kc.EquatorialPlane(1))
+            away = abs(rays.radius * np.exp(1j * rays.azimuth) - r * np.exp(1j * phi))
+            # Their tolerance; 73 M / r in the median.
+            assert away < (1e-9 if radius == far else 300 / far)
+
+
+@pytest.mark.slow
+def test_light_of_a_disk_of_page_and_thorne():
+    """Gyoto's bolometric intensities, up to one factor, its unit: redshift^4 times the flux where a ray lands."""
+    table = CODES["page_thorne_disk"]
+    spin = table["spin"]
+    observer = kc.Observer(
+        spin=spin, inclination=math.radians(table["inclination_deg"]), radius=float(table["observer_radius"])
+    )
+    b, q, theta_sign, radius, intensity = np.array(table["rows"]).T
+    up, down = (directions(observer, b, q, sign) for sign in (1.0, -1.0))
+    sky = observer.places(np.where((theta_sign > 0)[:, None], up, down))
+    beams = kc.trace_beams(observer, sky, end=kc.EquatorialPlane(1))
+    # Gyoto at its default tolerance is good to 7e-5 M.
+    np.testing.assert_allclose(beams.radius, radius, rtol=0, atol=2e-4)
+    ratio = intensity / (beams.redshift**4 * page_thorne_flux(spin, beams.radius))
+    away = np.abs(ratio / np.median(ratio) - 1)
+    assert np.median(away) < 1e-5 and away.max() < 1e-4
