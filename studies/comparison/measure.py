@@ -125,7 +125,8 @@ def say(name: str, seconds: float, count: int, difference: str) -> None:
 def measure_kerrz() -> None:
     """This package and kerrz at the same places."""
     line = (np.arange(SIDE) + 0.5) / SIDE * 2 * HALF_WIDTH - HALF_WIDTH
-    places = tuple(axis.ravel() for axis in np.meshgrid(line, line))
+    alpha, beta = np.meshgrid(line, line)
+    places = alpha.ravel(), beta.ravel()
     sky = screen.directions(screen.observer(SPIN, INCLINATION, RADIUS), *places)
     radius, azimuth, seconds = ours(sky)
     say("kerrcaustics", seconds, len(sky), "-")

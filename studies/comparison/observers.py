@@ -79,7 +79,8 @@ def away(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
 def compare_kerrz() -> None:
     """Observers at several radii, and the one at infinity."""
     line = (np.arange(SIDE) + 0.5) / SIDE * 2 * HALF_WIDTH - HALF_WIDTH
-    places = tuple(axis.ravel() for axis in np.meshgrid(line, line))
+    alpha, beta = np.meshgrid(line, line)
+    places = alpha.ravel(), beta.ravel()
     limit = landings(observer_at(SPIN, INCLINATION), places)
     for radius in RADII:
         try:
