@@ -20,7 +20,7 @@ from kerrcaustics.cli.options import (
 )
 from kerrcaustics.cli.outputs import check_ending, make_folder, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say
+from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all
 
 if TYPE_CHECKING:
     from kerrcaustics.curves.caustic import CausticSet
@@ -74,8 +74,6 @@ def caustics(
     if source.plane is not None and figure is not None:
         raise BadInput("Argument --figure must not come with --plane.")
     seen_from = camera.viewer()
-    if math.isinf(seen_from.radius) and figure is not None:
-        raise BadInput("Argument --figure must be left out for an observer at infinity.")
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic_search import caustics as find
         from kerrcaustics.results import storage
@@ -147,11 +145,7 @@ def _print_table(found: "CausticSet", out: Console) -> None:
             f"{math.degrees(curve.error):.0e}",
         )
     out.print(table)
-    for curve in found:
-        for remark in curve.remarks:
-            say(out, f"order {curve.order}: {remark}")
-    for order in found.lost:
-        say(out, f"order {order}: not found")
+    say_all(out, found.remarks)
     residual = max((curve.residual for curve in found), default=0.0)
     effort = f"{found.seconds:.2f} s, {found.beams} beams ({found.engine})"
     say(out, f"{effort}, delta_minus / delta_plus at most {residual:.0e}")
@@ -174,5 +168,6 @@ def _print_plane(found: "CausticSet", out: Console) -> None:
         ends = ", ".join(curve.ends) or "closed"
         table.add_row(str(curve.order), f"{curve.r_min:.6g}", f"{curve.r_max:.6g}", *phi, ends, f"{curve.error:.0e}")
     out.print(table)
+    say_all(out, found.remarks)
     if not len(found):
         say(out, "none")

@@ -242,19 +242,11 @@ def _print_counts(counts: "ImageCounts", out: Console) -> None:
     out.print(table)
     if len(stars) > _MOST_ROWS_PRINTED:
         say(out, f"... and {len(stars) - _MOST_ROWS_PRINTED} more stars: --json writes them all")
-    _print_note(counts, out)
-    say(out, f"{counts.certified.sum()} of {len(stars)} certified, {counts.on_caustic.sum()} on a caustic")
+    say_all(out, counts.remarks)
+    say(out, f"{counts.certified.sum()} of {len(stars)} certified")
     for i in (~(counts.certified | counts.on_caustic)).nonzero()[0][:_MOST_ROWS_PRINTED]:
         images, expected = counts.counts[i].tolist(), counts.expected[i].tolist()
         say(out, f"star {i + 1}: found {images}, the caustics require {expected}")
-
-
-def _print_note(counts: "ImageCounts | CountMap", out: Console) -> None:
-    if math.isinf(counts.camera.radius) and not counts.surface.finite:
-        say(
-            out,
-            "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not counted",
-        )
 
 
 def _print_map(counts: "CountMap", out: Console) -> None:
@@ -267,7 +259,7 @@ def _print_map(counts: "CountMap", out: Console) -> None:
         mean = [f"{(layer * counts.solid_angle[:, None]).sum() / (4 * math.pi):.4f}"] if over_sphere else []
         table.add_row(name, str(layer.min()), str(layer.max()), *mean)
     out.print(table)
-    _print_note(counts, out)
+    say_all(out, counts.remarks)
     if counts.certified.any():
         say(out, f"{counts.certified.mean():.2%} of {counts.certified.size} places certified")
 

@@ -80,36 +80,43 @@ class CameraOptions:
         Spin a of the hole, 0 <= a < 1.
     radius
         Boyer-Lindquist radius of the camera, in units of the mass; for `caustics`, `images`,
-        `counts` and `tracks` also inf.
+        `counts` and `tracks` also inf, which is an observer there.
     inclination
         Angle of the camera from the spin axis, degrees: 90 is the equator.
     velocity
         Motion of the camera: on a circular geodesic orbit, with the fiducial observer, or static. By default
         circular where there is such an orbit, else fiducial.
+    observer
+        For these four: instead of a camera an observer at rest, who measures places on the sky by impact parameters
+        (alpha, beta), in units of the mass.
     """
 
     spin: float
     radius: float
     inclination: PolarAngle = 90.0
     velocity: VelocityName | None = None
+    observer: Flag = False
 
     def camera(self) -> "Camera":
         """The camera that the options describe."""
+        if self.observer:
+            raise BadInput("Argument --observer must be left out: this command takes a camera.")
         with plain_errors():
             from kerrcaustics.spacetime.camera import Camera
 
             return Camera(self.spin, self.radius, math.radians(self.inclination), self.velocity)
 
     def viewer(self) -> "Viewer":
-        """The same, or an observer at infinity."""
-        if self.radius != math.inf:
+        """The same, or the observer."""
+        if not (self.observer or self.radius == math.inf):
             return self.camera()
         if self.velocity not in (None, "fiducial"):
-            raise BadInput(f"Argument --velocity must be fiducial at infinity, but is {self.velocity}.")
+            where = "with --observer" if self.observer else "at infinity"
+            raise BadInput(f"Argument --velocity must be fiducial {where}, but is {self.velocity}.")
         with plain_errors():
             from kerrcaustics.spacetime.observer import Observer
 
-            return Observer(spin=self.spin, inclination=math.radians(self.inclination))
+            return Observer(spin=self.spin, radius=self.radius, inclination=math.radians(self.inclination))
 
 
 @cyclopts.Parameter(name="*")

@@ -56,7 +56,8 @@ def say_all(out: Console, lines: Iterable[str]) -> None:
 def place_of(camera: "Viewer") -> str:
     """The camera, in words for a headline."""
     inclination = f"{math.degrees(camera.inclination):z.12g} deg"
-    return f"a = {camera.spin:z.12g}, r = {camera.radius:.12g}, inclination {inclination}, {camera.velocity} camera"
+    viewer = f"{camera.velocity} {'camera' if camera.sky_unit == 'rad' else 'observer'}"
+    return f"a = {camera.spin:z.12g}, r = {camera.radius:.12g}, inclination {inclination}, {viewer}"
 
 
 def place_heads(surface: "End") -> tuple[str, ...]:

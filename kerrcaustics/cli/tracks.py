@@ -50,7 +50,7 @@ def tracks(
 ) -> None:
     """Follow all images of a star over one orbit of the camera, with the creation and annihilation of pairs.
 
-    The camera must orbit the spin axis, and not be static. For an observer at infinity the star goes round.
+    The camera must orbit the spin axis, and not be static. An observer does not orbit: there the star goes round.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def tracks(
     figure
         Draw the tracks, the events and the brightness into this file: .png, .pdf or .svg.
     film
-        Write a film of the orbit into this file: .mp4 or .gif. It takes minutes; an interrupted film resumes when it is
-        started again.
+        Write a film of the orbit, or of the star's way round, into this file: .mp4 or .gif. It takes minutes; an
+        interrupted film resumes when it is started again.
     restart
         Throw away frames of an unfinished film that are there, and draw all anew.
     """
@@ -71,12 +71,9 @@ def tracks(
     check_ending(figure)
     check_film(film)
     argument, level = _level(star_theta, orbit, film, source)
-    end, seen_from = source.end(), camera.viewer() if source.plane is None else camera.camera()
+    end, seen_from = source.end(), camera.viewer()
     if source.plane is None:
         _check_orbit(seen_from)
-    for name, picture in (("--figure", figure), ("--film", film)):
-        if math.isinf(seen_from.radius) and picture is not None:
-            raise BadInput(f"Argument {name} must be left out for an observer at infinity.")
     began = time.perf_counter()
     with plain_errors({"level": argument}), progress() as report:
         from kerrcaustics.results.records import record

@@ -27,7 +27,7 @@ class Cusp:
 @result(
     "caustic/1",
     record="order theta_min theta_max theta_extent r_min r_max phi_min phi_max phi_extent circuits kind ends closed "
-    "lost error residual remarks cusps",
+    "lost error residual certified remarks cusps",
     points="sky place",
 )
 class Caustic:
@@ -79,6 +79,7 @@ class Caustic:
         default=(),
     )
     lost: int = quantity("", "1", "points of a curve of the plane that could not be found and are left out", default=0)
+    certified: bool = quantity("", "1", "True when the whole curve was found, with all its cusps", default=False)
 
     @property
     def celestial(self) -> np.ndarray:
@@ -104,7 +105,7 @@ class Caustic:
         return self.phi_extent / (2 * math.pi)
 
 
-@result("caustics/1", record="camera surface engine tolerance seconds beams versions missing curves")
+@result("caustics/1", record="camera surface engine tolerance seconds beams versions missing certified remarks curves")
 class CausticSet(Items[Caustic]):
     """The caustics of one camera, primary first: a sequence, with what produced it."""
 
@@ -128,6 +129,19 @@ class CausticSet(Items[Caustic]):
         """Orders that exist and are missing: not the primary one where camera and sources both lie at infinity."""
         first = int(domain_of(self.surface, self.camera).unbounded)
         return tuple(order for order in self.missing if order > first)
+
+    @property
+    @derived("", "1")
+    def certified(self) -> bool:
+        """True when no order is lost, and every curve is certified."""
+        return not self.lost and all(curve.certified for curve in self)
+
+    @property
+    @derived("", "")
+    def remarks(self) -> tuple[str, ...]:
+        """Remarks of the curves, and the orders that are lost."""
+        lines = [f"order {curve.order}: {remark}" for curve in self for remark in curve.remarks]
+        return (*lines, *(f"order {order}: not found" for order in self.lost))
 
     def __repr__(self) -> str:
         """Summary in one line: the camera and the curves."""

@@ -165,6 +165,7 @@ def _caustic(camera: Viewer, surface: Spherical, curve: CriticalCurve, features:
         surface=surface,
         r_min=surface.radius,
         r_max=surface.radius,
+        certified=not curve.remarks and kind != "unresolved",
     )
 
 

@@ -216,8 +216,9 @@ def _curve(camera: Viewer, surface: End, grid: _Grid, chain: Int[Array, "_ 2"], 
         phi_max=float(place[:, 1].max()),
         error=float(points.error.max()),
         lost=int((~good).sum()),
+        certified=bool(good.all()),
         residual=float(np.abs(points.ratio).max()),
-        remarks=(),
+        remarks=() if good.all() else (f"{(~good).sum()} points could not be found",),
     )
 
 

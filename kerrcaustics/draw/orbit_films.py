@@ -1,4 +1,7 @@
-"""Frames of one orbit: a star's images on the camera sky, and the star among the caustics on the celestial sphere."""
+"""Frames of one orbit: a star's images on the camera sky, and the star among the caustics on the celestial sphere.
+
+An Observer does not orbit: there the star goes round, and its azimuth stands for the time.
+"""
 
 import math
 from itertools import pairwise
@@ -19,7 +22,7 @@ from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_curve, 
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, critical_line, draw_wrapped
 from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
 from kerrcaustics.spacetime.shadow import shadow_edge
-from kerrcaustics.tracks.events import PairEvent
+from kerrcaustics.tracks.events import PairEvent, in_time, when
 from kerrcaustics.tracks.tracks import StarTracks
 
 Array = np.ndarray
@@ -41,7 +44,7 @@ class Orbit:
     Attributes
     ----------
     times : (frames,) array
-        Coordinate time of each frame.
+        Coordinate time of each frame; azimuth of the star, radians, if the camera does not orbit.
     events : dict
         The pair event of a frame, by frame number.
     figure : Figure
@@ -52,7 +55,7 @@ class Orbit:
         """Images at all moments; the caustics are of the same camera, orders to max_index + 1."""
         self.tracks, self.caustics = tracks, caustics
         self.times, self.events = _moments(tracks, frames)
-        images = tracks.images_at(self.times)
+        images = tracks.images_at(azimuth=self._azimuth(self.times))
         assert isinstance(images, tuple)
         self.images = images
         self._edge = shadow_edge(tracks.camera, _EDGE_POINTS)
@@ -89,9 +92,13 @@ class Orbit:
             for dots, picture in zip(self._dots[index], places, strict=True):
                 dots.set_offsets(picture)
                 dots.set_sizes(_area(bright))
-        self._star.set_data(*self._star_at(self.tracks.azimuth_at(self.times[number]))[:, None])
+        self._star.set_data(*self._star_at(self._azimuth(self.times[number]))[:, None])
         self._flash(number)
         self._caption.set_text(self.caption(number))
+
+    def _azimuth(self, times: Float[Array, "*frames"] | float) -> Float[Array, "*frames"]:
+        """Azimuths of the star at the times of frames, radians."""
+        return np.asarray(self.tracks.azimuth_at(times) if self.tracks.angular_velocity else times)
 
     def _star_at(self, azimuth: float | np.ndarray) -> Float[Array, "2"]:
         """The star on the picture of the celestial sphere."""
@@ -106,7 +113,8 @@ class Orbit:
             ((n - number, e) for n, e in self.events.items()), key=_closeness, default=(_SPEAK + 1, None)
         )
         if event is None or abs(ahead) > _SPEAK:
-            second = "Each runs along its own track while the camera goes round the hole."
+            goes = "camera" if self.tracks.angular_velocity else "star"
+            second = f"Each runs along its own track while the {goes} goes round the hole."
         else:
             second = self._sentence(event, ahead)
             first = first if ahead else ""
@@ -130,8 +138,8 @@ class Orbit:
             return f"The new images part: index {low} outside the critical curve, index {high} inside."
         return f"The pair is gone: the star has left the {name} caustic."
 
-    def _pictures(self, sky: Float[Array, "n 3"]) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
-        """Places (n, 2) of directions (n, 3) on the two pictures of the camera sky."""
+    def _pictures(self, sky: Float[Array, "n axes"]) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
+        """Places (n, 2) of directions (n, axes) on the two pictures of the camera sky."""
         return azimuthal_equidistant(sky, self._view), unrolled_places(sky, self._view, self._edge)
 
     def _panels(self) -> tuple[Axes, Axes, Axes]:
@@ -177,7 +185,7 @@ class Orbit:
         """Add a legend with a row for the curves, and one for the images that lie outside them."""
         dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black", "markeredgewidth": 0.7}
         curves, dots = [], []
-        for k in range(1, len(self.caustics) + 1):
+        for k in (caustic.order for caustic in self.caustics):
             name = f"{style.order_name(k)} caustic and critical curve"
             curves.append(Line2D([], [], label=name, **style.order_line(k)))
             name = f"image of index {k - 1}{'' if k % 2 else ', mirrored'}"
@@ -212,7 +220,7 @@ def orbit_film(tracks: StarTracks, caustics: CausticSet, frames: int = 600, rate
         How many, and how many a second.
     """
     star = {"theta": tracks.level, "max_index": tracks.max_index, "surface": tracks.surface.in_words()}
-    settings = {**camera_settings(tracks.camera), **star}
+    settings = {**camera_settings(tracks.camera), "sky_unit": tracks.camera.sky_unit, **star}
     return Film("orbit", settings, frames, rate, Orbit(tracks, caustics, frames).frame)
 
 
@@ -229,9 +237,9 @@ def _area(magnification: Float[Array, " n"]) -> Float[Array, " n"]:
 
 def _moments(tracks: StarTracks, frames: int) -> tuple[Float[Array, " frames"], dict[int, PairEvent]]:
     """Times of the frames of one orbit, slower at events, and the frames that show an event itself."""
-    period = tracks.period
-    events = sorted((*tracks.events, *tracks.ends), key=lambda event: event.moment)
-    at = np.array([event.moment for event in events])
+    period = tracks.period if tracks.angular_velocity else 2 * math.pi
+    events = in_time((*tracks.events, *tracks.ends))
+    at = np.array([when(event) for event in events])
     start = _longest_pause(at, period)
     time = start + np.linspace(0, period, 20_001)
     away = np.abs((time[:, None] - at + period / 2) % period - period / 2) / period
@@ -242,7 +250,7 @@ def _moments(tracks: StarTracks, frames: int) -> tuple[Float[Array, " frames"], 
     times = np.interp(np.arange(frames) / frames * run[-1], run, time)
     frames_of = {}
     for event in events:
-        moment = start + (event.moment - start) % period
+        moment = start + (when(event) - start) % period
         number = int(np.abs(times - moment).argmin())
         times[number], frames_of[number] = moment, event
     return times, frames_of

@@ -38,7 +38,7 @@ _HIGHEST_LETTERED = 3
 _ROOM = 0.2
 
 
-def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axes:
+def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n axes"]) -> Axes:
     """The camera sky as the camera sees it, looking at the hole: shadow and critical curves, in degrees.
 
     Parameters
@@ -49,13 +49,14 @@ def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axe
         Their critical curves, one line an order. Cusps up to order 3 are lettered in the curve's order; those
         of higher order, and of small curves, have no room here: their letters stand on `camera_sky_unrolled`.
     edge : (n, 3) array
-        Directions N of the shadow edge, as `shadow_edge` returns them.
+        Directions N of the shadow edge, as `shadow_edge` returns them; of an Observer (alpha, beta).
 
     Notes
     -----
-    The projection is azimuthal equidistant about the shadow's centre: angles from the centre are true. Up is
-    -e_theta, the projected spin axis, and right is forward x up: +e_phi for a camera that moves along e_phi.
-    Light with b > 0, which moves along +phi, comes from the left: there is the prograde, flat, edge.
+    The sky of an Observer is drawn as it is, alpha to the right and beta up, in M. Of a camera the projection is
+    azimuthal equidistant about the shadow's centre: angles from the centre are true. Up is -e_theta, the projected
+    spin axis, and right is forward x up: +e_phi for a camera that moves along e_phi. Light with b > 0, which moves
+    along +phi, comes from the left: there is the prograde, flat, edge.
     """
     axes = view_axes(caustics, edge)
     outline = azimuthal_equidistant(edge, axes)
@@ -70,10 +71,10 @@ def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axe
             offsets = _camera_sky_offsets(cusps, caustic.order, outer, span)
             style.draw_letters(ax, cusps, offsets, caustic.order, leader=True)
     _frame(ax, np.concatenate([outline, *curves]), 1.0, 1.0)
-    return camera_sky_axes(ax, style.tick_step(span, 7))
+    return camera_sky_axes(ax, style.tick_step(span, 7), caustics.camera.sky_unit)
 
 
-def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axes:
+def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: Float[Array, "n axes"]) -> Axes:
     """Distance of the critical curves to the shadow edge against position angle, in degrees.
 
     Parameters
@@ -104,7 +105,7 @@ def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"
             cusps = np.array([cusp.sky for cusp in caustic.cusps])
             _letter_unrolled(ax, unrolled_places(cusps, axes, edge), line, caustic.order)
     _distance_axis(ax, np.concatenate([[], *distances]))
-    return unrolled_axes(ax)
+    return unrolled_axes(ax, caustics.camera.sky_unit)
 
 
 def celestial_sphere(ax: Axes, caustic: Caustic) -> Axes:
@@ -160,7 +161,7 @@ def primary_zoom(ax: Axes, caustic: Caustic) -> Axes:
     return ax
 
 
-def overview(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Figure:
+def overview(caustics: CausticSet, edge: Float[Array, "n axes"]) -> Figure:
     """Figure of the caustics of one camera: its sky, plain and unrolled, and every caustic.
 
     Parameters

@@ -1,4 +1,7 @@
-"""From directions on the camera sky to the plane of a picture."""
+"""From directions on the camera sky to the plane of a picture: degrees; of an Observer (alpha, beta) in M.
+
+`axes` of a picture are those of the camera's view; the sky of an Observer is flat, and needs its middle alone.
+"""
 
 import math
 
@@ -27,8 +30,10 @@ _TO_THE_HOLE = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 _FEWEST_SMOOTHED, _MOST_SMOOTHED = 32, 1000
 
 
-def view_axes(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Float[Array, "3 3"]:
+def view_axes(caustics: CausticSet, edge: Float[Array, "n axes"]) -> Float[Array, "..."]:
     """Forward, right and up (3, 3), rows in camera-sky components: forward to the centre of the shadow.
+
+    Of an Observer the centre (2,).
 
     The centre is the direction of the vector area of the edge. Where that lies outside one of the curves (close to the
     horizon, where the shadow is nearly the whole sky) it is the direction of light that comes straight out of the hole,
@@ -37,12 +42,26 @@ def view_axes(caustics: CausticSet, edge: Float[Array, "n 3"]) -> Float[Array, "
     return axes_about(caustics.camera, edge, [caustic.sky for caustic in caustics])
 
 
-def axes_about(camera: Viewer, edge: Float[Array, "n 3"], curves: list[Array]) -> Float[Array, "3 3"]:
-    """The same about any curves (n, 3) on the camera sky that enclose the hole."""
+def axes_about(camera: Viewer, edge: Float[Array, "n axes"], curves: list[Array]) -> Float[Array, "..."]:
+    """The same about any curves (n, axes) on the camera sky that enclose the hole."""
+    if _is_flat(edge):
+        return _middle(edge)
     axes = shadow_axes(camera, edge)
     if all(_encloses_centre(curve, axes) for curve in (edge, *curves)):
         return axes
     return upright_axes(camera, straight_out(camera))
+
+
+def _is_flat(sky: Float[Array, "*batch axes"]) -> bool:
+    """True for places (alpha, beta)."""
+    return sky.shape[-1] == 2
+
+
+def _middle(curve: Float[Array, "n 2"]) -> Float[Array, "2"]:
+    """The centre of the area within a closed curve."""
+    following = np.roll(curve, -1, axis=0)
+    area = curve[:, 0] * following[:, 1] - curve[:, 1] * following[:, 0]
+    return (curve + following).T @ area / (3 * area.sum())
 
 
 def _encloses_centre(curve: Float[Array, "n 3"], axes: Float[Array, "3 3"]) -> bool:
@@ -56,18 +75,22 @@ def whole_line(points: Float[Array, "n k"], closed: bool) -> Float[Array, "m k"]
     return np.concatenate([points, points[:1]]) if closed else points
 
 
-def smoothed(directions: Float[Array, "n 3"]) -> Float[Array, "m 3"]:
-    """A closed curve (n, 3) with ten points for one: the projection stretches its steps where it runs far back."""
+def smoothed(directions: Float[Array, "n axes"]) -> Float[Array, "m axes"]:
+    """A closed curve (n, axes) with ten points for one: the projection stretches its steps where it runs far back."""
     closed = np.concatenate([directions, directions[:1]])
     if not _FEWEST_SMOOTHED <= len(directions) <= _MOST_SMOOTHED:
         return directions
     curve = CubicSpline(np.arange(len(closed)), closed, bc_type="periodic")
     dense = curve(np.linspace(0, len(directions), 10 * len(directions), endpoint=False))
-    return dense / np.linalg.norm(dense, axis=1, keepdims=True)
+    return dense if _is_flat(dense) else dense / np.linalg.norm(dense, axis=1, keepdims=True)
 
 
-def azimuthal_equidistant(directions: Float[Array, "*batch 3"], axes: Float[Array, "3 3"]) -> Float[Array, "*batch 2"]:
-    """Plane coordinates (..., 2), right and up in degrees, of directions (..., 3)."""
+def azimuthal_equidistant(
+    directions: Float[Array, "*batch axes"], axes: Float[Array, "..."]
+) -> Float[Array, "*batch 2"]:
+    """Plane coordinates (..., 2), right and up in degrees, of directions (..., 3); places (alpha, beta) as they are."""
+    if _is_flat(directions):
+        return directions
     along, right, up = np.moveaxis(directions @ axes.T, -1, 0)
     across = np.hypot(right, up)
     scale = np.degrees(np.arctan2(across, along)) / np.where(across > 0, across, 1.0)
@@ -76,20 +99,21 @@ def azimuthal_equidistant(directions: Float[Array, "*batch 3"], axes: Float[Arra
 
 def about_hole(sky: Float[Array, "*batch k"]) -> Float[Array, "*batch 2"]:
     """Degrees to the right and up from the hole of directions (..., 3); places (alpha, beta) as they are."""
-    return sky if sky.shape[-1] == 2 else azimuthal_equidistant(sky, _TO_THE_HOLE)
+    return azimuthal_equidistant(sky, _TO_THE_HOLE)
 
 
-def position_angle(directions: Float[Array, "*batch 3"], axes: Float[Array, "3 3"]) -> Float[Array, "*batch"]:
+def position_angle(directions: Float[Array, "*batch axes"], axes: Float[Array, "..."]) -> Float[Array, "*batch"]:
     """Angle (...,) in [0, 360) degrees about the forward axis, from right over up."""
-    right, up = np.moveaxis(directions @ axes[1:].T, -1, 0)
+    across = directions - axes if _is_flat(directions) else directions @ axes[1:].T
+    right, up = np.moveaxis(across, -1, 0)
     return np.asarray(np.degrees(np.arctan2(up, right)) % 360)
 
 
-def distance_to_edge(directions: Float[Array, "n 3"], edge: Float[Array, "m 3"]) -> Float[Array, " n"]:
-    """Angle (n,) in degrees from directions (n, 3) to the nearest point of the edge; NaN below round-off."""
+def distance_to_edge(directions: Float[Array, "n axes"], edge: Float[Array, "m axes"]) -> Float[Array, " n"]:
+    """Distance (n,), in degrees or M, from directions (n, axes) to the edge's nearest point; NaN below round-off."""
     closed = np.concatenate([edge, edge[:1]])
     # Arc length, rather than the number of the point: points displaced along the edge then do no harm.
-    arc = np.concatenate([[0.0], np.cumsum(angle_between(closed[1:], closed[:-1]))])
+    arc = np.concatenate([[0.0], np.cumsum(_apart(closed[1:], closed[:-1]))])
     curve = make_interp_spline(arc, closed, k=5, bc_type="periodic")
     velocity, acceleration = curve.derivative(1), curve.derivative(2)
     place = arc[KDTree(edge).query(directions)[1]]
@@ -99,21 +123,26 @@ def distance_to_edge(directions: Float[Array, "n 3"], edge: Float[Array, "m 3"])
         slope = (speed**2).sum(-1) + (gap * acceleration(place)).sum(-1)
         step = (gap * speed).sum(-1) / np.where(slope > 0.1, slope, 1.0)
         place = (place - np.clip(step, -longest, longest)) % arc[-1]
-    distance = np.degrees(angle_between(curve(place), directions))
+    distance = _apart(curve(place), directions) * (1 if _is_flat(edge) else 180 / math.pi)
     return np.where(distance > _ROUND_OFF, distance, np.nan)
 
 
+def _apart(one: Float[Array, "n axes"], other: Float[Array, "n axes"]) -> Float[Array, " n"]:
+    """Angles between directions, radians; distances of places (alpha, beta)."""
+    return np.linalg.norm(one - other, axis=-1) if _is_flat(one) else angle_between(one, other)
+
+
 def unrolled_places(
-    sky: Float[Array, "n 3"], axes: Float[Array, "3 3"], edge: Float[Array, "m 3"]
+    sky: Float[Array, "n axes"], axes: Float[Array, "..."], edge: Float[Array, "m axes"]
 ) -> Float[Array, "n 2"]:
-    """Position angle and distance to the shadow edge (n, 2) of directions (n, 3), in degrees."""
+    """Position angle and distance to the shadow edge (n, 2) of directions (n, axes), in degrees, or M."""
     return np.stack([position_angle(sky, axes), distance_to_edge(sky, edge)], axis=-1)
 
 
 def unrolled_curve(
-    sky: Float[Array, "n 3"], axes: Float[Array, "3 3"], edge: Float[Array, "m 3"], closed: bool
+    sky: Float[Array, "n axes"], axes: Float[Array, "..."], edge: Float[Array, "m axes"], closed: bool
 ) -> Float[Array, "k 2"]:
-    """Line of a curve of directions (n, 3) on the unrolled camera sky."""
+    """Line of a curve of directions (n, axes) on the unrolled camera sky."""
     angle, distance = unrolled_places(sky, axes, edge).T
     return unrolled(angle, distance, closed)
 

@@ -28,17 +28,22 @@ REACH = 20.0
 _AWAY = 1e-9
 
 
-def camera_sky_axes(ax: Axes, step: float) -> Axes:
-    """Name the axes of an azimuthal equidistant picture of the camera sky; a tick every `step` degrees."""
+def camera_sky_axes(ax: Axes, step: float, unit: str = "rad") -> Axes:
+    """Name the axes of a picture of the camera sky, of which `unit` is the `sky_unit`; a tick every `step`.
+
+    In degrees the picture is azimuthal equidistant.
+    """
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    ax.set(xlabel="to the right (deg, azimuthal equidistant)", ylabel="up, along the spin axis (deg)")
+    flat = unit != "rad"
+    ax.set_xlabel("α (M)" if flat else "to the right (deg, azimuthal equidistant)")
+    ax.set_ylabel("β (M), along the spin axis" if flat else "up, along the spin axis (deg)")
     return ax
 
 
-def unrolled_axes(ax: Axes) -> Axes:
+def unrolled_axes(ax: Axes, unit: str = "rad") -> Axes:
     """Name the axes of an unrolled picture of the camera sky, position angle against distance to the shadow edge."""
-    ax.set(xlim=(-OVERLAP, 360 + OVERLAP), ylabel="distance to shadow edge (deg)")
+    ax.set(xlim=(-OVERLAP, 360 + OVERLAP), ylabel=f"distance to shadow edge ({'deg' if unit == 'rad' else 'M'})")
     ax.set_xlabel("position angle (deg; 0 right, 90 up, 180 left)")
     ax.xaxis.set_major_locator(MultipleLocator(90))
     return ax
@@ -52,8 +57,8 @@ def celestial_sphere_axes(ax: Axes, name: str = "φ′ (deg)", step: float = 30)
     return ax
 
 
-def critical_line(caustic: Caustic, axes: Float[Array, "3 3"]) -> Float[Array, "n 2"]:
-    """Critical curve in degrees on the picture of `view_axes`, ready to be drawn: closed where it is."""
+def critical_line(caustic: Caustic, axes: Float[Array, "..."]) -> Float[Array, "n 2"]:
+    """Critical curve, in degrees or M, on the picture of `view_axes`, ready to be drawn: closed where it is."""
     return azimuthal_equidistant(whole_line(smoothed(caustic.sky), True) if caustic.closed else caustic.sky, axes)
 
 

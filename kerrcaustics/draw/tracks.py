@@ -47,7 +47,7 @@ _BRIGHTEST, _ABOVE_USUAL, _ABOVE_PIECE = 30.0, 10.0, 30.0
 
 
 def tracks_on_sky(
-    ax: Axes, tracks: StarTracks | Sequence[StarTracks], caustics: Sequence[Caustic], edge: Float[Array, "n 3"]
+    ax: Axes, tracks: StarTracks | Sequence[StarTracks], caustics: Sequence[Caustic], edge: Float[Array, "n axes"]
 ) -> Axes:
     """Tracks on the camera sky, as the camera sees it looking at the hole: one colour an index, in degrees.
 
@@ -60,13 +60,14 @@ def tracks_on_sky(
     caustics : CausticSet, or ()
         Of the same camera; the critical curves are dashed.
     edge : (n, 3) array
-        Directions N of the shadow edge, as `shadow_edge` returns them.
+        Directions N of the shadow edge, as `shadow_edge` returns them; of an Observer (alpha, beta).
 
     Notes
     -----
     The projection is that of `camera_sky`: angles from the centre of the shadow are true. Of sources beyond the camera
     half of the sky, 90 degrees around the centre, is shown, and more if a track with events needs it; of sources nearer
-    to the hole all tracks, and no more. Arrows point the way images move while the camera orbits.
+    to the hole all tracks, and no more; of the sky of an Observer, which has no end, critical curves and tracks with
+    events. Arrows point the way images move while the camera orbits.
     """
     stars = (tracks,) if isinstance(tracks, StarTracks) else tracks
     axes = axes_about(stars[0].camera, edge, [caustic.sky for caustic in caustics])
@@ -75,24 +76,26 @@ def tracks_on_sky(
     curves = [critical_line(caustic, axes) for caustic in caustics]
     for line in curves:
         ax.plot(*line.T, zorder=1.5, **_CRITICAL)
+    unit = stars[0].camera.sky_unit
     beyond = any(star.surface.is_beyond(star.camera) for star in stars)
+    least, most = (90.0 if beyond else 0.0, 180.0) if unit == "rad" else (0.0, math.inf)
     extents = [np.abs(line).max() for line in (outline, *curves)]
     arrows = []
     for star in stars:
         for track in star.tracks:
             picture = azimuthal_equidistant(track.sky, axes)
-            for index, line in moving_lines(star, track, picture):
+            for index, line in moving_lines(star, track, picture, most / 2):
                 ax.plot(*line.T, **_track_line(track, index))
                 arrows += [(index, line)] * bool(star.angular_velocity)
             if track.events or not beyond:
                 extents.append(np.abs(picture).max())
         for event in _all_events(star):
             _mark(ax, azimuthal_equidistant(event.sky, axes), event)
-    limit = min(max(90.0 if beyond else 0.0, 1.1 * max(extents)), 180.0)
+    limit = min(max(least, 1.1 * max(extents)), most)
     ax.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
     for index, line in arrows:
         draw_motion(ax, line, style.order_colour(index + 1))
-    return camera_sky_axes(ax, style.tick_step(2 * limit, 7))
+    return camera_sky_axes(ax, style.tick_step(2 * limit, 7), unit)
 
 
 def moving_lines(
@@ -144,7 +147,7 @@ def number_images(
         ax.annotate(name, place, tuple(offset), color=colour, path_effects=[_HALO], zorder=5, **text)
 
 
-def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Axes:
+def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Float[Array, "n axes"]) -> Axes:
     """Distance of the tracks to the shadow edge, logarithmic, against position angle, in degrees: all orders are seen.
 
     Parameters as for `tracks_on_sky`, with 2000 points of the edge; coordinates as in `camera_sky_unrolled`.
@@ -167,7 +170,7 @@ def tracks_unrolled(ax: Axes, tracks: StarTracks, caustics: CausticSet, edge: Fl
             _mark(ax, unrolled_places(event.sky[None], axes, edge)[0] + np.array([turn, 0]), event)
     low, high = np.nanmin(np.concatenate(distances)), np.nanmax(np.concatenate(distances))
     _log_axis(ax, low / 2, high * 2, ticks=9)
-    return unrolled_axes(ax)
+    return unrolled_axes(ax, tracks.camera.sky_unit)
 
 
 def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
@@ -209,8 +212,9 @@ def brightness_by_azimuth(ax: Axes, tracks: StarTracks) -> Axes:
             phi = azimuth[which] + 360 * track.turns * np.append(0, np.cumsum(np.diff(which) < 0))
             for turn in (-720, *TURNS, 720):
                 ax.plot(phi - 360 * np.floor(phi.min() / 360) + turn, magnification, **_index_line(index))
-    _event_verticals(ax, [(math.degrees(event.azimuth), event) for event in _all_events(tracks)])
-    unit = " (1/M²)" if tracks.surface.coordinates[0].unit != "rad" else ""
+    _event_verticals(ax, [(math.degrees(event.star[1]), event) for event in _all_events(tracks)])
+    power = (tracks.camera.sky_unit != "rad") - (tracks.surface.coordinates[0].unit != "rad")
+    unit = {-1: " (1/M²)", 0: "", 1: " (M²)"}[power]
     ax.set(yscale="log", xlim=(0, 360), xlabel="azimuth of the source (deg)", ylabel=f"magnification{unit}")
     ax.set_ylim(top=_ABOVE_PIECE * max(usual))
     ax.xaxis.set_major_locator(MultipleLocator(90))
@@ -254,7 +258,7 @@ def tracks_figure(tracks: StarTracks, caustics: CausticSet | None = None) -> Fig
     ----------
     tracks : StarTracks
     caustics : CausticSet, optional
-        Of the same camera, orders to max_index + 1. Required if the camera orbits.
+        Of the same camera, orders to max_index + 1. Required if the camera orbits; not drawn for sources in the plane.
 
     Returns
     -------
@@ -264,10 +268,12 @@ def tracks_figure(tracks: StarTracks, caustics: CausticSet | None = None) -> Fig
     """
     edge = shadow_edge(tracks.camera, _EDGE_POINTS)
     with rc_context(style.RC):
-        figure = _figure_by_azimuth(tracks, edge) if caustics is None else _figure_in_time(tracks, caustics, edge)
         handles = tracks_legend(tracks.max_index)
-        if caustics is None:
-            names = {event.kind for event in _all_events(tracks)}
+        if tracks.angular_velocity and caustics is not None:
+            figure = _figure_in_time(tracks, caustics, edge)
+        else:
+            figure = _figure_by_azimuth(tracks, caustics or (), edge)
+            names = {event.kind for event in _all_events(tracks)} | ({"critical curve"} if caustics else set())
             names |= {f"index {index}" for track in tracks.tracks for index, _ in stretches(track)}
             handles = [handle for handle in handles if handle.get_label() in names]
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
@@ -277,15 +283,15 @@ def tracks_figure(tracks: StarTracks, caustics: CausticSet | None = None) -> Fig
     return figure
 
 
-def _figure_by_azimuth(tracks: StarTracks, edge: Float[Array, "n 3"]) -> Figure:
+def _figure_by_azimuth(tracks: StarTracks, caustics: Sequence[Caustic], edge: Float[Array, "n axes"]) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH, 3.7), layout="constrained")
     left, right = figure.subplots(1, 2)
-    tracks_on_sky(left, tracks, (), edge).set_title("tracks, camera sky")
+    tracks_on_sky(left, tracks, caustics, edge).set_title("tracks, camera sky")
     brightness_by_azimuth(right, tracks).set_title("brightness, once round", pad=9)
     return figure
 
 
-def _figure_in_time(tracks: StarTracks, caustics: CausticSet, edge: Float[Array, "n 3"]) -> Figure:
+def _figure_in_time(tracks: StarTracks, caustics: CausticSet, edge: Float[Array, "n axes"]) -> Figure:
     creations = [event for event in tracks.events if event.kind == "creation"]
     figure = Figure(figsize=(style.PAGE_WIDTH, 6.3), layout="constrained")
     grid = figure.add_gridspec(2, 1, height_ratios=[3.1, 2.0])

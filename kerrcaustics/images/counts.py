@@ -5,14 +5,14 @@ import os
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.files import check_name
 from kerrcaustics.images.certificates import certificate_of
-from kerrcaustics.images.images import checked_index
+from kerrcaustics.images.images import checked_index, direct_remarks
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.storage import as_json, from_json
 from kerrcaustics.spacetime import kerr
@@ -21,13 +21,15 @@ from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
+_Marks = Bool[Array, "*sources"]
+
 _MOST_ROWS = 4096
 _FITS_AXIS = "MORSE"
 
 
 @result(
     "counts/1",
-    record="kind=stars camera surface max_index all_certified",
+    record="kind=stars camera surface max_index all_certified remarks",
     rows="stars counts expected total on_caustic certified",
 )
 class ImageCounts:
@@ -65,13 +67,20 @@ class ImageCounts:
         return bool(self.certified.all())
 
     @property
+    @derived("", "")
+    def remarks(self) -> tuple[str, ...]:
+        """Reasons why not all counts are certified, and what is not among them."""
+        differ = (self.counts != self.expected).any(axis=1)
+        return _remarks(self.camera, self.surface, self.on_caustic, self.certified, differ)
+
+    @property
     @derived("star", "1")
     def total(self) -> Array:
         """Images of index 0 to max_index together."""
         return self.counts.sum(axis=1)
 
 
-@result("counts/1", record="kind=map camera surface max_index level phi counts on_caustic certified")
+@result("counts/1", record="kind=map camera surface max_index level phi counts on_caustic certified remarks")
 class CountMap:
     """Image counts all over a surface of sources, on a grid of its two coordinates."""
 
@@ -90,6 +99,12 @@ class CountMap:
     def max_index(self) -> int:
         """Highest Morse index that was asked for."""
         return self.counts.shape[2] - 1
+
+    @property
+    @derived("", "")
+    def remarks(self) -> tuple[str, ...]:
+        """Reasons why not all counts are certified, and what is not among them."""
+        return _remarks(self.camera, self.surface, self.on_caustic, self.certified, np.zeros_like(self.certified))
 
     def __repr__(self) -> str:
         """Summary in one line: where, and how much of it is certified."""
@@ -130,6 +145,17 @@ class CountMap:
         if self.surface.coordinates[0].unit != "rad":
             raise ValueError(f"Argument `self` must be a map over a sphere, but is one over {self.surface.in_words()}.")
         return self.surface
+
+
+def _remarks(camera: Viewer, surface: End, on_caustic: _Marks, certified: _Marks, differ: _Marks) -> tuple[str, ...]:
+    """Remarks about counts; differ: True where found and expected ones do."""
+    reasons = {
+        "cannot be distinguished from a caustic: the images may be two more, or less": on_caustic,
+        "have other numbers of images by the search than the caustics require": differ & ~on_caustic,
+        "are counted once, without a certificate": ~(certified | on_caustic | differ),
+    }
+    lines = (f"{marks.sum()} of {marks.size} sources {text}" for text, marks in reasons.items() if marks.any())
+    return (*direct_remarks(surface, camera), *lines)
 
 
 @usual_warnings

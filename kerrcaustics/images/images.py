@@ -12,7 +12,7 @@ from kerrcaustics.images.deep_images import deepened, is_deep
 from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
 from kerrcaustics.lens_map.domains import Ring, domain_of
-from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import whole_number
@@ -20,7 +20,7 @@ from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
-_DIRECT = "the star is seen directly, by an image of index 0, at infinite (alpha, beta): it is not among the images"
+_DIRECT = "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not among the images"
 
 
 @result(
@@ -79,11 +79,7 @@ class StarImages:
         "what is not certain, and what to do about it; certified images of an Observer at infinity may have one, too: "
         "that stars at infinity are seen directly at infinite (alpha, beta)",
     )
-    time: Array = quantity(
-        "image",
-        "GM/c^3",
-        "coordinate time from the source to the camera; for stars at infinity the limit of t - r - 2 ln r",
-    )
+    time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
     time_error: Array = quantity("image", "GM/c^3", "error of time")
     second_arrival: Array = quantity(
         "image", "1", "whether the ray, followed backward, has met the star's sphere before, within the camera's radius"
@@ -188,7 +184,7 @@ def images_of(camera: Viewer, surface: End, stars: list[tuple[float, float]], fo
         "time_error": at.time_error,
         "second_arrival": found.images.second_arrival,
     }
-    notes = (_DIRECT,) if domain_of(surface, camera).unbounded else ()
+    notes = direct_remarks(surface, camera)
     images = []
     for i, star in enumerate(stars):
         these = np.flatnonzero(found.images.star == i)
@@ -260,6 +256,11 @@ def checked_place(name: str, place: object, viewer: Viewer, surface: End = SKY) 
     """A place on a surface that the user gave as the argument `name`."""
     first, second = surface.checked(name, place, viewer, one=True).tolist()
     return first, second
+
+
+def direct_remarks(surface: End, camera: Viewer) -> tuple[str, ...]:
+    """The remark that images of index 0 lie at infinite (alpha, beta), if they do."""
+    return (_DIRECT,) if domain_of(surface, camera).unbounded else ()
 
 
 def _ring_remarks(camera: Viewer, surface: End, ring: Bool[Array, " orders"]) -> tuple[str, ...]:

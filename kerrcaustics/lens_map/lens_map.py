@@ -71,6 +71,13 @@ class SearchMap:
         return rays.direction.reshape(line_of_sight.shape)
 
 
+TRAVEL_TIME = (
+    "coordinate time from the source to the camera; r + 2 ln r is taken off at the end of a source at infinity, and at "
+    "that of an Observer"
+)
+"""The meaning of `time` in results."""
+
+
 @dataclass(frozen=True)
 class SeenLight:
     """Light on the sky of a viewer: places, beams, magnification, redshift and travel times as the viewer has them.

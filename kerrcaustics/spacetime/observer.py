@@ -21,7 +21,7 @@ _SCREEN = 10.0
 _BEYOND_PRIMARY, _FARTHEST = 20.0, 1e7
 
 
-@result("observer/1", record="spin radius inclination velocity", eq=True, kw_only=True)
+@result("observer/1", record="viewer=observer spin radius inclination velocity", eq=True, kw_only=True)
 class Observer(Viewer):
     """A fiducial observer far away, who measures directions by the impact parameters of a plane wave.
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.images import checked_place, checked_sheets
-from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
@@ -28,7 +28,11 @@ GALACTIC_POLE = (math.radians(90 - 27.12825), math.radians(192.85948))
 """North galactic pole (theta', phi') where theta' = 90 deg - declination and phi' = right ascension (J2000)."""
 
 
-@result("circle-curve/1", record="index closed longitude_from longitude_to ends error", points="sky longitude")
+@result(
+    "circle-curve/1",
+    record="index closed longitude_from longitude_to ends error",
+    points="sky longitude time time_error",
+)
 class CircleCurve:
     """An image of a great circle, or of a part of it: a curve on the camera sky."""
 
@@ -37,6 +41,8 @@ class CircleCurve:
     index: int = quantity("", "1", "Morse index")
     sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
     longitude: Array = quantity("point", "rad", "longitude on the circle, unwrapped, growing")
+    time: Array = quantity("point", "GM/c^3", TRAVEL_TIME)
+    time_error: Array = quantity("point", "GM/c^3", "error of time")
     closed: bool = quantity(
         "",
         "1",
@@ -155,7 +161,7 @@ def circle_images(
     lens_map = LensMap(camera, surface)
     at = lens_map.seen(branches.nodes.sky)
     error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, found.error))
-    curves = [_curve(lens_map, chain, branches, at.sky, error) for chain in chains(branches, over_events=False)]
+    curves = [_curve(lens_map, chain, branches, at, error) for chain in chains(branches, over_events=False)]
     curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))
     unsure = (remark for i in np.flatnonzero(~found.known) for remark in events[i].remarks)
     remarks = (*found.remarks, *branches.remarks, *unsure)
@@ -171,8 +177,8 @@ def circle_images(
     )
 
 
-def _curve(lens_map: LensMap, chain: Chain, branches: Branches, sky: Array, error: Array) -> CircleCurve:
-    """The curve of a chain; sky and error of the nodes."""
+def _curve(lens_map: LensMap, chain: Chain, branches: Branches, light: SeenLight, error: Array) -> CircleCurve:
+    """The curve of a chain; light of the nodes, and their errors on the sky."""
     chosen, nodes = chain.nodes, branches.nodes
     # At both ends lie events, whose nodes do not show on which of the two sheets the curve is.
     inner = chosen[nodes.event[chosen] < 0]
@@ -181,8 +187,10 @@ def _curve(lens_map: LensMap, chain: Chain, branches: Branches, sky: Array, erro
         camera=lens_map.viewer,
         surface=lens_map.surface,
         index=int(nodes.index[inner[0]]),
-        sky=sky[chosen],
+        sky=light.sky[chosen],
         longitude=chain.longitude - turns,
+        time=light.time[chosen],
+        time_error=light.time_error[chosen],
         closed=chain.closed,
         error=float(error[chosen].max()),
     )

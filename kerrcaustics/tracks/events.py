@@ -12,8 +12,9 @@ from kerrcaustics.choices import event_kind
 from kerrcaustics.images.circle_arcs import Arcs, arcs_of
 from kerrcaustics.images.images import checked_index, checked_sheets
 from kerrcaustics.lens_map.domains import Domain, Ring, domain_of
-from kerrcaustics.lens_map.search_sky import search_sky, shown_line_of_sight
+from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.level_curves.circle import Circle
 from kerrcaustics.tracks.level_curves.path_events import PathEvents, path_events
@@ -23,7 +24,10 @@ Array = np.ndarray
 _TURN = 2 * math.pi
 
 
-@result("event/1", record="kind order indices star azimuth longitude sky moment error at_cusp remarks")
+@result(
+    "event/1",
+    record="kind order indices star azimuth longitude sky moment time time_error error at_cusp remarks",
+)
 class PairEvent:
     """Two images of a source appear or vanish: the source crosses a caustic."""
 
@@ -54,6 +58,8 @@ class PairEvent:
         "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; NaN for a camera that "
         "does not orbit, on great circles and in the plane",
     )
+    time: float = quantity("", "GM/c^3", TRAVEL_TIME)
+    time_error: float = quantity("", "GM/c^3", "error of time")
     error: float = quantity("", "rad", "error of longitude", json="error_rad")
     at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
     remarks: tuple[str, ...] = quantity("", "", "what is unusual or uncertain; empty when nothing is")
@@ -138,26 +144,33 @@ def _events_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, ma
 
 def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
     """Events in the order of time, or of longitude."""
-    return tuple(sorted(events, key=lambda event: event.longitude if math.isnan(event.moment) else event.moment))
+    return tuple(sorted(events, key=when))
+
+
+def when(event: PairEvent) -> float:
+    """The moment of an event, or the longitude of its source where that moves."""
+    return event.longitude if math.isnan(event.moment) else event.moment
 
 
 def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]:
     """The events of a circle in the plane, by the arc that begins there."""
     which = np.flatnonzero(arcs.folded)
     folds = arcs.low[which]
-    sky, error = search_sky(camera).shown(folds.sky), _arc_errors(arcs, folds.edge_phase, folds.distance)
+    light, error = LensMap(camera, surface).seen(folds.sky), _arc_errors(arcs, folds.edge_phase, folds.distance)
     orders = np.maximum(arcs.index, np.roll(arcs.index, 1))[which].tolist()
     return {
         arc: PairEvent(
             surface=surface,
             kind=event_kind(arcs.sense[arc]),
             star=(arcs.radius, float(folds.azimuth[i] % _TURN)),
-            sky=sky[i],
+            sky=light.sky[i],
             order=order,
             indices=(order - 1, order),
             azimuth=float(folds.azimuth[i]),
             longitude=float(folds.azimuth[i] % _TURN),
             moment=math.nan,
+            time=float(light.time[i]),
+            time_error=float(light.time_error[i]),
             error=float(error[i]),
             at_cusp=False,
             remarks=(),
@@ -185,20 +198,22 @@ def pair_events_of(
     camera: Viewer, surface: End, found: PathEvents, level: float | None = None, angular_velocity: float = 0.0
 ) -> list[PairEvent]:
     """Events of a path as results; level and angular velocity: of a star, and of its camera's orbit."""
-    sky = shown_line_of_sight(camera, found.points.line_of_sight)
-    return [_event(surface, found, i, sky[i], level, angular_velocity) for i in range(len(found.order))]
+    lens_map = LensMap(camera, surface)
+    sky = sky_from_line_of_sight(lens_map.sky.search_camera.frame(), found.points.line_of_sight)
+    light = lens_map.seen(sky, found.second_arrival)
+    return [_event(surface, found, i, light, level, angular_velocity) for i in range(len(found.order))]
 
 
 def _event(
-    surface: End, found: PathEvents, i: int, sky: Array, level: float | None, angular_velocity: float
+    surface: End, found: PathEvents, i: int, light: SeenLight, level: float | None, angular_velocity: float
 ) -> PairEvent:
     """The event of one entry."""
     order = int(found.order[i])
     theta, azimuth = (float(angle[i]) for angle in surface.angles(found.points.direction, found.points.azimuth))
     # The star's azimuth falls while the camera runs ahead.
-    sense, time = 1.0, math.nan
+    sense, moment = 1.0, math.nan
     if angular_velocity:
-        sense, time = -angular_velocity, -azimuth / angular_velocity % (_TURN / abs(angular_velocity))
+        sense, moment = -angular_velocity, -azimuth / angular_velocity % (_TURN / abs(angular_velocity))
     remarks = []
     if found.at_cusp[i]:
         remarks.append("the star passes through a cusp: the pair meets a third image there")
@@ -208,12 +223,14 @@ def _event(
         surface=surface,
         kind=event_kind(found.side[i] * sense),
         star=(theta if level is None else level, azimuth % _TURN),
-        sky=sky,
+        sky=light.sky[i],
         order=order,
         indices=(order - 1, order),
         azimuth=azimuth,
         longitude=float(found.longitude[i]),
-        moment=time,
+        moment=moment,
+        time=float(light.time[i]),
+        time_error=float(light.time_error[i]),
         error=float(found.error[i]),
         at_cusp=bool(found.at_cusp[i]),
         remarks=tuple(remarks),

@@ -12,6 +12,7 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.images.images import checked_sheets
 from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
@@ -34,7 +35,7 @@ _LONGEST = 0.3
 _SAFETY = 2.0
 
 
-@result("crossings/1", record="per_index expected certified remarks", rows="sky index longitude error")
+@result("crossings/1", record="per_index expected certified remarks", rows="sky index longitude time time_error error")
 class LineCrossings:
     """Crossings of a line on the camera sky with the images of a great circle, in the order along the line."""
 
@@ -42,6 +43,8 @@ class LineCrossings:
     sky: Array = quantity("crossing axis", "1", "directions N; of an Observer (alpha, beta)")
     index: Array = quantity("crossing", "1", "Morse index")
     longitude: Array = quantity("crossing", "rad", "longitude on the circle, in (-pi, pi]")
+    time: Array = quantity("crossing", "GM/c^3", TRAVEL_TIME)
+    time_error: Array = quantity("crossing", "GM/c^3", "error of time")
     error: Array = quantity("crossing", "sky", "error along the line")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many crossings of each index")
     expected: dict[int, int] = quantity("morse_index", "1", "the same counted along the curves of `circle_images`")
@@ -155,7 +158,7 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     instance_of("images", images, CircleImages)
     if not np.isfinite(numbers("line", line)).all():
         raise ValueError(f"Argument `line` must be finite, but is {quoted(line)}.")
-    sheets, shown = checked_sheets(images.camera, max(images.per_index), images.surface), search_sky(images.camera)
+    sheets = checked_sheets(images.camera, max(images.per_index), images.surface)
     circle, path = Circle.great(*images.normal), _SkyLine(sheets, images, line)
     nodes, roots, doubt = _divided(sheets, circle, path)
     place = _polished(sheets, circle, path, nodes, roots)
@@ -171,12 +174,16 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     if not images.certified:
         doubt.append("the images of the circle are not certified themselves")
     off = (ends.error + np.abs(ends.height)) * np.linalg.norm(path.tangent(place), axis=1) / np.abs(ends.slope)
+    lens_map = LensMap(images.camera, images.surface)
+    light = lens_map.seen(sky[kept])
     return LineCrossings(
         camera=images.camera,
-        sky=shown.shown(sky[kept]),
+        sky=light.sky,
         index=index[kept],
         longitude=circle.longitude(beams.direction)[kept],
-        error=shown.errors(sky, off)[kept],
+        time=light.time,
+        time_error=light.time_error,
+        error=lens_map.errors(sky, off)[kept],
         per_index=counts,
         expected=expected,
         certified=not doubt,

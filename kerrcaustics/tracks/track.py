@@ -3,6 +3,7 @@
 import numpy as np
 
 from kerrcaustics.beams.ends import End
+from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.events import PairEvent
@@ -37,11 +38,7 @@ class Track:
         "point", "magnification", "1 / |det J|: area on the sky by area of the surface, r dr dphi in the plane"
     )
     redshift: Array = quantity("point", "1", "nu_camera / nu_source")
-    time: Array = quantity(
-        "point",
-        "GM/c^3",
-        "coordinate time from the source to the camera; for stars at infinity the limit of t - r - 2 ln r",
-    )
+    time: Array = quantity("point", "GM/c^3", TRAVEL_TIME)
     time_error: Array = quantity("point", "GM/c^3", "error of time")
     error: Array = quantity("point", "sky", "error of sky")
     closed: bool = quantity(

@@ -70,11 +70,11 @@ def miss(radius: Array, azimuth: Array, theirs: Array, turned: Array) -> str:
     return f"{np.median(away[both]):.1e} M in the median, {away[both].max():.1e} M at most, of {both.sum()} rays"
 
 
-def kerrz(places: tuple[Array, Array]) -> tuple[Array, Array, float]:
-    """The same by kerrz, a call for each ray."""
+def kerrz(places: tuple[Array, Array], radius: float = RADIUS) -> tuple[Array, Array, float]:
+    """The same by kerrz, a call for each ray; radius: of its observer."""
     import kerrz_python as other
 
-    metric, start = other.KerrMetric(1.0, SPIN), other.FourVector(r=RADIUS, theta=math.radians(INCLINATION))
+    metric, start = other.KerrMetric(1.0, SPIN), other.FourVector(r=radius, theta=math.radians(INCLINATION))
 
     def end_of(alpha: float, beta: float) -> tuple[float, float]:
         end = other.NullGeodesic.from_impact_parameters(metric, alpha, beta, start).trace_to_angle(math.pi / 2)
@@ -100,15 +100,20 @@ def gyoto() -> tuple[Array, float]:
         return np.array(fits.getdata(output, 1), float).reshape(-1, 16)[:, 8:], seconds
 
 
-def sky_of(ends: Array, theta_sign: Array) -> Array:
-    """Directions N (n, 3) of rays by coordinates and rates (n, 8) at their ends, and signs of p_theta at the camera."""
-    r, theta, a = ends[:, 1], ends[:, 2], SPIN
+def constants_of(ends: Array, spin: float) -> tuple[Array, Array]:
+    """b and q (n,) of rays by coordinates and rates (n, 8) at their ends."""
+    r, theta, a = ends[:, 1], ends[:, 2], spin
     sigma, sine2 = r**2 + (a * np.cos(theta)) ** 2, np.sin(theta) ** 2
     dt, _, dtheta, dphi = ends[:, 4:].T
     energy = (1 - 2 * r / sigma) * dt + 2 * a * r * sine2 / sigma * dphi
     momentum = sine2 * ((r**2 + a * a + 2 * a * a * r * sine2 / sigma) * dphi - 2 * a * r / sigma * dt)
     b = momentum / energy
-    q = (sigma * dtheta / energy) ** 2 + np.cos(theta) ** 2 * (b**2 / sine2 - a * a)
+    return b, (sigma * dtheta / energy) ** 2 + np.cos(theta) ** 2 * (b**2 / sine2 - a * a)
+
+
+def sky_of(ends: Array, theta_sign: Array) -> Array:
+    """Directions N (n, 3) of rays by coordinates and rates (n, 8) at their ends, and signs of p_theta at the camera."""
+    b, q = constants_of(ends, SPIN)
     return screen.arriving(screen.observer(SPIN, INCLINATION, RADIUS), b, q, np.ones_like(b), theta_sign)
 
 
@@ -120,7 +125,8 @@ def say(name: str, seconds: float, count: int, difference: str) -> None:
 def measure_kerrz() -> None:
     """This package and kerrz at the same places."""
     line = (np.arange(SIDE) + 0.5) / SIDE * 2 * HALF_WIDTH - HALF_WIDTH
-    places = tuple(axis.ravel() for axis in np.meshgrid(line, line))
+    alpha, beta = np.meshgrid(line, line)
+    places = alpha.ravel(), beta.ravel()
     sky = screen.directions(screen.observer(SPIN, INCLINATION, RADIUS), *places)
     radius, azimuth, seconds = ours(sky)
     say("kerrcaustics", seconds, len(sky), "-")

@@ -6,6 +6,7 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.spacetime.frame import photon_of, redshift, sky_from_fido
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -15,7 +16,7 @@ def observer(spin: float, inclination_deg: float, radius: float = 1e6) -> kc.Cam
     return kc.Camera(spin, radius, math.radians(inclination_deg), "fiducial")
 
 
-def constants(camera: kc.Camera, alpha: Array, beta: Array) -> tuple[Array, Array]:
+def constants(camera: Viewer, alpha: Array, beta: Array) -> tuple[Array, Array]:
     """b and q of the photons that an observer at infinity would see there."""
     sine, cosine, a = camera.sin_theta, camera.cos_theta, camera.spin
     return -alpha * sine, (alpha**2 - a * a) * cosine**2 + beta**2

@@ -51,7 +51,7 @@ class PathEvents:
     at larger longitude, -1 at smaller; known: True where the counts bear this out. boundary: entries of one boundary
     are simultaneous. gap_low, gap_high: longitude of the ends of the gaps between the boundaries, gap i above boundary
     i; and counts: images there. ring: by boundary and index, True where images are part of a ring, as the star passes a
-    caustic that is a point.
+    caustic that is a point. second_arrival: of the rays, at a sphere within the camera's radius.
     """
 
     order: Int[Array, " events"]
@@ -67,6 +67,7 @@ class PathEvents:
     counts: Int[Array, "gaps indices"]
     ring: Bool[Array, "gaps indices"]
     remarks: tuple[str, ...]
+    second_arrival: Bool[Array, " events"]
 
     @property
     def none(self) -> bool:
@@ -277,7 +278,8 @@ def _arranged(
         members = np.flatnonzero(boundary == i)
         side[members], known[members] = _sides(order[members], counts[i] - counts[i - 1])
     of_events = order, points, longitude, error, at_cusp, side, known, boundary
-    return PathEvents(*of_events, low, high, counts, on_rings(ring), tuple(remarks))
+    _, second_arrival = sheets.curves.domain.line_of_sight(points.edge_phase, points.depth)
+    return PathEvents(*of_events, low, high, counts, on_rings(ring), tuple(remarks), second_arrival)
 
 
 def _boundaries(

@@ -1,0 +1,87 @@
+"""Results that claim to be complete: all say whether that is certified, and what is in doubt."""
+
+import numpy as np
+import parity
+import pytest
+from made_results import KINDS, example
+
+import kerrcaustics as kc
+from kerrcaustics.curves.caustic import Caustic
+from kerrcaustics.images.counts import CountMap, ImageCounts
+from kerrcaustics.results.declared import LAYOUTS, quantities
+from kerrcaustics.tracks.circles import CircleImages
+from kerrcaustics.tracks.events import PairEvents
+from kerrcaustics.tracks.following import FollowedStar
+from kerrcaustics.tracks.lines import LineCrossings
+
+CLAIMS = {
+    kc.StarImages: "all images of a source up to an index",
+    ImageCounts: "the numbers of images of sources",
+    CountMap: "the same on a grid",
+    PairEvents: "all events on a circle",
+    kc.StarTracks: "all tracks of a source, and all events",
+    CircleImages: "all images of a great circle",
+    LineCrossings: "all crossings of a line",
+    Caustic: "a whole curve with its cusps",
+    kc.CausticSet: "the curves of all orders that exist",
+}
+"""What a result claims, by class."""
+
+# Results whose parts say it.
+OF_PARTS = {FollowedStar}
+CLAIMING = ("caustics", "star_images", "image_counts", "count_map", "pair_events", "star_tracks", "circle_images")
+CELLS = [
+    pytest.param(cell, id=str(cell), marks=[] if cell[1:] == ("sky", "near") else pytest.mark.slow)
+    for cell in parity.cells()
+    if cell.analysis in CLAIMING and not parity.refusal_of(cell)
+]
+
+
+@pytest.mark.parametrize("kind", CLAIMS, ids=lambda kind: kind.__name__)
+def test_what_claims_completeness_has_a_certificate_and_remarks(kind):
+    declared, layout = quantities(kind), LAYOUTS[kind]
+    assert {"certified", "remarks"} <= declared.keys()
+    assert declared["certified"].dims or isinstance(example(kind, 2).certified, bool)
+    assert isinstance(example(kind, 2).remarks, tuple)
+    # The sequence of events is a list in the records of tracks and circles, which have both.
+    if kind is not PairEvents:
+        entry = kc.record(example(kind, 2), camera=parity.viewer_named("near"))
+        assert "remarks" in entry and ("certified" in entry or "certified" in layout.rows)
+
+
+def test_nothing_else_has_a_certificate():
+    certain = {kind for kind in KINDS if "certified" in quantities(kind) or hasattr(kind, "certified")}
+    assert certain - OF_PARTS == {*CLAIMS}
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_what_is_not_certified_has_a_reason(cell):
+    answer = parity.CALLS[cell.analysis](cell)
+    for part in [answer, *(answer if isinstance(answer, kc.CausticSet) else ())]:
+        sure = bool(np.all(part.certified))
+        assert sure or part.remarks
+        if cell.analysis in ("pair_events", "star_tracks", "circle_images"):
+            assert sure == (not part.remarks)
+    if cell.analysis in ("star_images", "image_counts"):
+        # The source of the table is no hard one.
+        assert np.all(answer.certified)
+    if cell.analysis == "caustics":
+        # Far away the primary caustic is hardly larger than its error: its cusps cannot be counted.
+        unsure = [curve.order for curve in answer if curve.kind == "unresolved"]
+        assert answer.certified == (not unsure) and unsure == [1] * (cell[1:] in (("sky", "far"), ("beyond", "far")))
+
+
+def test_an_order_that_is_lost_is_no_certificate():
+    lost = kc.CausticSet((), kc.Camera(0.9, 10.0), "auto", 1e-12, 0.0, 0, {}, missing=(1,))
+    assert not lost.certified and lost.remarks == ("order 1: not found",)
+    # There is none: from infinity to infinity the primary caustic lies at infinite (alpha, beta).
+    none = kc.CausticSet((), kc.Observer(spin=0.9, inclination=1.0), "auto", 1e-12, 0.0, 0, {}, missing=(1,))
+    assert none.certified and none.remarks == ()
+
+
+def test_counts_that_were_not_searched_for_say_so():
+    camera = kc.Camera(0.9, 10.0)
+    stars = [(1.4, 2.9), (0.5, 0.0)]
+    counts = kc.image_counts(camera, stars, 1, find=False)
+    assert not counts.certified.any()
+    assert counts.remarks == ("2 of 2 sources are counted once, without a certificate",)
