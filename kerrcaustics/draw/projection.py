@@ -56,14 +56,17 @@ def whole_line(points: Float[Array, "n k"], closed: bool) -> Float[Array, "m k"]
     return np.concatenate([points, points[:1]]) if closed else points
 
 
-def smoothed(directions: Float[Array, "n 3"]) -> Float[Array, "m 3"]:
-    """A closed curve (n, 3) with ten points for one: the projection stretches its steps where it runs far back."""
+def smoothed(directions: Float[Array, "n k"]) -> Float[Array, "m k"]:
+    """A closed curve (n, 3) with ten points for one: the projection stretches its steps where it runs far back.
+
+    One of places (alpha, beta) too.
+    """
     closed = np.concatenate([directions, directions[:1]])
     if not _FEWEST_SMOOTHED <= len(directions) <= _MOST_SMOOTHED:
         return directions
     curve = CubicSpline(np.arange(len(closed)), closed, bc_type="periodic")
     dense = curve(np.linspace(0, len(directions), 10 * len(directions), endpoint=False))
-    return dense / np.linalg.norm(dense, axis=1, keepdims=True)
+    return dense / np.linalg.norm(dense, axis=1, keepdims=True) if dense.shape[1] == 3 else dense
 
 
 def azimuthal_equidistant(directions: Float[Array, "*batch 3"], axes: Float[Array, "3 3"]) -> Float[Array, "*batch 2"]:

@@ -47,7 +47,8 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "StarTracks": sky_results.all_tracks,
     "TracedView": light_results.traced_view,
     "Track": sky_results.one_track,
-    "View": sky_results.view_border,
+    "View": sky_results.picture_border,
+    "Screen": sky_results.picture_border,
     "VolumeRendering": light_results.rendering,
 }
 
