@@ -317,7 +317,7 @@ def test_a_picture_can_be_saved_and_read(tmp_path):
 
 
 def test_datasets_of_observers_name_alpha_and_beta():
-    for of_observer in (kc.Screen(4, 3, 24.0), kc.star_images(DISTANT, (2.1, 2.6), 0)):
+    for of_observer in (kc.Screen(4, 3, 24.0), kc.star_images(DISTANT, (2.1, 2.6), 1)):
         data = kc.to_xarray(of_observer)
         assert list(data.axis.values) == ["alpha", "beta"]
 
