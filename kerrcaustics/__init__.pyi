@@ -22,6 +22,7 @@ from .scene_files.reading import read_scene as read_scene
 from .scene_files.scene_file import SceneFile as SceneFile
 from .scenes.disk.profile import line_profile as line_profile
 from .scenes.render import render as render
+from .scenes.screen import Screen as Screen
 from .spacetime.camera import Camera as Camera
 from .spacetime.observer import Observer as Observer
 from .spacetime.shadow import shadow_edge as shadow_edge

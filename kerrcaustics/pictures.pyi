@@ -5,4 +5,5 @@ from .scenes.flare import glare_kernel as glare_kernel, with_glare as with_glare
 from .scenes.motion import ShutterMotion as ShutterMotion
 from .scenes.render import trace_view as trace_view
 from .scenes.render_volume import render_volume as render_volume
+from .scenes.screen import Screen as Screen
 from .scenes.view import View as View

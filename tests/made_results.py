@@ -12,6 +12,7 @@ from kerrcaustics.beams.ends import End
 from kerrcaustics.films.film import FilmResult
 from kerrcaustics.images.counts import CountMap
 from kerrcaustics.results.declared import LAYOUTS, stored
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.circles import CircleCurve
 
@@ -19,6 +20,7 @@ from kerrcaustics.tracks.circles import CircleCurve
 assert PUBLIC
 KINDS = sorted({FilmResult, *LAYOUTS}, key=lambda kind: kind.__name__)
 CAMERA = kc.Camera(0.5, 4.0, 1.0, (0.1, -0.2, 0.3))
+VIEW = kc.pictures.View(4, 3, 1.0, up=(0.3, 0.2, 1.0))
 GIVEN = {
     kc.Camera: CAMERA,
     Viewer: CAMERA,
@@ -27,7 +29,9 @@ GIVEN = {
     kc.CelestialSphere: kc.CelestialSphere(),
     kc.Sphere: kc.Sphere(7.5),
     kc.EquatorialPlane: kc.EquatorialPlane(2, "static"),
-    kc.pictures.View: kc.pictures.View(4, 3, 1.0, up=(0.3, 0.2, 1.0)),
+    kc.pictures.View: VIEW,
+    Raster: VIEW,
+    kc.Screen: kc.Screen(4, 3, 24.0, centre=(1.0, -2.0), up=(0.3, 1.0)),
     Path: Path("folder/sweep.zarr"),
 }
 SIZES = {"axis": 3, "channel": 3, "angle": 2, "pair": 2, "end_axis": 2, "sky_axis": 2, "place_axis": 2, "pixel_axis": 2}

@@ -108,6 +108,30 @@ def follow_star(cell: Cell) -> Any:
     return kc.follow_star(cameras, place_on(cell.surface), 1, **where(cell))
 
 
+def sight(name: str) -> tuple[Viewer, Any]:
+    """A viewer, and a small picture of about 30 M toward the hole."""
+    viewer = viewer_named(name)
+    if name in OBSERVERS:
+        return viewer, kc.Screen(16, 9, 30.0)
+    return viewer, kc.pictures.View.toward_hole(viewer, 16, 9, 2 * math.atan(15 / viewer.radius))
+
+
+def picture(cell: Cell) -> Any:
+    """Of the sky through a disk that lets all of it pass, or of a disk before the sky."""
+    opacity = 0.0 if cell.surface == "sky" else 1.0
+    disk = kc.disks.Disk(6.0, 9.0, kc.disks.BlackBody(6500.0), opacity=opacity)
+    return kc.render(*sight(cell.viewer), kc.skies.Checkerboard(), disk=disk, delay=True)
+
+
+def volume_picture(cell: Cell) -> Any:
+    """Of a volume on one side of the viewer, or of nothing but the sky."""
+    inner, outer = 5.0, 8.0
+    if cell.surface == "beyond":
+        inner, outer = (part * viewer_named(cell.viewer).radius for part in (1.5, 2.0))
+    volume = kc.disks.Volume(0.0 if cell.surface == "sky" else 0.01, 6500.0, inner=inner, outer=outer)
+    return kc.pictures.render_volume(*sight(cell.viewer), volume, kc.skies.Checkerboard())
+
+
 CALLS: dict[str, Callable[[Cell], Any]] = {
     "caustics": lambda c: kc.caustics(viewer_named(c.viewer), 2, **where(c)),
     "star_images": lambda c: star_images(c.surface, c.viewer),
@@ -130,13 +154,16 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
     "light_curve": lambda c: kc.light_curve(viewer_named(c.viewer), 9.0, 8, crossings=1, points=60, **own_plane(c)),
     "line_profile": lambda c: kc.line_profile(viewer_named(c.viewer), 7.0, 9.0, radii=4, turns=16, **own_plane(c)),
     "shadow_edge": lambda c: kc.shadow_edge(viewer_named(c.viewer), 8, **where(c)),
+    "render": picture,
+    "render_volume": volume_picture,
 }
 
 # Analyses of what another one returns: the surface is that of the other one.
 OF_RESULTS = {"crossings_of_line": "circle_images", "image_derivatives": "star_images"}
 # Fields that are None unless they are asked for; every call here asks for them.
 ASKED = {"time", "time_error", "redshift", "index", "index_certain", "crossings", "crossings_certain"}
-ASKED_OF = ("trace_rays", "trace_beams", "isoradials")
+ASKED |= {"visible_fraction", "transmission"}
+ASKED_OF = ("trace_rays", "trace_beams", "isoradials", "render")
 
 
 class Refusal(NamedTuple):
@@ -164,6 +191,9 @@ class Gap(NamedTuple):
 EVERY = tuple(CALLS)
 OF_SOURCES = ("caustics", "star_images", "image_counts", "count_map", "pair_events", "star_tracks")
 DISKS = ("isoradials", "light_curve", "line_profile")
+PICTURES = ("render", "render_volume")
+# Analyses whose surface is no argument `end`.
+OF_MATTER = (*DISKS, *PICTURES)
 IN_PLANE = "from within the plane every crossing is a conjugate point of the rays along it: no source has an image"
 REFUSED = (
     Refusal(EVERY, ("beyond",), ("infinity",), None, "nothing lies beyond an observer at infinity"),
@@ -189,6 +219,12 @@ REFUSED = (
         ("line_profile", "image_derivatives", "caustic_derivatives"), ("plane",), (EQUATORIAL,), "camera", IN_PLANE
     ),
     Refusal(("follow_star",), ("plane",), (EQUATORIAL,), "cameras", IN_PLANE),
+    Refusal(
+        ("render",), ("within", "beyond"), OFF_PLANE, None, "matter beside the plane is a volume, of render_volume"
+    ),
+    Refusal(
+        ("render_volume",), ("plane",), ALL, None, "a plane has no depth along a ray: matter in it is a disk, of render"
+    ),
 )
 GAPS = (
     # Sources at infinity alone.
@@ -229,14 +265,19 @@ def gaps_of(cell: Cell) -> tuple[str, ...]:
     return () if refusal_of(cell) else tuple(entry.what for entry in GAPS if holds(entry, cell))
 
 
+def function_of(analysis: str) -> Callable[..., Any]:
+    """The public function, at the top or among the pictures."""
+    return getattr(kc, analysis, None) or getattr(kc.pictures, analysis)
+
+
 def takes_end(analysis: str) -> bool:
     """Whether the signature has `end`: that of the function which takes the viewer."""
-    return "end" in signature(getattr(kc, OF_RESULTS.get(analysis, analysis))).parameters
+    return "end" in signature(function_of(OF_RESULTS.get(analysis, analysis))).parameters
 
 
 def classes_of(analysis: str) -> tuple[type, ...]:
     """The classes that the return annotation names; of a tuple, those in it."""
-    hint = get_type_hints(getattr(kc, analysis))["return"]
+    hint = get_type_hints(function_of(analysis))["return"]
     options = get_args(hint) if type(None) not in get_args(hint) and get_origin(hint) is not tuple else (hint,)
     return tuple(get_args(option)[0] if get_origin(option) is tuple else option for option in options or (hint,))
 
@@ -275,7 +316,7 @@ def refused_argument(error: ValueError) -> str:
 
 def gap_of(cell: Cell) -> str | None:
     """What a cell lacks; None for an answer of the right class with all fields."""
-    if cell.surface != "sky" and cell.analysis not in DISKS and not takes_end(cell.analysis):
+    if cell.surface != "sky" and cell.analysis not in OF_MATTER and not takes_end(cell.analysis):
         return "no `end`"
     try:
         answer = CALLS[cell.analysis](cell)

@@ -12,7 +12,7 @@ import kerrcaustics as kc
 
 VIEWER_FIRST = ("camera", "cameras", "images")
 STUB = Path(kc.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
-# Rooms above the map: of what they hold, line profiles alone are analyses.
+# Rooms above the map: of what they hold, line profiles and pictures alone are analyses.
 ABOVE = ("astronomy", "draw", "explorer", "results", "scene_files", "scenes", "sweeps")
 CELLS = parity.cells()
 REFUSALS = [cell for cell in CELLS if (entry := parity.refusal_of(cell)) and entry.argument]
@@ -27,7 +27,7 @@ def test_every_analysis_has_a_row():
     names = [name for room, line in homes if room not in ABOVE for name in re.findall(r"(\w+) as", line)]
     functions = [name for name in names if name[0].islower()]
     first = {name: next(iter(signature(getattr(kc, name)).parameters)) for name in functions}
-    assert {name for name, of in first.items() if of in VIEWER_FIRST} == {*CALLS} - {"line_profile"}
+    assert {name for name, of in first.items() if of in VIEWER_FIRST} == {*CALLS} - {"line_profile", *parity.PICTURES}
 
 
 @pytest.mark.parametrize("analysis", CALLS)
@@ -37,7 +37,7 @@ def test_signature_has_the_surfaces_of_the_table(analysis):
     answers = any(
         cell.analysis == analysis and cell.surface in parity.FINITE and not parity.refusal_of(cell) for cell in CELLS
     )
-    if analysis not in parity.DISKS and answers:
+    if analysis not in parity.OF_MATTER and answers:
         assert parity.takes_end(analysis) != lacks
 
 
@@ -69,7 +69,7 @@ def test_entries_of_the_tables_are_alive(entry):
 def test_refusals_name_the_argument(cell):
     """A surface that no argument can ask for is refused by the signature."""
     entry = parity.refusal_of(cell)
-    if cell.analysis not in parity.DISKS and not parity.takes_end(cell.analysis):
+    if cell.analysis not in parity.OF_MATTER and not parity.takes_end(cell.analysis):
         assert entry.argument == "end" or "no `end`" in {e.what for e in GAPS if cell.analysis in e.analyses}
         return
     if entry.argument == "end" and not parity.takes_end(cell.analysis):

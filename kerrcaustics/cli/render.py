@@ -77,7 +77,7 @@ def render(
         "frame": frame,
         "time": file.moment(frame),
         "spin": rendering.camera.spin,
-        "radius": rendering.camera.radius,
+        "radius": rendering.camera.radius if math.isfinite(rendering.camera.radius) else None,
         "inclination_deg": in_degrees(rendering.camera.inclination),
         "velocity": list(rendering.camera.fido_velocity()),
         "size": [rendering.view.width, rendering.view.height],
@@ -97,7 +97,7 @@ def render(
 
 
 def _camera_in_words(rendering: "Rendering") -> str:
-    """Place and motion; a velocity in three numbers by its size."""
+    """Place and motion: a velocity in three numbers by its size; an observer is one."""
     velocity = rendering.camera.velocity
     words = place_of(rendering.camera)
     if isinstance(velocity, str):

@@ -149,12 +149,13 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "SpacePoints": space_points,
     "SpotEvent": sky_results.spot_event,
     "StarCatalogue": sky_results.catalogue,
+    "Screen": sky_results.picture_border,
     "StarField": sky_results.star_field,
     "StarImages": sky_results.image_places,
     "StarTracks": sky_results.all_tracks,
     "TracedView": traced_view,
     "Track": sky_results.one_track,
-    "View": sky_results.view_border,
+    "View": sky_results.picture_border,
     "VolumeRendering": rendering,
 }
 

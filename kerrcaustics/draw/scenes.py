@@ -5,6 +5,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,15 @@ from jaxtyping import Float, UInt8
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FixedLocator, FuncFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 from PIL import Image
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed, whole_line
 from kerrcaustics.files import writing
+from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.scenes.screen import Screen
 from kerrcaustics.scenes.view import View
 
 Array = np.ndarray
@@ -57,22 +60,50 @@ def save_light(path: str | os.PathLike[str], light: Array) -> None:
             shutil.copyfileobj(made, file)
 
 
-def show_picture(ax: Axes, view: View, picture: UInt8[Array, "height width 3"], whole: View | None = None) -> Axes:
+def show_picture(ax: Axes, view: Raster, picture: UInt8[Array, "height width 3"], whole: View | None = None) -> Axes:
     """A picture (height, width, 3) uint8 of a view on axes, in pixels that are labelled as degrees from its centre.
 
     Degrees are true along the axes through the centre; for a fisheye view, along every line through it. whole: a view
     of which this one is a part; degrees then count from the centre of that one, as on its picture if it is a fisheye.
+    A screen is labelled by alpha and beta, or where it is turned by the lengths to the right and up from its centre.
     """
     ax.imshow(picture, interpolation="antialiased", extent=(-0.5, view.width - 0.5, view.height - 0.5, -0.5))
+    _label(view, ax, whole)
+    return ax
+
+
+@singledispatch
+def _label(view: Raster, ax: Axes, whole: View | None) -> None:
+    """Ticks and names of the axes of a picture: one method for each class of rasters."""
+    raise TypeError(f"no labels of {type(view).__name__}")
+
+
+@_label.register
+def _label_view(view: View, ax: Axes, whole: View | None) -> None:
     if whole is None:
         _degrees(ax, view)
     else:
         _degrees_of(ax, view, whole)
     ax.set(xlabel="to the right (deg)", ylabel="up (deg)")
-    return ax
 
 
-def show_critical_curves(ax: Axes, view: View, caustics: Iterable[Caustic], **line: Any) -> Axes:
+@_label.register
+def _label_screen(view: Screen, ax: Axes, whole: View | None) -> None:
+    upright = np.array_equal(view.up, (0.0, 1.0))
+    middle = (view.width - 1) / 2, (view.height - 1) / 2
+    for axis, pixels, start, step in (
+        (ax.xaxis, np.array([-0.5, view.width - 0.5]), view.centre[0] * upright, view.pixel),
+        (ax.yaxis, np.array([view.height - 0.5, -0.5]), view.centre[1] * upright, -view.pixel),
+    ):
+        ends = start + (pixels - middle[axis is ax.yaxis]) * step
+        values = np.asarray(MaxNLocator(7, steps=[1, 2, 5, 10]).tick_values(*ends.tolist()))
+        values = values[(values >= ends[0]) & (values <= ends[1])]
+        _tick(axis, np.interp(values, ends, pixels), values)
+    names = ("α (GM/c²)", "β (GM/c²)") if upright else ("to the right (GM/c²)", "up (GM/c²)")
+    ax.set(xlabel=names[0], ylabel=names[1])
+
+
+def show_critical_curves(ax: Axes, view: Raster, caustics: Iterable[Caustic], **line: Any) -> Axes:
     """Critical curves over a picture of the same view and camera, one colour an order, as lines in its pixels."""
     for caustic in caustics:
         curve = whole_line(smoothed(caustic.sky), True) if caustic.closed else caustic.sky
@@ -81,8 +112,8 @@ def show_critical_curves(ax: Axes, view: View, caustics: Iterable[Caustic], **li
     return ax
 
 
-def show_line(ax: Axes, view: View, sky: Float[Array, "n 3"], **line: Any) -> Axes:
-    """A line through directions (n, 3) over a picture of the same view, in its pixels; the limits stay."""
+def show_line(ax: Axes, view: Raster, sky: Float[Array, "n k"], **line: Any) -> Axes:
+    """A line through places on the viewer's sky over a picture of the same view, in its pixels; the limits stay."""
     places = view.pixels(sky)
     # Where a picture of the whole sky ends at one side and goes on at the other, the line is broken.
     jump = np.flatnonzero(np.hypot(*np.diff(places, axis=0).T) > view.width / 2) + 1
@@ -90,7 +121,7 @@ def show_line(ax: Axes, view: View, sky: Float[Array, "n 3"], **line: Any) -> Ax
     return ax
 
 
-def show_curve_names(ax: Axes, view: View, caustics: CausticSet, angles: Mapping[int, float]) -> Axes:
+def show_curve_names(ax: Axes, view: Raster, caustics: CausticSet, angles: Mapping[int, float]) -> Axes:
     """Names 1cc, 2cc, 3cc, as JTFT write them, beside critical curves on a picture.
 
     angles: for each order the place on the curve: degrees from the right over up, at the middle of the picture.

@@ -30,8 +30,8 @@ from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.star_field import StarField
-from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_angle
 from kerrcaustics.spacetime.viewer import Viewer
@@ -203,15 +203,16 @@ def shadow(ax: Axes, camera: Viewer) -> Axes:
     return ax
 
 
-def view_border(ax: Axes, view: View) -> Axes:
-    """The border of the picture on the camera sky."""
+def picture_border(ax: Axes, view: Raster) -> Axes:
+    """The border of the picture on the viewer's sky."""
     turn, last = np.linspace(0, 4, 801), np.array([view.width, view.height]) - 0.5
     x, y = (
         np.interp(turn, range(5), np.where(corners, end, -0.5)) for corners, end in zip(_CORNERS, last, strict=True)
     )
-    sky = view.directions(x, y)[0]
-    # Through the direction away from the hole, which is a whole circle here, no line is drawn.
-    sky[1:][np.linalg.norm(np.diff(about_hole(sky), axis=0), axis=1) > 90] = np.nan
+    sky = view.places(x, y)
+    if sky.shape[-1] == 3:
+        # Through the direction away from the hole, which is a whole circle here, no line is drawn.
+        sky[1:][np.linalg.norm(np.diff(about_hole(sky), axis=0), axis=1) > 90] = np.nan
     return _on_sky(ax, sky, color="black", label="border of the picture")
 
 

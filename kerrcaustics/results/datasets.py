@@ -20,6 +20,8 @@ _NAMED = {
     "pair": ["outer", "inner"],
     "channel": ["red", "green", "blue"],
 }
+# Those of places on the sky of an observer.
+_ON_SCREEN = ["alpha", "beta"]
 _FILL = {"i": -1, "b": False, "U": ""}
 
 
@@ -60,7 +62,8 @@ def to_xarray(result: Any) -> "xarray.Dataset":
         elif values is not None:
             attributes[name] = _attribute(values)
     sizes = {dim: size for dims, array, _ in data.values() for dim, size in zip(dims, array.shape, strict=True)}
-    coordinates = {dim: names for dim, names in _NAMED.items() if dim in sizes}
+    named = {**_NAMED, "axis": _ON_SCREEN} if sizes.get("axis") == len(_ON_SCREEN) else _NAMED
+    coordinates = {dim: names for dim, names in named.items() if dim in sizes}
     return xarray.Dataset(data, coords=coordinates, attrs=attributes)
 
 

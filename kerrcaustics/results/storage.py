@@ -42,6 +42,7 @@ HOMES = {
     "tracks.circles": "CircleCurve CircleImages",
     "tracks.lines": "LineCrossings",
     "scenes.view": "View",
+    "scenes.screen": "Screen",
     "scenes.footprint": "Footprint",
     "scenes.render": "Rendering TracedView",
     "scenes.render_volume": "VolumeRendering",

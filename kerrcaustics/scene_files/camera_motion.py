@@ -79,7 +79,10 @@ class Splined:
 
 @dataclass(frozen=True)
 class Formulated:
-    """A camera whose coordinates are formulas of time: radius, inclination_deg, azimuth_deg among others."""
+    """A camera whose coordinates are formulas of time: radius, inclination_deg, azimuth_deg among others.
+
+    Without a formula the radius is infinite.
+    """
 
     formulas: dict[str, Formula]
     span: tuple[float, float] = (-math.inf, math.inf)
@@ -87,7 +90,9 @@ class Formulated:
     def place(self, time: float) -> Place:
         """Return the place at a time."""
         moment = Moment(time, self.formulas)
-        radius, theta, phi = (moment.of(self.formulas[name]) for name in PLACE_NAMES)
+        radius, theta, phi = (
+            moment.of(self.formulas[name]) if name in self.formulas else Dual(math.inf, 0.0) for name in PLACE_NAMES
+        )
         values = radius.value, math.radians(theta.value), math.radians(phi.value)
         return Place(*values, radius.rate, math.radians(theta.rate), math.radians(phi.rate))
 

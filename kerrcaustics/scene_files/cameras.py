@@ -28,6 +28,8 @@ from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, chec
 from kerrcaustics.scene_files.geodesics import Geodesic, circular_velocity, free_fall
 from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.spacetime.camera import Camera, Velocity
+from kerrcaustics.spacetime.observer import Observer
+from kerrcaustics.spacetime.viewer import Viewer
 
 # Conservation of E, L_z and Q along a geodesic, below which its integration is good.
 _GOOD = 1e-8
@@ -40,15 +42,19 @@ CameraMotion = Staying | Splined | Formulated | Geodesic
 
 @dataclass(frozen=True)
 class CameraPath:
-    """The camera of a scene at every time: its motion, its velocity (None: that of the motion), and all formulas."""
+    """The camera of a scene at every time: its motion, its velocity (None: that of the motion), and all formulas.
+
+    distant: true for an `Observer`, who is at rest at each place.
+    """
 
     spin: float
     motion: CameraMotion
     velocity: Velocity | None
     formulas: dict[str, Formula]
+    distant: bool
 
-    def camera(self, time: float) -> tuple[Camera, Place]:
-        """The camera at a time, and its place."""
+    def camera(self, time: float) -> tuple[Viewer, Place]:
+        """The camera, or the observer, at a time, and its place."""
         low, high = self.motion.span
         if not low <= time <= high:
             reject("camera.path", f"reach to the time {time:.12g}", f"from {low:.12g} to {high:.12g}")
@@ -57,6 +63,8 @@ class CameraPath:
             words = f"{math.degrees(place.theta):g} at {time:g}"
             reject("camera.path", "keep the inclination in [0, 180] degrees", words)
         try:
+            if self.distant:
+                return Observer(spin=self.spin, radius=place.radius, inclination=place.theta), place
             # Raises ValueError unless the place is outside the horizon.
             Camera(self.spin, place.radius, place.theta, "fiducial")
             velocity = self.velocity or fido_velocity(self.spin, place)
@@ -78,11 +86,11 @@ class CameraPath:
 def camera_path(contents: Contents, folder: Path, span: tuple[float, float] | None) -> CameraPath:
     """Return the path of the camera. span: of the film, over which a geodesic is followed; None, the path's own."""
     formulas = _definitions(contents)
-    table, spin = contents.camera, contents.hole.spin
+    table, spin, distant = contents.camera, contents.hole.spin, contents.view.size is not None
     velocity = None if table.velocity == "path" else table.velocity
     if table.path is None:
-        motion, velocity = _staying(contents)
-        return CameraPath(spin, motion, velocity, formulas)
+        motion, velocity = _at_rest(contents) if distant else _staying(contents)
+        return CameraPath(spin, motion, velocity, formulas, distant)
     match table.path:
         case KeyframesTable(keyframes=keys):
             rows = np.array([[key.time, key.radius, key.inclination_deg, key.azimuth_deg] for key in keys])
@@ -90,12 +98,15 @@ def camera_path(contents: Contents, folder: Path, span: tuple[float, float] | No
         case CsvTable(file=name):
             motion = _of_file(folder / name)
         case ExpressionsTable() as path:
-            formulas |= {name: formula(f"camera.path.{name}", getattr(path, name)) for name in PLACE_NAMES}
+            entries = {name: getattr(path, name) for name in PLACE_NAMES}
+            formulas |= {
+                name: formula(f"camera.path.{name}", entry) for name, entry in entries.items() if entry != math.inf
+            }
             check_names((), formulas, ())
             motion = Formulated(formulas)
         case GeodesicTable() as path:
             motion = _falling(spin, path, span or (path.time, path.time))
-    return CameraPath(spin, motion, velocity, formulas)
+    return CameraPath(spin, motion, velocity, formulas, distant)
 
 
 def varied(entry: str, value: Varied, path: CameraPath) -> "Formula | Splined":
@@ -124,6 +135,15 @@ def _definitions(contents: Contents) -> dict[str, Formula]:
     formulas = {name: formula(f"definitions.{name}", text) for name, text in contents.definitions.items()}
     check_names((), formulas, PLACE_NAMES)
     return formulas
+
+
+def _at_rest(contents: Contents) -> tuple[Staying, Velocity]:
+    """Return the motion of an observer without a path: none, at any radius."""
+    table = contents.camera
+    theta = math.radians(90.0 if table.inclination_deg is None else table.inclination_deg)
+    with about("camera", spin="hole.spin"):
+        observer = Observer(spin=contents.hole.spin, radius=table.radius or 0.0, inclination=theta)
+    return Staying(Place(observer.radius, theta, math.radians(table.azimuth_deg or 0.0), 0.0, 0.0, 0.0)), "fiducial"
 
 
 def _staying(contents: Contents) -> tuple[Staying, Velocity]:

@@ -1,6 +1,6 @@
 """The tables and keys of scene files, as structs. docs/scene_files.md describes each of them."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
@@ -9,7 +9,8 @@ from kerrcaustics.choices import Quality, VelocityName
 from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR, Along
 from kerrcaustics.scenes.colour import DAYLIGHT, Curve, Response
 from kerrcaustics.scenes.disk.disk import DiskMotion
-from kerrcaustics.scenes.view import MOST_PIXELS, Projection
+from kerrcaustics.scenes.raster import MOST_PIXELS
+from kerrcaustics.scenes.view import Projection
 
 Vector = tuple[float, float, float]
 Inclination = Annotated[float, Meta(ge=0, le=180, description="degrees")]
@@ -84,7 +85,7 @@ PathTable = KeyframesTable | ExpressionsTable | GeodesicTable | CsvTable
 
 
 class CameraTable(SceneTable, kw_only=True, frozen=True):
-    """The camera: at a radius, or on a path."""
+    """The camera, or the observer: at a radius, or on a path."""
 
     radius: float | None = None
     inclination_deg: Inclination | None = None
@@ -94,16 +95,36 @@ class CameraTable(SceneTable, kw_only=True, frozen=True):
 
 
 class ViewTable(SceneTable, kw_only=True, frozen=True):
-    """The picture, and where the camera looks."""
+    """The picture, and where the camera looks; with a size, the screen of an observer."""
 
     width: PixelCount = 1280
     height: PixelCount = 720
-    field_of_view_deg: Varied = 90.0
-    projection: Projection = "pinhole"
-    look: Literal["hole", "forward"] | Vector = "hole"
+    size: Varied | None = None
+    centre: tuple[Varied, Varied] | None = None
+    field_of_view_deg: Varied | None = None
+    projection: Projection | None = None
+    look: Literal["hole", "forward"] | Vector | None = None
     tilt_deg: Varied = 0.0
-    yaw_deg: Varied = 0.0
-    pitch_deg: Varied = 0.0
+    yaw_deg: Varied | None = None
+    pitch_deg: Varied | None = None
+
+    def complete(self) -> "ViewTable":
+        """The view of a camera, or the screen of an observer, with what is left out."""
+        defaults = CAMERA_VIEW if self.size is None else SCREEN
+        absent = {key: value for key, value in defaults.items() if getattr(self, key) is None}
+        return msgspec.structs.replace(self, **absent)
+
+
+CAMERA_VIEW: dict[str, Any] = {
+    "field_of_view_deg": 90.0,
+    "projection": "pinhole",
+    "look": "hole",
+    "yaw_deg": 0.0,
+    "pitch_deg": 0.0,
+}
+"""Keys of a view that a screen does not have, and what they are where they are left out."""
+SCREEN: dict[str, Any] = {"centre": (0.0, 0.0)}
+"""Those of a screen."""
 
 
 class NoSky(SceneTable, kw_only=True, frozen=True, tag="none", tag_field="kind"):
@@ -250,6 +271,7 @@ class OverlaysTable(SceneTable, kw_only=True, frozen=True):
     """Lines and words drawn onto the picture."""
 
     critical_curves: Annotated[int, Meta(ge=0, le=10)] = 0
+    shadow_edge: bool = False
     tracks: tuple[Inclination, ...] = ()
     labels: bool = False
     caption: str = ""

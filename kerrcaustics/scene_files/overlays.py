@@ -16,7 +16,8 @@ from matplotlib.patheffects import withStroke
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import pixels
-from kerrcaustics.draw.scenes import show_critical_curves
+from kerrcaustics.draw.projection import whole_line
+from kerrcaustics.draw.scenes import show_critical_curves, show_line
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
 from kerrcaustics.images.sheets import HIGHEST_INDEX
 from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
@@ -24,10 +25,11 @@ from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.contents import OverlaysTable
 from kerrcaustics.scene_files.expressions import Moment
 from kerrcaustics.scene_files.validation import SceneError, about, reject
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.tracks import star_tracks
 
 Array = np.ndarray
@@ -42,6 +44,8 @@ _TRACKS = ("white", "#F0E442", "#8CE6C8")
 _BLANK = re.compile(r"\{(\w+)(?::([<>^]?[-+ ]?0?[0-9]{0,2},?(?:\.[0-9]{1,2})?[eEfFgG%]?))?\}")
 _IN_BRACES = re.compile(r"\{[^}]*\}?|\}")
 _LONGEST_CAPTION = 500
+_EDGE_POINTS = 720
+_EDGE_LINE: dict[str, Any] = {"color": "#B0B0B0", "linewidth": 1.0, "linestyle": "--", "path_effects": [_DARK]}
 # The same for all frames of a camera on a circular orbit.
 _tracks = lru_cache(maxsize=64)(star_tracks)
 
@@ -66,12 +70,15 @@ def overlaid(
     return drawing[:height, :width]
 
 
-def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None:
+def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> None:
     lines: list[Line2D] = []
     if overlays.tracks:
         most = min(max(overlays.critical_curves - 1, 1), HIGHEST_INDEX)
         _draw_tracks(ax, overlays.tracks, most, camera, view)
         lines += [Line2D([], [], label=f"tracks, index {index}", **_track_line(index)) for index in range(most + 1)]
+    if overlays.shadow_edge:
+        show_line(ax, view, whole_line(shadow_edge(camera, _EDGE_POINTS), True), **_EDGE_LINE)
+        lines.append(Line2D([], [], label="shadow edge", **_EDGE_LINE))
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves)
         show_critical_curves(ax, view, curves, linewidth=1.6)
@@ -85,7 +92,7 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Camera, view: View) -> None
             text.set_color("white")
 
 
-def _in_view(view: View, sky: Float[Array, "n 3"]) -> bool:
+def _in_view(view: Raster, sky: Float[Array, "n axes"]) -> bool:
     """True where the picture shows some of these directions."""
     x, y = view.pixels(sky).T
     return bool(((x >= 0) & (x < view.width) & (y >= 0) & (y < view.height)).any())
@@ -95,7 +102,7 @@ def _track_line(index: int) -> dict[str, Any]:
     return {"color": _TRACKS[index % len(_TRACKS)], "linewidth": 0.9, "path_effects": [_DARK]}
 
 
-def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Camera, view: View) -> None:
+def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, view: Raster) -> None:
     limits, lines = (ax.get_xlim(), ax.get_ylim()), []
     for i, theta in enumerate(stars):
         with about("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):

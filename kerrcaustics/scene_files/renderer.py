@@ -6,17 +6,17 @@ from kerrcaustics.results.declared import same
 from kerrcaustics.scene_files.contents import LightTable
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.motion import ShutterMotion
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering, Sky, TracedView, render, trace_view
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.viewer import Viewer
 
 # The last map, and all that it depends on.
 _LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
 def rendered(
-    camera: Camera,
-    view: View,
+    camera: Viewer,
+    view: Raster,
     sky: Sky | None,
     disk: Disk | None,
     light: LightTable,
@@ -33,7 +33,7 @@ def rendered(
     return traced.show(sky, disk=disk, turn=0.0 if exposure is None else exposure.turn, **options)
 
 
-def _traced(camera: Camera, view: View, sky: bool, disk: Disk | None, delay: bool, quality: str) -> TracedView:
+def _traced(camera: Viewer, view: Raster, sky: bool, disk: Disk | None, delay: bool, quality: str) -> TracedView:
     """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
     rims = disk and (disk.inner, disk.outer, disk.opaque)
     key = camera, view, sky, rims, delay, quality

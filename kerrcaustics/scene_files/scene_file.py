@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 import msgspec
 import numpy as np
@@ -24,16 +24,23 @@ from kerrcaustics.scene_files.validation import SceneError, about, check_content
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.motion import ShutterMotion
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.screen import Screen
 from kerrcaustics.scenes.turned_sky import TurnedSky
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.toml_files import as_struct, not_finite, read_toml
+
+if TYPE_CHECKING:
+    from kerrcaustics.spacetime.camera import Camera
 
 Array = np.ndarray
 
-_VARIED_VIEW = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pitch_deg")
+# Values of a view, and of a screen, that may change with time.
+_VARIED_VIEW, _VARIED_SCREEN = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pitch_deg"), ("size", "tilt_deg")
+_MAY_BE_INFINITE = ("camera.radius", "camera.path.radius")
 # Of a film's frames, so many are looked at before any is drawn.
 _LOOKED_AT = 100
 # Bytes: more than any picture that is taken has.
@@ -89,9 +96,11 @@ class SceneFile:
         with in_file(str(path)):
             table = with_overrides(table, overrides)
             for entry, value in not_finite(table):
-                reject(entry, "be a finite number", value)
+                if value != math.inf or entry not in _MAY_BE_INFINITE:
+                    reject(entry, "be a finite number", value)
             contents = as_struct(table, Contents, path)
             check_contents(contents)
+            contents = msgspec.structs.replace(contents, view=contents.view.complete())
             folder = path.absolute().parent
             files = tuple((name, _hash(entry, folder, name)) for entry, name in _named_files(contents))
             scene = cls(contents, folder, str(path), files)
@@ -154,8 +163,8 @@ class SceneFile:
         frames = {"frames": self.frames, "span": list(self.span), "shutter_deg": self._film.shutter_deg}
         return {"schema": "kerrcaustics/scene-file/1", **entry, "shown": frames, "files": dict(self.files)}
 
-    def camera(self, time: float) -> Camera:
-        """The camera at a time."""
+    def camera(self, time: float) -> Viewer:
+        """The camera, or the observer, at a time."""
         return self._camera_view(time)[0]
 
     def azimuth(self, time: float) -> float:
@@ -163,8 +172,8 @@ class SceneFile:
         with in_file(self.name):
             return self._path.camera(time)[1].phi
 
-    def view(self, time: float, scale: float = 1.0) -> View:
-        """The view at a time; scale: of the picture's width and height."""
+    def view(self, time: float, scale: float = 1.0) -> Raster:
+        """The view, or the screen, at a time; scale: of the picture's width and height."""
         return self._camera_view(time, scale)[1]
 
     def rendering(self, number: int, *, quality: str | None = None, scale: float = 1.0) -> Rendering:
@@ -248,8 +257,11 @@ class SceneFile:
     @cached_property
     def _varied(self) -> dict[str, Any]:
         """Values that may change with time, by the paths of their keys."""
-        view = {f"view.{key}": getattr(self.contents.view, key) for key in _VARIED_VIEW}
-        values = {**view, "light.exposure": self.contents.light.exposure}
+        table = self.contents.view
+        keys = _VARIED_VIEW if table.size is None else _VARIED_SCREEN
+        values = {f"view.{key}": getattr(table, key) for key in keys}
+        values |= {f"view.centre[{i}]": value for i, value in enumerate(table.centre or ())}
+        values["light.exposure"] = self.contents.light.exposure
         return {entry: varied(entry, value, self._path) for entry, value in values.items()}
 
     @property
@@ -263,23 +275,32 @@ class SceneFile:
             return None
         return disk_of(table, self.contents.hole.spin, self.folder, self.files, light.response)
 
-    def _camera_view(self, time: float, scale: float = 1.0) -> tuple[Camera, View]:
+    def _camera_view(self, time: float, scale: float = 1.0) -> tuple[Viewer, Raster]:
         if not math.isfinite(real_number("time", time)):
             raise ValueError(f"Argument `time` must be a finite number, but is {quoted(time)}.")
         if not 0 < real_number("scale", scale) <= 16:
             raise ValueError(f"Argument `scale` must be more than 0 and at most 16, but is {quoted(scale)}.")
         with in_file(self.name):
             camera = self._path.camera(time)[0]
-            moment = self._path.at(time)
-            field, *turns = (value_at(self._varied[f"view.{key}"], moment) for key in _VARIED_VIEW)
-            return camera, self._view(camera, field, turns, scale)
+            return camera, self._raster(camera, self._values(time), scale)
 
-    def _view(self, camera: Camera, field: float, turns: Sequence[float] | None, scale: float) -> View:
-        """A view; turns None: straight on, to try the rest without looking for the shadow."""
+    def _values(self, time: float) -> dict[str, float]:
+        """The values that may change with time, by the paths of their keys."""
+        moment = self._path.at(time)
+        return {entry: value_at(varying, moment) for entry, varying in self._varied.items()}
+
+    def _raster(self, camera: Viewer, values: dict[str, float], scale: float, trial: bool = False) -> Raster:
+        """A view or a screen; trial: a view straight on, to try the rest without looking for the shadow."""
         table = self.contents.view
         width, height = (max(round(scale * pixels), 1) for pixels in self.size)
         with about("view"):
-            axes = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)) if turns is None else axes_of(camera, table.look, turns)
+            if table.size is not None:
+                tilt, centre = math.radians(values["view.tilt_deg"]), (values[f"view.centre[{i}]"] for i in (0, 1))
+                return Screen(width, height, values["view.size"], tuple(centre), (math.sin(tilt), math.cos(tilt)))
+            field, *turns = (values[f"view.{key}"] for key in _VARIED_VIEW)
+            assert table.look is not None and table.projection is not None
+            looking = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+            axes = looking if trial else axes_of(cast("Camera", camera), table.look, turns)
             return View(width, height, math.radians(field), table.projection, *axes)
 
     def _check(self) -> None:
@@ -301,9 +322,8 @@ class SceneFile:
 
     def _check_frame(self, time: float) -> None:
         camera = self._path.camera(time)[0]
-        moment = self._path.at(time)
-        values = {entry: value_at(varying, moment) for entry, varying in self._varied.items()}
-        self._view(camera, values["view.field_of_view_deg"], None, 1.0)
+        values = self._values(time)
+        self._raster(camera, values, 1.0, trial=True)
         if not values["light.exposure"] <= _BRIGHTEST:
             reject("light.exposure", f"be at most {_BRIGHTEST:g}", values["light.exposure"])
         with about("light"):

@@ -1,11 +1,13 @@
 """Checks of a scene file, and their errors: one line that names the file, the key by its path, and what it must be."""
 
+import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NoReturn
 
-from kerrcaustics.scene_files.contents import Contents
+from kerrcaustics.scene_files.contents import CAMERA_VIEW, SCREEN, Contents, GeodesicTable
+from kerrcaustics.spacetime.checks import quoted
 
 # Names of arguments that are keys under another name, in degrees.
 _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg", "forward": "look", "up": "look"}
@@ -63,13 +65,34 @@ def check_contents(contents: Contents) -> None:
                 reject(f"camera.{key}", "be left out where there is a camera.path", getattr(camera, key))
     elif camera.velocity == "path":
         reject("camera.velocity", "be another one where there is no camera.path", "'path'")
-    if not isinstance(contents.view.look, str) and not any(contents.view.look):
-        reject("view.look", "be three numbers that are not all zero", list(contents.view.look))
+    _check_viewer(contents)
+    look = contents.view.look
+    if look is not None and not isinstance(look, str) and not any(look):
+        reject("view.look", "be three numbers that are not all zero", list(look))
     if film is not None:
         _check_either("film", film, "frames", "duration")
     for i, halo in enumerate(contents.light.flare):
         if (halo.file is None) == (halo.share is None) or (halo.share is None) != (halo.width is None):
             reject(f"light.flare[{i}]", "have either share and width, or file", "neither or both")
+
+
+def _check_viewer(contents: Contents) -> None:
+    """Raise ValueError for keys of a camera beside a screen, and of a screen beside a camera."""
+    camera, view = contents.camera, contents.view
+    infinite = math.inf in (camera.radius, getattr(camera.path, "radius", None))
+    if infinite and view.size is None:
+        reject("view.size", "be given where the radius is inf", "left out")
+    other, where = (SCREEN, "no view.size") if view.size is None else (CAMERA_VIEW, "a view.size")
+    for key in other:
+        if getattr(view, key) is not None:
+            reject(f"view.{key}", f"be left out where there is {where}", quoted(getattr(view, key)))
+    if view.size is None:
+        return
+    at_rest = "where there is a view.size: observers are at rest"
+    if camera.velocity not in (None, "fiducial"):
+        reject("camera.velocity", f"be fiducial {at_rest}", quoted(camera.velocity))
+    if isinstance(camera.path, GeodesicTable):
+        reject("camera.path.kind", f"be another one {at_rest}", "'geodesic'")
 
 
 def _check_either(entry: str, table: Any, one: str, other: str) -> None:

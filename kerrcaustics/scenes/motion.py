@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.spacetime.checks import quoted, real_number, refuse_tracer
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -21,9 +21,9 @@ class ShutterMotion:
 
     Parameters
     ----------
-    cameras : (Camera, Camera)
+    cameras : (Camera, Camera), or (Observer, Observer)
         When the shutter opens, and when it closes.
-    views : (View, View)
+    views : (View, View), or (Screen, Screen)
         Then; as large as the picture, and of its projection.
     azimuths : (float, float)
         phi of the camera then, radians, from what it is in the middle.
@@ -37,7 +37,8 @@ class ShutterMotion:
 
     Notes
     -----
-    In between, places, velocities and axes are quadratic in time through the three moments.
+    In between, places, velocities and axes are quadratic in time through the three moments; of observers the inverse of
+    the radius is. An observer stays at rest: what changes is which one it is.
 
     Examples
     --------
@@ -47,28 +48,30 @@ class ShutterMotion:
     >>> motion = kc.pictures.ShutterMotion(cameras, views, azimuths=(-0.02, 0.02), times=(-0.2, 0.2))
     """
 
-    cameras: tuple[Camera, Camera]
-    views: tuple[View, View]
+    cameras: tuple[Viewer, Viewer]
+    views: tuple[Raster, Raster]
     azimuths: tuple[float, float] = (0.0, 0.0)
     times: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the two moments are valid."""
-        for name, kind in (("cameras", Camera), ("views", View)):
+        for name, kind, words in (("cameras", Viewer, "Camera or Observer"), ("views", Raster, "View or Screen")):
             value = getattr(self, name)
             if not _two(value) or not all(isinstance(one, kind) for one in value):
-                raise ValueError(f"Argument `{name}` must be two objects of the class {kind.__name__}.")
+                raise ValueError(f"Argument `{name}` must be two objects of the class {words}.")
         for name in ("azimuths", "times"):
             value = getattr(self, name)
             refuse_tracer(name, value)
             if not _two(value) or not all(math.isfinite(real_number(name, number)) for number in value):
                 raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
 
-    def about(self, camera: Camera, view: View, time: float) -> "Exposure":
+    def about(self, camera: Viewer, view: Raster, time: float) -> "Exposure":
         """The exposure with this moment in its middle."""
         if any(other.spin != camera.spin for other in self.cameras):
             raise ValueError(f"Argument `motion` must keep the spin of the hole, {camera.spin:g}.")
-        if any(_form(other) != _form(view) for other in self.views):
+        if any(type(other) is not type(camera) for other in self.cameras):
+            raise ValueError(f"Argument `motion` must have cameras of the class {type(camera).__name__}.")
+        if any(other.form != view.form for other in self.views):
             raise ValueError("Argument `motion` must keep width, height and projection of the view.")
         first, last = (
             ExposedMoment(*parts[:3], time + parts[3])
@@ -80,17 +83,15 @@ class ShutterMotion:
 class ExposedMoment(NamedTuple):
     """A camera, its view, its azimuth (radians), and coordinate time."""
 
-    camera: Camera
-    view: View
+    camera: Viewer
+    view: Raster
     azimuth: float
     time: float
 
     @property
-    def sight(self) -> tuple[Any, ...]:
-        """All that a view of the hole depends on."""
-        camera, view = self.camera, self.view
-        place = camera.radius, camera.inclination, camera.fido_velocity()
-        return *place, view.field_of_view, *view.forward.tolist(), *view.up.tolist()
+    def sight(self) -> list[float]:
+        """All numbers that a view of the hole depends on."""
+        return self.view.moving_numbers(self.camera)
 
 
 class Exposure(NamedTuple):
@@ -116,26 +117,16 @@ class Exposure(NamedTuple):
             if moment == place:
                 return end
         azimuth, time = (float(self._between(moment, [one[k] for one in self])) for k in (2, 3))
+        middle = self.middle
         if self.still:
-            return ExposedMoment(self.middle.camera, self.middle.view, azimuth, time)
-        numbers = [(one.camera.radius, one.camera.inclination, *one.camera.fido_velocity()) for one in self]
-        radius, inclination, *velocity = self._between(moment, numbers).tolist()
-        camera = Camera(self.middle.camera.spin, radius, min(max(inclination, 0.0), math.pi), tuple(velocity))
-        return ExposedMoment(camera, self._view(camera, moment), azimuth, time)
+            return ExposedMoment(middle.camera, middle.view, azimuth, time)
+        values = self._between(moment, [one.sight for one in self]).tolist()
+        return ExposedMoment(*middle.view.with_moving_numbers(middle.camera.spin, values), azimuth, time)
 
     def pieces(self, count: int) -> "list[Exposure]":
         """Divide it into so many parts, in order of time."""
         ends = np.linspace(-0.5, 0.5, 2 * count + 1).tolist()
         return [Exposure(*(self.at(moment) for moment in ends[k : k + 3])) for k in range(0, 2 * count, 2)]
-
-    def _view(self, camera: Camera, moment: float) -> View:
-        """The view: its axes move smoothly for the fiducial observer, who has axes of his own."""
-        views = [one.view for one in self]
-        field = float(self._between(moment, [view.field_of_view for view in views]))
-        bases = [np.asarray(one.camera.frame().basis) for one in self]
-        axes = [np.stack([view.forward, view.up]) @ basis for view, basis in zip(views, bases, strict=True)]
-        forward, up = self._between(moment, axes) @ np.asarray(camera.frame().basis).T
-        return View(views[1].width, views[1].height, field, views[1].projection, forward, up)
 
     def _between(self, moment: float, values: Sequence[Any]) -> Float[Array, "*shape"]:
         """Return values at a moment, quadratic in time."""
@@ -145,7 +136,3 @@ class Exposure(NamedTuple):
 
 def _two(value: Any) -> bool:
     return isinstance(value, Sequence) and len(value) == 2
-
-
-def _form(view: View) -> tuple[int, int, str]:
-    return view.width, view.height, view.projection

@@ -18,8 +18,8 @@ from scipy.spatial import KDTree
 from kerrcaustics.scenes.footprint import bend, major_axis, turned
 from kerrcaustics.scenes.patches import weights_at
 from kerrcaustics.scenes.quadtree import in_chunks
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells
-from kerrcaustics.scenes.view import View
 
 Array = np.ndarray
 
@@ -282,7 +282,7 @@ def moved(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
     return steps_to(images.steps, motion, np.maximum(images.area**2, 1e-300))
 
 
-def drawn(light: Float[Array, "h w 3"], view: View, place: Float[Array, "m 2"], power: Float[Array, "m 3"]) -> None:
+def drawn(light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"], power: Float[Array, "m 3"]) -> None:
     """Add images to a picture, whose light times solid angle is to be (m, 3): each is a quadratic B-spline.
 
     Its parts add up to 1. What of it lies beyond a side of a picture of the whole sky comes in where it belongs.
@@ -298,7 +298,7 @@ def drawn(light: Float[Array, "h w 3"], view: View, place: Float[Array, "m 2"], 
                 np.add.at(flat[:, channel], pixel, part)
 
 
-def _numbers(view: View, pixel: Int[Array, "m 2"]) -> tuple[Int[Array, " n"], Bool[Array, " m"]]:
+def _numbers(view: Raster, pixel: Int[Array, "m 2"]) -> tuple[Int[Array, " n"], Bool[Array, " m"]]:
     """Numbers (n,) in reading order of the pixels that lie in a picture, and the mask (m,) of those that do."""
     size = view.width, view.height
     if view.closed:

@@ -19,14 +19,15 @@ from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion
 from kerrcaustics.scenes.motion_blur import blurred_disk, blurred_sky
 from kerrcaustics.scenes.points import PointLights, drawn
+from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.seen_sky import seen_sky
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
 from kerrcaustics.scenes.star_search import StarSearch
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import instance_of, one_of, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -42,10 +43,10 @@ _CROSSINGS = "beams traced to each crossing of the disk's plane, from the first 
 
 @result("rendering/1")
 class Rendering:
-    """A sky, and a disk, as a camera sees them."""
+    """A sky, and a disk, as a camera or an observer sees them."""
 
-    camera: Camera = quantity("", "", "the camera", json="", column="")
-    view: View = quantity("", "", "the part of its sky that is seen")
+    camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
+    view: Raster = quantity("", "", "the part of its sky that is seen")
     light: Array = quantity(
         "row column channel", "1", "linear sRGB intensity, float32, in the sky's unit; what sees nothing is 0"
     )
@@ -70,8 +71,8 @@ class Rendering:
 class TracedView:
     """The map of a view to the sky, and to a disk, made once for any sky: what `trace_view` returns."""
 
-    camera: Camera = quantity("", "", "the camera", json="", column="")
-    view: View = quantity("", "", "the part of its sky that is seen")
+    camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
+    view: Raster = quantity("", "", "the part of its sky that is seen")
     visible_fraction: Array | None = quantity("row column", "1", _VISIBLE)
     supersampled: int = quantity("", "1", "pixels that were supersampled")
     beams: int = quantity("", "1", _BEAMS)
@@ -140,8 +141,8 @@ class TracedView:
 
 @usual_warnings
 def render(
-    camera: Camera,
-    view: View,
+    camera: Viewer,
+    view: Raster,
     sky: Sky | None = None,
     *,
     disk: Disk | None = None,
@@ -158,8 +159,9 @@ def render(
 
     Parameters
     ----------
-    camera : Camera
-    view : View
+    camera : Camera or Observer
+    view : View or Screen
+        Of a camera a `View`, of an observer a `Screen`.
     sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
         Left out, it is black, and no beam is traced to it.
     disk : Disk, optional
@@ -170,7 +172,8 @@ def render(
     delay : bool
         Show the disk's pattern, which circles with it, as it was when the light left it; else as it is now.
     time : float
-        Of the camera, for that pattern; as coordinate time, in units of the mass.
+        Of the camera, for that pattern; as coordinate time, in units of the mass. That of an observer is without the
+        way to the hole, as for `Observer`.
     quality : str
         Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005).
     motion : ShutterMotion, optional
@@ -209,11 +212,13 @@ def render(
     >>> rendering = kc.render(camera, view, kc.skies.Checkerboard())
     >>> rendering.light.shape, rendering.error < 0.1
     ((36, 64, 3), True)
+    >>> observer, screen = kc.Observer(spin=0.9, inclination=1.2), kc.Screen(64, 36, size=24)
+    >>> kc.render(observer, screen, kc.skies.Checkerboard()).view.pixel
+    0.375
     """
     turn = 0.0
     if motion is not None:
-        check_camera(camera)
-        instance_of("view", view, View)
+        check_picture(camera, view)
         check_sky(sky)
         instance_of("motion", motion, ShutterMotion)
         exposure = motion.about(camera, view, _moment(time))
@@ -230,8 +235,8 @@ def render(
 @usual_warnings
 @with_stages
 def trace_view(
-    camera: Camera,
-    view: View,
+    camera: Viewer,
+    view: Raster,
     *,
     sky: bool = True,
     disk: Disk | None = None,
@@ -245,8 +250,9 @@ def trace_view(
 
     Parameters
     ----------
-    camera : Camera
-    view : View
+    camera : Camera or Observer
+    view : View or Screen
+        As for `render`.
     sky : bool
         Trace the sky.
     disk : Disk, optional
@@ -271,8 +277,7 @@ def trace_view(
     (36, 64, 3)
     """
     began = clock()
-    check_camera(camera)
-    instance_of("view", view, View)
+    check_picture(camera, view)
     close = _close(quality)
     shape = view.height, view.width
     hidden, about, plane = np.zeros(shape, bool), None, DiskCrossings((), ())
@@ -318,13 +323,13 @@ def _close(quality: str) -> float:
     return QUALITIES[cast("Quality", quality)]
 
 
-def _check_disk(disk: Disk, camera: Camera) -> None:
+def _check_disk(disk: Disk, camera: Viewer) -> None:
     instance_of("disk", disk, Disk)
     disk.check(camera.spin)
 
 
 @stage("disk_map")
-def _crossings(camera: Camera, view: View, disk: Disk, delay: bool) -> DiskCrossings:
+def _crossings(camera: Viewer, view: Raster, disk: Disk, delay: bool) -> DiskCrossings:
     _check_disk(disk, camera)
     return crossings(Lattice(camera, view, delay), disk.inner, disk.outer, disk.opaque)
 

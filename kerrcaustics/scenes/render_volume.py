@@ -12,11 +12,11 @@ from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.march import Marched, Marching, marched
 from kerrcaustics.scenes.disk.volume import Volume
+from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.render import Sky, render
 from kerrcaustics.scenes.sky_light import check_sky
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import instance_of
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -34,8 +34,8 @@ _LONGEST_STEP = 2.0
 class VolumeRendering:
     """Glowing matter in space, before a sky, as a camera sees it."""
 
-    camera: Camera = quantity("", "", "the camera", json="", column="")
-    view: View = quantity("", "", "the part of its sky that is seen")
+    camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
+    view: Raster = quantity("", "", "the part of its sky that is seen")
     light: Array = quantity("row column channel", "1", "linear sRGB intensity, float32; what sees nothing is 0")
     transmission: Array = quantity("row column", "1", "part of the light behind it that the matter lets through")
     error: float = quantity("", "1", "of light, in parts of the brightest luminance, and of transmission, by the steps")
@@ -52,8 +52,8 @@ class VolumeRendering:
 
 @usual_warnings
 def render_volume(
-    camera: Camera,
-    view: View,
+    camera: Viewer,
+    view: Raster,
     volume: Volume,
     sky: Sky | None = None,
     *,
@@ -65,8 +65,9 @@ def render_volume(
 
     Parameters
     ----------
-    camera : Camera
-    view : View
+    camera : Camera or Observer
+    view : View or Screen
+        As for `render`.
     volume : Volume
     sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
         Seen as `render` shows it, through what the matter lets through.
@@ -107,8 +108,7 @@ def render_volume(
     (9, 16, 3)
     """
     began = clock()
-    check_camera(camera)
-    instance_of("view", view, View)
+    check_picture(camera, view)
     check_sky(sky)
     way = _checked(camera, volume, beaming, colour_shift, step)
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
@@ -135,7 +135,7 @@ def render_volume(
     return VolumeRendering(camera, view, *pictures, error, len(rough), rays, steps, seconds)
 
 
-def _checked(camera: Camera, volume: Volume, beaming: bool, colour_shift: bool, step: object) -> Marching:
+def _checked(camera: Viewer, volume: Volume, beaming: bool, colour_shift: bool, step: object) -> Marching:
     instance_of("volume", volume, Volume)
     volume.check(camera.spin)
     must = f"be a number above 0 and at most {_LONGEST_STEP:g}"
@@ -143,7 +143,7 @@ def _checked(camera: Camera, volume: Volume, beaming: bool, colour_shift: bool, 
     return Marching(camera, volume, beaming, colour_shift, length)
 
 
-def _all_marched(way: Marching, view: View, x: Float[Array, "n m"], y: Float[Array, "n m"]) -> Marched:
+def _all_marched(way: Marching, view: Raster, x: Float[Array, "n m"], y: Float[Array, "n m"]) -> Marched:
     """Means over the m rays of n pixels, on all cores."""
     count = max(_TOGETHER // x.shape[1], 1)
 
@@ -160,7 +160,7 @@ def _all_marched(way: Marching, view: View, x: Float[Array, "n m"], y: Float[Arr
     return Marched(np.concatenate(light), np.concatenate(transmission), sum(step_counts))
 
 
-def _error(way: Marching, view: View, picture: Marched, brightest: float) -> float:
+def _error(way: Marching, view: Raster, picture: Marched, brightest: float) -> float:
     """4/3 of the largest change that half the step makes, over a sample of the pixels that see matter."""
     lit = np.flatnonzero((picture.transmission < 1) | picture.light.any(axis=1))
     if not len(lit):

@@ -15,13 +15,13 @@ from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.footprint import Footprint, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import fill, in_chunks
-from kerrcaustics.scenes.sky_cells import SkyCells
+from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.scenes.sky_cells import SkyCells, extent_of
 from kerrcaustics.scenes.sky_light import Parts
 from kerrcaustics.scenes.sky_map import TOLERANCE, sky_map, slopes
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -51,7 +51,7 @@ class SeenSky(NamedTuple):
 
 @stage("sky_map")
 def seen_sky(
-    camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
+    camera: Viewer, view: Raster, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
 ) -> SeenSky:
     """Return the visible sky of a view; parameters as for `sky_map`."""
     mapped = sky_map(camera, view, close, hidden, exposure)
@@ -72,7 +72,9 @@ def seen_sky(
         inside = np.isfinite([direction[..., 0] for _, direction in results])
         visible_fraction.flat[which] = inside.mean(axis=(0, 2, 3))
         parts += [part._replace(share=1 / len(moments)) for part, _ in results]
-    error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / view.pixel)
+    # So much of the sky, at least, lies in a pixel.
+    least = float((extent_of(mapped.cells) / mapped.cells.size).min(initial=view.pixel_angle))
+    error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / least)
     return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.left), beams, error)
 
 

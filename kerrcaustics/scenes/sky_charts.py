@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.lens_map.sky_chart import edge_size
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import Frame, doppler, line_of_sight_from_sky, sky_from_line_of_sight
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -32,7 +32,7 @@ _NEAREST = 1e-9
 class EdgeChart:
     """A chart whose columns are angles round the hole, and whose rows lead to a strip beside the shadow edge."""
 
-    def __init__(self, camera: Camera, strip: float, widest: float) -> None:
+    def __init__(self, camera: Viewer, strip: float, widest: float) -> None:
         """strip: its width, as a part of the size of the shadow, or of the sky outside it; widest: radians."""
         self._frame, self._size = camera.frame(), edge_size(camera)
         self._slope = self._size.derivative()
@@ -87,13 +87,13 @@ class EdgeChart:
 class CapChart:
     """A chart of the sky opposite to the hole, as a fisheye sees it."""
 
-    def __init__(self, camera: Camera, edge: EdgeChart) -> None:
+    def __init__(self, camera: Viewer, edge: EdgeChart) -> None:
         """edge: the chart of the rest."""
         self._frame = camera.frame()
         angle = 2 * _BEYOND * (1 - math.exp(-_CAP)) * edge.widest
         self._view = View(_CAP_PIXELS, _CAP_PIXELS, angle, "fisheye", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
         self.width = self.height = _CAP_PIXELS
-        self.pixel = self._view.pixel
+        self.pixel = self._view.pixel_angle
 
     def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
         """As for `EdgeChart`."""

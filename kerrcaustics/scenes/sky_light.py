@@ -17,13 +17,13 @@ from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
 from kerrcaustics.scenes.patches import weights
 from kerrcaustics.scenes.points import PointLights, drawn, moved
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places, turning
 from kerrcaustics.scenes.star_search import PictureImages, StarSearch
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 Light = Float[Array, "h w 3"]
@@ -79,8 +79,8 @@ class Shifts(NamedTuple):
 
 @stage("sky_light")
 def sky_light(
-    camera: Camera,
-    view: View,
+    camera: Viewer,
+    view: Raster,
     sky: Sky,
     cells: SkyCells,
     left: list[Parts],
@@ -172,13 +172,13 @@ def _root(square: Float[Array, "m 2 2"]) -> Float[Array, "m 2 2"]:
     return (square + root[:, None, None] * np.eye(2)) / np.sqrt(np.maximum(trace + 2 * root, 1e-300))[:, None, None]
 
 
-def _footprint(camera: Camera, view: View, cells: SkyCells, part: Pixels, shifts: Shifts) -> Footprint:
+def _footprint(camera: Viewer, view: Raster, cells: SkyCells, part: Pixels, shifts: Shifts) -> Footprint:
     side = part.side
     ratio = ratios(camera, view, part.place.T, shifts)
     return Footprint.of(part.direction, part.steps * side, cells.curving[part.cell] * side**2, ratio)
 
 
-def ratios(camera: Camera, view: View, place: Float[Array, "m 2"], shifts: Shifts) -> Float[Array, " m"]:
+def ratios(camera: Viewer, view: Raster, place: Float[Array, "m 2"], shifts: Shifts) -> Float[Array, " m"]:
     """nu_camera / nu_source (m,) at places of a picture; 1 where light is not shifted."""
     if not any(shifts):
         return np.ones(len(place))
@@ -193,7 +193,7 @@ def _pieces(parts: list[Parts]) -> Iterator[Parts]:
 
 
 def _part_light(
-    sky: Sky, view: View, part: Parts, shifts: Shifts, turn: float
+    sky: Sky, view: Raster, part: Parts, shifts: Shifts, turn: float
 ) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
     """Pixels, and the light that parts of them add."""
     x, y = np.round(part.place).astype(int).T
@@ -207,8 +207,8 @@ def _part_light(
 class _StarDrawing(NamedTuple):
     """The drawing of points of light on a picture."""
 
-    camera: Camera
-    view: View
+    camera: Viewer
+    view: Raster
     search: StarSearch
     shifts: Shifts
     pool: ThreadPoolExecutor

@@ -22,16 +22,16 @@ from kerrcaustics.scenes.footprint import pixel_matrix, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.patches import CORNERS, doubts, weights
 from kerrcaustics.scenes.quadtree import Squares, find, merged
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import PARTS, WIDE, CellScale, SkyCells, extent_of, parts_for
 from kerrcaustics.scenes.sky_charts import CapChart, EdgeChart
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_basis
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
-Plane = View | EdgeChart | CapChart
-"""A rectangle of pixels, each with a direction on the camera sky: it is divided into cells."""
+Plane = Raster | EdgeChart | CapChart
+"""A rectangle of pixels, each with a direction: it is divided into cells."""
 
 # A hundredth of a pixel is visible: beams need not be better.
 TOLERANCE = 1e-7
@@ -98,7 +98,7 @@ class _SkyLattice(NamedTuple):
     size: of the largest cells; margin: pixels beyond each side that cells cover too.
     """
 
-    camera: Camera
+    camera: Viewer
     view: Plane
     exposure: Exposure | None
     size: int
@@ -156,7 +156,7 @@ class _SkyLattice(NamedTuple):
 
     def edge(self) -> tuple[Array, Array]:
         """Pixels on the shadow edge, some of them, on the lattice."""
-        if not isinstance(self.view, View):
+        if not isinstance(self.view, Raster):
             return np.zeros(0, int), np.zeros(0, int)
         if self.exposure is None:
             points = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
@@ -169,7 +169,7 @@ class _SkyLattice(NamedTuple):
         return (x[near] + self.origin[0]).astype(int), (y[near] + self.origin[1]).astype(int)
 
 
-def _beams(camera: Camera, view: Plane, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
+def _beams(camera: Viewer, view: Plane, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
     """n' at upper left corners of pixels, and its slopes."""
     sky, steps = view.directions(x - 0.5, y - 0.5)
     beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
@@ -195,7 +195,7 @@ def slopes(
     return np.stack(polar_basis(beams.direction), axis=-1) @ pixel_matrix(beams, sky, steps)
 
 
-def chart_cells(camera: Camera, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut) -> SkyCells:
+def chart_cells(camera: Viewer, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut) -> SkyCells:
     """Cells of the map of a chart, in all of which no more of the sky is seen than the cut allows, and their errors.
 
     The smallest cells are as good as they can be. Parameters else as for `sky_map`.
@@ -204,7 +204,7 @@ def chart_cells(camera: Camera, chart: Plane, close: float, hidden: Bool[Array, 
 
 
 def sky_map(
-    camera: Camera, view: View, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
+    camera: Viewer, view: Raster, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
 ) -> SkyMap:
     """The map of a view, and of a pixel beyond each side of it.
 
@@ -255,9 +255,9 @@ def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide
     return SkyMap(cells, left, parts, len(corners.key) * (1 if exposure is None else 3))
 
 
-def _root_size(view: View) -> int:
+def _root_size(view: Raster) -> int:
     size = _LARGEST
-    while size > 1 and size * view.pixel > _LARGEST_ANGLE:
+    while size > 1 and size * view.pixel_angle > _LARGEST_ANGLE:
         size //= 2
     return size
 

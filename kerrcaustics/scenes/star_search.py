@@ -22,12 +22,12 @@ from kerrcaustics.scenes.motion import Exposure
 from kerrcaustics.scenes.patches import CORNERS
 from kerrcaustics.scenes.points import CellSearch, Imaged, PointLights, moved, once
 from kerrcaustics.scenes.quadtree import fill
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
 from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 Picture = Float[Array, "h w"]
@@ -92,7 +92,7 @@ class StarSearch:
     """The search for images of stars on a picture, prepared once for all stars."""
 
     def __init__(
-        self, camera: Camera, view: View, cells: SkyCells, fraction: Picture, exposure: Exposure | None = None
+        self, camera: Viewer, view: Raster, cells: SkyCells, fraction: Picture, exposure: Exposure | None = None
     ) -> None:
         """fraction: visible part of each pixel; exposure: during which the camera moves, if it does."""
         self._camera, self._view, self._exposure = camera, view, exposure
@@ -122,23 +122,25 @@ class StarSearch:
     def _placed(self, cell_images: Imaged) -> PictureImages:
         """Images in cells: those beyond a side of the picture that lie in it, too, belong there."""
         sky, steps = self._view.directions(*cell_images.place.T)
-        images = PictureImages(*cell_images, sky, self._view.solid_angle(steps) / cell_images.area)
+        magnification = _sizes(self._view, sky, steps) / cell_images.area
+        images = PictureImages(*cell_images, sky, magnification)
         if not self._view.closed:
             return images
         place = self._view.pixels(sky)
         beyond = np.abs(place - cell_images.place).max(axis=1) > _BESIDE
         images = images._replace(place=place)
-        return images.part(~beyond).merged_with(images.part(beyond), _SAME * self._view.pixel)
+        return images.part(~beyond).merged_with(images.part(beyond), _SAME * self._view.pixel_angle)
 
     def blended(self, lights: PointLights) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
-        """Places (n, 2) on the picture of pieces of the camera sky beside the shadow edge that are not searched.
+        """Places (n, 2) on the picture of pieces of the viewer's sky beside the shadow edge that are not searched.
 
-        Also the part (n,) of a whole sky that each is, and thus of the light of stars that may be anywhere.
+        Also the size (n,) of each, by a whole celestial sphere: the mean light of stars that may be anywhere by theirs.
         """
-        pieces = [chart.blended(self._view.pixel) for chart in self._charts(lights)]
+        pieces = [chart.blended(self._view.pixel_angle) for chart in self._charts(lights)]
         sky, size = (np.concatenate(part) for part in zip((np.zeros((0, 3)), np.zeros(0)), *pieces, strict=True))
         place = self._view.pixels(sky)
         uncovered = self._is_uncovered(place)
+        size = size * self._view.lengths(sky) ** 2
         return place[uncovered], size[uncovered] / (4 * math.pi)
 
     def _charts(self, lights: PointLights) -> "list[_SearchedChart]":
@@ -149,9 +151,9 @@ class StarSearch:
 
     def _make_charts(self, few: bool) -> "list[_SearchedChart]":
         strip, pixels = _STRIPS[few]
-        edge = EdgeChart(self._camera, strip, pixels * self._view.pixel)
+        edge = EdgeChart(self._camera, strip, pixels * self._view.pixel_angle)
         most = math.inf if few else _BLENDED
-        charts = [self._chart(edge, edge, _SAME * self._view.pixel, most)]
+        charts = [self._chart(edge, edge, _SAME * self._view.pixel_angle, most)]
         charts.append(self._chart(CapChart(self._camera, edge), edge, _SAME_ANGLE * edge.widest, most))
         return [chart for chart in charts if chart is not None]
 
@@ -159,10 +161,10 @@ class StarSearch:
         pixels = self._chart_pixels(plane)
         if not pixels.any():
             return None
-        close = float(np.clip(_OF_PIXEL * self._view.pixel / plane.pixel, _CLOSEST, _CLOSE))
+        close = float(np.clip(_OF_PIXEL * self._view.pixel_angle / plane.pixel, _CLOSEST, _CLOSE))
         cells = chart_cells(self._camera, plane, close, ~pixels, Cut(ROOT, _WIDE))
         if plane is edge:
-            apart = _extent_in_pixels(plane, cells, self._view.pixel) <= most
+            apart = _extent_in_pixels(plane, cells, self._view.pixel_angle) <= most
             apart |= cells.y + cells.size <= edge.row(_WIDER)
             rest = ~apart
         else:
@@ -214,7 +216,7 @@ class StarSearch:
         parity = np.sign(turns * _handed(pixel[..., 0], pixel[..., 1], images.sky))
         same = np.flatnonzero(parity == 1 - 2 * (index % 2))
         which, sky, _ = find_roots(self._camera, star[same], index[same], images.sky[same], _REFINEMENTS)
-        near = np.linalg.norm(sky - images.sky[same[which]], axis=1) < _SAME * self._view.pixel
+        near = np.linalg.norm(sky - images.sky[same[which]], axis=1) < _SAME * self._view.pixel_angle
         which, sky = same[which[near]], sky[near]
         magnification = self._beams(sky).magnification
         better = PictureImages(*(part.copy() for part in images))
@@ -224,7 +226,8 @@ class StarSearch:
         return better
 
     def _beams(self, sky: Float[Array, "n 3"]) -> Beams:
-        return trace_beams(self._camera, sky, "auto", TOLERANCE, crossings=False, redshift=False)
+        """Beams as the viewer has them on its own sky."""
+        return trace_beams(self._camera, self._camera.places(sky), "auto", TOLERANCE, crossings=False, redshift=False)
 
     def _moving(self, images: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
         """Move images to moments of their own; none moves farther than the chart resolves."""
@@ -270,7 +273,7 @@ class _SearchedChart(NamedTuple):
         return np.concatenate([sky, strip]), np.concatenate([area, width])
 
     def images(
-        self, lights: PointLights, view: View, accepts: Callable[[Array], Array], pool: Executor
+        self, lights: PointLights, view: Raster, accepts: Callable[[Array], Array], pool: Executor
     ) -> PictureImages:
         """Images as a picture shows them, at places that are accepted."""
         points = self.search.images(lights, np.zeros(len(lights.direction)), pool)
@@ -281,11 +284,11 @@ class _SearchedChart(NamedTuple):
         sky, chart_steps = self.plane.directions(*points.place.T)
         place = view.pixels(sky)
         _, steps = view.directions(*place.T)
-        magnification = view.solid_angle(chart_steps) / points.area
+        magnification = _sizes(view, sky, chart_steps) / points.area
         # Steps of the picture in those of the chart.
         matrix = np.linalg.pinv(chart_steps) @ steps
         moving = np.swapaxes(matrix, 1, 2) @ points.steps
-        area = view.solid_angle(steps) / magnification
+        area = _sizes(view, sky, steps) / magnification
         # Pixels are so large before what a chart sees that neither curving nor rate would hold over one.
         unknown = np.zeros_like(points.curving), np.zeros_like(points.rate)
         images = PictureImages(place, points.star, area, moving, *unknown, sky, magnification)
@@ -327,18 +330,22 @@ def _round_once(images: Imaged, width: int) -> Imaged:
     return once(images._replace(place=np.stack([x, images.place[:, 1]], axis=-1)))
 
 
-def _even(view: View, cells: SkyCells) -> Bool[Array, " n"]:
+def _even(view: Raster, cells: SkyCells) -> Bool[Array, " n"]:
     """True for cells (n,) whose corners have pixels of about one size."""
-    if view.projection == "pinhole":
+    if view.even:
         return np.ones(len(cells.x), bool)
     sizes = []
     for i, j in CORNERS:
-        steps = view.directions(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5)[1]
-        sizes.append(view.solid_angle(steps))
+        sizes.append(_sizes(view, *view.directions(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5)))
     return np.asarray(np.min(sizes, axis=0) > _UNEVEN * np.max(sizes, axis=0))
 
 
-def _uncovered(camera: Camera, view: View, cells: SkyCells, fraction: Picture) -> Bool[Array, "h+2 w+2"]:
+def _sizes(view: Raster, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Float[Array, " n"]:
+    """Sizes (n,) on the viewer's own sky of what lies between steps beside directions."""
+    return view.solid_angle(steps) * view.lengths(sky) ** 2
+
+
+def _uncovered(camera: Viewer, view: Raster, cells: SkyCells, fraction: Picture) -> Bool[Array, "h+2 w+2"]:
     """Pixels, and those beside the picture, that cells do not cover and that may see the sky."""
     near = binary_dilation(np.pad(fraction > 0, 1, mode="edge"), np.ones((3, 3)))
     edge = np.round(view.pixels(shadow_edge(camera, _EDGE_POINTS)) + 1)

@@ -1,7 +1,7 @@
 """Views: the part of the camera sky that becomes a picture, and the parts of its pixels."""
 
 import math
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.checks import check_number, positive
+from kerrcaustics.scenes.raster import Raster, unit_vector
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.checks import one_of
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 Array = np.ndarray
@@ -24,12 +25,10 @@ PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
 _EDGE_POINTS = 720
 # A pinhole wider than this is nearly all stretched rim.
 _WIDEST_PINHOLE = math.radians(170)
-MOST_PIXELS = 16384
-"""Of a side of a picture."""
 
 
 @result("view/1")
-class View:
+class View(Raster):
     """A rectangle of pixels on the camera sky.
 
     Parameters
@@ -71,16 +70,16 @@ class View:
     projection: str = quantity("", "", "how the sky becomes flat", default="pinhole")
     forward: Any = quantity("axis", "1", "N in the middle of the picture", default=(-1.0, 0.0, 0.0))
     up: Any = quantity("axis", "1", "N of what points up in it", default=(0.0, 0.0, 1.0))
+    viewer: ClassVar[Any] = Camera
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the view is valid; make the axes orthonormal."""
-        for name in ("width", "height"):
-            object.__setattr__(self, name, whole_number(name, getattr(self, name), 1, MOST_PIXELS))
+        self._check_sides()
         one_of("projection", self.projection, PROJECTIONS)
         _check_field(self.field_of_view, self.width, self.height, self.projection)
         object.__setattr__(self, "field_of_view", float(self.field_of_view))
-        forward = _unit("forward", self.forward)
-        up = _unit("up", self.up)
+        forward = unit_vector("forward", self.forward, 3)
+        up = unit_vector("up", self.up, 3)
         up = up - (up @ forward) * forward
         if np.linalg.norm(up) < 1e-9:
             raise ValueError("Argument `up` must not lie along `forward`.")
@@ -107,6 +106,21 @@ class View:
         if self.projection == "pinhole":
             return 2 * math.tan(self.field_of_view / 2) / self.width
         return self.field_of_view / self.width
+
+    @property
+    def form(self) -> tuple[Any, ...]:
+        """What stays the same while a picture is exposed."""
+        return *super().form, self.projection
+
+    @property
+    def even(self) -> bool:
+        """True if neighbouring pixels are of about one size everywhere: not at poles."""
+        return self.projection == "pinhole"
+
+    @property
+    def pixel_angle(self) -> float:
+        """Angle between directions of neighbouring pixels in the middle of the picture, radians."""
+        return self.pixel
 
     def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
         """Directions N (..., 3) of points of the picture, and their steps (..., 3, 2) per pixel along x and y.
@@ -140,10 +154,6 @@ class View:
             return np.asarray(self.pixel**2 * np.abs(np.sinc(np.hypot(across, above) / np.pi)))
         return np.asarray(self.pixel**2 * np.abs(np.cos(above)) * np.ones_like(across))
 
-    def solid_angle(self, steps: Float[Array, "*batch 3 2"]) -> Float[Array, "*batch"]:
-        """Solid angle (...,), steradian, of pixels with these steps (..., 3, 2)."""
-        return np.asarray(np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1))
-
     def pixels(self, sky: ArrayLike) -> Float[Array, "*batch 2"]:
         """Places (..., 2), x and y in pixels, of directions N (..., 3); NaN for what a pinhole has behind it.
 
@@ -163,6 +173,24 @@ class View:
         return np.stack(
             [across / self.pixel + (self.width - 1) / 2, (self.height - 1) / 2 - above / self.pixel], axis=-1
         )
+
+    def moving_numbers(self, camera: Camera) -> list[float]:
+        """Place, velocity, field of view and axes: these for the fiducial observer, whose axes keep their sense."""
+        axes = np.stack([self.forward, self.up]) @ np.asarray(camera.frame().basis)
+        return [
+            camera.radius,
+            camera.inclination,
+            *camera.fido_velocity(),
+            self.field_of_view,
+            *axes.ravel().tolist(),
+        ]
+
+    def with_moving_numbers(self, spin: float, values: list[float]) -> "tuple[Camera, View]":
+        """The camera and the view with other numbers."""
+        radius, inclination, *velocity = values[:5]
+        camera = Camera(spin, radius, min(max(inclination, 0.0), math.pi), (velocity[0], velocity[1], velocity[2]))
+        forward, up = np.reshape(values[6:], (2, 3)) @ np.asarray(camera.frame().basis).T
+        return camera, View(self.width, self.height, values[5], self.projection, forward, up)
 
 
 def _pinhole(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _Vectors]:
@@ -208,11 +236,3 @@ def _check_field(angle: float, width: int, height: int, projection: str) -> None
         must = "keep the corners of a fisheye picture within pi radians of its centre"
     if must:
         raise ValueError(f"Argument `field_of_view` must {must}, but is {shown}.")
-
-
-def _unit(name: str, vector: Any) -> Float[Array, "3"]:
-    value = numbers(name, vector)
-    if value.shape != (3,) or not np.isfinite(value).all() or not value.any():
-        must = "be a vector of three numbers that is not zero"
-        raise ValueError(f"Argument `{name}` must {must}, but is {quoted(vector)}.")
-    return value / np.linalg.norm(value)

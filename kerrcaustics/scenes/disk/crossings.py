@@ -18,9 +18,9 @@ from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.scenes.footprint import pixel_matrix
 from kerrcaustics.scenes.patches import CORNERS, doubt
 from kerrcaustics.scenes.quadtree import Squares, fill, find, merged
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -81,8 +81,8 @@ class DiskCells(NamedTuple):
 class Lattice(NamedTuple):
     """The picture's finest lattice; timed: with the travel times of rays."""
 
-    camera: Camera
-    view: View
+    camera: Viewer
+    view: Raster
     timed: bool
 
     @property
@@ -93,7 +93,7 @@ class Lattice(NamedTuple):
     def roots(self) -> Squares:
         """The largest cells, which cover the picture."""
         size = FINEST * _LARGEST
-        most = _WIDEST / self.view.pixel * FINEST
+        most = _WIDEST / self.view.pixel_angle * FINEST
         while size > 1 and size > most:
             size //= 2
         return Squares.over(self.view.width * FINEST, self.view.height * FINEST, size)

@@ -14,9 +14,9 @@ from jaxtyping import Bool, Float
 from kerrcaustics.scenes.colour import seen_black_body
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.radial import potential_coefficients
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -42,7 +42,7 @@ _GAUSS = (0.5 - 0.75**0.5 / 3, 0.5 + 0.75**0.5 / 3)
 class Marching:
     """Settings of marched rays: camera, volume, switches of `render`, and the step in scales of what changes."""
 
-    camera: Camera
+    camera: Viewer
     volume: Volume
     beaming: bool
     colour_shift: bool
