@@ -81,7 +81,9 @@ def test_tubes_of_observers_end_on_the_celestial_sphere(observer):
     points = SpacePoints(
         spin=0.9, radius=radius, theta=2 + 0.1 * np.sin(turn), azimuth=3 + 0.1 * np.cos(turn), **of_time
     )
-    model = solids.tubes_model(observer, (CausticTube(1, points, np.zeros((4, 24, 2)), True, ()),))
+    tube = CausticTube(1, points, np.zeros((4, 24, 2)), True, ())
+    assert kc.to_xarray(tube).sky.shape == (4, 24, 2)
+    model = solids.tubes_model(observer, (tube,))
     size = np.linalg.norm(model.surfaces[1].points, axis=-1)
     # The last row lies within the ergosphere. Radii up to 30 M are drawn as at 30 M.
     assert size == pytest.approx(np.repeat([[1], [0.5], [5 / 35]], 24, axis=1))

@@ -60,7 +60,8 @@ def to_xarray(result: Any) -> "xarray.Dataset":
         elif values is not None:
             attributes[name] = _attribute(values)
     sizes = {dim: size for dims, array, _ in data.values() for dim, size in zip(dims, array.shape, strict=True)}
-    coordinates = {dim: names for dim, names in _NAMED.items() if dim in sizes}
+    # Places on an observer's screen have two axes, and no such names.
+    coordinates = {dim: names for dim, names in _NAMED.items() if sizes.get(dim) == len(names)}
     return xarray.Dataset(data, coords=coordinates, attrs=attributes)
 
 
