@@ -230,18 +230,9 @@ GAPS = (
     # Sources at infinity alone.
     Gap(("follow_star", "caustic_derivatives"), FINITE, OFF_PLANE, "no `end`"),
     Gap(("image_derivatives",), FINITE, OFF_PLANE, "refuses `images`"),
-    Gap(("ray_paths",), ("plane",), ALL, "refuses `end`"),
     # Cameras alone.
-    Gap(
-        ("follow_star", "image_derivatives", "caustic_derivatives", "ray_paths"),
-        SURFACES,
-        OBSERVERS,
-        "refuses `camera`",
-    ),
-    Gap(("caustic_tubes",), ("sky",), OBSERVERS, "refuses `camera`"),
+    Gap(("follow_star", "image_derivatives", "caustic_derivatives"), SURFACES, OBSERVERS, "refuses `camera`"),
     Gap(DISKS, ("plane",), OBSERVERS, "refuses `camera`"),
-    # Fields that are known, and None.
-    Gap(("trace_rays", "trace_beams"), ("sky",), OFF_PLANE, "None: outward, radius"),
     # A refusal that does not say why.
     Gap(("light_curve",), ("plane",), (EQUATORIAL,), "refuses `orbit`"),
 )

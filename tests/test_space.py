@@ -10,7 +10,9 @@ import struct
 import numpy as np
 import pytest
 
+import kerrcaustics as kc
 from kerrcaustics.beams.paths import SpacePoints
+from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import solids
 from kerrcaustics.draw.solid_files import write_gltf, write_html
 from kerrcaustics.draw.solids import Model, SpaceCurve, Surface, in_all_space
@@ -39,8 +41,54 @@ def test_triangles_cover_a_closed_surface(model):
 
 def test_all_space_fits_in_the_unit_sphere():
     radius = np.array([math.inf, 6.0, 2.0])
-    at = SpacePoints(spin=0.9, mino_time=0 * radius[1], radius=radius, theta=np.full(3, 1.0), azimuth=np.zeros(3))
+    none = np.zeros(3)
+    at = SpacePoints(
+        spin=0.9,
+        mino_time=none,
+        radius=radius,
+        theta=np.full(3, 1.0),
+        azimuth=none,
+        time=none,
+        error=none,
+        time_error=none,
+    )
     assert np.linalg.norm(in_all_space(at, 6.0), axis=-1) == pytest.approx([1, 0.5, 0.25])
+
+
+OBSERVERS = [kc.Observer(spin=0.9, inclination=1.1, radius=radius) for radius in (1e5, math.inf)]
+
+
+@pytest.mark.parametrize("observer", OBSERVERS, ids=["finite", "infinity"])
+def test_rays_of_observers_fill_the_picture(observer):
+    """Rays come from the edge of the model and leave there; those far from the hole are left out."""
+    paths = kc.ray_paths(observer, [[8.0, 2.0], [-1.0, 1.0], [500.0, 0.0]], 400, start=100.0)
+    model = solids.rays_model(observer, paths, reach=12.0)
+    rays = {line.name: line.points for line in model.lines if "ray" in line.name}
+    assert [*rays] == ["ray of index 1", "captured ray"]
+    far = np.linalg.norm(rays["ray of index 1"], axis=1)
+    assert 10 < far[0] < 12.5 and 10 < far[-1] < 12.5 and far.min() < 8
+    assert np.linalg.norm(rays["captured ray"][-1]) < 2
+    marks = [line.points for line in model.lines if line.name == "camera"]
+    assert len(marks) == 3 and np.all(np.isfinite(marks)) and np.linalg.norm(np.mean(marks, axis=(0, 1))) < 12.1
+    assert ("at infinity" in model.title) == math.isinf(observer.radius)
+
+
+@pytest.mark.parametrize("observer", OBSERVERS, ids=["finite", "infinity"])
+def test_tubes_of_observers_end_on_the_celestial_sphere(observer):
+    radius, turn = np.repeat([[math.inf], [30.0], [5.0], [1.8]], 24, axis=1), np.tile(TURN, (4, 1))
+    none = np.zeros((4, 24))
+    of_time = {name: none for name in ("mino_time", "time", "error", "time_error")}
+    points = SpacePoints(
+        spin=0.9, radius=radius, theta=2 + 0.1 * np.sin(turn), azimuth=3 + 0.1 * np.cos(turn), **of_time
+    )
+    tube = CausticTube(1, points, np.zeros((4, 24, 2)), True, ())
+    assert kc.to_xarray(tube).sky.shape == (4, 24, 2)
+    model = solids.tubes_model(observer, (tube,))
+    size = np.linalg.norm(model.surfaces[1].points, axis=-1)
+    # The last row lies within the ergosphere. Radii up to 30 M are drawn as at 30 M.
+    assert size == pytest.approx(np.repeat([[1], [0.5], [5 / 35]], 24, axis=1))
+    mark = np.mean([line.points for line in model.lines if line.name == "camera"], axis=(0, 1))
+    assert np.linalg.norm(mark) == pytest.approx(1 / (1 + 30 / observer.radius))
 
 
 def test_binary_gltf_can_be_read_again(model, tmp_path):

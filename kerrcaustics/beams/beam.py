@@ -68,10 +68,8 @@ class Rays:
     )
     engine: str = quantity("", "", "the ones that traced the rays, in words")
     closed_form: np.ndarray = quantity("ray...", "1", "True where it was the closed form")
-    radius: np.ndarray | None = quantity("ray...", "GM/c^2", "radius of the end; None for infinity", default=None)
-    outward: np.ndarray | None = quantity(
-        "ray...", "1", "whether it moves outward at its end, followed backward; None for infinity", default=None
-    )
+    radius: np.ndarray = quantity("ray...", "GM/c^2", "radius of the end, infinite on the celestial sphere")
+    outward: np.ndarray = quantity("ray...", "1", "whether it moves outward at its end, followed backward")
     time: np.ndarray | None = quantity(
         "ray...",
         "GM/c^3",

@@ -121,17 +121,17 @@ class EquatorialPlane(End):
 
     def ends(self, rays: Rays) -> np.ndarray:
         """The ends of rays as (r cos phi, r sin phi)."""
-        return rays.direction[..., :2] * np.asarray(rays.radius)[..., None]
+        return rays.direction[..., :2] * rays.radius[..., None]
 
     def displacement(self, rays: Rays, vectors: np.ndarray) -> np.ndarray:
         """Displacements (dr, r dphi)."""
-        radius = np.asarray(rays.radius)
+        radius = rays.radius
         turn = (np.arctan2(vectors[:, 1], vectors[:, 0]) - rays.azimuth + math.pi) % TURN - math.pi
         return np.stack([np.linalg.norm(vectors, axis=-1) - radius, radius * turn], axis=-1)
 
     def scale(self, rays: Rays) -> np.ndarray:
         """The radius: errors are relative to it."""
-        return np.asarray(rays.radius)
+        return rays.radius
 
     def is_beyond(self, camera: Viewer) -> bool:
         """False: rays that escape may meet the plane never, or more than once."""

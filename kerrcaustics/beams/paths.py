@@ -1,9 +1,10 @@
-"""Rays in space, for pictures: places along each ray, and its conjugate points."""
+"""Rays in space: places along each ray with their times, and its conjugate points."""
 
 import math
 
 import jax
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Status
@@ -13,23 +14,26 @@ from kerrcaustics.beams.bundles import (
     BundleState,
     advanced,
     conjugate_points,
-    coordinates,
     departing,
-    errors_of,
+    end_place,
+    places,
+    settled,
 )
 from kerrcaustics.beams.directions import as_vectors, normalised
-from kerrcaustics.beams.ends import Spherical, end_of
+from kerrcaustics.beams.ends import Aim, End, Sphere, Wherever, end_of
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
-from kerrcaustics.spacetime.frame import Photon
+from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.checks import apart, quoted, real_number, whole_number
+from kerrcaustics.spacetime.frame import Frame, Photon
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+
+Array = np.ndarray
 
 # Rays advanced together; one compiled size serves all.
 _CHUNK = 512
@@ -38,6 +42,8 @@ _LONGEST_ARC = 0.8
 _MOST_POINTS = 100_000
 # Error above which a path is called inaccurate, in radians.
 _WANTED = 1e-9
+# Round-off of an orbit on a sphere, for each radian of arc; relative, of its time.
+_OF_ORBIT, _OF_ORBIT_TIME = 1e-15, 2e-15
 
 
 @result("space-points/1", kw_only=True)
@@ -45,11 +51,25 @@ class SpacePoints:
     """Events around the hole, in Boyer-Lindquist coordinates. Arrays of one shape (..., n)."""
 
     spin: float = quantity("", "1", "spin of the hole")
-    mino_time: np.ndarray = quantity("ray... place", "M^-1", "Mino time since the camera")
+    mino_time: np.ndarray = quantity("ray... place", "M^-1", "Mino time since the start, of rays since the viewer")
     radius: np.ndarray = quantity("ray... place", "GM/c^2", "radius, infinite on the celestial sphere")
     theta: np.ndarray = quantity("ray... place", "rad", "polar angle")
     azimuth: np.ndarray = quantity(
-        "ray... place", "rad", "phi, unwrapped: continuous along a ray, 0 at the camera", json="phi_deg"
+        "ray... place", "rad", "phi, unwrapped: continuous along a ray, 0 at the viewer", json="phi_deg"
+    )
+    time: np.ndarray = quantity(
+        "ray... place",
+        "GM/c^3",
+        "coordinate time between the place and the start; of rays from the place to the camera, to an Observer less "
+        "r + 2 ln r of the observer; of places at infinity the limit of t - r - 2 ln r, as of `Rays`",
+    )
+    error: np.ndarray = quantity(
+        "ray... place", "rad", "estimated error of the direction, and of 1 / radius", json="error_rad"
+    )
+    time_error: np.ndarray = quantity(
+        "ray... place",
+        "GM/c^3",
+        "estimated error of time: of a place on a ray that at its radius, of a conjugate point with that of its radius",
     )
 
     def __repr__(self) -> str:
@@ -68,50 +88,65 @@ class SpacePoints:
         x, y = sqrt(r^2 + a^2) sin theta (cos phi, sin phi), z = r cos theta: in them a surface of constant r is an
         oblate spheroid, and space without mass is flat. Not finite on the celestial sphere.
         """
-        across = np.hypot(self.radius, self.spin)
-        scale = np.stack([across, across, self.radius], axis=-1)
-        with np.errstate(invalid="ignore"):
-            return scale * self.direction
+        return cartesian(self.spin, self.radius, self.direction)
+
+
+def cartesian(
+    spin: float, radius: Float[Array, "*batch"], direction: Float[Array, "*batch 3"]
+) -> Float[Array, "*batch 3"]:
+    """Cartesian Boyer-Lindquist coordinates (..., 3) of places, from unit vectors with their angles."""
+    across = np.hypot(radius, spin)
+    scale = np.stack([across, across, radius], axis=-1)
+    with np.errstate(invalid="ignore"):
+        return scale * direction
 
 
 @result("ray-paths/1", kw_only=True)
 class RayPaths(SpacePoints):
-    """Rays followed backward from a camera: `n` events of each, the camera first.
+    """Rays followed backward from a viewer: `n` events of each, in their order from the viewer.
 
-    NaN, and an index of -1, for photons that cannot come from infinity (inside the ergosphere), and within round-off of
-    the shadow edge, where they wind for ever.
+    The first one is the viewer, or the place where the ray comes to the radius `start`; from infinity, where there is
+    no place in space, it lies a step of Mino time on the way in.
+
+    NaN, and an index of -1, for photons that cannot come from infinity (inside the ergosphere), within round-off of the
+    shadow edge, where they wind for ever, and for rays that do not come to `start` before they end.
     """
 
-    error: np.ndarray = quantity(
-        "ray... place", "rad", "estimated error of the direction, and of 1 / radius", json="error_rad"
-    )
     status: np.ndarray = quantity("ray...", "1", "`Status` values, INACCURATE where the error at the end is above 1e-9")
     conjugate: SpacePoints = quantity(
         "ray... conjugate", "", "conjugate points in the order of the ray, NaN where there are no more"
     )
-    index: np.ndarray = quantity("ray...", "1", "how many conjugate points there are")
+    index: np.ndarray = quantity("ray...", "1", "how many conjugate points there are, from the viewer on")
 
 
 @own_settings()
 @usual_warnings
-def ray_paths(camera: Viewer, sky: ArrayLike, n: int = 200, *, end: float = math.inf) -> RayPaths:
-    """The rays that the camera sees, in space: places along each, and its conjugate points.
+def ray_paths(
+    camera: Viewer, sky: ArrayLike, n: int = 200, *, end: Wherever | End = math.inf, start: float = math.inf
+) -> RayPaths:
+    """The rays that a viewer sees, in space: places and times along each, and its conjugate points.
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
     sky : (..., 3) array
-        Unit vectors N on the camera sky. They are normalised here.
+        Unit vectors N on the camera sky. They are normalised here. Of an Observer (..., 2), places (alpha, beta).
     n : int
-        Number of places on each ray, from the camera to its end, evenly spaced in Mino time.
-    end : float
-        math.inf, the celestial sphere, or a radius: a ray ends at its first arrival there.
+        Number of places on each ray, from its start to its end, evenly spaced in Mino time.
+    end : float, Sphere or EquatorialPlane
+        Where a ray ends: math.inf, the celestial sphere; a radius, at its first arrival there; an `EquatorialPlane`,
+        at its n-th crossing.
+    start : float
+        Radius at which places begin, on the way in; the viewer's own if that is less. Rays from infinity have no place
+        at their own: there the first one lies a step on the way in, about n / pi times as far out as rays pass by the
+        hole.
 
     Returns
     -------
     RayPaths
         Of shape (..., n). A ray that does not reach its end is followed to the celestial sphere, with status MISSED,
-        or to just above the horizon, with status CAPTURED.
+        or to just above the horizon, with status CAPTURED. One that does not come to `start` before it ends has no
+        places, and status MISSED.
 
     Raises
     ------
@@ -120,8 +155,8 @@ def ray_paths(camera: Viewer, sky: ArrayLike, n: int = 200, *, end: float = math
 
     Errors
     ------
-    `RayPaths.error`. The k-th conjugate point is in error by about as much, divided by the rate at which the beam's
-    area passes through zero there.
+    `RayPaths.error` and `RayPaths.time_error`; of conjugate points, too, with the rate at which the beam's area passes
+    through zero there.
 
     Notes
     -----
@@ -134,24 +169,39 @@ def ray_paths(camera: Viewer, sky: ArrayLike, n: int = 200, *, end: float = math
     >>> paths = kc.ray_paths(camera, [[-0.6, 0.5, 0.4]], n=50)
     >>> paths.position.shape
     (1, 50, 3)
+    >>> observer = kc.Observer(spin=0.9, inclination=1.0)
+    >>> float(kc.ray_paths(observer, [6.0, 2.0], start=100.0).radius[0])
+    100.0
     """
-    check_camera(camera)
-    surface = end_of(camera, end)
-    if not isinstance(surface, Spherical):
-        raise ValueError(f"Argument `end` must be a radius or math.inf, but is {quoted(end)}.")
+    check_viewer(camera)
+    surface, begin = end_of(camera, end), min(_checked_start(camera, start), camera.radius)
     n = whole_number("n", n, 2, _MOST_POINTS)
-    directions, shape = as_vectors(sky)
+    directions, shape = as_vectors(camera.directions(sky))
     directions = normalised(directions)
     starts = range(0, max(len(directions), 1), _CHUNK)
-    parts = [_fields(camera, directions[i : i + _CHUNK], n, surface) for i in starts]
-    most = max(part["conjugate"].shape[1] for part in parts)
-    for part in parts:
-        missing = most - part["conjugate"].shape[1]
-        part["conjugate"] = np.pad(part["conjugate"], ((0, 0), (0, missing), (0, 0)), constant_values=np.nan)
-    fields = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    fields = {name: values.reshape((*shape, *values.shape[1:])) for name, values in fields.items()}
-    points = dict(zip(COORDINATES, np.moveaxis(fields.pop("conjugate"), -1, 0), strict=True))
+    parts = [_fields(camera, directions[i : i + _CHUNK], n, surface, begin) for i in starts]
+    fields = {name: np.concatenate([part[0][name] for part in parts]) for name in parts[0][0]}
+    most = max(part[1]["radius"].shape[1] for part in parts)
+    points = {name: np.concatenate([_widened(part[1][name], most) for part in parts]) for name in COORDINATES}
+    fields, points = (
+        {name: values.reshape((*shape, *values.shape[1:])) for name, values in part.items()}
+        for part in (fields, points)
+    )
     return RayPaths(spin=camera.spin, conjugate=SpacePoints(spin=camera.spin, **points), **fields)
+
+
+def _checked_start(camera: Viewer, start: object) -> float:
+    """The radius where places begin; a ValueError unless it is one outside the horizon."""
+    radius, horizon = real_number("start", start), kerr.horizon(camera.spin)
+    if not radius > horizon:
+        value, least = apart(radius, horizon)
+        raise ValueError(f"Argument `start` must be larger than the horizon radius {least}, but is {value}.")
+    return radius
+
+
+def _widened(values: Float[Array, "rays k"], most: int) -> Float[Array, "rays most"]:
+    """Rows filled up with NaN."""
+    return np.pad(values, ((0, 0), (0, most - values.shape[1])), constant_values=np.nan)
 
 
 @own_settings()
@@ -202,18 +252,24 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     constants = Constants(0 * one, 0 * one, 0 * one, (q + impact**2) * one, impact * one)
     ray = Path((one / radius, one, 0 * one, 0 * one), (0 * one, 0 * one, -impact * one, math.sqrt(q) * one), 0 * one)
     still = jax.tree.map(lambda part: 0 * part, (constants, ray))
-    bundle = Bundle(constants, [still[0]] * 2, one, one, one, one, one)
-    state = BundleState((ray, still[1], still[1]), 0 * one, 0 * one)
+    bundle = Bundle(constants, [still[0]] * 2, 0 * one, one, one, one, one, one, ray)
+    # Of the clock the quadrature alone is used.
+    clock = Path((one,), (0 * one,), 0 * one)
+    state = BundleState((ray, still[1], still[1], clock), *[0 * one] * 3)
+    frame = Camera(spin, radius).frame()
     photon = Photon(impact, q + impact**2, q + (impact - spin) ** 2, q, (0, 0, 0, 0.0), (0, 0, 0, 1.0), 1.0)
-    period = 2 * float(mino_time_to_plane(Camera(spin, radius).frame(), photon, 1))
+    period = 2 * float(mino_time_to_plane(frame, photon, 1))
     times = np.linspace(0, periods * period, n)
     parts = []
     for part in np.pad(times, (0, -n % _CHUNK)).reshape(-1, _CHUNK):
         after = jax.tree.map(np.asarray, advanced(spin, bundle, state, part))
-        parts.append(np.stack(coordinates(after, part)))
-    time, r, theta, azimuth = np.concatenate(parts, axis=1)[:, :n]
+        there = places(frame, bundle, after, part, np.zeros(_CHUNK, bool))
+        parts.append(there | {"time": (radius + 2) * radius * part + after.paths[-1].psi})
+    fields = {name: np.concatenate([part[name] for part in parts])[:n] for name in COORDINATES}
+    fields["error"] += _OF_ORBIT * (np.abs(fields["azimuth"]) + times * math.sqrt(q + impact**2))
+    fields["time_error"] = _OF_ORBIT_TIME * fields["time"] + radius**2 * fields["error"]
     # Backward and forward in time differ by the sense of the azimuth alone.
-    return SpacePoints(spin=spin, mino_time=time, radius=r, theta=theta, azimuth=-azimuth)
+    return SpacePoints(spin=spin, **fields | {"azimuth": -fields["azimuth"]})
 
 
 def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[float, float, float]:
@@ -232,39 +288,65 @@ def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[
     return a, b, periods
 
 
-def _fields(camera: Viewer, sky: np.ndarray, n: int, end: Spherical) -> dict[str, np.ndarray]:
-    """The fields of a result for the rays of one chunk, or fewer."""
-    count = len(sky)
+def _fields(
+    camera: Viewer, sky: np.ndarray, n: int, end: End, begin: float
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """The fields of a result, and of its conjugate points, for the rays of one chunk, or fewer."""
+    count, frame = len(sky), camera.frame()
     # Filled up with the first ray, or any other, so that one compiled size serves all.
     sky = np.concatenate([sky, np.repeat(sky[:1] if count else np.eye(3)[:1], _CHUNK - count, axis=0)])
-    frame = camera.frame()
-    bundle, state = jax.tree.map(np.asarray, departing(frame, tuple(sky.T), end))
-    end_time = np.asarray(bundle.end_time)
-    rapidity = np.asarray(polar_rapidity(bundle.constants))
-    arc = np.nanmax(end_time * rapidity, initial=0.0)
-    part = max(1, math.ceil(arc / ((n - 1) * _LONGEST_ARC)))
-    step = np.nan_to_num(end_time) / ((n - 1) * part)
-    states = [state]
-    for _ in range((n - 1) * part):
-        states.append(advanced(frame.spin, bundle, states[-1], step))
-    track = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *states)
-    times = np.arange(len(states))[:, None] * step
-    unknown = np.isnan(end_time)
-    shown = jax.tree.map(lambda leaf: leaf[::part], track)
-    fields: dict[str, np.ndarray] = dict(zip(COORDINATES, coordinates(shown, times[::part]), strict=True))
-    fields["error"] = np.array(errors_of(bundle, shown))
+    bundle, state, (way_in, aim) = jax.tree.map(np.asarray, departing(frame, tuple(sky.T), end, begin))
+    track, times, shown = _track(frame, bundle, state, n, math.isinf(begin))
+    if begin < camera.radius:
+        _settle(frame, bundle, (Sphere(begin), way_in), track, shown.start)
+    off = _settle(frame, bundle, (end, aim), track, -1)
+    last = jax.tree.map(lambda leaf: leaf[-1], track.paths[0])
+    lost, radius, theta = map(np.asarray, end_place(frame.spin, bundle, end, aim, last))
+    at_infinity = np.zeros(times[shown].shape, bool)
+    at_infinity[-1] = np.isinf(radius)
+    fields = places(frame, bundle, jax.tree.map(lambda leaf: leaf[shown], track), times[shown], at_infinity)
     # The end is known beforehand: the miss shows the error of the time, close to the shadow edge.
-    fields["error"][-1] += np.abs(shown.paths[0].position[0][-1] - bundle.end_u) * rapidity
-    conjugate, index = conjugate_points(frame.spin, bundle, track, times)
-    captured, lost = np.asarray(bundle.captured), np.asarray(bundle.lost)
+    fields["error"][-1] += off
     # The exact first and last places.
-    fields["radius"][0], fields["theta"][0] = camera.radius, camera.inclination
-    fields["radius"][-1, ~captured & lost] = np.inf
-    fields["radius"][-1, ~lost] = end.radius
-    for name in fields:
-        fields[name] = np.where(unknown, np.nan, fields[name]).T
+    if not math.isinf(begin):
+        fields["radius"][0] = begin
+    if begin == camera.radius:
+        fields["theta"][0] = camera.inclination
+    fields["radius"][-1], fields["theta"][-1] = radius, theta
+    conjugate, index = conjugate_points(frame, bundle, track, times)
+    unknown = np.isnan(bundle.end_time)
+    fields = {name: np.where(unknown, np.nan, values).T for name, values in fields.items()}
     with np.errstate(invalid="ignore"):
         status = np.where(fields["error"][:, -1] > _WANTED, Status.INACCURATE, Status.ESCAPED)
-    status = np.where(lost | unknown, np.where(captured, Status.CAPTURED, Status.MISSED), status).astype(np.int8)
-    fields |= {"status": status, "conjugate": conjugate, "index": np.where(unknown, -1, index)}
-    return {name: values[:count] for name, values in fields.items()}
+    status = np.where(lost | unknown, np.where(bundle.captured, Status.CAPTURED, Status.MISSED), status)
+    fields |= {"status": status.astype(np.int8), "index": np.where(unknown, -1, index)}
+    parts = [{name: values[:count] for name, values in part.items()} for part in (fields, conjugate)]
+    return parts[0], parts[1]
+
+
+def _settle(frame: Frame, bundle: Bundle, aimed: tuple[End, Aim], track: BundleState, time: int) -> np.ndarray:
+    """Move the rays, at the time of a number, onto the surface at which they aim; radians by which they were off."""
+    now, off = settled(frame.spin, bundle, *aimed, jax.tree.map(lambda leaf: leaf[time], track))
+    for leaf, row in zip(jax.tree.leaves(track), jax.tree.leaves(now), strict=True):
+        leaf[time] = row
+    return np.asarray(off)
+
+
+def _track(
+    frame: Frame, bundle: Bundle, state: BundleState, n: int, endless: bool
+) -> tuple[BundleState, Float[Array, "times rays"], slice]:
+    """The rays from the viewer on at all times of interest, these times of Mino, and which of them are the places.
+
+    endless: the viewer has no place.
+    """
+    rapidity, end = np.asarray(polar_rapidity(bundle.constants)), np.nan_to_num(bundle.end_time)
+    begin = end / n if endless else np.minimum(np.nan_to_num(bundle.begin_time), end)
+    step = (end - begin) / (n - 1)
+    lead, part = (math.ceil(np.max(time * rapidity, initial=0.0) / _LONGEST_ARC) for time in (begin, step))
+    part = max(part, 1)
+    before = np.arange(lead)[:, None] / max(lead, 1) * begin
+    times = np.concatenate([before, begin + np.arange((n - 1) * part + 1)[:, None] / part * step])
+    states = [state]
+    for duration in np.diff(times, axis=0):
+        states.append(jax.tree.map(np.asarray, advanced(frame.spin, bundle, states[-1], duration)))
+    return jax.tree.map(lambda *leaves: np.stack(leaves), *states), times, slice(lead, None, part)

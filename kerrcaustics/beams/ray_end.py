@@ -32,7 +32,9 @@ A = TypeVar("A")
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, kw_only=True)
 class RayEnd(Generic[A]):
-    """Rays at their ends, as `Rays` and `Beams` have them. Quantities not requested, or that do not exist, are None.
+    """Rays at their ends, as `Rays` and `Beams` have them. Quantities not requested are None.
+
+    So are radius and outward of ends at infinity, until the rays are finished.
 
     status: `Status` values but INACCURATE, which the tolerance decides; noise and time_noise, the parts of the two
     errors that are round-off; closed_form: the ray is in closed form, and its formulas hold. Rays that do not
@@ -95,7 +97,7 @@ class RayEnd(Generic[A]):
         return jax.tree.map(lambda values: values.reshape((*shape, *values.shape[1:])), self)
 
     def finished(self: "RayEnd[np.ndarray]", tolerance: float) -> "RayEnd[np.ndarray]":
-        """The rays as a result holds them: with the status by the tolerance, and whole numbers as such."""
+        """The rays as a result holds them: with the status by the tolerance, whole numbers as such, and all radii."""
         reached = np.isfinite(self.error)
         with np.errstate(invalid="ignore"):
             status = np.where(self.error > tolerance, Status.INACCURATE, self.status).astype(np.int8)
@@ -112,7 +114,8 @@ class RayEnd(Generic[A]):
             noise=None,
             time_noise=None,
             closed_form=self.closed_form & reached,
-            outward=known(self.outward),
+            radius=np.where(reached, np.inf, np.nan) if self.radius is None else self.radius,
+            outward=reached if self.outward is None else known(self.outward),
             index=whole(self.index),
             index_certain=known(self.index_certain),
             crossings=whole(self.crossings),

@@ -1,28 +1,33 @@
-"""Caustic tubes: the caustics of a camera's past light cone, from the celestial sphere down to the hole.
+"""Caustic tubes: the caustics of a viewer's past light cone, from the celestial sphere down to the hole.
 
 The tube of order k is the set of all k-th conjugate points. On a line of sky_lines.py the k-th conjugate point comes in
 from infinity as the ray moves from the critical curve toward the shadow edge, passes the photon orbits where the ray is
 on the edge, and falls to the horizon with the rays inside the shadow. Its 1 / r grows all the way, so a line and a
-radius name a point of the tube.
+radius name a point of the tube. From infinity the primary tube has no critical curve: its lines begin infinitely far
+out on the screen, at the point opposite to the observer.
 """
 
 import math
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.interpolate import PchipInterpolator
 
-from kerrcaustics.beams.paths import SpacePoints, ray_paths
+from kerrcaustics.beams.bundles import COORDINATES
+from kerrcaustics.beams.ends import SKY
+from kerrcaustics.beams.paths import RayPaths, SpacePoints, ray_paths
 from kerrcaustics.curves.caustic_search import check_orders
-from kerrcaustics.curves.critical_curves import CriticalCurve, critical_curves, steps
+from kerrcaustics.curves.critical_curves import CriticalCurve, curves_of, steps
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.lens_map import sky_lines
+from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import check_camera
 from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.spacetime.frame import sky_from_fido
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.spacetime.sphere import angle_between, from_angles
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
@@ -50,12 +55,20 @@ class CausticTube:
     The first row is the caustic on the celestial sphere, at infinite radius; the others are about at the radii asked
     for. Along the lines the tube closes: the first one is not repeated. A line that falls into the hole before the last
     radii holds its last point there.
+
+    The first row of the primary tube seen from infinity is the point opposite to the observer, its limit far out: the
+    rays would pass infinitely far from the hole, and `sky` and the times are NaN.
     """
 
     order: int = quantity("", "1", "1 primary, 2 secondary, and on")
     points: SpacePoints = quantity("row line", "", "the surface", column="")
-    sky: np.ndarray = quantity("row line axis", "1", "camera-sky directions N of the rays through the points")
+    sky: np.ndarray = quantity(
+        "row line axis", "1", "camera-sky directions N of the rays through the points; of an Observer (alpha, beta)"
+    )
     closed: bool = quantity("", "1", "True when the whole critical curve was found")
+    remarks: tuple[str, ...] = quantity(
+        "", "", "what was missed or is unusual, in words; empty when there is nothing to say"
+    )
 
     def __repr__(self) -> str:
         """Summary in one line: order and size."""
@@ -74,11 +87,11 @@ def usual_radii(spin: float) -> Float[Array, " rows"]:
 def caustic_tubes(
     camera: Viewer, orders: int = 2, radii: Float[Array, " rows"] | None = None
 ) -> tuple[CausticTube, ...]:
-    """The caustics of a camera's past light cone as surfaces in space, primary first.
+    """The caustics of a viewer's past light cone as surfaces in space, primary first.
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
         Its velocity moves the rays on its sky, and leaves the tubes alone.
     orders : int
         How many, 1 to 10; those that cannot be found are left out.
@@ -96,8 +109,8 @@ def caustic_tubes(
 
     Errors
     ------
-    Every point is a conjugate point, in error as `ray_paths` says; its radius misses the one asked for by a few
-    hundredths of it, and more in the last rows.
+    `CausticTube.points.error`: every point is a conjugate point, as those of `ray_paths`; its radius misses the one
+    asked for by a few hundredths of it, and more in the last rows.
 
     References
     ----------
@@ -112,37 +125,72 @@ def caustic_tubes(
     >>> tubes[0].order, tubes[0].closed
     (1, True)
     """
-    check_camera(camera)
+    check_viewer(camera)
     check_orders(orders)
     radii = usual_radii(camera.spin) if radii is None else numbers("radii", radii)
     falling = radii.ndim == 1 and len(radii) > 1 and np.all(radii[1:] < radii[:-1])
     if not (falling and radii[0] == math.inf and radii[-1] > kerr.horizon(camera.spin)):
         raise ValueError("Argument `radii` must fall from math.inf to a radius outside the horizon.")
-    return tuple(_tube(camera, curve, radii) for curve in critical_curves(camera, int(orders)))
+    search_map = SearchMap.of(camera, SKY)
+    far = (_unbounded(search_map.camera),) if search_map.domain.unbounded else ()
+    curves = (*far, *curves_of(search_map, int(orders)))
+    return tuple(_tube(camera, search_map.camera, curve, radii) for curve in curves)
 
 
-def _tube(camera: Viewer, whole: CriticalCurve, radii: Float[Array, " rows"]) -> CausticTube:
-    curve = whole.points[_lines(whole.points)]
-    reach = np.exp(-curve.depth)
-    parts = _parts_at(camera, curve, whole.order, 1 / radii[1:])
+def _unbounded(camera: Viewer) -> CriticalCurve:
+    """What stands for the primary critical curve of an observer at infinity: the begin of all lines, on evenly many."""
+    turn = 2 * math.pi * np.arange(_FEWEST) / _FEWEST
+    none, theta, azimuth = np.zeros(_FEWEST), *(np.full(_FEWEST, x) for x in (math.pi - camera.inclination, math.pi))
+    direction = from_angles(theta, azimuth)
+    line_of_sight = sky_lines.line_of_sight(camera, turn, none)
+    points = Points(turn, none, line_of_sight, direction, theta, azimuth, 0 * direction, none, none)
+    return CriticalCurve(1, points, closed=True, remarks=("the tube ends in the point opposite to the observer",))
+
+
+def _tube(camera: Viewer, searcher: Viewer, whole: CriticalCurve, radii: Float[Array, " rows"]) -> CausticTube:
+    """The tube of a critical curve; searcher: the viewer who searches for the camera."""
+    unbounded = bool(np.all(whole.points.depth == 0))
+    curve = whole.points if unbounded else whole.points[_lines(whole.points)]
+    parts = _parts_at(searcher, curve, whole.order, 1 / radii[1:])
     edge_phase = np.broadcast_to(curve.edge_phase, parts.shape)
-    line_of_sight = sky_lines.beside_edge(camera.at_rest(), edge_phase, parts * reach)
-    found = _conjugate(camera, line_of_sight, whole.order)
-    # Filled from the row above where the ray has fallen in.
-    place = np.stack([found.mino_time, found.radius, found.theta, found.azimuth])
-    rim = np.stack([0 * reach, np.full(len(curve), math.inf), curve.theta, curve.azimuth])
-    place = np.concatenate([rim[:, None], place], axis=1)
+    line_of_sight = sky_lines.beside_edge(searcher, edge_phase, parts * _reach(searcher, curve))
+    found, rim = _conjugate(searcher, line_of_sight, whole.order), _rim(searcher, curve, unbounded)
+    place = {name: np.concatenate([rim[name][None], found[name]]) for name in COORDINATES}
     line_of_sight = np.concatenate([curve.line_of_sight[None], line_of_sight])
-    for row in range(1, len(radii)):
-        lost = ~np.isfinite(place[1, row])
-        place[:, row, lost], line_of_sight[row, lost] = place[:, row - 1, lost], line_of_sight[row - 1, lost]
+    held = _hold([*place.values(), line_of_sight], ~np.isfinite(place["radius"]) & (radii < math.inf)[:, None])
     # The azimuth of the caustic is joined over b = 0, the others follow it.
-    turns = np.round((place[3, :1] - place[3, 1:2]) / (2 * math.pi))
-    place[3, 1:] += 2 * math.pi * turns
-    place[0, 0] = math.nan
-    names = ("mino_time", "radius", "theta", "azimuth")
-    points = SpacePoints(spin=camera.spin, **dict(zip(names, place, strict=True)))
-    return CausticTube(whole.order, points, sky_from_fido(camera.frame(), -line_of_sight), whole.closed)
+    place["azimuth"][1:] += 2 * math.pi * np.round((place["azimuth"][:1] - place["azimuth"][1:2]) / (2 * math.pi))
+    sky = search_sky(camera)
+    place["time"], place["time_error"] = sky.viewer_time(place["time"], place["time_error"])
+    shown = sky.shown(sky_from_fido(searcher.frame(), -line_of_sight.reshape(-1, 3)))
+    shown = shown.reshape(*line_of_sight.shape[:2], -1)
+    if unbounded:
+        shown[0] = math.nan
+    remarks = (f"{held} of {parts.size} points hold the last one of their line, which falls in further out",)
+    points = SpacePoints(spin=camera.spin, **place)
+    return CausticTube(whole.order, points, shown, whole.closed, (*whole.remarks, *remarks[: held > 0]))
+
+
+def _rim(searcher: Viewer, curve: Points, unbounded: bool) -> dict[str, Float[Array, " lines"]]:
+    """The caustic on the celestial sphere, as the first row of a tube."""
+    own = {
+        "radius": np.full(len(curve), math.inf),
+        "theta": curve.theta,
+        "azimuth": curve.azimuth,
+        "error": curve.error,
+    }
+    if unbounded:
+        return dict.fromkeys(COORDINATES, np.full(len(curve), math.nan)) | own
+    ends = _paths(searcher, curve.line_of_sight, 2)
+    return {name: getattr(ends, name)[:, -1] for name in COORDINATES} | own
+
+
+def _hold(tables: list[Array], lost: Bool[Array, "rows lines"]) -> int:
+    """Fill the lost entries of tables (rows, lines, ...) from the rows above them, in place; how many there are."""
+    for row in range(1, len(lost)):
+        for table in tables:
+            table[row, lost[row]] = table[row - 1, lost[row]]
+    return int(lost.sum())
 
 
 def _lines(curve: Points) -> Int[Array, " lines"]:
@@ -159,39 +207,59 @@ def _parts_at(camera: Viewer, curve: Points, order: int, inverse: Float[Array, "
     sparse = np.unique(np.append(np.arange(0, len(curve), _SPARSE), len(curve) - 1))
     part = _searched(camera, curve)
     edge_phase = np.broadcast_to(curve.edge_phase[sparse], (len(part), len(sparse)))
-    line_of_sight = sky_lines.beside_edge(camera.at_rest(), edge_phase, part[:, None] * np.exp(-curve.depth[sparse]))
-    found = 1 / _conjugate(camera, line_of_sight, order).radius
-    parts = np.empty((len(inverse), len(sparse)))
-    for column, known in enumerate(found.T):
-        # To the first one that falls in, or has come round to the other side of the hole.
-        rising = np.concatenate([[True], np.diff(known) > 0]) & np.isfinite(known)
-        last = len(known) if rising.all() else int(np.argmin(rising))
-        curve_of = PchipInterpolator(np.append(0.0, known[:last]), np.append(1.0, part[:last]))
-        # A little further, where the radius may still be met: what is not found there is left out.
-        step = part[last - 1] - part[last] if last < len(known) else 0.0
-        beyond = np.clip((inverse - known[last - 1]) / max(known[last - 1] - known[last - 2], 1e-12), 0, 1)
-        parts[:, column] = curve_of(np.minimum(inverse, known[last - 1])) - step * beyond
+    line_of_sight = sky_lines.beside_edge(camera, edge_phase, part[:, None] * _reach(camera, curve[sparse]))
+    found = 1 / _conjugate(camera, line_of_sight, order)["radius"]
+    parts = np.stack([_part_at(inverse, part, known) for known in found.T], axis=1)
     return PchipInterpolator(sparse, parts, axis=1)(np.arange(len(curve)))
+
+
+def _part_at(
+    inverse: Float[Array, " rows"], part: Float[Array, " parts"], known: Float[Array, " parts"]
+) -> Float[Array, " rows"]:
+    """Parts on one line, from 1/r of its conjugate points at some: close to the critical curve a power of 1 - part."""
+    # Round-off may lose those next to the critical curve.
+    seen = np.isfinite(known).argmax()
+    part, known = part[seen:], known[seen:]
+    # To the first one that falls in, or has come round to the other side of the hole.
+    rising = np.concatenate([[True], np.diff(known) > 0]) & np.isfinite(known)
+    last = len(known) if rising.all() else int(np.argmin(rising))
+    away, height = np.log(1 - part[:last]), np.log(known[:last])
+    wanted = np.log(np.minimum(inverse, known[last - 1]))
+    # Below the first one, on the straight line through the first two.
+    low = np.minimum(wanted - height[0], 0) * (away[1] - away[0]) / (height[1] - height[0])
+    met = 1 - np.exp(PchipInterpolator(height, away)(np.maximum(wanted, height[0])) + low)
+    # A little further, where the radius may still be met: what is not found there is left out.
+    step = part[last - 1] - part[last] if last < len(known) else 0.0
+    beyond = np.clip((inverse - known[last - 1]) / max(known[last - 1] - known[last - 2], 1e-12), 0, 1)
+    return met - step * beyond
 
 
 def _searched(camera: Viewer, curve: Points) -> Float[Array, " parts"]:
     """Parts of the distance from shadow edge to critical curve at which conjugate points are looked for, falling."""
-    edge = sky_lines.beside_edge(camera.at_rest(), curve.edge_phase, np.zeros(len(curve)))
+    edge = sky_lines.beside_edge(camera, curve.edge_phase, np.zeros(len(curve)))
     size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])
     # The reach of a line is pi less this size.
-    scale = min(1.0, float((size / ((math.pi - size) * np.exp(-curve.depth))).min()))
+    scale = min(1.0, float((size / ((math.pi - size) * _reach(camera, curve))).min()))
     count = math.ceil(_PER_DECADE * math.log10(_OUTSIDE[-1] / (_SMALLEST * scale)))
     between = np.geomspace(_OUTSIDE[-1], _SMALLEST * scale, count + 1)[1:]
     return np.concatenate([_OUTSIDE, between, scale * _INSIDE])
 
 
-def _conjugate(camera: Viewer, line_of_sight: Float[Array, "rows lines 3"], order: int) -> SpacePoints:
+def _reach(camera: Viewer, curve: Points) -> Float[Array, " lines"]:
+    """Distances of a critical curve from the shadow edge, as parts of the length of the lines on the search sky."""
+    edge = sky_lines.beside_edge(camera, curve.edge_phase, np.zeros(len(curve)))
+    return angle_between(edge, curve.line_of_sight) / sky_lines.line_reach(camera, curve.edge_phase)
+
+
+def _conjugate(
+    camera: Viewer, line_of_sight: Float[Array, "rows lines 3"], order: int
+) -> dict[str, Float[Array, "rows lines"]]:
     """The conjugate points of one order on rays, NaN where there is none."""
-    still = camera.at_rest()
-    points = ray_paths(still, sky_from_fido(still.frame(), -line_of_sight), _PLACES).conjugate
-    names = ("mino_time", "radius", "theta", "azimuth")
-    missing = points.radius.shape[-1] < order
-    parts = [
-        np.full(line_of_sight.shape[:-1], math.nan) if missing else getattr(points, n)[..., order - 1] for n in names
-    ]
-    return SpacePoints(spin=camera.spin, **dict(zip(names, parts, strict=True)))
+    points = _paths(camera, line_of_sight, _PLACES).conjugate
+    if points.radius.shape[-1] < order:
+        return dict.fromkeys(COORDINATES, np.full(line_of_sight.shape[:-1], math.nan))
+    return {name: getattr(points, name)[..., order - 1] for name in COORDINATES}
+
+
+def _paths(camera: Viewer, line_of_sight: Float[Array, "*batch 3"], places: int) -> RayPaths:
+    return ray_paths(camera, sky_from_fido(camera.frame(), -line_of_sight), places)

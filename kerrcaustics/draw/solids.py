@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Status
-from kerrcaustics.beams.paths import RayPaths, SpacePoints
+from kerrcaustics.beams.paths import RayPaths, SpacePoints, cartesian
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import style
@@ -31,8 +31,8 @@ DISK_COLOUR, DISK_RIM_COLOUR = "#e8dcc0", "#a08c5a"
 # Entries of legends.
 _HORIZON, _ERGOSPHERE = ("horizon", HORIZON_COLOUR), ("ergosphere", ERGOSPHERE_COLOUR)
 _MIDDLE, _FINE = 48, 96
-# Radius, units of M: the ergosphere's in the equatorial plane.
-_TUBES_FROM = 2.0
+# Radius, units of M: the ergosphere's in the equatorial plane; the largest that is drawn at a half.
+_TUBES_FROM, _LARGEST_SCALE = 2.0, 30.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,25 +100,32 @@ def _across(triangles: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:
 
 def in_all_space(points: SpacePoints, scale: float) -> Float[Array, "*batch 3"]:
     """Places (..., 3) with the radius drawn as r / (r + scale), along the direction of the angles."""
-    with np.errstate(invalid="ignore"):
-        part = np.where(np.isinf(points.radius), 1.0, points.radius / (points.radius + scale))
-    return part[..., None] * points.direction
+    return _drawn_radius(points.radius, scale)[..., None] * points.direction
+
+
+def _drawn_radius(radius: Float[Array, "*batch"], scale: float) -> Float[Array, "*batch"]:
+    """r / (r + scale), 1 at infinity."""
+    with np.errstate(divide="ignore"):
+        return 1 / (1 + scale / radius)
 
 
 def _by(camera: Viewer) -> str:
-    """The camera in a title."""
-    return f"spin {camera.spin:g}, camera at r = {camera.radius:g} M"
+    """The viewer in a title."""
+    kind = type(camera).__name__.lower()
+    place = f"{kind} at infinity" if math.isinf(camera.radius) else f"{kind} at r = {camera.radius:g} M"
+    return f"spin {camera.spin:g}, {place}"
 
 
 def tubes_model(camera: Viewer, tubes: tuple[CausticTube, ...]) -> Model:
-    """The caustic tubes of a camera from next to the hole to the celestial sphere; radius drawn as r / (r + r_c).
+    """The caustic tubes of a viewer from next to the hole to the celestial sphere; radius drawn as r / (r + c).
 
-    They are cut off where they come to the ergosphere: inside, they wind round the hole closer and closer.
+    The scale c is the viewer's radius, and 30 M for those farther away. The tubes are cut off where they come to the
+    ergosphere: inside, they wind round the hole closer and closer.
     """
-    scale = camera.radius
+    scale = min(camera.radius, _LARGEST_SCALE)
     hole = kerr.horizon(camera.spin)
     surfaces = [Surface("horizon", hole / (hole + scale) * _sphere(), HORIZON_COLOUR)]
-    place = camera.radius / (camera.radius + scale) * from_angles(camera.inclination, 0.0)
+    place = 1 / (1 + scale / camera.radius) * from_angles(camera.inclination, 0.0)
     lines, key = [*_sky_frame(), _spin_axis(1.1), *_camera_mark(place)], []
     for tube in tubes:
         colour, name = style.order_colour(tube.order), style.order_name(tube.order)
@@ -128,7 +135,7 @@ def tubes_model(camera: Viewer, tubes: tuple[CausticTube, ...]) -> Model:
         surfaces.append(Surface(f"{name} tube", points, colour, 1.0 if tube.order == 1 else 0.3, closed=True))
         lines.append(SpaceCurve(f"{name} caustic", whole_line(points[0], True), colour, 5.0))
         key.append((f"{name} caustic", colour))
-    title = f"Caustic tubes, {_by(camera)}; radius drawn as r / (r + r_c)"
+    title = f"Caustic tubes, {_by(camera)}; radius drawn as r / (r + {scale:g} M)"
     return Model(title, tuple(surfaces), tuple(lines), (*key, _HORIZON), (-20.0, 32.0), extent=1.25)
 
 
@@ -144,18 +151,24 @@ def rays_model(camera: Viewer, paths: RayPaths, reach: float = 12.0) -> Model:
         Radius of what is shown, units of M.
     """
     captured = paths.status == Status.CAPTURED
-    lines = [_spin_axis(0.6 * reach), *_camera_mark(_near(camera), 0.02 * reach)]
+    lines = [_spin_axis(0.6 * reach), *_viewer_mark(camera, reach)]
     for position, radius, index, lost in zip(paths.position, paths.radius, paths.index, captured, strict=True):
-        beyond = ~(radius <= 1.02 * reach)
-        part = position[: beyond.argmax()] if beyond.any() else position
+        part = position[_within(radius, 1.02 * reach)]
         if index >= 0 and len(part) > 1:
             lines.append(_ray(part, int(index), bool(lost)))
     indices = sorted({int(k) for k in paths.index[(paths.index >= 0) & ~captured]})
     key = [(f"index {k}", style.order_colour(k + 1)) for k in indices]
     key += [("captured", CAPTURED_COLOUR)] * bool(captured.any())
     key += [_ERGOSPHERE, _HORIZON]
-    title = f"Rays of one camera, {_by(camera)}"
+    title = f"Rays of one viewer, {_by(camera)}"
     return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.1 * reach)
+
+
+def _within(radius: Float[Array, " n"], reach: float) -> slice:
+    """The first stretch of a ray within a radius: rays of viewers farther out come in first, and leave once."""
+    inside = np.append(radius <= reach, False)
+    first = int(inside.argmax())
+    return slice(first, first + int((~inside[first:]).argmax()))
 
 
 def _ray(points: Float[Array, "n 3"], index: int, captured: bool) -> SpaceCurve:
@@ -181,7 +194,7 @@ def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays
     surfaces = (*_hole(camera.spin), Surface("disk", np.stack([inner, outer]), DISK_COLOUR, 0.55))
     reach = 1.6 * rims[1]
     lines = [SpaceCurve("rim", rim, DISK_RIM_COLOUR, 2.0) for rim in (inner, outer)]
-    lines += [_spin_axis(0.7 * rims[1]), *_camera_mark(_near(camera), 0.02 * reach)]
+    lines += [_spin_axis(0.7 * rims[1]), *_viewer_mark(camera, reach)]
     for position, number in zip(paths.position, crossing, strict=True):
         ray = _until_plane(position, int(number))
         ray = ray[np.linalg.norm(ray, axis=1) <= reach]
@@ -273,13 +286,15 @@ def _spin_axis(height: float) -> SpaceCurve:
     return SpaceCurve("spin axis", np.array([[0, 0, -height], [0, 0, height]]), "#6f6f6f", 1.5)
 
 
-def _near(camera: Viewer) -> Float[Array, "3"]:
-    return _positions(camera.spin, *(np.array(value) for value in (camera.radius, camera.inclination, 0.0)))
+def _viewer_mark(camera: Viewer, reach: float) -> list[SpaceCurve]:
+    """The viewer; one beyond what is shown, at its edge."""
+    place = (np.array(value) for value in (min(camera.radius, reach), camera.inclination, 0.0))
+    return _camera_mark(_positions(camera.spin, *place), 0.02 * reach)
 
 
 def _positions(spin: float, radius: Array, theta: Array, phi: Array) -> Float[Array, "*batch 3"]:
     """Cartesian Boyer-Lindquist coordinates (..., 3) of places."""
-    return SpacePoints(spin=spin, mino_time=0 * radius, radius=radius, theta=theta, azimuth=phi).position
+    return cartesian(spin, radius, from_angles(theta, phi))
 
 
 def _camera_mark(place: Float[Array, "3"], size: float = 0.03) -> list[SpaceCurve]:

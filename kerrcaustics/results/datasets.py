@@ -63,7 +63,7 @@ def to_xarray(result: Any) -> "xarray.Dataset":
             attributes[name] = _attribute(values)
     sizes = {dim: size for dims, array, _ in data.values() for dim, size in zip(dims, array.shape, strict=True)}
     named = {**_NAMED, "axis": _ON_SCREEN} if sizes.get("axis") == len(_ON_SCREEN) else _NAMED
-    coordinates = {dim: names for dim, names in named.items() if dim in sizes}
+    coordinates = {dim: names for dim, names in named.items() if sizes.get(dim) == len(names)}
     return xarray.Dataset(data, coords=coordinates, attrs=attributes)
 
 

@@ -45,12 +45,11 @@ class Ends(NamedTuple):
 def ends_of(beams: kc.Beams, end: Any) -> Ends:
     """The ends that an engine gives, for comparison with another one."""
     status = np.where(beams.escaped, kc.Status.ESCAPED, beams.status)
-    radius = np.full(len(status), np.inf) if beams.radius is None else beams.radius
     diameters = np.stack([beams.delta_plus, beams.delta_minus], axis=-1)
     assert beams.index is not None and beams.crossings is not None
     unknown = np.full(len(status), np.nan)
     time, time_error = (unknown if t is None else t for t in (beams.time, beams.time_error))
-    where = (beams.direction, beams.azimuth, radius, time, columns_of(beams, end), diameters)
+    where = (beams.direction, beams.azimuth, beams.radius, time, columns_of(beams, end), diameters)
     errors = (beams.error, _azimuth_errors(beams)[0], time_error, beams.jacobian_error)
     return Ends(status, *where, beams.index, beams.crossings, *errors)
 
@@ -127,7 +126,7 @@ def _of_beams(beams: kc.Beams, ends: Ends, end: Any) -> dict[str, np.ndarray]:
 def _distance(result: kc.Rays, ends: Ends) -> np.ndarray:
     """Between places of ends, in radians; in the plane also in ln r."""
     off = np.linalg.norm(result.direction - ends.direction, axis=-1)
-    if result.radius is None or not np.isfinite(ends.radius).any():
+    if not np.isfinite(ends.radius).any():
         return off
     return np.maximum(off, np.abs(np.log(result.radius / ends.radius)))
 

@@ -35,11 +35,20 @@ def with_clock(rates: Rates, spin: Reals, constants: Constants) -> Rates:
         accelerations, angles = rates(positions[:-1])
         (u, _, _, z), (y,) = positions[0], positions[-1]
         pull = (a2 + (2 * a1 + 3 * a0 * u) * u) / 4
-        rest = 2 * (2 - spin * b * u) / radial.horizon_function(spin, u)
-        quadrature = (a1 / 2 + a0 * u) * u + rest + (spin * z) ** 2
+        quadrature = (a1 / 2 + a0 * u) * u + _rest(spin, b, u, z)
         return [*accelerations, (pull * y,)], [*angles, quadrature]
 
     return all_rates
+
+
+def rate(spin: Reals, constants: Constants, u: Reals, z: Reals) -> Reals:
+    """t' at a place."""
+    return (1 / u + 2) / u + _rest(spin, constants.b, u, z)
+
+
+def _rest(spin: Reals, b: Reals, u: Reals, z: Reals) -> Reals:
+    """t' without the two terms that grow with the radius."""
+    return 2 * (2 - spin * b * u) / radial.horizon_function(spin, u) + (spin * z) ** 2
 
 
 def local_error(constants: Constants, clock: Path, gap: Path) -> Reals:

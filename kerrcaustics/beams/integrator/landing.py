@@ -102,13 +102,13 @@ def _touch_down(journey: Journey, last: Progress) -> _Touch:
     end, spin, paths = journey.end, journey.spin, last.paths
     rest = end.time_left(journey.constants, journey.aim, paths[0])
     if end.finite:
-        at_end, psi_rate = _advanced(journey.rates, paths, rest)
+        at_end, psi_rate = short_step(journey.rates, paths, rest)
     else:
         timed = last.clock_error is not None
         at_end = [_advanced_far_out(spin, path, rest) for path in (paths[:-1] if timed else paths)]
         psi_rate = jnp.zeros_like(rest)
         if timed:
-            at_end += _advanced(journey.rates, paths, rest)[0][-1:]
+            at_end += short_step(journey.rates, paths, rest)[0][-1:]
     position, rate, psi = at_end[0].position, at_end[0].rate, at_end[0].psi
     x, y, z = (p / length(position[1:]) for p in position[1:])
     c, s = jnp.cos(psi), jnp.sin(psi)
@@ -126,7 +126,7 @@ def _advanced_far_out(spin: Reals, path: Path, time: Reals) -> Path:
     return Path(position, path.rate, psi)
 
 
-def _advanced(rates: Rates, paths: Sequence[Path], time: Reals) -> tuple[list[Path], Reals]:
+def short_step(rates: Rates, paths: Sequence[Path], time: Reals) -> tuple[list[Path], Reals]:
     """All paths after a very short time anywhere, and psi' of the ray."""
     accelerations, psi_rates = rates([path.position for path in paths])
     moved = []
