@@ -192,12 +192,12 @@ REFUSED = (
 )
 GAPS = (
     # Sources at infinity alone.
-    Gap(("follow_star", "caustic_derivatives"), FINITE, OFF_PLANE, "no `end`"),
+    Gap(("caustic_derivatives",), FINITE, OFF_PLANE, "no `end`"),
     Gap(("image_derivatives",), FINITE, OFF_PLANE, "refuses `images`"),
     Gap(("ray_paths",), ("plane",), ALL, "refuses `end`"),
     # Cameras alone.
     Gap(
-        ("follow_star", "image_derivatives", "caustic_derivatives", "ray_paths"),
+        ("image_derivatives", "caustic_derivatives", "ray_paths"),
         SURFACES,
         OBSERVERS,
         "refuses `camera`",
