@@ -192,16 +192,9 @@ REFUSED = (
 )
 GAPS = (
     # Sources at infinity alone.
-    Gap(("caustic_derivatives",), FINITE, OFF_PLANE, "no `end`"),
-    Gap(("image_derivatives",), FINITE, OFF_PLANE, "refuses `images`"),
     Gap(("ray_paths",), ("plane",), ALL, "refuses `end`"),
     # Cameras alone.
-    Gap(
-        ("image_derivatives", "caustic_derivatives", "ray_paths"),
-        SURFACES,
-        OBSERVERS,
-        "refuses `camera`",
-    ),
+    Gap(("ray_paths",), SURFACES, OBSERVERS, "refuses `camera`"),
     Gap(("caustic_tubes",), ("sky",), OBSERVERS, "refuses `camera`"),
     Gap(DISKS, ("plane",), OBSERVERS, "refuses `camera`"),
     # Fields that are known, and None.

@@ -6,12 +6,14 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
+from kerrcaustics.curves.derivatives import CausticDerivatives
 from kerrcaustics.draw import style
-from kerrcaustics.images.derivatives import CausticDerivatives, ImageDerivatives
+from kerrcaustics.draw.source_axes import is_sphere
+from kerrcaustics.images.derivatives import ImageDerivatives
 
 Array = np.ndarray
 
-_UNIT = "rad for 1, GM/c² or rad"
+_BY = "for 1, GM/c² or rad"
 
 
 def image_derivatives(ax: Axes, derivatives: ImageDerivatives) -> Axes:
@@ -19,20 +21,25 @@ def image_derivatives(ax: Axes, derivatives: ImageDerivatives) -> Axes:
     speed = np.linalg.norm(derivatives.sky, axis=1)
     _marks(ax, derivatives.parameters, speed, derivatives.error[:, 0] * speed.max(axis=1, initial=0))
     ax.set_xticks(range(len(derivatives)))
-    ax.set(xlabel="image", ylabel=f"movement on the camera sky ({_UNIT})")
+    unit = derivatives.camera.sky_unit.replace("^2", "²")
+    ax.set(xlabel="image", ylabel=f"movement on the camera sky ({unit} {_BY})")
     return ax
 
 
 def caustic_derivatives(ax: Axes, derivatives: CausticDerivatives) -> Axes:
     """Change of the widths and the cusps of the caustic with each parameter."""
-    names, rows = ["width θ′", "width φ′"], [derivatives.theta_extent, derivatives.phi_extent]
+    names, rows = ["width φ′"], [derivatives.phi_extent]
+    if is_sphere(derivatives.surface):
+        names, rows = ["width θ′", *names], [derivatives.theta_extent, *rows]
+    else:
+        names, rows = ["least r", "largest r", *names], [derivatives.r_min, derivatives.r_max, *rows]
     for letter, (theta, phi) in zip(string.ascii_uppercase, derivatives.cusps, strict=False):
         names += [f"{letter} θ′", f"{letter} φ′"]
         rows += [theta, phi]
     sizes = np.abs(rows)
     _marks(ax, derivatives.parameters, sizes, derivatives.error * sizes.max(axis=1, initial=0))
     ax.set_xticks(range(len(names)), names, rotation=90)
-    ax.set(ylabel=f"change ({_UNIT})", title=f"{style.order_name(derivatives.order)} caustic")
+    ax.set(ylabel=f"change (GM/c² or rad {_BY})", title=f"{style.order_name(derivatives.order)} caustic")
     return ax
 
 
