@@ -9,11 +9,12 @@ from .beams.paths import ray_paths as ray_paths, trapped_orbit as trapped_orbit
 from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
 from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet
 from .curves.caustic_search import caustics as caustics
+from .curves.derivatives import caustic_derivatives as caustic_derivatives
 from .curves.tubes import caustic_tubes as caustic_tubes
 from .draw.result_plots import show as show
 from .explorer.widget import explore as explore
 from .images.counts import count_map as count_map, image_counts as image_counts, read_count_map as read_count_map
-from .images.derivatives import caustic_derivatives as caustic_derivatives, image_derivatives as image_derivatives
+from .images.derivatives import image_derivatives as image_derivatives
 from .images.images import StarImages as StarImages, star_images as star_images
 from .results.datasets import to_xarray as to_xarray
 from .results.records import record as record

@@ -227,11 +227,6 @@ REFUSED = (
     ),
 )
 GAPS = (
-    # Sources at infinity alone.
-    Gap(("follow_star", "caustic_derivatives"), FINITE, OFF_PLANE, "no `end`"),
-    Gap(("image_derivatives",), FINITE, OFF_PLANE, "refuses `images`"),
-    # Cameras alone.
-    Gap(("follow_star", "image_derivatives", "caustic_derivatives"), SURFACES, OBSERVERS, "refuses `camera`"),
     Gap(DISKS, ("plane",), OBSERVERS, "refuses `camera`"),
     # A refusal that does not say why.
     Gap(("light_curve",), ("plane",), (EQUATORIAL,), "refuses `orbit`"),

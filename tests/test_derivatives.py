@@ -1,7 +1,6 @@
 """Rays as functions for JAX, and derivatives of images and caustics: against long arithmetic, and other cameras."""
 
 import math
-from dataclasses import replace
 from functools import partial
 
 import jax
@@ -9,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from parity import SURFACES, VIEWERS, end_for, place_on, viewer_named
 
 import kerrcaustics as kc
 from studies.truth.rays import Path, Place, follow, unit
@@ -129,6 +129,10 @@ def test_second_derivatives_and_their_order():
             assert np.abs(curved @ direction - change).max() < 1e-6 * np.abs(curved).max()
 
 
+def unit_vector(theta, phi):
+    return np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
+
+
 def long_image(given, images, slopes):
     """One image's place, ln magnification and time in long arithmetic, by Newton's method with a fixed slope.
 
@@ -183,6 +187,147 @@ def test_derivatives_of_images_against_long_arithmetic(place, star):
     assert found.error.max() < 1e-9
 
 
+CELLS = [
+    (viewer, surface)
+    for viewer in VIEWERS
+    for surface in SURFACES
+    if (viewer, surface) not in (("near", "sky"), ("infinity", "beyond"))
+]
+# Of each number, relative to its size: parts of one step that changes all of them.
+PARTS = np.array([0.7, 0.9, -0.8, 0.6, -1.0])
+WIDE = 1e-3
+# Of values over the wide step, relative to them.
+NOISE = 1e-9
+
+
+def numbers_of(viewer, star):
+    """The numbers of a viewer's place and of a source's, without an infinite radius."""
+    place = {name: getattr(viewer, name) for name in ("spin", "radius", "inclination")}
+    return np.array([value for value in (*place.values(), *star) if math.isfinite(value)])
+
+
+def displaced(viewer, numbers):
+    """The viewer, and the source, whose numbers these are."""
+    place = {"spin": numbers[0], "inclination": numbers[-3], "radius": numbers[1] if len(numbers) == 5 else math.inf}
+    motion = {"velocity": viewer.velocity} if isinstance(viewer, kc.Camera) else {}
+    return type(viewer)(**place, **motion), tuple(numbers[-2:].tolist())
+
+
+def slope_along(function, numbers, change):
+    """A directional derivative by differences at two steps, and an error of it."""
+    wide, close = (
+        (function(numbers + step * change) - function(numbers - step * change)) / (2 * step)
+        for step in (WIDE, WIDE / 2)
+    )
+    return (4 * close - wide) / 3, np.abs(close - wide) * WIDE**2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "surface"), CELLS, ids=lambda part: part)
+def test_derivatives_of_images_against_other_viewers_and_sources(name, surface):
+    """Along one direction in the space of all numbers, by differences; and the error that is reported."""
+    viewer, end, star = viewer_named(name), end_for(surface, name), place_on(surface)
+
+    def seen(numbers):
+        other, place = displaced(viewer, numbers)
+        images = kc.star_images(other, place, 1, end=end)
+        return np.column_stack([images.sky, np.log(images.magnification), images.time])
+
+    images = kc.star_images(viewer, star, 1, end=end)
+    found = kc.image_derivatives(viewer, images)
+    # A camera far away sees the hole so small that rounding of N is a part of it.
+    assert len(images) and found.error.max() < (1e-7 if name == "far" else 1e-9)
+    numbers = numbers_of(viewer, star)
+    assert len(found.parameters) == len(numbers) == 5 - (name == "infinity")
+    assert ("radius" in found.parameters) == (name != "infinity")
+    assert found.parameters[-2] == ("source_radius" if surface == "plane" else "theta")
+    change = numbers * PARTS[-len(numbers) :]
+    true, doubt = slope_along(seen, numbers, change)
+    logarithm = found.magnification / images.magnification[:, None]
+    mine = np.concatenate([found.sky, logarithm[:, None], found.time[:, None]], axis=1)
+    # What is lost in the differences, and what the result itself says of its error: of the largest part of each.
+    largest = np.abs(mine * change).max(axis=2)
+    axes = found.sky.shape[1]
+    largest[:, :axes] = largest[:, :axes].max(axis=1, keepdims=True)
+    error = largest * np.repeat(found.error, [axes, 1, 1], axis=1)
+    noise = NOISE * (np.abs(seen(numbers)) + largest)
+    assert (np.abs(mine @ change - true) < 3 * error + doubt + noise).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [math.inf, 50.0, 7.0], ids=str)
+def test_without_spin_a_source_that_turns_about_the_viewer_turns_its_images(end):
+    """And a viewer who turns about an axis across sees what sources see that turn the other way."""
+    viewer, star = kc.Observer(spin=0.0, inclination=1.2, radius=1e3), (1.9, 2.3)
+    images = kc.star_images(viewer, star, 1, end=end)
+    found = kc.image_derivatives(viewer, images)
+    n = unit_vector(*star)
+    e_theta, e_phi = unit_vector(star[0] + math.pi / 2, star[1]), unit_vector(math.pi / 2, star[1] + math.pi / 2)
+
+    def turned_about(axis):
+        """Changes of theta and phi."""
+        change = np.cross(axis, n)
+        return np.array([e_theta @ change, e_phi @ change / math.sin(star[0])])
+
+    about = turned_about(unit_vector(1.2, 0.0))
+    alpha, beta = images.sky.T
+    # Seen from outside the axis, alpha runs along e_phi and beta against e_theta.
+    assert np.abs(found.sky[:, :, 3:] @ about - np.stack([-beta, alpha], axis=-1)).max() < 1e-9 * np.abs(alpha).max()
+    for values in (found.magnification / images.magnification[:, None], found.time):
+        assert np.abs(values[:, 3:] @ about).max() < 1e-9 * np.abs(values).max()
+    across = turned_about(np.array([0.0, 1.0, 0.0]))
+    for values in (found.sky, found.time):
+        size = np.abs(values).max()
+        assert np.abs(values[..., 2] + values[..., 3:] @ across).max() < 1e-9 * size
+
+
+@pytest.mark.slow
+def test_from_the_axis_a_source_that_turns_in_azimuth_turns_its_images():
+    for viewer, end, star in (
+        (kc.Observer(spin=0.9, inclination=0.0), math.inf, (2.0, 1.0)),
+        (kc.Observer(spin=0.9, inclination=0.0), 6.0, (2.0, 1.0)),
+        (kc.Observer(spin=0.9, inclination=0.0), kc.EquatorialPlane(1), (9.0, 1.0)),
+    ):
+        images = kc.star_images(viewer, star, 1, end=end)
+        found = kc.image_derivatives(viewer, images)
+        assert len(images)
+        alpha, beta = images.sky.T
+        size = np.abs(images.sky).max()
+        assert np.abs(found.sky[..., -1] - np.stack([-beta, alpha], axis=-1)).max() < 1e-10 * size
+        assert np.abs(found.time[:, -1]).max() < 1e-9 * np.abs(found.time).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("surface", ["sky", "within", "plane"])
+def test_far_viewers_come_to_the_limit_as_one_over_the_radius(surface):
+    """Observers at two radii, and a camera, whose sky is radians: their derivatives by what they have in common."""
+    end, star = end_for(surface, "near"), place_on(surface)
+
+    def change(viewer):
+        images = kc.star_images(viewer, star, 1, end=end)
+        which = images.index == 1
+        found = kc.image_derivatives(viewer, images)
+        kept = [i for i, name in enumerate(found.parameters) if name != "radius"]
+        return found.sky[which][..., kept], found.time[which][:, kept]
+
+    limit, *others = (change(kc.Observer(spin=0.9, inclination=1.2, radius=r)) for r in (math.inf, 1e4, 1e5))
+    for one, near, far in zip(limit, *others, strict=True):
+        ratio = np.abs(near - one).max() / np.abs(far - one).max()
+        assert 9 < ratio < 11
+    # Both differ from it by some 40 M over the radius.
+    camera = change(kc.Camera(0.9, 1e6, 1.2, "fiducial"))
+    # N is (alpha, beta) over the radius, after its first component.
+    for one, far in zip(limit, (1e6 * camera[0][:, 1:], camera[1]), strict=True):
+        assert np.abs(far - one).max() < 1e-4 * np.abs(one).max()
+
+
+def test_images_of_another_kind_of_viewer_are_refused():
+    camera, observer = kc.Camera(0.9, 10.0), kc.Observer(spin=0.9, inclination=1.0)
+    images = kc.star_images(camera, (1.4, 2.9), max_index=0)
+    with pytest.raises(ValueError, match="Argument `images` must be those that `camera` sees, but holds direction N"):
+        kc.image_derivatives(observer, images)
+
+
 @pytest.mark.slow
 def test_derivatives_of_caustics_against_other_cameras():
     place, step = np.array([0.9, 10.0, 1.0]), 1e-3
@@ -207,13 +352,102 @@ def test_derivatives_of_caustics_against_other_cameras():
             assert math.isclose(one.phi_extent[k], one.phi_max[k] - one.phi_min[k])
 
 
+CAUSTICS = [
+    ("near", "beyond"),
+    ("near", "within"),
+    ("near", "plane"),
+    ("far", "within"),
+    ("finite", "sky"),
+    ("finite", "beyond"),
+    ("infinity", "sky"),
+    ("infinity", "within"),
+    ("infinity", "plane"),
+]
+
+
+def features_of(caustic):
+    """Its extremes and cusps in a row."""
+    if isinstance(caustic.surface, kc.EquatorialPlane):
+        return np.array([caustic.r_min, caustic.r_max, caustic.phi_min, caustic.phi_max])
+    extremes = [caustic.theta_min, caustic.theta_max, caustic.phi_min, caustic.phi_max]
+    return np.append(extremes, [cusp.celestial for cusp in caustic.cusps])
+
+
+def doubt_of(caustic):
+    """Errors of the same: an end in the plane lies off its circle, and the azimuth there by the slope of the curve."""
+    if not isinstance(caustic.surface, kc.EquatorialPlane):
+        return np.full(4 + 2 * len(caustic.cusps), caustic.error)
+    r, phi = caustic.place.T
+    steep = np.abs(np.diff(phi) / np.diff(r))
+    ends = [r[i] * steep[min(i, len(steep) - 1)] for i in (phi.argmin(), phi.argmax())]
+    return caustic.error * np.array([r.min(), r.max(), *ends])
+
+
+def slopes_of(one):
+    """Their derivatives in that order, (features, numbers)."""
+    plane = isinstance(one.surface, kc.EquatorialPlane)
+    fixed, extremes = (one.theta_min, one.theta_max), (one.r_min, one.r_max)
+    if not plane:
+        fixed, extremes = extremes, fixed
+    assert not np.any(fixed)
+    return np.concatenate([[*extremes, one.phi_min, one.phi_max], one.cusps.reshape(-1, len(one.parameters))])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "surface"), CAUSTICS, ids=lambda part: part)
+def test_derivatives_of_caustics_against_other_viewers(name, surface):
+    """Along one direction in the space of the viewer's numbers: cusps and extremes, and the errors of both."""
+    viewer, end = viewer_named(name), end_for(surface, name)
+    slopes, known = kc.caustic_derivatives(viewer, 2, end=end), kc.caustics(viewer, 2, end=end)
+    assert [one.order for one in slopes] == [caustic.order for caustic in known] and slopes
+    numbers = numbers_of(viewer, (math.inf, math.inf))
+    # Sections in the plane end on a circle of one height over the horizon, which is another one for another spin.
+    change = numbers * PARTS[: len(numbers)] * (np.arange(len(numbers)) > (0 if surface == "plane" else -1))
+
+    def features(numbers):
+        other, _ = displaced(viewer, np.append(numbers, [0.0, 0.0]))
+        return np.concatenate([features_of(caustic) for caustic in kc.caustics(other, 2, end=end)])
+
+    true, doubt = slope_along(features, numbers, change)
+    mine = np.concatenate([slopes_of(one) for one in slopes])
+    errors = np.repeat([one.error for one in slopes], [len(slopes_of(one)) for one in slopes])
+    noise = np.concatenate([doubt_of(caustic) for caustic in known]) / WIDE
+    assert errors.max() < (1e-6 if surface == "plane" else 1e-9)
+    lost = np.isnan(mine).any(axis=1)
+    assert lost.sum() == sum("has no derivative" in remark for one in slopes for remark in one.remarks)
+    largest = np.abs(mine).max(axis=1) * np.abs(change).max()
+    missed = np.abs(mine @ change - true)
+    assert (missed < errors * largest + doubt + 3 * noise + NOISE * (1 + np.abs(true)))[~lost].all()
+    assert (~lost).sum() >= 2 * len(slopes)
+
+
+@pytest.mark.slow
+def test_largest_radius_of_a_section_changes_as_that_of_other_cameras():
+    """The section winds out of the horizon, turns back at a largest radius, and winds in again."""
+    end, place = kc.EquatorialPlane(2), np.array([0.998, 1000.0, math.radians(45)])
+    (section,) = kc.caustic_derivatives(kc.Camera(*place), 2, end=end)
+    (known,) = kc.caustics(kc.Camera(*place), 2, end=end)
+    # The table of docs/disk_caustics.md.
+    assert known.r_max == pytest.approx(2.109071, abs=2e-6) and "r_max" not in " ".join(section.remarks)
+    change = np.array([5e-4, 300.0, 0.5])
+
+    def largest(place):
+        (caustic,) = kc.caustics(kc.Camera(*place), 2, end=end)
+        return np.array(caustic.r_max)
+
+    true, doubt = slope_along(largest, place, change)
+    assert abs(section.r_max @ change - true) < 10 * doubt + 1e-6 * abs(true)
+    assert np.isnan(section.r_min).all() and "r_min is the end of the curve toward horizon" in " ".join(section.remarks)
+
+
+@pytest.mark.slow
+def test_caustics_of_far_cameras_change_as_those_of_the_observer():
+    """The first three numbers are those of one place: the same to round-off."""
+    camera, observer = kc.Camera(0.9, 1e6, 1.2), kc.Observer(spin=0.9, radius=1e6, inclination=1.2)
+    for one, other in zip(kc.caustic_derivatives(camera, 2), kc.caustic_derivatives(observer, 2), strict=True):
+        assert np.array_equal(one.cusps, other.cusps) and np.array_equal(one.phi_max, other.phi_max, equal_nan=True)
+
+
 def test_derivatives_take_images_alone():
     with pytest.raises(ValueError, match="Argument `images` must be StarImages, but is tuple"):
         kc.image_derivatives(kc.Camera(0.9, 10.0), (1.4, 2.9))
-
-
-def test_derivatives_of_stars_at_a_finite_radius_are_refused():
-    camera = kc.Camera(0.9, 10.0)
-    near = replace(kc.star_images(camera, (1.4, 2.9), max_index=0), surface=kc.Sphere(50.0))
-    with pytest.raises(ValueError, match="`images` must be of a star at infinity, but it is on the sphere r = 50"):
-        kc.image_derivatives(camera, near)

@@ -1,7 +1,9 @@
-"""A ray as a function of the hole, the camera and the direction, to be differentiated by all of them.
+"""A ray as a function of the hole, the viewer and the direction, to be differentiated by all of them.
 
 A ray is integrated in the smooth variables of integrator/integrated.py, in steps so short that only round-off
-remains; its derivatives are those of the steps, and as accurate.
+remains; its derivatives are those of the steps, and as accurate. It arrives at an implicit event: the computed arrival
+is a number without derivatives, and the last steps are Newton's onto the surface. Each of them, as it squares the rest
+or better, makes twice as many orders of derivatives right.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,19 +18,22 @@ from kerrcaustics.beams.geometry import cross, dot
 from kerrcaustics.beams.integrator import clock, integrated
 from kerrcaustics.beams.integrator.equations import Constants, horizon_rapidity, rapidity, ray_rates
 from kerrcaustics.beams.integrator.nystroem import Path, Positions, Rates, nystroem_step
+from kerrcaustics.beams.spheres import SKY
+from kerrcaustics.beams.surface import Aim, End
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Flags, Reals
+from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.camera import Camera, Velocity
-from kerrcaustics.spacetime.frame import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame
+from kerrcaustics.spacetime.observer import SCREEN, sphere_parts
 
 # Steps per time to the pole of psi, at least; steps in all, for rays that round-off keeps on their way for ever; steps
-# onto u = 0, each of which leaves the cube of the rest.
-_TO_HORIZON, _MOST_STEPS, _LANDINGS = 2, 2000, 2
+# onto the surface, at infinity, where each leaves the cube of the rest, and elsewhere.
+_TO_HORIZON, _MOST_STEPS, _LANDINGS, _FINITE_LANDINGS = 2, 2000, 2, 3
 # Axes of a camera at rest, or in azimuthal motion.
 _AXES = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
 
-# Of one ray: the camera's spin, radius, inclination, and N.
-Arguments = Float[Array, "6"]
+# Of one ray: the viewer's spin, radius, inclination, and N, or (alpha, beta) of an observer.
+Arguments = Float[Array, "numbers"]
 _Function = Callable[[Arguments, Any], Array]
 
 
@@ -86,34 +91,55 @@ def differentiable(function: _Function) -> _Function:
     return smooth
 
 
+class Arrival(NamedTuple):
+    """The end of one ray: n', 1 / r, and the time; NaN for rays that do not reach it."""
+
+    direction: Array
+    u: Reals
+    time: Reals
+
+
 def end(arguments: Arguments, motion: Moving, density: Reals = integrated.DENSEST, *, timed: bool) -> Array:
-    """n' of one ray, followed by its time if requested, in `density` steps per radian of arc."""
+    """n' of one ray that escapes, followed by its time if requested, in `density` steps per radian of arc."""
+    there = arrival(arguments, motion, SKY, density, timed=timed)
+    return jnp.append(there.direction, there.time) if timed else there.direction
+
+
+def arrival(arguments: Arguments, motion: Moving, surface: End, density: Reals, *, timed: bool) -> Arrival:
+    """The end of one ray on a surface, in `density` steps per radian of arc; the time, if requested, else NaN."""
     spin, radius, inclination, *sky = arguments
-    frame = frame_of(spin, radius, inclination, motion)
-    size = jnp.sqrt(sum(x * x for x in sky))
-    constants, ray, photon = integrated.start(frame, tuple(x / size for x in sky))
-    captured, arrival = _aim(*jax.lax.stop_gradient((frame, photon)))
-    paths = _path_to_end(spin, constants, ray, arrival, density, timed=timed)
+    on_screen = len(sky) == 2
+    frame = frame_of(spin, radius, inclination, motion, on_screen=on_screen)
+    constants, ray, photon = integrated.start(frame, _direction(sky))
+    aim = integrated.aim_at(surface, *jax.lax.stop_gradient((frame, photon)))
+    paths = _path_to_end(spin, constants, ray, (surface, aim), density, timed=timed)
     path = paths[0]
-    _, x, y, z = path.position
+    u, x, y, z = path.position
     c, s = jnp.cos(path.psi), jnp.sin(path.psi)
-    parts = [c * x - s * y, s * x + c * y, z]
+    time = jnp.nan
     if timed:
-        parts.append(clock.reading(constants, ray, path, paths[-1], at_infinity=True))
-    return jnp.where(captured, jnp.nan, jnp.stack(parts))
+        far = not surface.finite
+        time = clock.reading(constants, ray, path, paths[-1], at_infinity=far, distant=on_screen)
+    there = Arrival(jnp.stack([c * x - s * y, s * x + c * y, z]), u, time)
+    lost = surface.lost(aim, spin, u)
+    return Arrival(*(jnp.where(lost, jnp.nan, part) for part in there))
 
 
-def _aim(frame: Frame, photon: Photon) -> tuple[Flags, Reals]:
-    """True for captured rays; the Mino time to infinity of the others."""
-    quartic = radial.factor(frame, photon)
-    captured = radial.is_captured(frame, photon, quartic)
-    return captured, jnp.where(captured, 0.0, radial.mino_time(frame, photon, quartic))
+def _direction(sky: list[Reals]) -> Components:
+    """The direction, as engines take it, of N of any length, or of (alpha, beta)."""
+    if len(sky) == 2:
+        return sphere_parts(*sky)
+    x, y, z = sky
+    size = jnp.sqrt(x * x + y * y + z * z)
+    return x / size, y / size, z / size
 
 
 def _path_to_end(
-    spin: Reals, constants: Constants, ray: Path, arrival: Reals, density: Reals, *, timed: bool
+    spin: Reals, constants: Constants, ray: Path, goal: tuple[End, Aim], density: Reals, *, timed: bool
 ) -> tuple[Path, ...]:
-    """The ray, and its clock if requested, at u = 0."""
+    """The ray, and its clock if requested, on a surface that it is aimed at."""
+    surface, aim = goal
+    most_landings = _FINITE_LANDINGS if surface.finite else _LANDINGS
 
     def of_ray(positions: Positions) -> tuple[Positions, list[Reals]]:
         acceleration, psi_rate = ray_rates(spin, constants, positions[0])
@@ -130,17 +156,18 @@ def _path_to_end(
         state = jax.lax.stop_gradient((spin, constants, paths[0]))
         pace = jnp.maximum(density * rapidity(*state), _TO_HORIZON * horizon_rapidity(*state))
         lands = rest <= 0
-        h = jnp.where(lands, -paths[0].position[0] / paths[0].rate[0], rest / jnp.maximum(jnp.ceil(rest * pace), 1))
+        left = surface.time_left(constants, aim, paths[0])
+        h = jnp.where(lands, left, rest / jnp.maximum(jnp.ceil(rest * pace), 1))
         return jnp.where(lands, 0, rest - h), steps + 1, landings + lands, nystroem_step(rates, paths, h)[0]
 
     def goes_on(now: tuple[Any, ...]) -> Any:
-        return (now[2] < _LANDINGS) & (now[1] < _MOST_STEPS)
+        return (now[2] < most_landings) & (now[1] < _MOST_STEPS)
 
-    return jax.lax.while_loop(goes_on, step, (arrival, 0, 0, paths))[-1]
+    return jax.lax.while_loop(goes_on, step, (aim.mino_time, 0, 0, paths))[-1]
 
 
-def frame_of(spin: Any, radius: Any, inclination: Any, motion: Moving) -> Frame:
-    """The camera's frame, as `Camera.frame` has it, for numbers that JAX traces."""
+def frame_of(spin: Any, radius: Any, inclination: Any, motion: Moving, *, on_screen: bool = False) -> Frame:
+    """The viewer's frame, as `Camera.frame`, or on a screen `Observer.frame`, has it, for numbers that JAX traces."""
     a, r, s, c = spin, radius, jnp.sin(inclination), jnp.cos(inclination)
     sigma = r * r + (a * c) ** 2
     outer = radial.horizon(a)
@@ -148,6 +175,7 @@ def frame_of(spin: Any, radius: Any, inclination: Any, motion: Moving) -> Frame:
     big = (r * r + a * a) ** 2 - a * a * delta * s * s
     lapse, shift, scale = jnp.sqrt(sigma * delta / big), 2 * a * r / big, jnp.sqrt(big / sigma)
     orbital = motion.orbits / (a + r * jnp.sqrt(r))
+    zoom = SCREEN / r if on_screen else 1.0
     speed = motion.speed + motion.named * scale * s * (orbital - shift) / lapse
     numbers: dict[str, Any] = dict(
         spin=a,
@@ -156,36 +184,56 @@ def frame_of(spin: Any, radius: Any, inclination: Any, motion: Moving) -> Frame:
         cos_theta=c,
         lapse=lapse,
         shift=shift,
-        cylindrical_scale=scale,
+        cylindrical_scale=zoom * scale,
         root_sigma=jnp.sqrt(sigma),
         root_sigma_delta=jnp.sqrt(sigma * delta),
         speed=speed,
         slowness=(1 - speed) * (1 + speed),
         basis=motion.axes,
-        zoom=1.0,
-        start=r + 2 * jnp.log(r),
+        zoom=zoom,
+        start=0.0 if on_screen else r + 2 * jnp.log(r),
     )
     return Frame(**numbers)
 
 
-def expansion(arguments: Float[Array, "rays 6"], motion: Moving, density: Reals) -> tuple[Array, Array]:
-    """n', time and det J of rays (rays, 5), and their derivatives by the arguments (rays, 5, 6)."""
+def expansion(
+    arguments: Float[Array, "rays numbers"], motion: Moving, surface: End, density: Reals
+) -> tuple[Array, Array]:
+    """Place, time and det J of rays (rays, 5), and their derivatives by the arguments (rays, 5, numbers).
+
+    The place is n' on a sphere, r n' in the plane; det J, up to its sign there, as `Beams.jacobian` has it.
+    """
 
     def values(ray: Arguments) -> tuple[Array, Array]:
-        def whole(ray: Arguments) -> tuple[Array, Array]:
-            end_values = end(ray, motion, density, timed=True)
-            return end_values, end_values
+        def whole(ray: Arguments) -> tuple[Array, tuple[Array, Array]]:
+            there = arrival(ray, motion, surface, density, timed=True)
+            place, normal = _on_surface(surface, there)
+            end_values = jnp.append(place, there.time)
+            return end_values, (end_values, normal)
 
-        columns, end_values = jax.jacfwd(whole, has_aux=True)(ray)
-        numbers = jnp.append(end_values, _determinant(end_values[:3], ray[3:], columns[:3, 3:]))
+        columns, (end_values, normal) = jax.jacfwd(whole, has_aux=True)(ray)
+        numbers = jnp.append(end_values, _determinant(normal, ray[3:], columns[:3, 3:]))
         return numbers, numbers
 
     columns, numbers = jax.vmap(jax.jacfwd(values, has_aux=True))(arguments)
     return numbers, columns
 
 
-def _determinant(n: Array, sky: Array, slopes: Array) -> Reals:
-    """det J from the derivatives of n' by the unit vector N: the matrix of their cofactors is det J n' N."""
+def _on_surface(surface: End, there: Arrival) -> tuple[Array, Array]:
+    """The place of an end as a vector that moves within the surface, and the normal there."""
+    # The equatorial plane is the surface on which no radius is fixed.
+    if surface.coordinate != 0:
+        return there.direction / there.u, jnp.array([0.0, 0.0, 1.0])
+    return there.direction, there.direction
+
+
+def _determinant(normal: Array, sky: Array, slopes: Array) -> Reals:
+    """det J from the derivatives of the place by N: the matrix of their cofactors is det J normal N.
+
+    On a screen from those by alpha and beta.
+    """
+    if len(sky) == 2:
+        return dot(tuple(normal), cross(tuple(slopes[:, 0]), tuple(slopes[:, 1])))
     x, y, z = (tuple(slopes[:, i]) for i in range(3))
     pairs = ((y, z), (z, x), (x, y))
-    return sum(sky[i] * dot(tuple(n), cross(*pair)) for i, pair in enumerate(pairs))
+    return sum(sky[i] * dot(tuple(normal), cross(*pair)) for i, pair in enumerate(pairs))

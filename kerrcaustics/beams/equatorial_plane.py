@@ -119,6 +119,12 @@ class EquatorialPlane(End):
         radius, phi = places.T
         return np.stack([radius * np.cos(phi), radius * np.sin(phi)], axis=-1)
 
+    def tangents(self, places: np.ndarray) -> np.ndarray:
+        """Changes of them with r and with phi."""
+        radius, phi = places.T
+        c, s = np.cos(phi), np.sin(phi)
+        return np.stack([np.stack([c, s], axis=-1), np.stack([-radius * s, radius * c], axis=-1)], axis=-1)
+
     def ends(self, rays: Rays) -> np.ndarray:
         """The ends of rays as (r cos phi, r sin phi)."""
         return rays.direction[..., :2] * rays.radius[..., None]

@@ -19,7 +19,7 @@ from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number
 from kerrcaustics.spacetime.frame import Frame, Photon
-from kerrcaustics.spacetime.sphere import flattened, from_angles, polar_angle
+from kerrcaustics.spacetime.sphere import flattened, from_angles, polar_angle, polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
 
 Row = tuple[Reals, ...]
@@ -135,6 +135,11 @@ class End:
     def vectors(self, places: np.ndarray) -> np.ndarray:
         """Places (n, 2) as vectors (n, axes) that are close where the places are."""
         return from_angles(places[:, 0], places[:, 1])
+
+    def tangents(self, places: np.ndarray) -> np.ndarray:
+        """Changes of the vectors of places (n, 2) with the first and with the second coordinate, (n, axes, 2)."""
+        e_theta, e_phi = polar_basis(self.vectors(places))
+        return np.stack([e_theta, np.sin(places[:, :1]) * e_phi], axis=-1)
 
     def angles(self, direction: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Places (theta', phi') of directions n', phi' unwrapped; azimuth: about the spin axis, unwrapped."""

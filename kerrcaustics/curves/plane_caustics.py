@@ -1,7 +1,7 @@
 """Caustics in the equatorial plane: sections of the caustic tubes by the n-th crossing, as curves."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,8 @@ _PLACES, _RANGE, _LINES = 257, 1e3, 512
 # Wanted error of beams that only their index is asked of; a beam so flat may be close to others that are flat.
 _COARSE, _THIN = 1e-6, 0.1
 _NODES, _FEWEST, _WORST = 9, 8, 1e-3
+# The extremes of a curve: a field of its points, and its sign.
+_EXTREMES = {"r_min": ("radius", -1), "r_max": ("radius", 1), "phi_min": ("azimuth", -1), "phi_max": ("azimuth", 1)}
 # A radius is that of the last circle within this part of it.
 _EDGE = 1e-9
 _TIGHT = {"xatol": 1e-14, "xrtol": 1e-14}
@@ -73,6 +75,39 @@ class _Places(Rows):
     part: Float[Array, " points"]
 
 
+@dataclass(frozen=True)
+class _Section:
+    """A curve of one order; ends: where it leaves the radii that are searched; lost: points that were not found."""
+
+    order: int
+    points: Crossings
+    closed: bool
+    ends: tuple[str, ...]
+    lost: int
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """An extreme of a curve: of the points near it, and its place among them.
+
+    nodes: points at Chebyshev nodes of the edge phase, and place, from -1 to 1, the extreme among them; or one point,
+    the best one, if the extreme could not be refined or is an end of the curve. toward: where the curve ends there.
+    """
+
+    nodes: Crossings
+    place: float = 0.0
+    toward: str = ""
+
+    @property
+    def refined(self) -> bool:
+        """True if there are nodes."""
+        return len(self.nodes) > 1
+
+    def value(self, field: str) -> float:
+        """The value of a field there."""
+        return float(chebyshev.chebval(self.place, _fitted(self.nodes, field)))
+
+
 def plane_caustics(
     camera: Viewer, surface: End, circles: Callable[..., Circles], orders: int, report: Progress
 ) -> tuple[tuple[Caustic, ...], int, set[str]]:
@@ -81,17 +116,33 @@ def plane_caustics(
     circles: the circles of the crossing, on many lines or few.
     """
     report("sky searched", 0.1)
+    grid, used = _searched(circles)
+    curves: list[Caustic] = []
+    for order in range(1, orders + 1):
+        report(f"order {order}", 0.3 + 0.7 * (order - 1) / orders)
+        curves += [_curve(camera, surface, grid, section) for section in _sections(grid, order)] if grid else []
+    return tuple(curves), sum(each.beams_traced - before for each, before in used), used[-1][0].engines_used
+
+
+def section_extremes(circles: Callable[..., Circles], orders: int) -> Iterator[tuple[int, dict[str, Extreme]]]:
+    """The order of each curve of order 1 to `orders`, and its extremes by name."""
+    grid, _ = _searched(circles)
+    if grid is None:
+        return
+    for order in range(1, orders + 1):
+        for section in _sections(grid, order):
+            yield order, {name: _extreme(grid, section, *what) for name, what in _EXTREMES.items()}
+
+
+def _searched(circles: Callable[..., Circles]) -> tuple[_Grid | None, list[tuple[Circles, int]]]:
+    """The grid on few lines, or on many; the circles that were looked at, with the beams each had traced before."""
     used: list[tuple[Circles, int]] = []
     grid = None
     for many in (False, True):
         if grid is None:
             used.append((circles(many=many), circles(many=many).beams_traced))
             grid = _grid(used[-1][0])
-    curves: list[Caustic] = []
-    for order in range(1, orders + 1):
-        report(f"order {order}", 0.3 + 0.7 * (order - 1) / orders)
-        curves += _curves(camera, surface, grid, order) if grid else []
-    return tuple(curves), sum(each.beams_traced - before for each, before in used), used[-1][0].engines_used
+    return grid, used
 
 
 def _grid(circles: Circles) -> _Grid | None:
@@ -148,13 +199,13 @@ def _uneven(index: Int[Array, "places lines"], ratio: Float[Array, "places lines
     return maximum_filter(uneven, **around)
 
 
-def _curves(camera: Viewer, surface: End, grid: _Grid, order: int) -> list[Caustic]:
+def _sections(grid: _Grid, order: int) -> list[_Section]:
     """All curves of one order."""
     inside = grid.index >= order
     around = np.concatenate([inside, inside[:, :1]], axis=1).astype(float)
     chains = _joined([np.round(2 * c).astype(int) for c in find_contours(around, 0.5)], 2 * inside.shape[1])
-    curves = [_curve(camera, surface, grid, chain, order) for chain in chains]
-    return [curve for curve in curves if curve is not None]
+    sections = [_section(grid, chain, order) for chain in chains]
+    return [section for section in sections if section is not None]
 
 
 def _joined(pieces: list[Int[Array, "_ 2"]], width: int) -> list[Int[Array, "_ 2"]]:
@@ -184,7 +235,7 @@ def _meet(one: Array, other: Array, width: int) -> bool:
     return bool(one[0] == other[0] and {int(one[1]), int(other[1])} == {0, width})
 
 
-def _curve(camera: Viewer, surface: End, grid: _Grid, chain: Int[Array, "_ 2"], order: int) -> Caustic | None:
+def _section(grid: _Grid, chain: Int[Array, "_ 2"], order: int) -> _Section | None:
     """The curve along one contour; None where the contour is noise of the index, and hardly a point is flat."""
     closed = bool((chain[0] == chain[-1]).all()) or _meet(chain[0], chain[-1], 2 * len(grid.edge_phase))
     chain = chain[:-1] if closed else chain
@@ -196,29 +247,31 @@ def _curve(camera: Viewer, surface: End, grid: _Grid, chain: Int[Array, "_ 2"], 
     good = np.isfinite(points.radius) & (np.abs(points.ratio) < 1e-6) & (points.error < _WORST)
     if good.sum() < _FEWEST:
         return None
-    points = points[good]
+    return _Section(order, points[good], closed, ends, lost=int((~good).sum()))
+
+
+def _curve(camera: Viewer, surface: End, grid: _Grid, section: _Section) -> Caustic:
+    """The curve as users get it."""
+    points = section.points
     place = np.stack([points.radius, np.unwrap(points.azimuth)], axis=-1)
-    extremes = [_extreme(grid, points, sign) for sign in (-1, 1)]
+    extremes = {name: _value(grid, section, *what) for name, what in _EXTREMES.items()}
     return Caustic(
-        order=order,
+        order=section.order,
         surface=surface,
         sky=search_sky(camera).shown(points.sky),
         place=place,
         cusps=(),
         kind="section",
-        ends=ends,
-        closed=closed,
+        ends=section.ends,
+        closed=section.closed,
         theta_min=math.pi / 2,
         theta_max=math.pi / 2,
-        r_min=extremes[0],
-        r_max=extremes[1],
-        phi_min=float(place[:, 1].min()),
-        phi_max=float(place[:, 1].max()),
+        **extremes,
         error=float(points.error.max()),
-        lost=int((~good).sum()),
-        certified=bool(good.all()),
+        lost=section.lost,
+        certified=not section.lost,
         residual=float(np.abs(points.ratio).max()),
-        remarks=() if good.all() else (f"{(~good).sum()} points could not be found",),
+        remarks=(f"{section.lost} points could not be found",) if section.lost else (),
     )
 
 
@@ -256,24 +309,50 @@ def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " poi
     return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 
-def _extreme(grid: _Grid, points: Crossings, sign: int) -> float:
-    """The least or largest radius, from a polynomial in the edge phase through points around the best one."""
-    best = int(np.argmax(sign * points.radius))
+def _extreme(grid: _Grid, section: _Section, field: str, sign: int) -> Extreme:
+    """The least or largest value of a field, from a polynomial in the edge phase through points around the best one."""
+    points = section.points
+    best = int(np.argmax(sign * _unwrapped(points, field)))
+    if section.closed:
+        points, best = points[np.roll(np.arange(len(points)), len(points) // 2 - best)], len(points) // 2
     if best in (0, len(points) - 1):
-        return float(points.radius[best])
+        return Extreme(points[best : best + 1], toward=section.ends[-1 if best else 0])
     near = points[np.clip(np.arange(best - 2, best + 3), 0, len(points) - 1)]
+    nodes = _around(grid, near)
+    if nodes is None:
+        return Extreme(points[best : best + 1])
+    fit = _fitted(nodes, field)
+    roots = chebyshev.chebroots(chebyshev.chebder(fit))
+    places = np.append(roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) <= 1)], 0.0)
+    return Extreme(nodes, float(places[np.argmax(sign * chebyshev.chebval(places, fit))]))
+
+
+def _around(grid: _Grid, near: Crossings) -> Crossings | None:
+    """Points of a curve at Chebyshev nodes of the edge phase about the middle one of five; None if some are lost."""
     edge_phase = near.edge_phase[2] + (near.edge_phase - near.edge_phase[2] + math.pi) % _TURN - math.pi
     half = np.abs(edge_phase - edge_phase[2]).max() / 2
     if half == 0:
-        return float(points.radius[best])
+        return None
     nodes = edge_phase[2] + half * chebyshev.chebpts1(_NODES)
     beside = np.repeat(near.radius[2] * np.exp([-0.05, 0.05]), _NODES)
     around = grid.circles.on_circle(np.tile(nodes % _TURN, 2), beside, np.full(2 * _NODES, near.distance[2]))
     found = _flat(grid, grid.places(around[:_NODES]), grid.places(around[_NODES:]))
-    if not (np.abs(found.ratio) < 1e-6).all():
-        return float(points.radius[best])
-    fit = chebyshev.chebfit(chebyshev.chebpts1(_NODES), found.radius, _NODES - 1)
-    roots = chebyshev.chebroots(chebyshev.chebder(fit))
-    places = roots.real[(np.abs(roots.imag) < 1e-7) & (np.abs(roots.real) <= 1)]
-    values = chebyshev.chebval(np.append(places, 0.0), fit)
-    return float(sign * (sign * values).max())
+    return found if (np.abs(found.ratio) < 1e-6).all() else None
+
+
+def _unwrapped(points: Crossings, field: str) -> Float[Array, " points"]:
+    """Radii, or azimuths without jumps by a turn."""
+    values = getattr(points, field)
+    return np.unwrap(values) if field == "azimuth" else values
+
+
+def _fitted(nodes: Crossings, field: str) -> Float[Array, " powers"]:
+    return chebyshev.chebfit(chebyshev.chebpts1(len(nodes)), _unwrapped(nodes, field), len(nodes) - 1)
+
+
+def _value(grid: _Grid, section: _Section, field: str, sign: int) -> float:
+    """The value of an extreme, along the curve."""
+    values = _unwrapped(section.points, field)
+    best, value = float(values[np.argmax(sign * values)]), _extreme(grid, section, field, sign).value(field)
+    # Azimuths along the curve may be whole turns off those of its rays.
+    return value + _TURN * round((best - value) / _TURN) if field == "azimuth" else value

@@ -20,7 +20,7 @@ from kerrcaustics.curves.caustic_search import check_orders
 from kerrcaustics.curves.critical_curves import CriticalCurve, curves_of, steps
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.lens_map import sky_lines
-from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr

@@ -17,12 +17,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from kerrcaustics.beams.paths import SpacePoints
+from kerrcaustics.curves.derivatives import CausticDerivatives
 from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import sky_results, style
 from kerrcaustics.draw.light_curves import show_flux
 from kerrcaustics.draw.scenes import show_picture
-from kerrcaustics.draw.sky_axes import REACH, from_above
-from kerrcaustics.images.derivatives import CausticDerivatives, ImageDerivatives
+from kerrcaustics.draw.sky_axes import REACH, from_above, is_sphere
+from kerrcaustics.images.derivatives import ImageDerivatives
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.render import Rendering, TracedView
@@ -33,7 +34,7 @@ from kerrcaustics.tracks.light_curves import LightCurve
 Array = np.ndarray
 
 _SMALL = (4.4, 2.9)
-_UNIT = "rad for 1, GM/c² or rad"
+_BY = "for 1, GM/c² or rad"
 # Without an exposure, the part of the pixels that are brighter than this; the curve leaves them room for their colours.
 _BRIGHT, _LEVEL = 0.003, 0.4
 
@@ -92,20 +93,25 @@ def image_derivatives(ax: Axes, derivatives: ImageDerivatives) -> Axes:
     speed = np.linalg.norm(derivatives.sky, axis=1)
     _marks(ax, derivatives.parameters, speed, derivatives.error[:, 0] * speed.max(axis=1, initial=0))
     ax.set_xticks(range(len(derivatives)))
-    ax.set(xlabel="image", ylabel=f"movement on the camera sky ({_UNIT})")
+    unit = derivatives.camera.sky_unit.replace("^2", "²")
+    ax.set(xlabel="image", ylabel=f"movement on the camera sky ({unit} {_BY})")
     return ax
 
 
 def caustic_derivatives(ax: Axes, derivatives: CausticDerivatives) -> Axes:
     """Change of the widths and the cusps of the caustic with each parameter."""
-    names, rows = ["width θ′", "width φ′"], [derivatives.theta_extent, derivatives.phi_extent]
+    names, rows = ["width φ′"], [derivatives.phi_extent]
+    if is_sphere(derivatives.surface):
+        names, rows = ["width θ′", *names], [derivatives.theta_extent, *rows]
+    else:
+        names, rows = ["least r", "largest r", *names], [derivatives.r_min, derivatives.r_max, *rows]
     for letter, (theta, phi) in zip(string.ascii_uppercase, derivatives.cusps, strict=False):
         names += [f"{letter} θ′", f"{letter} φ′"]
         rows += [theta, phi]
     sizes = np.abs(rows)
     _marks(ax, derivatives.parameters, sizes, derivatives.error * sizes.max(axis=1, initial=0))
     ax.set_xticks(range(len(names)), names, rotation=90)
-    ax.set(ylabel=f"change ({_UNIT})", title=f"{style.order_name(derivatives.order)} caustic")
+    ax.set(ylabel=f"change (GM/c² or rad {_BY})", title=f"{style.order_name(derivatives.order)} caustic")
     return ax
 
 

@@ -9,7 +9,6 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import chart_of, straight
-from kerrcaustics.spacetime.sphere import flattened
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -23,7 +22,7 @@ _ERRORS, _MOST_ERRORS = 2.0, 10.0
 
 def find_roots(
     camera: Viewer,
-    star: Float[Array, "searches 3"],
+    star: Float[Array, "searches axes"],
     index: Int[Array, " searches"],
     sky: Float[Array, "searches 3"],
     most_steps: int = _MOST_STEPS,
@@ -32,12 +31,12 @@ def find_roots(
 ) -> tuple[Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
     """Directions on the sky that show the stars, from first guesses `sky`.
 
-    A search stays where the Morse index is `index`: a step that would leave, or that brings n' no closer to the
-    star, is shortened. Searches for images that do not exist come to rest on a critical curve and are left out, as are
-    those that take more than `most_steps`. end: the sphere of the stars.
+    A search stays where the Morse index is `index`: a step that would leave, or that brings the ray's end no closer to
+    the star, is shortened. Searches for images that do not exist come to rest on a critical curve and are left out, as
+    are those that take more than `most_steps`. star: vectors of the surface `end` on which the stars lie.
 
-    Returns: which searches found an image, its direction, and the error of that in radians: the error of n' and what is
-    left of the way to the star, divided by the smaller diameter of the beam.
+    Returns: which searches found an image, its direction, and the error of that in radians: the error of the end and
+    what is left of the way to the star, divided by the smaller diameter of the beam.
     """
     # Directions toward the hole itself have no place in the chart.
     charted = camera == camera.at_rest() and not domain_of(end, camera).falls
@@ -49,7 +48,7 @@ def find_roots(
     trial, taken = sky, np.zeros(n)
     for _ in range(most_steps):
         beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end.bare())
-        wish, distance = _newton_step(star[active], trial, beams)
+        wish, distance = _newton_step(end, star[active], trial, beams)
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
         # As close as the errors of the beams allow: no step is better, and none is needed.
@@ -57,7 +56,7 @@ def find_roots(
         better = active[allowed]
         sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
         with np.errstate(divide="ignore"):
-            error[better] = ((beams.error + distance) / np.abs(beams.delta_minus))[allowed]
+            error[better] = ((beams.error + distance) * end.scale(beams) / np.abs(beams.delta_minus))[allowed]
         part[better] = np.minimum(1, 4 * part[better])
         part[active[~allowed]] /= 4
         done = settled | (allowed & (distance <= _ERRORS * beams.error))
@@ -71,12 +70,17 @@ def find_roots(
 
 
 def _newton_step(
-    star: Float[Array, "searches 3"], sky: Float[Array, "searches 3"], beams: Beams
+    end: End, star: Float[Array, "searches axes"], sky: Float[Array, "searches 3"], beams: Beams
 ) -> tuple[Float[Array, "searches 3"], Float[Array, " searches"]]:
-    """The step on the sky that a linear map would ask for, and the angle between star and direction."""
-    away = star - beams.direction
-    distance = 2 * np.arcsin(np.minimum(np.linalg.norm(away, axis=1) / 2, 1))
-    flat = flattened(beams.direction, away)
+    """The step on the sky that a linear map would ask for, and the distance of the star from the end of the ray.
+
+    The distance is the angle between both, in the plane their distance relative to r.
+    """
+    scale = end.scale(beams)
+    chord = np.linalg.norm(star - end.ends(beams), axis=1) / scale
+    # In the plane a chord may be longer than those of a unit circle.
+    distance = 2 * np.arcsin(np.minimum(chord / 2, 1)) + np.maximum(chord - 2, 0)
+    flat = end.displacement(beams, star)
     size = np.linalg.norm(flat, axis=1)
-    flat *= (distance / np.where(size == 0, 1, size))[:, None]
+    flat *= (distance * scale / np.where(size == 0, 1, size))[:, None]
     return beams.pulled_back(sky, flat), np.where(np.isfinite(distance), distance, np.inf)

@@ -63,6 +63,21 @@ class Chart:
         unit = place / np.maximum(np.linalg.norm(place, axis=1, keepdims=True), 1e-300)
         return np.where((index == 0)[:, None], unit, sky_from_line_of_sight(self._frame, line_of_sight))
 
+    def scaled(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
+        """Coordinates (x, y, 0) of directions N: angles from the hole in units of that to the shadow edge."""
+        line_of_sight = self._line_of_sight(sky)
+        angle = np.arctan2(line_of_sight[:, 2], line_of_sight[:, 1])
+        part = _from_hole(line_of_sight) / self._size(angle)
+        return part[:, None] * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+
+    def unscaled(self, place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
+        """Directions N at such coordinates."""
+        angle = np.arctan2(place[:, 1], place[:, 0])
+        distance = np.minimum(np.linalg.norm(place, axis=1) * self._size(angle), np.pi)
+        across = np.sin(distance)
+        line_of_sight = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
+        return sky_from_line_of_sight(self._frame, line_of_sight)
+
     def rate(
         self, index: Int[Array, " images"], sky: Float[Array, "images 3"], drift: Float[Array, "images 3"]
     ) -> Float[Array, "images 3"]:

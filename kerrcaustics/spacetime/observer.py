@@ -15,8 +15,8 @@ from kerrcaustics.spacetime.viewer import LARGEST_RADIUS, Viewer, check_place, f
 
 # In double precision the limit: 1 / radius is nothing beside 1, and its twelfth power is still a number.
 _INFINITE = 1e20
-# The screen becomes a sphere on which the hole is as large as for a camera at this radius.
-_SCREEN = 10.0
+SCREEN = 10.0
+"""Radius of a camera for which the hole is as large as on the sphere that the screen becomes."""
 # The limit of the search for critical curves: in sqrt(radius), of which the primary has two, and in M.
 _BEYOND_PRIMARY, _FARTHEST = 20.0, 1e7
 
@@ -79,10 +79,15 @@ class Observer(Viewer):
         return "fiducial"
 
     @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the numbers that give the place: the radius is none at infinity."""
+        return tuple(name for name in super().parameters if name != "radius" or math.isfinite(self.radius))
+
+    @property
     def straight_ahead(self) -> float:
         """1 - cos of the angle to the end of the screen, far outside the primary critical curve."""
         farthest = min(_BEYOND_PRIMARY * math.sqrt(self.radius), _FARTHEST)
-        return 2 / (1 + (farthest / (2 * _SCREEN)) ** 2)
+        return 2 / (1 + (farthest / (2 * SCREEN)) ** 2)
 
     def at_rest(self) -> "Observer":
         """The observer, who is at rest."""
@@ -104,6 +109,10 @@ class Observer(Viewer):
         """Places (alpha, beta) (..., 2) on the screen, of directions (..., 3) as engines take them."""
         return on_screen(sky)
 
+    def tangents(self, sky: np.ndarray) -> np.ndarray:
+        """Unit steps along alpha and beta (..., 2, 2)."""
+        return np.broadcast_to(np.eye(2), (*sky.shape[:-1], 2, 2))
+
     def by_places(self, sky: Any, jacobian: np.ndarray) -> np.ndarray:
         """Jacobians by beta and alpha: in this order the determinant has the sign of the parity."""
         if not _is_on_screen(sky):
@@ -116,7 +125,7 @@ class Observer(Viewer):
 @lru_cache(maxsize=64)
 def _frame(observer: Observer) -> Frame:
     radius = min(observer.radius, _INFINITE)
-    frame, zoom = frame_at(observer, radius), _SCREEN / radius
+    frame, zoom = frame_at(observer, radius), SCREEN / radius
     return frame._replace(cylindrical_scale=zoom * frame.cylindrical_scale, zoom=zoom, start=0.0)
 
 
@@ -130,9 +139,14 @@ def from_screen(place: ArrayLike) -> np.ndarray:
     places = numbers("sky", place)
     if not np.isfinite(places).all():
         raise ValueError("Argument `sky` must hold finite numbers (alpha, beta).")
-    a, b = np.moveaxis(places / (2 * _SCREEN), -1, 0)
+    return np.stack(sphere_parts(places[..., 0], places[..., 1]), axis=-1)
+
+
+def sphere_parts(alpha: Any, beta: Any) -> tuple[Any, Any, Any]:
+    """The three components of such a direction, floats or arrays, of JAX too."""
+    a, b = alpha / (2 * SCREEN), beta / (2 * SCREEN)
     square = a * a + b * b
-    return np.stack([square - 1, 2 * a, 2 * b], axis=-1) / (1 + square)[..., None]
+    return (square - 1) / (1 + square), 2 * a / (1 + square), 2 * b / (1 + square)
 
 
 def on_screen(sky: np.ndarray) -> np.ndarray:
@@ -140,7 +154,7 @@ def on_screen(sky: np.ndarray) -> np.ndarray:
     _, y, z = np.moveaxis(sky, -1, 0)
     near = _from_far(sky)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return 2 * _SCREEN * np.stack([y, z], axis=-1) / near[..., None]
+        return 2 * SCREEN * np.stack([y, z], axis=-1) / near[..., None]
 
 
 def _from_far(sky: np.ndarray) -> np.ndarray:
@@ -155,4 +169,4 @@ def screen_basis(sky: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     near = _from_far(sky)
     along_alpha = np.stack([y * near, near - y * y, -y * z], axis=-1)
     along_beta = np.stack([z * near, -y * z, near - z * z], axis=-1)
-    return along_alpha / (2 * _SCREEN), along_beta / (2 * _SCREEN)
+    return along_alpha / (2 * SCREEN), along_beta / (2 * SCREEN)

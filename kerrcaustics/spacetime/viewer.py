@@ -9,6 +9,7 @@ import numpy as np
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import apart, quoted, real_number
 from kerrcaustics.spacetime.frame import Frame
+from kerrcaustics.spacetime.sphere import tangent_basis
 
 # Beyond it the hole is too small on the sky for double precision.
 LARGEST_RADIUS = 1e9
@@ -52,6 +53,11 @@ class Viewer:
         return self.sin_theta == 0
 
     @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the numbers that give the place."""
+        return "spin", "radius", "inclination"
+
+    @property
     def straight_ahead(self) -> float:
         """1 - cos of an angle, on the sphere of the engines, from the direction away from the hole.
 
@@ -82,6 +88,10 @@ class Viewer:
     def places(self, sky: np.ndarray) -> np.ndarray:
         """Places on the viewer's own sky, of directions (..., 3) as engines take them: the inverse of `directions`."""
         return sky
+
+    def tangents(self, sky: np.ndarray) -> np.ndarray:
+        """Two orthonormal tangents (..., axes, 2), as columns, of the viewer's own sky at places on it."""
+        return np.stack(tangent_basis(sky), axis=-1)
 
     def by_places(self, sky: Any, jacobian: np.ndarray) -> np.ndarray:
         """Jacobians (..., 2, 2) by the coordinates of places `sky`, from those by tangents of the engines' sphere."""

@@ -1,35 +1,36 @@
-"""The images of a star followed through any motion of a camera: a list of cameras, one for each moment."""
+"""The images of a source followed through any motion of a viewer: a list of viewers, one for each moment."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from kerrcaustics.beams.ends import SKY
-from kerrcaustics.images.images import StarImages, checked_sheets, images_of
-from kerrcaustics.images.search import search
-from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.images.images import StarImages, checked_index, star_images
+from kerrcaustics.lens_map.domains import Domain, Ring, domain_of
 from kerrcaustics.lens_map.newton import find_roots
-from kerrcaustics.lens_map.search_sky import as_seen
-from kerrcaustics.lens_map.sky_chart import Chart, apart
+from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
-from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, quoted
-from kerrcaustics.spacetime.sphere import angle_between, from_angles
+from kerrcaustics.spacetime.sphere import angle_between
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
 _FEW_STEPS = 20
-# An image that is found again lies so close (radians) to one of those searched for.
-_SAME = 1e-8
+# An image that is found again lies so close (radians), or so many of its errors, to one of those searched for.
+_SAME, _SAME_ERRORS = 1e-8, 10.0
 
 
-@result("followed-star/1", record="certified images before followed created annihilated")
+@result("followed-star/1", record="certified remarks images before followed created annihilated")
 class FollowedStar:
-    """The images of a star at every camera of a list, each linked to that of the camera before.
+    """The images of a source for every viewer of a list, each linked to that of the viewer before.
 
     Images are created and annihilated in pairs of index k - 1 and k, as long as no more than one caustic was crossed in
     one step, and but for images of index max_index, whose partner may have a higher one.
@@ -57,6 +58,12 @@ class FollowedStar:
         """True if the images of every camera are certified."""
         return all(images.certified for images in self.images)
 
+    @property
+    @derived("", "")
+    def remarks(self) -> tuple[str, ...]:
+        """Remarks about the images of each camera, which is named by its number, from 0."""
+        return tuple(f"camera {i}: {remark}" for i, images in enumerate(self.images) for remark in images.remarks)
+
     def __len__(self) -> int:
         """Number of cameras."""
         return len(self.images)
@@ -67,18 +74,49 @@ class FollowedStar:
         return f"<FollowedStar at {len(self)} cameras: {new} images created, {gone} annihilated>"
 
 
+@dataclass(frozen=True)
+class _Moment:
+    """The images of one viewer, with their directions on the sky that is searched for it."""
+
+    images: StarImages
+    sky: Float[Array, "images 3"]
+    domain: Domain
+
+    @classmethod
+    def of(cls, images: StarImages) -> "_Moment":
+        """The moment of some images."""
+        searched = search_sky(images.camera)
+        sky = searched.searched(images.sky).reshape(-1, 3)
+        return cls(images, sky, domain_of(images.surface, searched.search_camera))
+
+    @property
+    def chart(self) -> Chart:
+        """Coordinates on the sky about the shadow."""
+        return chart_of(self.domain.camera)
+
+    @property
+    def star(self) -> Float[Array, " axes"]:
+        """The source as a vector of its surface."""
+        return self.images.surface.vectors(np.array([self.images.star]))[0]
+
+
 @usual_warnings
-def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) -> FollowedStar:
-    """All images of a star at each of a list of cameras, linked from one camera to the next.
+def follow_star(
+    cameras: Sequence[Viewer], star: ArrayLike, max_index: int = 2, *, end: Wherever | End = math.inf
+) -> FollowedStar:
+    """All images of a source for each of a list of viewers, linked from one viewer to the next.
 
     Parameters
     ----------
-    cameras : sequence of Camera
-        In the order of time. Each new place costs a search for critical curves (a second).
+    cameras : sequence of Camera, or of Observer
+        In the order of time. Each new place costs a search of its sky (a second).
     star : (theta', phi') or (m, 2) array
-        Radians, relative to the camera, whose azimuth is 0; one for all cameras, or one for each.
+        Radians, relative to the camera, whose azimuth is 0; one for all cameras, or one for each. In the plane (r,
+        phi).
     max_index : int
         0 to 6.
+    end : float, Sphere or EquatorialPlane
+        Where the source lies, as for `star_images`. Cameras may move through its radius.
 
     Returns
     -------
@@ -101,74 +139,114 @@ def follow_star(cameras: Sequence[Camera], star: ArrayLike, max_index: int = 2) 
     >>> len(followed), followed.certified
     (2, True)
     """
-    cameras = _checked_cameras(cameras)
-    angles = _checked_places(star, cameras)
-    images: list[StarImages] = []
-    before, followed, created, annihilated = [], [], [], []
-    sheets = None
-    for camera, place in zip(cameras, angles, strict=True):
-        last, sheets = sheets, checked_sheets(camera, max_index)
-        spot = (float(place[0]), float(place[1]))
-        now = images_of(camera, sheets.surface, [spot], search(sheets, from_angles(*spot)[None]))[0]
-        if last is None:
-            link, sure = np.full(len(now), -1), np.zeros(len(now), bool)
-            new, gone = np.empty(0, int), np.empty(0, int)
-        else:
-            link, sure = _linked((last, cameras[len(images) - 1], images[-1]), (sheets, camera, now))
-            new, gone = np.flatnonzero(link < 0), np.setdiff1d(np.arange(len(images[-1])), link)
-        images.append(now)
-        before.append(link)
-        followed.append(sure)
-        created.append(tuple(new.tolist()))
-        annihilated.append(tuple(gone.tolist()))
-    return FollowedStar(tuple(images), tuple(before), tuple(followed), tuple(created), tuple(annihilated))
-
-
-def _linked(
-    last: tuple[Sheets, Camera, StarImages], this: tuple[Sheets, Camera, StarImages]
-) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
-    """For each image now which image before it continues (-1: none), and whether Newton's method says so."""
-    (sheets_0, camera_0, images_0), (sheets_1, camera_1, images_1) = last, this
-    sky_0, sky_1 = (
-        as_seen(images_0.sky, camera_0.frame(), sheets_0.frame),
-        as_seen(images_1.sky, camera_1.frame(), sheets_1.frame),
+    cameras, highest = _checked_cameras(cameras, end), checked_index(max_index)
+    places = _checked_places(star, cameras, end)
+    moments: list[_Moment] = []
+    links: list[tuple[Array, Array]] = []
+    for camera, place in zip(cameras, places, strict=True):
+        now = _Moment.of(star_images(camera, place, highest, end=end))
+        links.append(_linked(moments[-1], now) if moments else _unlinked(now))
+        moments.append(now)
+    before = tuple(link for link, _ in links)
+    return FollowedStar(
+        images=tuple(moment.images for moment in moments),
+        before=before,
+        followed=tuple(sure for _, sure in links),
+        created=((), *(tuple(np.flatnonzero(link < 0).tolist()) for link in before[1:])),
+        annihilated=((), *(_gone(last, link) for last, link in pairwise(before))),
     )
-    chart_0, chart_1 = Chart(sheets_0.camera), Chart(sheets_1.camera)
-    place_0, place_1 = chart_0.place(images_0.index, sky_0), chart_1.place(images_1.index, sky_1)
-    link, sure = np.full(len(images_1), -1), np.zeros(len(images_1), bool)
-    star = np.tile(from_angles(*images_1.star), (len(images_0), 1))
-    guess = chart_1.sky(images_0.index, place_0)
-    which, found, _ = find_roots(sheets_1.camera, star, images_0.index, guess, _FEW_STEPS)
-    for start, sky in zip(which.tolist(), found, strict=True):
-        away = np.where(images_1.index == images_0.index[start], angle_between(sky_1, sky), math.inf)
-        if len(away) and away.min() < _SAME:
-            hit = int(np.argmin(away))
-            # Two that led to one image: neither is sure.
-            link[hit], sure[hit] = (start, True) if link[hit] < 0 else (-1, False)
-    for k in np.unique(images_1.index):
-        free_1 = np.flatnonzero((images_1.index == k) & (link < 0))
-        free_0 = np.setdiff1d(np.flatnonzero(images_0.index == k), link)
-        step = apart(np.array(k), place_0[free_0][:, None], place_1[free_1][None])
+
+
+def _gone(last: Array, link: Array) -> tuple[int, ...]:
+    """Numbers of the images before that no link leads to."""
+    return tuple(np.setdiff1d(np.arange(len(last)), link).tolist())
+
+
+def _unlinked(now: _Moment) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
+    return np.full(len(now.images), -1), np.zeros(len(now.images), bool)
+
+
+def _linked(last: _Moment, now: _Moment) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
+    """For each image now which image before it continues (-1: none), and whether Newton's method says so."""
+    # Where rays fall onto the surface images lie inside the shadow, too, of which the chart knows nothing.
+    inside = last.domain.falls or now.domain.falls
+    start, stop = (_coordinates(moment, inside=inside) for moment in (last, now))
+    index = last.images.index
+    guess = now.chart.unscaled(start) if inside else now.chart.sky(index, start)
+    link, sure = _by_newton(now, index, guess, last.images.second_arrival)
+    for k in np.unique(now.images.index):
+        free = np.flatnonzero((now.images.index == k) & (link < 0))
+        left = np.setdiff1d(np.flatnonzero(index == k), link)
+        step = apart(np.array(0 if inside else k), start[left][:, None], stop[free][None])
         for i, j in zip(*linear_sum_assignment(np.linalg.norm(step, axis=-1)), strict=True):
-            link[free_1[j]] = free_0[i]
+            link[free[j]] = left[i]
     return link, sure
 
 
-def _checked_cameras(cameras: Sequence[Camera]) -> list[Camera]:
-    if isinstance(cameras, Camera) or not isinstance(cameras, Sequence) or len(cameras) == 0:
-        raise ValueError(f"Argument `cameras` must be a list of at least one Camera, but is {quoted(cameras)}.")
-    for camera in cameras:
-        check_camera(camera)
+def _coordinates(moment: _Moment, *, inside: bool) -> Float[Array, "images 3"]:
+    """Coordinates in which images move little from one viewer to the next."""
+    chart = moment.chart
+    return chart.scaled(moment.sky) if inside else chart.place(moment.images.index, moment.sky)
+
+
+def _by_newton(
+    now: _Moment, index: Int[Array, " before"], guess: Float[Array, "before 3"], second_arrival: Bool[Array, " before"]
+) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
+    """Links that Newton's method makes, from guesses for the images before."""
+    link, _ = _unlinked(now)
+    hits = np.zeros(len(link), int)
+    for start, sky, error in _roots(now, index, guess, second_arrival & now.domain.falls):
+        away = np.where(now.images.index == index[start], angle_between(now.sky, sky), math.inf)
+        if len(away) and away.min() < max(_SAME, _SAME_ERRORS * error):
+            hit = int(np.argmin(away))
+            link[hit], hits[hit] = start, hits[hit] + 1
+    # Of several that led to one image none is sure.
+    return np.where(hits == 1, link, -1), hits == 1
+
+
+def _roots(
+    now: _Moment, index: Int[Array, " before"], guess: Float[Array, "before 3"], second_arrival: Bool[Array, " before"]
+) -> list[tuple[int, Array, float]]:
+    """Which guesses lead to an image, its direction, and the error of that, leaf by leaf."""
+    roots: list[tuple[int, Array, float]] = []
+    surface = now.images.surface
+    for leaf in np.unique(second_arrival).tolist():
+        these = np.flatnonzero(second_arrival == leaf)
+        star = np.tile(now.star, (len(these), 1))
+        end = surface.at_second_arrival() if leaf else surface
+        which, sky, error = find_roots(now.domain.camera, star, index[these], guess[these], _FEW_STEPS, end=end)
+        roots += zip(these[which].tolist(), sky, error.tolist(), strict=True)
+    return roots
+
+
+def _checked_cameras(cameras: Sequence[Viewer], end: Wherever | End) -> list[Viewer]:
+    if isinstance(cameras, Viewer) or not isinstance(cameras, Sequence) or len(cameras) == 0:
+        raise ValueError(f"Argument `cameras` must be a list of at least one viewer, but is {quoted(cameras)}.")
+    for i, camera in enumerate(cameras):
+        if not isinstance(camera, Viewer):
+            raise ValueError(
+                f"Argument `cameras` must hold a Camera or an Observer each, but item {i} is {type(camera).__name__}."
+            )
+        if camera.sky_coordinates != cameras[0].sky_coordinates:
+            raise ValueError("Argument `cameras` must hold either Cameras or Observers, whose skies differ, not both.")
+        domain = domain_of(end_of(camera, end), camera)
+        if isinstance(domain, Ring) and camera.on_equator:
+            raise ValueError(
+                "Argument `cameras` must not lie in the equatorial plane where sources do (from within, every crossing "
+                f"is a conjugate point of the rays along the plane), but the inclination of item {i} is "
+                f"{camera.inclination:g}."
+            )
     return list(cameras)
 
 
-def _checked_places(star: ArrayLike, cameras: list[Camera]) -> Float[Array, "cameras 2"]:
-    """Angles of the star at each camera."""
-    angles, count = numbers("star", star), len(cameras)
-    if angles.shape not in ((2,), (count, 2)):
+def _checked_places(star: ArrayLike, cameras: list[Viewer], end: Wherever | End) -> list[tuple[float, float]]:
+    """The source's place for each camera."""
+    places, count = numbers("star", star), len(cameras)
+    if places.shape not in ((2,), (count, 2)):
         raise ValueError(
-            f"Argument `star` must be (theta', phi') in radians, or one such pair for each of the {count} cameras."
+            "Argument `star` must be (theta', phi') in radians, in the plane (r, phi), or one such pair for each of "
+            f"the {count} cameras."
         )
-    angles = np.broadcast_to(angles, (count, 2))
-    SKY.checked("star", angles, cameras[0])
-    return angles
+    rows = zip(cameras, np.broadcast_to(places, (count, 2)), strict=True)
+    checked = [end_of(camera, end).checked("star", place, camera, one=True) for camera, place in rows]
+    return [(float(first), float(second)) for first, second in checked]
