@@ -23,7 +23,7 @@ from kerrcaustics.curves.plane_caustics import Extreme, section_extremes
 from kerrcaustics.lens_map.circles_in_plane import Crossings
 from kerrcaustics.lens_map.domains import Domain, Ring
 from kerrcaustics.lens_map.expansions import expanded, inverse, with_errors
-from kerrcaustics.lens_map.search_map import SearchMap
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
