@@ -12,6 +12,7 @@ import kerrcaustics as kc
 from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.scene_files import renderer
 from kerrcaustics.scenes.colour import luminance, seen_black_body
+from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scenes.render import trace_view
@@ -106,6 +107,13 @@ def test_the_view_must_be_of_the_viewer(picture):
         picture(DISTANT, 24.0)
     with pytest.raises(ValueError, match=r"^Argument `camera` must be a Camera or an Observer, but is Screen\.$"):
         picture(SCREEN, DISTANT)
+
+
+def test_a_picture_without_the_hole_is_of_a_camera():
+    with pytest.raises(ValueError, match=r"^Argument `view` must be a View for a Camera, but is a Screen\.$"):
+        render_flat(kc.Camera(0.9, 10), SCREEN, Smooth())
+    with pytest.raises(ValueError, match=r"^Argument `camera` must be a Camera, but is Observer\.$"):
+        render_flat(DISTANT, SCREEN, Smooth())
 
 
 def patch_of(camera, observer, screen):

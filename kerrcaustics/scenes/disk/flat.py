@@ -8,6 +8,7 @@ from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights, drawn
+from kerrcaustics.scenes.raster import check_picture
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera, check_camera
@@ -40,6 +41,7 @@ def render_flat(
     Pixels of the disk are the means of 36 places, and its rims are as good as these are many.
     """
     check_camera(camera)
+    check_picture(camera, view)
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
     light = np.zeros((len(x), 3))
     if sky is not None:
