@@ -28,6 +28,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unrolled
+from kerrcaustics.tracks.tracks import StarTracks
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
 STARS = {"(a)": 0.6 * math.pi, "(b)": 0.51 * math.pi}
@@ -49,7 +50,7 @@ def main(output: Path) -> list[Path]:
 
 
 def draw_star(
-    sky: Axes, unrolled: Axes, tracks: kc.StarTracks, caustics: kc.CausticSet, edge: np.ndarray, name: str
+    sky: Axes, unrolled: Axes, tracks: StarTracks, caustics: kc.CausticSet, edge: np.ndarray, name: str
 ) -> None:
     """The tracks of one star in both views, with the orders of the tracks."""
     tracks_on_sky(sky, tracks, caustics, edge).set_title(name)

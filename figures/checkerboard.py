@@ -31,6 +31,7 @@ from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.scenes import show_critical_curves, show_curve_names, show_line, show_picture
 from kerrcaustics.scenes.checkerboard import HUES
+from kerrcaustics.tracks.tracks import StarTracks
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
 SKY = kc.skies.Checkerboard(rows=15, columns=32, colours=HUES, along="longitude")
@@ -62,7 +63,7 @@ def seen(
     ax: Axes,
     view: kc.pictures.View,
     caustics: Sequence[kc.Caustic],
-    stars: list[kc.StarTracks],
+    stars: list[StarTracks],
     whole: kc.pictures.View | None,
 ) -> Axes:
     """The sky in a view, with tracks and critical curves; whole: the view from whose middle degrees count.

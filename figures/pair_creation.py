@@ -32,6 +32,7 @@ from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.draw.tracks import draw_motion, moving_lines, number_images, tracks_legend, tracks_on_sky
+from kerrcaustics.tracks.tracks import StarTracks
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
 STAR = 0.608 * math.pi
@@ -71,7 +72,7 @@ def main(output: Path) -> list[Path]:
     return write_line_art(figure, output, "pair_creation")
 
 
-def draw_tracks(ax: Axes, tracks: kc.StarTracks, axes: np.ndarray) -> None:
+def draw_tracks(ax: Axes, tracks: StarTracks, axes: np.ndarray) -> None:
     """The tracks of order 0 and 1, with arrows; those of higher order hug the shadow."""
     for track, colour in zip(tracks.tracks, (style.order_colour(1), TRACK), strict=False):
         for _, line in moving_lines(tracks, track, azimuthal_equidistant(track.sky, axes)):
@@ -94,7 +95,7 @@ def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
     return ax
 
 
-def draw_star(ax: Axes, tracks: kc.StarTracks, time: float, caustics: kc.CausticSet) -> Axes:
+def draw_star(ax: Axes, tracks: StarTracks, time: float, caustics: kc.CausticSet) -> Axes:
     """The caustics and the star on its way, phi' relative to the camera."""
     theta, phi = np.degrees(tracks.level), np.degrees(tracks.azimuth_at(time)) % 360
     ax.plot([0, 360], [theta, theta], color=style.GUIDE_COLOUR, zorder=0.5)

@@ -35,6 +35,6 @@ from .tracks.following import follow_star as follow_star
 from .tracks.isoradials import isoradials as isoradials
 from .tracks.light_curves import light_curve as light_curve
 from .tracks.lines import crossings_of_line as crossings_of_line
-from .tracks.tracks import StarTracks as StarTracks, star_tracks as star_tracks
+from .tracks.tracks import star_tracks as star_tracks
 
 __version__: str

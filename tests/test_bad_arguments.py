@@ -12,10 +12,10 @@ CAMERA = kc.Camera(0.9, 10.0)
 VIEW = kc.pictures.View(8, 8, 1.0)
 LIGHT = np.zeros((4, 8, 3))
 BAD = [
-    (lambda: kc.render(CAMERA, None, None), "`view` must be a View, but is NoneType."),
+    (lambda: kc.render(CAMERA, None, None), "`view` must be a View or a Screen, but is NoneType."),
     (lambda: kc.render(CAMERA, VIEW, "stars"), "`sky` must be a sky, with a method `light`, but is 'stars'."),
-    (lambda: kc.render(None, VIEW), "`camera` must be a Camera, but is NoneType."),
-    (lambda: kc.pictures.trace_view(CAMERA, LIGHT), "`view` must be a View, but is ndarray."),
+    (lambda: kc.render(None, VIEW), "`camera` must be a Camera or an Observer, but is NoneType."),
+    (lambda: kc.pictures.trace_view(CAMERA, LIGHT), "`view` must be a View or a Screen, but is ndarray."),
     (
         lambda: kc.pictures.trace_view(CAMERA, VIEW, quality=LIGHT),
         "`quality` must be one of draft, normal, high, but is array",

@@ -13,13 +13,14 @@ from kerrcaustics.tracks.circles import CircleImages
 from kerrcaustics.tracks.events import PairEvents
 from kerrcaustics.tracks.following import FollowedStar
 from kerrcaustics.tracks.lines import LineCrossings
+from kerrcaustics.tracks.tracks import StarTracks
 
 CLAIMS = {
     kc.StarImages: "all images of a source up to an index",
     ImageCounts: "the numbers of images of sources",
     CountMap: "the same on a grid",
     PairEvents: "all events on a circle",
-    kc.StarTracks: "all tracks of a source, and all events",
+    StarTracks: "all tracks of a source, and all events",
     CircleImages: "all images of a great circle",
     LineCrossings: "all crossings of a line",
     Caustic: "a whole curve with its cusps",

@@ -22,6 +22,7 @@ from kerrcaustics.results.storage import HOMES, as_json, from_json
 from kerrcaustics.results.units import as_in
 from kerrcaustics.tracks.events import PairEvents
 from kerrcaustics.tracks.track import Track
+from kerrcaustics.tracks.tracks import StarTracks
 
 NOT_OURS = "Argument `path` must name a file that `kerrcaustics.save` wrote, but "
 
@@ -120,7 +121,7 @@ def test_a_dataset_holds_every_number(kind, count, tmp_path):
 def test_datasets_pad_what_is_shorter():
     track = example(Track, 2)
     short = replace(track, sky=track.sky[:1], index=track.index[:1], events=(), places=())
-    data = kc.to_xarray(replace(example(kc.StarTracks, 1), tracks=(track, short)))
+    data = kc.to_xarray(replace(example(StarTracks, 1), tracks=(track, short)))
     assert data.track_sky.dims == ("track", "point", "axis") and list(data.axis) == ["x", "y", "z"]
     np.testing.assert_array_equal(data.track_sky[0], track.sky)
     assert np.isnan(data.track_sky[1, 1]).all()
@@ -128,7 +129,7 @@ def test_datasets_pad_what_is_shorter():
     assert data.track_event_kind.values.tolist() == [["a word", "a word"], ["", ""]]
     assert data.event_star.dims == ("event", "angle") and data.end_moment.attrs["units"] == "GM/c^3"
     assert data.track_turns.dims == ("track",) and data.attrs["period"] == 0.1 + 0.2
-    quiet = kc.to_xarray(replace(example(kc.StarTracks, 1), events=example(PairEvents, 0)))
+    quiet = kc.to_xarray(replace(example(StarTracks, 1), events=example(PairEvents, 0)))
     assert quiet.event_indices.shape == (0, 2) and quiet.event_sky.shape == (0, 3) and quiet.sizes["track_event"] == 1
 
 

@@ -49,6 +49,7 @@ CALLS = [
         kc.pictures.View,
         {"width": 8, "height": 8, "field_of_view": 1.0, "forward": (-1.0, 0.0, 0.0), "up": (0.0, 0.0, 1.0)},
     ),
+    (kc.Screen, {"width": 8, "height": 8, "size": 24.0, "centre": (0.0, 0.0), "up": (0.0, 1.0)}),
     (kc.render, {**SEES, "view": VIEW, "time": 1.0}),
     (
         kc.pictures.render_volume,
@@ -87,7 +88,7 @@ CALLS = [
 # Of results, files and objects, which hold no numbers of their own.
 OTHERS = (
     "CelestialSphere Sphere "
-    "Beams Caustic CausticSet Footprint LineProfile Rays SceneFile StarImages StarTracks Status "
+    "Beams Caustic CausticSet Footprint LineProfile Rays SceneFile StarImages Status "
     "crossings_of_line explore hipparcos image_derivatives load merged_catalogues read_count_map "
     "read_scene record save save_sky show sweep tangent_basis to_xarray trace_view tycho2"
 )
