@@ -20,6 +20,7 @@ _NAMED = {
     "pair": ["outer", "inner"],
     "channel": ["red", "green", "blue"],
 }
+_ON_SCREEN = ["alpha", "beta"]
 _FILL = {"i": -1, "b": False, "U": ""}
 
 
@@ -61,6 +62,8 @@ def to_xarray(result: Any) -> "xarray.Dataset":
             attributes[name] = _attribute(values)
     sizes = {dim: size for dims, array, _ in data.values() for dim, size in zip(dims, array.shape, strict=True)}
     coordinates = {dim: names for dim, names in _NAMED.items() if dim in sizes}
+    if sizes.get("axis") == len(_ON_SCREEN):
+        coordinates["axis"] = _ON_SCREEN
     return xarray.Dataset(data, coords=coordinates, attrs=attributes)
 
 
