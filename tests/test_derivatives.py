@@ -282,7 +282,7 @@ def test_without_spin_a_source_that_turns_about_the_viewer_turns_its_images(end)
 
 
 @pytest.mark.slow
-def test_from_the_axis_a_source_that_turns_in_azimuth_turns_its_images():
+def test_from_the_axis_a_source_that_turns_in_azimuth_turns_its_images(tmp_path):
     for viewer, end, star in (
         (kc.Observer(spin=0.9, inclination=0.0), math.inf, (2.0, 1.0)),
         (kc.Observer(spin=0.9, inclination=0.0), 6.0, (2.0, 1.0)),
@@ -291,6 +291,9 @@ def test_from_the_axis_a_source_that_turns_in_azimuth_turns_its_images():
         images = kc.star_images(viewer, star, 1, end=end)
         found = kc.image_derivatives(viewer, images)
         assert len(images)
+        kc.save(tmp_path / "change.npz", found)
+        assert np.array_equal(kc.load(tmp_path / "change.npz").error, found.error)
+        assert kc.to_xarray(found).coords["axis"].values.tolist() == ["alpha", "beta"]
         alpha, beta = images.sky.T
         size = np.abs(images.sky).max()
         assert np.abs(found.sky[..., -1] - np.stack([-beta, alpha], axis=-1)).max() < 1e-10 * size

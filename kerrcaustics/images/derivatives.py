@@ -42,7 +42,7 @@ class ImageDerivatives:
     magnification: Array = quantity("image parameter", "1", "derivatives of the magnification")
     time: Array = quantity("image parameter", "GM/c^3", "derivatives of the travel time, as `StarImages.time` has it")
     error: Array = quantity(
-        "image axis",
+        "image kind",
         "1",
         "estimated errors of the derivatives of sky, of ln magnification and of time, relative to their largest",
     )
