@@ -186,7 +186,11 @@ REFUSED = (
         IN_PLANE,
     ),
     Refusal(
-        ("line_profile", "image_derivatives", "caustic_derivatives"), ("plane",), (EQUATORIAL,), "camera", IN_PLANE
+        ("line_profile", "light_curve", "image_derivatives", "caustic_derivatives"),
+        ("plane",),
+        (EQUATORIAL,),
+        "camera",
+        IN_PLANE,
     ),
     Refusal(("follow_star",), ("plane",), (EQUATORIAL,), "cameras", IN_PLANE),
 )
@@ -203,11 +207,8 @@ GAPS = (
         "refuses `camera`",
     ),
     Gap(("caustic_tubes",), ("sky",), OBSERVERS, "refuses `camera`"),
-    Gap(DISKS, ("plane",), OBSERVERS, "refuses `camera`"),
     # Fields that are known, and None.
     Gap(("trace_rays", "trace_beams"), ("sky",), OFF_PLANE, "None: outward, radius"),
-    # A refusal that does not say why.
-    Gap(("light_curve",), ("plane",), (EQUATORIAL,), "refuses `orbit`"),
 )
 
 

@@ -73,7 +73,7 @@ class SpotFrames:
             return self._backdrop.pixels()
 
     def images(self, time: float) -> dict[int, tuple[Float[Array, "images 2"], Float[Array, " images"]]]:
-        """Images of the spot at a time by crossing: places, degrees right and up, and brightness."""
+        """Images of the spot at a time by crossing: places, degrees right and up or (alpha, beta), and brightness."""
         images = {}
         for crossing, place, phase, bright in self._rings:
             turns = (phase - self._orbital * time) / _TURN

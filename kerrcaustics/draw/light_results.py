@@ -5,7 +5,7 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 
-from kerrcaustics.draw.light_curves import show_flux
+from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.profile import LineProfile
@@ -31,7 +31,7 @@ def line_profile(ax: Axes, profile: LineProfile) -> Axes:
     middle = (profile.edges[1:] + profile.edges[:-1]) / 2
     finite = np.isfinite(profile.error)
     ax.errorbar(middle[finite], profile.flux[finite], profile.error[finite], color="black", linestyle="none")
-    ax.set(xlabel="frequency, camera over emitter", ylabel="light (sr)")
+    ax.set(xlabel="frequency, camera over emitter", ylabel=f"light ({sky_area(profile.camera)})")
     return ax
 
 

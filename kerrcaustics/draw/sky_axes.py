@@ -28,6 +28,14 @@ def camera_sky_axes(ax: Axes, step: float) -> Axes:
     return ax
 
 
+def name_sky_axes(ax: Axes, sky: Float[Array, "n k"]) -> None:
+    """Name the axes of what lies about the hole, in degrees to the right and up; of an Observer alpha and beta."""
+    distant = sky.shape[-1] == 2
+    ax.set_xlabel("α (GM/c²)" if distant else "to the right (deg)")
+    ax.set_ylabel("β (GM/c²)" if distant else "up (deg)")
+    ax.set_aspect("equal", adjustable="box")
+
+
 def unrolled_axes(ax: Axes) -> Axes:
     """Name the axes of an unrolled picture of the camera sky, position angle against distance to the shadow edge."""
     ax.set_xlim(-OVERLAP, 360 + OVERLAP)

@@ -14,7 +14,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import count_map_axes
 from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
 from kerrcaustics.draw.projection import about_hole, whole_line
-from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped
+from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped, name_sky_axes
 from kerrcaustics.draw.source_axes import (
     draw_from_above,
     draw_places,
@@ -197,7 +197,7 @@ def spot_event(ax: Axes, event: SpotEvent) -> Axes:
 def shadow(ax: Axes, camera: Viewer) -> Axes:
     """The shadow of the hole."""
     edge = shadow_edge(camera, 400)
-    _name_axes(ax, edge)
+    name_sky_axes(ax, edge)
     ax.fill(*about_hole(edge).T, label="shadow", **style.SHADOW)
     return ax
 
@@ -234,16 +234,9 @@ def _stars(ax: Axes, catalogue: StarCatalogue, orientation: Float[Array, "3 3"],
 
 def _on_sky(ax: Axes, sky: Float[Array, "n k"], **settings: Any) -> Axes:
     """A line, or points, on the camera sky: degrees to the right and up from the hole; of an Observer alpha, beta."""
-    _name_axes(ax, sky)
+    name_sky_axes(ax, sky)
     ax.plot(*about_hole(sky).T, **settings)
     return ax
-
-
-def _name_axes(ax: Axes, sky: Float[Array, "n k"]) -> None:
-    distant = sky.shape[-1] == 2
-    ax.set_xlabel("α (GM/c²)" if distant else "to the right (deg)")
-    ax.set_ylabel("β (GM/c²)" if distant else "up (deg)")
-    ax.set_aspect("equal", adjustable="box")
 
 
 def _legend(ax: Axes) -> Axes:

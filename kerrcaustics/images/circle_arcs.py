@@ -9,15 +9,16 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
-from kerrcaustics.lens_map.circles_in_plane import Circles, Crossings
+from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.domains import Ring
+from kerrcaustics.lens_map.plane_map import Crossings
 
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Places looked at first; the longest step in azimuth; rounds of looking more closely, of which the first ones look
-# around places, too, where the beam is thinnest; most places.
-_PLACES, _LONGEST, _ROUNDS, _THIN_ROUNDS, _MOST_PLACES = 384, 0.3, 14, 5, 20_000
+# Places looked at first; the longest step in azimuth; parts into which a step is cut, in rounds of which the first ones
+# look around places, too, where the beam is thinnest; most places.
+_PLACES, _LONGEST, _PARTS, _ROUNDS, _THIN_ROUNDS, _MOST_PLACES = 384, 0.3, 4, 7, 2, 20_000
 # Steps in azimuth below so many errors have no sense.
 _ERRORS = 20.0
 # Relative to the radius, what counts as no difference from it.
@@ -62,19 +63,11 @@ class Arcs:
         """Points of the circle, of index -1 where they could not be found."""
         assert self.distance is not None
         points = self.circles.on_circle(edge_phase, np.full(len(edge_phase), self.radius), self.distance(edge_phase))
-        astray = self._astray(points)
-        if astray.any():
-            # Between lines where the image bends sharply the guess of the distance leads nowhere.
-            again = self.circles.searched(edge_phase[astray], self.radius, self.distance(edge_phase[astray]))
-            order = np.argsort(np.concatenate([np.flatnonzero(~astray), np.flatnonzero(astray)]))
-            points = points[~astray].joined(again)[order]
-            points = replace(points, index=np.where(self._astray(points), -1, points.index))
-        return points
+        return replace(points, index=np.where(self._astray(points), -1, points.index))
 
     def _astray(self, points: Crossings) -> Bool[Array, " points"]:
         """True for points that are not on the circle."""
-        miss = np.abs(np.log(points.radius / self.radius))
-        return ~(miss <= _ERRORS * points.error + _ROUND_OFF) | (points.index < 0)
+        return ~(points.miss(self.radius) <= _ERRORS * points.error + _ROUND_OFF) | (points.index < 0)
 
 
 def arcs_of(domain: Ring, radius: float) -> Arcs:
@@ -181,8 +174,8 @@ def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
         if not coarse.any() or len(points) > _MOST_PLACES:
             break
         start, end = points.edge_phase[coarse], following.edge_phase[coarse]
-        middle = start + (end - start) % _TURN / 2
-        points = points.joined(arcs.at(middle % _TURN))
+        between = start + ((end - start) % _TURN) * np.arange(1, _PARTS)[:, None] / _PARTS
+        points = points.joined(arcs.at(between.ravel() % _TURN))
         points = points[np.argsort(points.edge_phase, kind="stable")]
     return points
 
@@ -221,7 +214,7 @@ def _folds(arcs: Arcs, one: Crossings, other: Crossings) -> Crossings:
         return one
 
     def ratio(step: Array, start: Array) -> Array:
-        return arcs.at((start + step) % _TURN).ratio
+        return arcs.at((start + step) % _TURN).flatness
 
     width = (other.edge_phase - one.edge_phase) % _TURN
     found = elementwise.find_root(
