@@ -74,7 +74,7 @@ def light_curve(
     still = camera if camera.radius == math.inf else replace(camera, velocity=camera.velocity or "static")
     seen_from = still.viewer()
     began = time.perf_counter()
-    with plain_errors(), progress() as report:
+    with plain_errors({"camera": "inclination"}), progress() as report:
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
         from kerrcaustics.tracks.light_curves import light_curve as follow

@@ -17,8 +17,8 @@ Array = np.ndarray
 
 _TURN = 2 * math.pi
 # Places looked at first; the longest step in azimuth; parts into which a step is cut, in rounds of which the first ones
-# look around places, too, where the beam is thinnest; most places.
-_PLACES, _LONGEST, _PARTS, _ROUNDS, _THIN_ROUNDS, _MOST_PLACES = 384, 0.3, 4, 7, 2, 20_000
+# look around places, too, where the beam is thinnest, and where the azimuth may run a whole turn; most places.
+_PLACES, _LONGEST, _PARTS, _ROUNDS, _THIN_ROUNDS, _TURN_ROUNDS, _MOST_PLACES = 384, 0.3, 4, 7, 2, 4, 20_000
 # Steps in azimuth below so many errors have no sense.
 _ERRORS = 20.0
 # Relative to the radius, what counts as no difference from it.
@@ -171,6 +171,9 @@ def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
             size = np.abs(points.ratio)
             thin = (size <= np.roll(size, 1)) & (size <= np.roll(size, -1))
             coarse |= thin | np.roll(thin, -1)
+        if number < _TURN_ROUNDS:
+            # A whole turn, unless the ray passes the spin axis between both places.
+            coarse |= np.abs(following.azimuth - points.azimuth) > math.pi
         if not coarse.any() or len(points) > _MOST_PLACES:
             break
         start, end = points.edge_phase[coarse], following.edge_phase[coarse]
