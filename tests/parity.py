@@ -216,7 +216,11 @@ REFUSED = (
         IN_PLANE,
     ),
     Refusal(
-        ("line_profile", "image_derivatives", "caustic_derivatives"), ("plane",), (EQUATORIAL,), "camera", IN_PLANE
+        ("line_profile", "light_curve", "image_derivatives", "caustic_derivatives"),
+        ("plane",),
+        (EQUATORIAL,),
+        "camera",
+        IN_PLANE,
     ),
     Refusal(("follow_star",), ("plane",), (EQUATORIAL,), "cameras", IN_PLANE),
     Refusal(
@@ -226,11 +230,7 @@ REFUSED = (
         ("render_volume",), ("plane",), ALL, None, "a plane has no depth along a ray: matter in it is a disk, of render"
     ),
 )
-GAPS = (
-    Gap(DISKS, ("plane",), OBSERVERS, "refuses `camera`"),
-    # A refusal that does not say why.
-    Gap(("light_curve",), ("plane",), (EQUATORIAL,), "refuses `orbit`"),
-)
+GAPS: tuple[Gap, ...] = ()
 
 
 def cells() -> list[Cell]:

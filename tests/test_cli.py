@@ -56,8 +56,12 @@ BAD = [
     (("caustics", "--spin", "fast", "--radius", "6"), "Argument --spin must be a number, but is fast."),
     (("caustics", "--spin", "0.9", "--radius", "1.4"), "--radius must be larger than the horizon radius 1.43588989435"),
     (
+        ("light-curve", "--spin", "0.9", "--radius", "inf", "--velocity", "static", "--orbit", "6"),
+        "Argument --velocity must be fiducial at infinity, but is static.",
+    ),
+    (
         ("light-curve", "--spin", "0.9", "--radius", "inf", "--orbit", "6"),
-        "--radius must be a finite number, but is inf.",
+        "Argument --inclination must not lie in the equatorial plane",
     ),
     (("caustics", "--spin", "0.9"), "Argument --radius must be given."),
     (("caustics", "--spin", "0.9", "--radius", "6", "--inclination", "181"), "--inclination must lie in [0, 180] deg"),

@@ -15,18 +15,22 @@ from kerrcaustics.spacetime.frame import photon_of
 
 PAPER = kc.Camera(0.6, 74.1, math.radians(86.56), "static")
 CAMERAS = [PAPER, kc.Camera(0.999, 6.03, 1.3, "fiducial"), kc.Camera(0.9, 20.0, 0.0, "fiducial")]
+FAR = [kc.Camera(0.9, 1e7, 1.2, "static"), kc.Observer(spin=0.9, inclination=2.0, radius=1e3)]
+INFINITE = kc.Observer(spin=0.9, inclination=1.2)
 SPOT = kc.Camera(0.6, 50.0, math.radians(70), "static")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "crossings"),
-    [(CAMERAS[2], 1), *(pytest.param(camera, 4, marks=pytest.mark.slow) for camera in CAMERAS)],
+    [(CAMERAS[2], 1), *(pytest.param(camera, 4, marks=pytest.mark.slow) for camera in (*CAMERAS, *FAR, INFINITE))],
     ids=str,
 )
 def test_points_of_rims_land_on_them(camera, crossings):
     radii = [2.5, 9.26, 18.7]
     found = kc.isoradials(camera, radii, crossings, points=60)
+    # At a = 0.999 light of the fourth image has gone round up to 14 times more on one side than on the other.
+    assert found.certified and not found.remarks
     assert [(c.crossing, c.radius) for c in found] == [(n, r) for n in range(1, crossings + 1) for r in radii]
     for curve in found:
         assert curve.closed and len(curve.sky) == 60
@@ -35,7 +39,8 @@ def test_points_of_rims_land_on_them(camera, crossings):
         width = 1 / np.linalg.norm(beams.jacobian[:, 0], axis=1)
         allowed = 2 * curve.error + beams.error * curve.radius * width
         assert (np.abs(beams.radius - curve.radius) * width <= allowed).all()
-        assert curve.error.max() < 1e-12 and np.allclose(curve.width, width, rtol=1e-6)
+        # Of the fourth image more than a few digits are lost.
+        assert curve.error.max() < 1e-11 and np.allclose(curve.width, width, rtol=1e-6)
 
 
 @pytest.mark.slow
@@ -52,9 +57,12 @@ def test_from_the_axis_circles_are_round():
 
 
 @pytest.mark.slow
-def test_circles_that_are_not_seen_are_left_out():
-    found = kc.isoradials(kc.Camera(0.5, 10.0, 0.4), [1e7], crossings=2, points=16)
-    assert all(curve.error.max() < 1e-6 for curve in found)
+def test_images_at_the_end_of_double_precision_are_not_certified():
+    found = kc.isoradials(kc.Camera(0.0, 10.0, 0.4), [8.0], crossings=12, points=16)
+    # Light of the twelfth has gone six times round: it is as close to the shadow's edge as directions can say.
+    assert all(curve.error.max() < 1e-12 for curve in found) and not found.certified
+    assert any(remark.startswith("crossing 12, r = 8: ") for remark in found.remarks)
+    assert kc.isoradials(kc.Camera(0.0, 10.0, 0.4), [8.0], crossings=6, points=16).certified
 
 
 def direct_sum(curve, orbital, times, power=4.0):
@@ -98,26 +106,53 @@ def test_light_of_a_spot_is_that_of_its_images():
         far = np.ones(len(found.time), bool)
         for event in found.events:
             if event.crossing == curve.crossing:
-                away = (found.time - event.time + found.period / 2) % found.period - found.period / 2
+                away = (found.time - event.moment + found.period / 2) % found.period - found.period / 2
                 far &= np.abs(away) > 2
         assert np.abs(share[far] / wanted[far] - 1).max() < 3e-3
     finer = kc.light_curve(SPOT, 8.0, 40, size=0.02, crossings=3, points=4000)
     assert (np.abs(finer.flux - found.flux) <= 3 * found.error + 1e-6 * found.flux).all()
 
 
+def extremes(curve, orbital, kind):
+    """Moments, and places on the sky, of the extremes of one kind of phi + Omega T along a curve."""
+    edge_phase = np.append(curve.edge_phase, 2 * math.pi)
+    phase = np.unwrap(curve.azimuth + orbital * curve.time)
+    winds = round((phase[-1] - phase[0]) / (2 * math.pi))
+    along = CubicSpline(edge_phase, np.append(phase, phase[0] + 2 * math.pi * winds))
+    sky = CubicSpline(edge_phase, [*curve.sky, curve.sky[0]], bc_type="periodic")
+    sign = 1 if kind == "creation" else -1
+    places = [at for at in along.derivative().roots(extrapolate=False) if sign * orbital * along(at, 2) > 0]
+    return [(float(along(at)) / orbital, sky(at)) for at in places]
+
+
+def sky_size(curves):
+    return max(np.ptp(curve.sky, axis=0).max() for curve in curves.values())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "orbit"),
-    [(kc.Camera(0.622, 50.0, 1.34, "static"), 9.87), (kc.Camera(0.511, 15.0, 1.5, "static"), 11.72)],
-    ids=["far", "near"],
+    [
+        (kc.Camera(0.622, 50.0, 1.34, "static"), 9.87),
+        (kc.Camera(0.511, 15.0, 1.5, "static"), 11.72),
+        (kc.Observer(spin=0.622, inclination=1.34), 9.87),
+    ],
+    ids=["far", "near", "infinity"],
 )
 def test_errors_of_events_are_honest(camera, orbit):
-    found, true = (kc.light_curve(camera, orbit, 1, crossings=3, points=n).events for n in (720, 3000))
-    assert len(found) == len(true) == 4
-    for event, other in zip(found, true, strict=True):
-        assert (event.kind, event.crossing) == (other.kind, other.crossing)
-        assert abs(event.time - other.time) <= event.error < 1e-5
-        assert np.linalg.norm(event.sky - other.sky) <= event.sky_error < 1e-5
+    """Against extremes of phi + Omega T along splines through many points of the orbit's image."""
+    found = kc.light_curve(camera, orbit, 1, crossings=3)
+    assert found.certified and len(found.events) == 4
+    orbital = 2 * math.pi / found.period
+    curves = {curve.crossing: curve for curve in kc.isoradials(camera, [orbit], 3, 6000, time=True)}
+    for event in found.events:
+        assert event.error < 1e-7 and event.sky_error < 1e-5
+        true = extremes(curves[event.crossing], orbital, event.kind)
+        late = (np.array([moment for moment, _ in true]) - event.moment + found.period / 2) % found.period
+        nearest = int(np.argmin(np.abs(late - found.period / 2)))
+        # The splines are off by as much themselves.
+        assert abs(late[nearest] - found.period / 2) <= event.error + 1e-8
+        assert np.linalg.norm(event.sky - true[nearest][1]) <= event.sky_error * math.sqrt(2) + 1e-7 * sky_size(curves)
 
 
 @pytest.mark.slow
@@ -139,6 +174,8 @@ def test_images_of_a_spot_are_born_where_beams_vanish():
         (lambda: kc.isoradials(SPOT, []), "`radii` must be"),
         (lambda: kc.isoradials(SPOT, [8.0], 0), "`crossings` must be a whole number"),
         (lambda: kc.isoradials(SPOT, [8.0], motion="fast"), "`motion` must be one of"),
+        (lambda: kc.light_curve(kc.Camera(0.9, 10.0), 9.0), "`camera` must not lie in the equatorial plane"),
+        (lambda: kc.line_profile(kc.Observer(spin=0.9, inclination=math.pi / 2), 6.0, 9.0), "`camera` must not lie in"),
         (lambda: kc.light_curve(SPOT, 2.0), "`orbit` must be the radius of a circular orbit"),
         (lambda: kc.light_curve(SPOT, 8.0, size=0.0), "`size` must be a positive, finite length"),
         (lambda: kc.light_curve(SPOT, 8.0, [math.nan]), "`times` must be"),
@@ -158,7 +195,7 @@ def test_frames_of_a_light_curve_show_the_images_that_are_there():
     found = kc.light_curve(camera, 6.0, 40, crossings=2)
     frames = SpotFrames(found, "circular", 15)
     orbital = 2 * math.pi / found.period
-    births = {event.kind: event.time for event in found.events if event.crossing == 2}
+    births = {event.kind: event.moment for event in found.events if event.crossing == 2}
     begin, end = births["creation"], births["annihilation"]
     for time in frames.times:
         images = frames.images(time)

@@ -288,8 +288,8 @@ def test_caustics_in_the_plane_take_few_rays(monkeypatch, radius):
 
         return call
 
-    monkeypatch.setattr("kerrcaustics.lens_map.circles_in_plane.trace_beams", counting(kc.trace_beams))
-    monkeypatch.setattr("kerrcaustics.lens_map.crossing_lines.trace_rays", counting(kc.trace_rays))
+    monkeypatch.setattr("kerrcaustics.lens_map.plane_map.trace_beams", counting(kc.trace_beams))
+    monkeypatch.setattr("kerrcaustics.lens_map.plane_map.trace_rays", counting(kc.trace_rays))
     camera = kc.Camera(0.9, radius, 1.21, "fiducial")
     found = kc.caustics(camera, 2, end=kc.EquatorialPlane(2))
     assert [curve.order for curve in found] == [2, 2] and not any(curve.lost for curve in found)

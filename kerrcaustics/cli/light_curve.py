@@ -1,5 +1,6 @@
 """The command `light-curve`: the light of a spot on a circular orbit."""
 
+import math
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -7,12 +8,12 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from kerrcaustics.choices import SpotMotion
-from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.app import app, stop, with_examples
 from kerrcaustics.cli.film import write_film
 from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Crossings, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say
+from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all
 
 if TYPE_CHECKING:
     from kerrcaustics.tracks.light_curves import LightCurve
@@ -37,7 +38,7 @@ def light_curve(
 ) -> None:
     """Follow the light of a small spot that circles the hole, image by image: flux, centroid, creations of images.
 
-    The camera is static unless --velocity is given.
+    The camera is static unless --velocity is given; with --radius inf it is an observer at infinity.
 
     Parameters
     ----------
@@ -69,9 +70,11 @@ def light_curve(
     check_ending(figure)
     check_film(film)
     common.check_points(points)
-    seen_from = replace(camera, velocity=camera.velocity or "static").camera()
+    # At infinity nothing is static but the fiducial observer.
+    still = camera if camera.radius == math.inf else replace(camera, velocity=camera.velocity or "static")
+    seen_from = still.viewer()
     began = time.perf_counter()
-    with plain_errors(), progress() as report:
+    with plain_errors({"camera": "inclination"}), progress() as report:
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
         from kerrcaustics.tracks.light_curves import light_curve as follow
@@ -91,6 +94,8 @@ def light_curve(
         write_film(film, lambda: light_curve_film(light, motion), restart)
     common.write_result(record(light, camera=seen_from, points=points), seconds, None)
     _print(light, common.console())
+    if not light.certified:
+        stop(1, "Not all images are certified: see the remarks.")
 
 
 def _print(light: "LightCurve", out: Console) -> None:
@@ -102,8 +107,10 @@ def _print(light: "LightCurve", out: Console) -> None:
         table.add_row(str(crossing), f"{share.mean() / whole:.3%}", f"{share[best]:.6g}", f"{light.time[best]:z.6g}")
     out.print(table)
     for event in light.events:
-        moment = f"time {event.time:z.9g}, off by {event.error:.0e}"
+        moment = f"time {event.moment:z.9g}, off by {event.error:.0e}"
         say(out, f"{event.kind} of two images at crossing {event.crossing}, {moment}")
+    say_all(out, light.remarks)
     low, high = light.flux.min(), light.flux.max()
     error = f"{(light.error / light.flux).max():.0e}"
-    say(out, f"flux from {low:.6g} to {high:.6g} for a spot of unit light, off by {error}")
+    unit = "sr" if light.camera.sky_unit == "rad" else "M^2"
+    say(out, f"flux from {low:.6g} to {high:.6g} {unit} for a spot of unit light, off by {error}")

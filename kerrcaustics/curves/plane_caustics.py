@@ -14,7 +14,8 @@ from skimage.measure import find_contours
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.caustic import Caustic
-from kerrcaustics.lens_map.circles_in_plane import Circles, Crossings
+from kerrcaustics.lens_map.circles_in_plane import Circles
+from kerrcaustics.lens_map.plane_map import Crossings
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.spacetime import kerr
@@ -174,7 +175,7 @@ def _indices(
     """The Morse index on a grid, of which only every other line is traced where nothing changes."""
 
     def traced(places: Array, lines: Array) -> tuple[Array, Array]:
-        _, beams = circles.beams(edge_phase[lines], distance[places, lines], _COARSE)
+        beams = circles.beams_at(edge_phase[lines], distance[places, lines], _COARSE)
         return np.asarray(beams.index), np.abs(beams.delta_minus / beams.delta_plus)
 
     shape = distance[::2, ::2].shape
@@ -297,15 +298,13 @@ def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " poi
         edge_phase = (edge_phase + step * width) % _TURN
         distance = grid.distance(edge_phase, part + step * change)
         return (
-            grid.circles.on_circle(edge_phase, radius[0], distance)
-            if radius
-            else grid.circles.points(edge_phase, distance)
+            grid.circles.on_circle(edge_phase, radius[0], distance) if radius else grid.circles.at(edge_phase, distance)
         )
 
     width = (stop.edge_phase - start.edge_phase + math.pi) % _TURN - math.pi
     ends = start.edge_phase, width, start.part, stop.part - start.part, *(() if radius is None else (radius,))
     bracket = np.zeros(len(start)), np.ones(len(start))
-    root = elementwise.find_root(lambda step, *e: at(step, *e).ratio, bracket, args=ends, tolerances=_TIGHT)
+    root = elementwise.find_root(lambda step, *e: at(step, *e).flatness, bracket, args=ends, tolerances=_TIGHT)
     return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 

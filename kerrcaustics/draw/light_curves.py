@@ -16,8 +16,10 @@ from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import Backdrop, Film, blank_frame, camera_settings
 from kerrcaustics.draw.projection import about_hole, whole_line
+from kerrcaustics.draw.sky_axes import name_sky_axes
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.shadow import shadow_edge
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.isoradials import Isoradial, isoradials
 
 if TYPE_CHECKING:
@@ -56,23 +58,29 @@ def show_flux(ax: Axes, light: "LightCurve") -> None:
         ax.semilogy(time, positive, color=crossing_colour(crossing), lw=1, label=f"{_name(crossing)} crossing")
     for event in light.events:
         line = "--" if event.kind == "creation" else ":"
-        ax.axvline(event.time, color=crossing_colour(event.crossing), ls=line, lw=0.8)
+        ax.axvline(event.moment, color=crossing_colour(event.crossing), ls=line, lw=0.8)
     ax.set(xlim=(time[0], time[-1]), ylim=(_FAINTEST * light.flux.max(), 2 * light.flux.max()))
-    ax.set(xlabel="time of the camera (M)", ylabel="flux of a unit spot")
+    ax.set(xlabel="time of the camera (M)", ylabel=f"flux of a unit spot ({sky_area(light.camera)})")
     ax.legend(ncols=2, loc="lower center", fontsize="small")
 
 
 def show_orbit(ax: Axes, light: "LightCurve") -> None:
     """The images of the orbit about the shadow; creations (circles), annihilations (crosses), the centroid (grey)."""
     crossings = len(light.shares)
-    ax.fill(*about_hole(shadow_edge(light.camera, 400)).T, color="0.85")
+    edge = shadow_edge(light.camera, 400)
+    ax.fill(*about_hole(edge).T, color="0.85")
     for curve in isoradials(light.camera, [light.radius], crossings, _POINTS):
         ax.plot(*about_hole(whole_line(curve.sky, True)).T, color=crossing_colour(curve.crossing), lw=1)
     ax.plot(*about_hole(light.centroid).T, color="0.4", lw=0.8, ls=(0, (4, 2)))
     for event in light.events:
         marker = "o" if event.kind == "creation" else "x"
         ax.plot(*about_hole(event.sky), marker, color=crossing_colour(event.crossing), ms=5)
-    ax.set(aspect="equal", xlabel="to the right (deg)", ylabel="up (deg)")
+    name_sky_axes(ax, edge)
+
+
+def sky_area(viewer: Viewer) -> str:
+    """The unit of solid angles on the sky of a viewer."""
+    return "sr" if viewer.sky_unit == "rad" else "M²"
 
 
 def crossing_colour(crossing: int) -> str:
@@ -131,7 +139,7 @@ class SpotFrames:
             return self._backdrop.pixels()
 
     def images(self, time: float) -> dict[int, tuple[Float[Array, "images 2"], Float[Array, " images"]]]:
-        """Images of the spot at a time by crossing: places, degrees right and up, and brightness."""
+        """Images of the spot at a time by crossing: places, degrees right and up or (alpha, beta), and brightness."""
         images = {}
         for crossing, place, phase, bright in self._rings:
             turns = (phase - self._orbital * time) / _TURN

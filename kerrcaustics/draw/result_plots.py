@@ -20,7 +20,7 @@ from kerrcaustics.beams.paths import SpacePoints
 from kerrcaustics.curves.derivatives import CausticDerivatives
 from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import sky_results, style
-from kerrcaustics.draw.light_curves import show_flux
+from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.sky_axes import REACH, from_above, is_sphere
 from kerrcaustics.images.derivatives import ImageDerivatives
@@ -51,7 +51,7 @@ def line_profile(ax: Axes, profile: LineProfile) -> Axes:
     middle = (profile.edges[1:] + profile.edges[:-1]) / 2
     finite = np.isfinite(profile.error)
     ax.errorbar(middle[finite], profile.flux[finite], profile.error[finite], color="black", linestyle="none")
-    ax.set(xlabel="frequency, camera over emitter", ylabel="light (sr)")
+    ax.set(xlabel="frequency, camera over emitter", ylabel=f"light ({sky_area(profile.camera)})")
     return ax
 
 

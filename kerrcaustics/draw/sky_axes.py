@@ -41,6 +41,13 @@ def camera_sky_axes(ax: Axes, step: float, unit: str = "rad") -> Axes:
     return ax
 
 
+def name_sky_axes(ax: Axes, sky: Float[Array, "n axes"]) -> None:
+    """Name the axes of what lies about the hole, in degrees to the right and up; of an Observer alpha and beta."""
+    distant = sky.shape[-1] == 2
+    right, up = ("α (GM/c²)", "β (GM/c²)") if distant else ("to the right (deg)", "up (deg)")
+    ax.set(xlabel=right, ylabel=up, aspect="equal")
+
+
 def unrolled_axes(ax: Axes, unit: str = "rad") -> Axes:
     """Name the axes of an unrolled picture of the camera sky, position angle against distance to the shadow edge."""
     ax.set(xlim=(-OVERLAP, 360 + OVERLAP), ylabel=f"distance to shadow edge ({'deg' if unit == 'rad' else 'M'})")

@@ -22,6 +22,7 @@ from kerrcaustics.draw.sky_axes import (
     draw_wrapped,
     from_above,
     is_sphere,
+    name_sky_axes,
     on_axes,
     source_axes,
 )
@@ -198,7 +199,7 @@ def spot_event(ax: Axes, event: SpotEvent) -> Axes:
 def shadow(ax: Axes, camera: Viewer) -> Axes:
     """The shadow of the hole."""
     edge = shadow_edge(camera, 400)
-    _name_axes(ax, edge)
+    name_sky_axes(ax, edge)
     ax.fill(*about_hole(edge).T, label="shadow", **style.SHADOW)
     return ax
 
@@ -236,15 +237,9 @@ def _stars(ax: Axes, catalogue: StarCatalogue, orientation: Float[Array, "3 3"],
 
 def _on_sky(ax: Axes, sky: Float[Array, "n k"], **settings: Any) -> Axes:
     """A line, or points, on the camera sky: degrees to the right and up from the hole; of an Observer alpha, beta."""
-    _name_axes(ax, sky)
+    name_sky_axes(ax, sky)
     ax.plot(*about_hole(sky).T, **settings)
     return ax
-
-
-def _name_axes(ax: Axes, sky: Float[Array, "n k"]) -> None:
-    distant = sky.shape[-1] == 2
-    right, up = ("α (GM/c²)", "β (GM/c²)") if distant else ("to the right (deg)", "up (deg)")
-    ax.set(xlabel=right, ylabel=up, aspect="equal")
 
 
 def _legend(ax: Axes) -> Axes:

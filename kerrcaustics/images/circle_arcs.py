@@ -15,16 +15,17 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
 from kerrcaustics.images.search import ImageSearch, SkyImages, searched_together
-from kerrcaustics.lens_map.circles_in_plane import Circles, Crossings
+from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.domains import Ring
+from kerrcaustics.lens_map.plane_map import Crossings
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Places looked at first; the longest step in azimuth; rounds of looking more closely, of which the first ones look
-# around places, too, where the beam is thinnest; most places.
-_PLACES, _LONGEST, _ROUNDS, _THIN_ROUNDS, _MOST_PLACES = 384, 0.3, 14, 5, 20_000
+# Places looked at first; the longest step in azimuth; parts into which a step is cut, in rounds of which the first ones
+# look around places, too, where the beam is thinnest, and where the azimuth may run a whole turn; most places.
+_PLACES, _LONGEST, _PARTS, _ROUNDS, _THIN_ROUNDS, _TURN_ROUNDS, _MOST_PLACES = 384, 0.3, 4, 7, 2, 4, 20_000
 # Steps in azimuth below so many errors have no sense.
 _ERRORS = 20.0
 # Relative to the radius, what counts as no difference from it.
@@ -72,14 +73,7 @@ class Arcs:
         """Points of the circle, of index -1 where they could not be found."""
         assert self.distance is not None
         points = self.circles.on_circle(edge_phase, np.full(len(edge_phase), self.radius), self.distance(edge_phase))
-        astray = self._astray(points)
-        if astray.any():
-            # Between lines where the image bends sharply the guess of the distance leads nowhere.
-            again = self.circles.searched(edge_phase[astray], self.radius, self.distance(edge_phase[astray]))
-            order = np.argsort(np.concatenate([np.flatnonzero(~astray), np.flatnonzero(astray)]))
-            points = points[~astray].joined(again)[order]
-            points = replace(points, index=np.where(self._astray(points), -1, points.index))
-        return points
+        return replace(points, index=np.where(self._astray(points), -1, points.index))
 
     def where(
         self, value: Callable[[Crossings], Array], start: Float[Array, " steps"], width: Float[Array, " steps"]
@@ -94,8 +88,7 @@ class Arcs:
 
     def _astray(self, points: Crossings) -> Bool[Array, " points"]:
         """True for points that are not on the circle."""
-        miss = np.abs(np.log(points.radius / self.radius))
-        return ~(miss <= _ERRORS * points.error + _ROUND_OFF) | (points.index < 0)
+        return ~(points.miss(self.radius) <= _ERRORS * points.error + _ROUND_OFF) | (points.index < 0)
 
 
 def arcs_of(domain: Ring, radius: float) -> Arcs:
@@ -199,11 +192,14 @@ def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
             size = np.abs(points.ratio)
             thin = (size <= np.roll(size, 1)) & (size <= np.roll(size, -1))
             coarse |= thin | np.roll(thin, -1)
+        if number < _TURN_ROUNDS:
+            # A whole turn, unless the ray passes the spin axis between both places.
+            coarse |= np.abs(following.azimuth - points.azimuth) > math.pi
         if not coarse.any() or len(points) > _MOST_PLACES:
             break
         start, end = points.edge_phase[coarse], following.edge_phase[coarse]
-        middle = start + (end - start) % _TURN / 2
-        points = points.joined(arcs.at(middle % _TURN))
+        between = start + ((end - start) % _TURN) * np.arange(1, _PARTS)[:, None] / _PARTS
+        points = points.joined(arcs.at(between.ravel() % _TURN))
         points = points[np.argsort(points.edge_phase, kind="stable")]
     return points
 
@@ -240,7 +236,8 @@ def _folds(arcs: Arcs, one: Crossings, other: Crossings) -> Crossings:
     """The points where the beams are flat, between others of different index."""
     if not len(one):
         return one
-    return arcs.at(arcs.where(lambda points: points.ratio, one.edge_phase, (other.edge_phase - one.edge_phase) % _TURN))
+    width = (other.edge_phase - one.edge_phase) % _TURN
+    return arcs.at(arcs.where(lambda points: points.flatness, one.edge_phase, width))
 
 
 def searched(domain: Ring, places: Float[Array, "sources 2"], max_index: int) -> ImageSearch:

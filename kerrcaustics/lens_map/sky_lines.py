@@ -8,11 +8,15 @@ depth(edge phase), about evenly spaced in depth.
 All of it lives on the sky of the fiducial observer: caustics do not depend on the camera's velocity.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
+from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.shadow import edge_photons
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -64,14 +68,53 @@ def beside_edge(camera: Viewer, edge_phase: HostReals, part: HostReals) -> HostV
 
     Parameters and errors as for `line_of_sight`, whose part is exp(-depth).
     """
+    edge, away, reach = _from_edge(camera, edge_phase)
+    distance = reach[..., None] * np.asarray(part, float)[..., None]
+    direction = edge * np.cos(distance) + away * np.sin(distance)
+    return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+
+
+def _from_edge(camera: Viewer, edge_phase: HostReals) -> tuple[HostVectors, HostVectors, HostReals]:
+    """Lines of sight of the shadow edge, tangents there away from the hole, and the reach of the lines."""
     edge = -edge_photons(camera, edge_phase)
     radial = -edge[..., :1]
     across = np.hypot(edge[..., 1:2], edge[..., 2:])
-    # Tangent to the sky at the edge, away from the hole, whose centre lies at (-1, 0, 0).
+    # The centre of the hole lies at (-1, 0, 0).
     away = np.concatenate([across, radial * edge[..., 1:] / across], axis=-1)
-    distance = line_reach(camera, edge_phase)[..., None] * np.asarray(part, float)[..., None]
-    direction = edge * np.cos(distance) + away * np.sin(distance)
-    return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    return edge, away, np.pi - np.arctan2(across[..., 0], radial[..., 0])
+
+
+@dataclass(frozen=True)
+class Lines(Rows):
+    """Great circles on the sky of a camera at rest, along which distances are radians.
+
+    edge_phase: parameter of the shadow edge, or of another set of lines; start, ahead: N at the distance 0, and the
+    tangent there; first, last: distances of both ends.
+    """
+
+    edge_phase: Float[Array, " lines"]
+    start: Float[Array, "lines 3"]
+    ahead: Float[Array, "lines 3"]
+    first: Float[Array, " lines"]
+    last: Float[Array, " lines"]
+
+    def sky(self, distance: HostReals) -> HostVectors:
+        """Directions N (lines, ..., 3) at distances (lines, ...) along each line."""
+        start, ahead = (v.reshape(len(self), *[1] * (distance.ndim - 1), 3) for v in (self.start, self.ahead))
+        sky = start * np.cos(distance)[..., None] + ahead * np.sin(distance)[..., None]
+        return sky / np.linalg.norm(sky, axis=-1, keepdims=True)
+
+    def tangent(self, distance: Float[Array, " lines"]) -> Float[Array, "lines 3"]:
+        """The unit vectors along the lines at one distance on each."""
+        return self.ahead * np.cos(distance)[:, None] - self.start * np.sin(distance)[:, None]
+
+
+def lines_across(camera: Viewer, edge_phase: Float[Array, " lines"]) -> Lines:
+    """Lines across the shadow edge, from the direction of the hole to the opposite one; distances are 0 at the edge."""
+    edge, away, reach = _from_edge(camera, edge_phase)
+    frame = camera.frame()
+    start, ahead = (sky_from_line_of_sight(frame, part) for part in (edge, away))
+    return Lines(edge_phase, start, ahead, reach - np.pi, reach)
 
 
 def periodic(edge_phase: Float[Array, " lines"], values: Float[Array, " lines *axes"]) -> CubicSpline:

@@ -61,10 +61,18 @@ def to_xarray(result: Any) -> "xarray.Dataset":
             attributes |= {f"{name.removesuffix('s')}_{key}": value for key, value in values.items()}
         elif values is not None:
             attributes[name] = _attribute(values)
-    sizes = {dim: size for dims, array, _ in data.values() for dim, size in zip(dims, array.shape, strict=True)}
-    named = {**_NAMED, "axis": _ON_SCREEN} if sizes.get("axis") == len(_ON_SCREEN) else _NAMED
+    # Of arrays without entries it is not known how many axes a place has.
+    known = sorted(data.values(), key=lambda column: column[1].size)
+    sizes = {dim: size for dims, array, _ in known for dim, size in zip(dims, array.shape, strict=True)}
+    data = {name: (dims, _sized(array, dims, sizes), about) for name, (dims, array, about) in data.items()}
+    named = _NAMED | ({"axis": _ON_SCREEN} if sizes.get("axis") == len(_ON_SCREEN) else {})
     coordinates = {dim: names for dim, names in named.items() if sizes.get(dim) == len(names)}
     return xarray.Dataset(data, coords=coordinates, attrs=attributes)
+
+
+def _sized(array: np.ndarray, dims: tuple[str, ...], sizes: dict[str, int]) -> np.ndarray:
+    """An array without entries in the shape that goes with others."""
+    return array if array.size else np.empty([sizes[dim] for dim in dims], array.dtype)
 
 
 def _columns(kind: type, results: Any, dims: tuple[str, ...], prefix: str) -> Iterator[tuple[str, Quantity, Any]]:

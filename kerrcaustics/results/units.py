@@ -1,8 +1,8 @@
 """Units that depend on the viewer and on the surface of the sources.
 
 A quantity whose unit is the name of a role has the unit that follows from the `camera` and the `surface` of its result:
-"sky", lengths on the sky of the viewer; "place", both coordinates of a surface; "level", the first of them;
-"magnification", solid angle on the sky by area of the surface.
+"sky", lengths on the sky of the viewer; "solid angle", areas on it; "place", both coordinates of a surface; "level",
+the first of them; "magnification", solid angle on the sky by area of the surface.
 """
 
 from dataclasses import replace
@@ -16,6 +16,8 @@ def as_in(result: Any, about: Quantity) -> Quantity:
     if about.unit == "sky":
         unit = result.camera.sky_unit
         return replace(about, unit=unit, json=about.name + "_rad" * (unit == "rad"))
+    if about.unit == "solid angle":
+        return replace(about, unit="sr" if result.camera.sky_unit == "rad" else "(GM/c^2)^2")
     if about.unit == "magnification":
         powers = (result.camera.sky_unit != "rad") - (result.surface.coordinates[0].unit != "rad")
         return replace(about, unit={0: "1", 1: "(GM/c^2)^2", -1: "c^4/(GM)^2"}[powers])

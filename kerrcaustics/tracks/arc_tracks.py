@@ -30,7 +30,7 @@ def arc_tracks(
         return ()
     lens_map = LensMap(camera, surface)
     light = lens_map.seen(arcs.low.sky)
-    error = lens_map.errors(arcs.low.sky, _errors_on_sky(arcs, light.beams))
+    error = lens_map.errors(arcs.low.sky, node_errors(arcs, light.beams))
     chains = _chains(arcs.index <= max_index)
     tracks = [_track(lens_map, arcs, chain, events, light, error) for chain in chains]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
@@ -45,7 +45,7 @@ def _chains(kept: Array) -> list[Int[Array, " _"]]:
     return [(i + np.arange(int(((stops - i) % len(kept)).min()) + 1)) % len(kept) for i in starts.tolist()]
 
 
-def _errors_on_sky(arcs: Arcs, beams: Beams) -> Float[Array, " nodes"]:
+def node_errors(arcs: Arcs, beams: Beams) -> Float[Array, " nodes"]:
     """Errors of the nodes' directions, radians.
 
     Where the beam is flat its direction is that in which the ratio of its diameters vanishes: the error is that of the

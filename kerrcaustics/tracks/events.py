@@ -188,7 +188,7 @@ def _arc_errors(
     """
     if not len(edge_phase):
         return edge_phase
-    _, beams = arcs.circles.beams(edge_phase, distance)
+    beams = arcs.circles.beams_at(edge_phase, distance)
     along_r, along_phi = np.linalg.norm(beams.jacobian, axis=-1).T
     miss = np.abs(np.log(np.asarray(beams.radius) / arcs.radius))
     return np.asarray(beams.error + (beams.error + miss) * along_phi / along_r)

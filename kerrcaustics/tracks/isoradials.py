@@ -1,44 +1,61 @@
-"""Isoradials: the images of circles round the hole in the equatorial plane, as curves on the camera sky.
+"""Isoradials: the images of circles round the hole in the equatorial plane, as curves on the sky of a viewer.
 
-Points are sought on lines that cross the shadow edge (sky_lines.py): on each of them the radius of the n-th crossing
-grows from that of the horizon, where rays fall in before they cross, to infinity, where they escape before.
+A circle that every line across the shadow edge meets once is seen as one closed curve, which winds once round that
+edge; its azimuth runs on each part of the curve as the Morse index says, once round in all (images/circle_arcs.py).
+Where that holds no image of anything on the circle is missing. Of others, and from within the plane, the points that
+lines meet are joined to open curves.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.images.circle_arcs import Arcs, arcs_of
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
-from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.lens_map.domains import Ring
+from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
+from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import check_camera
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
+# Rounding of a direction on the search sky, radians; points of open curves miss the circle by less than the second
+# number in ln r.
+_ROUNDING, _CLOSE = 2e-16, 1e-6
 
-@result("isoradial/1", record="crossing radius closed", points="sky azimuth error redshift width time")
+
+@result("isoradial/1", record="crossing radius closed", points="sky azimuth error redshift width time time_error")
 class Isoradial:
     """The image of a circle round the hole, at one crossing of its plane."""
 
+    camera: Viewer = quantity("", "", "who sees it", column="")
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
     radius: float = quantity("", "GM/c^2", "of the circle")
-    sky: Array = quantity("point axis", "1", "points N of the image, in order, the first one not repeated")
+    sky: Array = quantity(
+        "point axis", "1", "points N of the image, in order, the first one not repeated; of an Observer (alpha, beta)"
+    )
     azimuth: Array = quantity("point", "rad", "phi of the circle's points that are seen there, unwrapped")
-    error: Array = quantity("point", "rad", "estimated error of the points, across the curve", json="error_rad")
-    redshift: Array = quantity("point", "1", "nu_camera / nu_emitter on circular geodesics; NaN where there is none")
-    width: Array = quantity("point", "1", "angle on the sky, across the curve, for a unit of radius", json="width_rad")
+    error: Array = quantity("point", "sky", "estimated error of the points, across the curve")
+    redshift: Array = quantity("point", "1", "nu_camera / nu_emitter of what shines there; NaN where nothing can")
+    width: Array = quantity("point", "sky", "length on the sky, across the curve, for a unit of radius")
     edge_phase: Array = quantity("point", "rad", "parameter of the shadow edge from which the point's line starts")
     closed: bool = quantity("", "1", "True where every line across the shadow edge meets the image once")
-    time: Array | None = quantity("point", "GM/c^3", "travel time to the camera; None if not asked for", default=None)
+    time: Array | None = quantity(
+        "point",
+        "GM/c^3",
+        "travel time from the circle to the camera; to an Observer that of a plane wave, less r + 2 ln r of the "
+        "observer; None if not asked for",
+        default=None,
+    )
+    time_error: Array | None = quantity("point", "GM/c^3", "estimated error of time; None as that", default=None)
 
     def __repr__(self) -> str:
         """Summary in one line."""
@@ -46,11 +63,18 @@ class Isoradial:
         return f"<Isoradial r = {self.radius:g}, crossing {self.crossing}, {len(self.sky)} points, {what}>"
 
 
-@result("isoradials/1", record="isoradials")
+@result("isoradials/1", record="certified remarks isoradials")
 class IsoradialSet(Items[Isoradial]):
     """The images of a disk's rims, crossing by crossing: what `isoradials` returns, a sequence of `Isoradial`."""
 
     isoradials: tuple[Isoradial, ...] = quantity("curve", "", "inner and outer rim of the first image, then the next")
+    certified: bool = quantity(
+        "",
+        "1",
+        "True when every circle is seen at every crossing as one closed curve round the shadow, along which the "
+        "azimuth runs as the Morse index says, once round in all",
+    )
+    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
 
 
 @usual_warnings
@@ -67,7 +91,7 @@ def isoradials(
 
     Parameters
     ----------
-    camera : Camera
+    camera : Camera or Observer
     radii : (k,) array
         Of the circles, outside the horizon: the rims of a disk.
     crossings : int
@@ -82,7 +106,8 @@ def isoradials(
     Returns
     -------
     IsoradialSet
-        For each crossing, the images of all circles. Circles that are not seen at a crossing are left out.
+        For each crossing, the images of all circles. Circles that are not found at a crossing are left out, and stand
+        in the remarks.
 
     Raises
     ------
@@ -91,7 +116,8 @@ def isoradials(
 
     Errors
     ------
-    `Isoradial.error`: that of the ray, of what the search left and of the direction itself, across the curve.
+    `Isoradial.error`: that of the ray, of what the search left and of the direction itself, across the curve; in M for
+    an Observer. `Isoradial.time_error`.
 
     References
     ----------
@@ -108,16 +134,19 @@ def isoradials(
     crossings = whole_number("crossings", crossings, 1, 12)
     one_of("motion", motion, EMITTERS)
     edge_phase = 2 * math.pi * np.arange(whole_number("points", points, 8, 100_000)) / points
-    found = []
+    curves, remarks = [], []
     for crossing in range(1, crossings + 1):
-        lines = CrossingLines(camera, edge_phase, EquatorialPlane(crossing, motion))
-        found += [curve for radius in circles for curve in curves_on(lines, float(radius), time=time)]
-    return IsoradialSet(tuple(found))
+        surface = EquatorialPlane(crossing, motion)
+        for radius in circles.tolist():
+            seen, doubts = _images(camera, surface, radius, edge_phase, time=time)
+            curves += seen
+            remarks += [f"crossing {crossing}, r = {radius:.12g}: {doubt}" for doubt in doubts]
+    return IsoradialSet(tuple(curves), not remarks, tuple(remarks))
 
 
 def check_circles(camera: Viewer, name: str, radii: ArrayLike) -> Float[Array, " circles"]:
     """The radii of an argument, outside the horizon of the camera's hole."""
-    check_camera(camera)
+    check_viewer(camera)
     circles, horizon = numbers(name, radii).ravel(), kerr.horizon(camera.spin)
     if not (len(circles) and np.isfinite(circles).all() and (circles > horizon).all()):
         raise ValueError(
@@ -127,33 +156,62 @@ def check_circles(camera: Viewer, name: str, radii: ArrayLike) -> Float[Array, "
     return circles
 
 
-def curves_on(lines: CrossingLines, radius: float, *, time: bool) -> Sequence[Isoradial]:
-    """The image of a circle, as one curve if it is closed, or as one for each row of neighbouring lines."""
-    above = lines.level > 1 / radius
-    line, place = np.nonzero(above[:, 1:] != above[:, :-1])
-    if not len(line):
-        return []
-    once = len(line) == len(lines.edge_phase) and np.array_equal(line, np.arange(len(line)))
-    points = lines.places(radius, lines.edge_phase[line], lines.distance[line, place], lines.distance[line, place + 1])
-    if once:
-        return [_curve(lines, radius, points, closed=True, time=time)]
-    rows = _rows(line, points[1])
-    return [_curve(lines, radius, [part[row] for part in points], closed=False, time=time) for row in rows]
+def arcs_seen(viewer: Viewer, crossing: int, radius: float) -> Arcs:
+    """The image of a circle, cut into arcs; ValueError for viewers in the plane."""
+    return arcs_of(Ring(search_camera(viewer), EquatorialPlane(crossing)), radius)
 
 
-def _curve(lines: CrossingLines, radius: float, points: list[Array], *, closed: bool, time: bool) -> Isoradial:
-    sky = lines.sky(*points)
-    without = {"index": False, "crossings": False}
-    beams = trace_beams(lines.camera, sky, "auto", TOLERANCE, end=lines.end, time=time, **without)
-    assert beams.radius is not None and beams.redshift is not None
-    with np.errstate(divide="ignore", invalid="ignore"):
-        width = 1 / np.linalg.norm(beams.jacobian[:, 0], axis=-1)
-        error = (np.abs(beams.radius - radius) + radius * beams.error) * width + 2e-16
-    of_points = sky, np.unwrap(beams.azimuth), error, beams.redshift, width, points[0]
-    return Isoradial(lines.end.crossing, radius, *of_points, closed, beams.time)
+def _images(
+    viewer: Viewer, surface: EquatorialPlane, radius: float, edge_phase: Float[Array, " lines"], *, time: bool
+) -> tuple[list[Isoradial], tuple[str, ...]]:
+    """The image of a circle on lines: one closed curve, or an open one for each row of neighbours; and remarks."""
+    if viewer.on_equator:
+        remarks: tuple[str, ...] = ("the camera lies in the plane, along which rays run that never cross it",)
+    else:
+        arcs = arcs_seen(viewer, surface.crossing, radius)
+        remarks = arcs.remarks
+        points = None if arcs.distance is None else arcs.at(edge_phase)
+        if points is not None and (points.index >= 0).all():
+            return [_curve(viewer, surface, radius, points, closed=True, time=time)], remarks
+    rows = _open_rows(viewer, surface, radius, edge_phase)
+    remarks = (*remarks, *(() if rows else ("no image was found",)))
+    return [_curve(viewer, surface, radius, row, closed=False, time=time) for row in rows], remarks
 
 
-def _rows(line: Array, distance: Array) -> list[Array]:
+def _open_rows(
+    viewer: Viewer, surface: EquatorialPlane, radius: float, edge_phase: Float[Array, " lines"]
+) -> list[Crossings]:
+    """The points at which lines meet the image of a circle, in rows of neighbours."""
+    plane_map = PlaneMap(search_camera(viewer), surface.bare(), "auto", TOLERANCE)
+    line, points = CrossingLines(plane_map, edge_phase).meetings(radius)
+    near = points.miss(radius) < _CLOSE
+    line, points = line[near], points[near]
+    return [points[row] for row in _rows(line, points.distance)]
+
+
+def _curve(
+    viewer: Viewer, surface: EquatorialPlane, radius: float, points: Crossings, *, closed: bool, time: bool
+) -> Isoradial:
+    lens_map = LensMap(viewer, surface)
+    light = lens_map.seen(points.sky)
+    error = (points.miss(radius) + points.error) / points.gradient + _ROUNDING
+    return Isoradial(
+        camera=viewer,
+        crossing=surface.crossing,
+        radius=radius,
+        sky=light.sky,
+        azimuth=np.unwrap(light.azimuth),
+        error=lens_map.errors(points.sky, error),
+        redshift=light.redshift,
+        width=lens_map.sky.lengths(points.sky) / (radius * points.gradient),
+        edge_phase=points.edge_phase,
+        closed=closed,
+        time=light.time if time else None,
+        time_error=light.time_error if time else None,
+    )
+
+
+def _rows(line: Int[Array, " points"], distance: Float[Array, " points"]) -> list[Int[Array, " _"]]:
     """Points on lines, joined over neighbouring lines where each of them has one in reach; in order."""
     rows: list[list[int]] = []
     for point in range(len(line)):

@@ -5,86 +5,97 @@ at t - T, when the spot was at Omega (t - T): so the flux is an integral along e
 
     F(t) = integral of g^4 w(phi - Omega (t - T)) |dN| / |dr / dN| dr,
 
-with w the spot's profile. It is smooth, also where images are created and destroyed, at extremes of phi + Omega T. With
-N or T under the integral it gives the centroid and the mean travel time of that light.
+with w the spot's profile (spot_light.py). It is smooth, also where images are created and destroyed: at folds of the
+curve, extremes of phi and, as dT = -b dphi on a circle, of phi + Omega T. With N or T under the integral it gives the
+centroid and the mean travel time of that light.
 """
 
 import math
-from dataclasses import replace
 from typing import NamedTuple, get_args
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
-from scipy.special import ndtr
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.choices import SpotMotion, event_kind
-from kerrcaustics.lens_map.crossing_lines import CrossingLines
+from kerrcaustics.images.circle_arcs import Arcs
+from kerrcaustics.lens_map.domains import Ring
+from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.tracks.isoradials import Isoradial, check_circles, curves_on
+from kerrcaustics.tracks.arc_tracks import node_errors
+from kerrcaustics.tracks.events import arc_events
+from kerrcaustics.tracks.isoradials import arcs_seen, check_circles
+from kerrcaustics.tracks.spot_light import Spot, orbit_image, received, splined
 
 Array = np.ndarray
 
-# Pieces of a curve between its points, for integrals, and deviations of the spot that are heeded.
-_PIECES, _DEVIATIONS = 16, 7
-# Points of an image are so close in phase (radians), unless that takes more lines or rounds than these.
-_LONGEST, _MOST_LINES, _ROUNDS = 0.03, 20_000, 6
 _MOST_TIMES = 1_000_000
+# Relative rounding of a centroid.
+_ROUNDING = 1e-12
 
 
-@result("spot-event/1")
+@result("spot-event/1", record="kind crossing moment azimuth sky error sky_error")
 class SpotEvent:
     """The creation, or annihilation, of two images of a spot."""
 
+    camera: Viewer = quantity("", "", "who sees it", column="")
     kind: str = quantity("", "", '"creation" or "annihilation"')
     crossing: int = quantity("", "1", "which crossing of the plane, from 1")
-    time: float = quantity("", "GM/c^3", "of the camera, within the first orbit")
+    moment: float = quantity("", "GM/c^3", "time of the camera, within the first orbit")
     azimuth: float = quantity("", "rad", "of the spot when the light left it", json="azimuth_deg")
-    sky: Array = quantity("axis", "1", "N where it is seen")
-    error: float = quantity("", "GM/c^3", "estimated error of time")
-    sky_error: float = quantity("", "rad", "estimated error of sky", json="sky_error_rad")
+    sky: Array = quantity("axis", "1", "N where it is seen; of an Observer (alpha, beta)")
+    error: float = quantity("", "GM/c^3", "estimated error of moment")
+    sky_error: float = quantity("", "sky", "estimated error of sky, along the image of the orbit")
 
 
 @result(
     "light-curve/1",
-    record="radius size power period events",
-    points="time flux error shares centroid centroid_error travel_time",
+    record="radius size power period certified remarks events",
+    points="time flux error shares centroid centroid_error travel_time travel_time_error",
 )
 class LightCurve:
-    """The light of a spot that circles the hole, as a camera receives it."""
+    """The light of a spot that circles the hole, as a viewer receives it."""
 
-    camera: Viewer = quantity("", "", "the camera", json="", column="")
+    camera: Viewer = quantity("", "", "who receives it", json="", column="")
     radius: float = quantity("", "GM/c^2", "of the orbit", json="orbit")
     size: float = quantity("", "GM/c^2", "deviation of the spot along its orbit")
     period: float = quantity("", "GM/c^3", "of the orbit")
-    time: Array = quantity("time", "GM/c^3", "of the camera; at 0 the spot's own azimuth is 0")
-    flux: Array = quantity("time", "1", "solid angle times g^power, for a spot of unit intensity and area")
-    error: Array = quantity("time", "1", "estimated error of the flux, of all its crossings")
-    shares: Array = quantity("crossing time", "1", "what each crossing adds to the flux")
+    time: Array = quantity(
+        "time",
+        "GM/c^3",
+        "of the camera; at 0 the spot's own azimuth is 0. An Observer's time is later by r + 2 ln r of the observer",
+    )
+    flux: Array = quantity(
+        "time",
+        "solid angle",
+        "solid angle times g^power, for a spot of unit intensity and unit area; NaN where unknown",
+    )
+    error: Array = quantity("time", "solid angle", "estimated error of the flux, of all its crossings")
+    shares: Array = quantity("crossing time", "solid angle", "what each crossing adds to the flux")
     power: float = quantity("", "1", "of the frequency ratio g, by which intensity goes")
-    centroid: Array = quantity("time axis", "1", "mean direction N of the light, a unit vector")
-    centroid_error: Array = quantity("time", "rad", "estimated error of the centroid")
-    travel_time: Array = quantity("crossing time", "GM/c^3", "mean, of the light of each crossing; NaN without light")
+    centroid: Array = quantity(
+        "time axis", "1", "mean direction N of the light, a unit vector; of an Observer the mean (alpha, beta)"
+    )
+    centroid_error: Array = quantity("time", "sky", "estimated error of the centroid")
+    travel_time: Array = quantity(
+        "crossing time",
+        "GM/c^3",
+        "mean, of the light of each crossing; to an Observer that of a plane wave, less r + 2 ln r of the observer; "
+        "NaN without light",
+    )
+    travel_time_error: Array = quantity("crossing time", "GM/c^3", "estimated error of travel_time")
     events: tuple[SpotEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
-
-
-class _SplinedCurve(NamedTuple):
-    """An isoradial as smooth functions of the parameter of the shadow edge: N, phi, phi + Omega T, and light along it.
-
-    winds: what both angles gain with the parameter, in whole turns; it is left out of them.
-    """
-
-    crossing: int
-    sky: CubicSpline
-    azimuth: CubicSpline
-    phase: CubicSpline
-    light: CubicSpline
-    winds: int
+    certified: bool = quantity(
+        "",
+        "1",
+        "True when no image of the orbit, and no event, is missing at the crossings that were asked for: each is one "
+        "closed curve round the shadow, along which the azimuth runs as the Morse index says, once round in all",
+    )
+    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
 
 
 @usual_warnings
@@ -103,8 +114,9 @@ def light_curve(
 
     Parameters
     ----------
-    camera : Camera
-        At rest in Boyer-Lindquist coordinates, or anything else that stays at its place while the spot circles.
+    camera : Camera or Observer
+        Off the equatorial plane; at rest in Boyer-Lindquist coordinates, or anything else that stays at its place while
+        the spot circles.
     orbit : float
         Its radius, in units of the mass: one where there is a circular orbit.
     times : (t,) array or int
@@ -125,7 +137,8 @@ def light_curve(
     -------
     LightCurve
         The flux of a spot of intensity I and area A, as r dr dphi in the frame that circles with it, is I A times its
-        `flux`. Times are even for the camera, and coordinate times.
+        `flux`: in M^2, as areas of (alpha, beta), for an Observer. Times are even for the camera, and coordinate times;
+        an Observer's are relative to a plane wave.
 
     Raises
     ------
@@ -134,8 +147,13 @@ def light_curve(
 
     Errors
     ------
-    `LightCurve.error`, `centroid_error`, and those of events: by what half of the points give instead, and the points'
-    own errors.
+    `LightCurve.error`, `centroid_error` and `travel_time_error`: by what half of the points give instead, at that time
+    and on average over all. Events lie where beams are flat, and are as accurate as rays.
+
+    Notes
+    -----
+    Of a Camera's sky, `flux` is in steradians. Light of further crossings is fainter by e^-pi or so from one to the
+    next without spin, by less on the prograde side of a spinning hole.
 
     References
     ----------
@@ -149,38 +167,50 @@ def light_curve(
     >>> round(light.period, 3), len(light.events)
     (147.827, 6)
     """
+    spot = _checked_spot(camera, orbit, size, motion, power)
+    crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
+    clock = _clock(times, spot.period)
+    Ring(camera, EquatorialPlane(1)).check()
+    images = [_seen(camera, spot, crossing, clock, points) for crossing in range(1, crossings + 1)]
+    fine, coarse = (np.stack([image.received[i] for image in images]) for i in (0, 1))
+    shares, late_error = fine[..., 0], [image.late_error for image in images]
+    flux, (centroid, other) = shares.sum(axis=0), (_centroid(part) for part in (fine, coarse))
+    late, late_coarse = (_mean_time(part) for part in (fine, coarse))
+    remarks = tuple(f"crossing {n}: {remark}" for n, image in enumerate(images, 1) for remark in image.remarks)
+    events = (event for image in images for event in image.events)
+    return LightCurve(
+        camera=camera,
+        radius=spot.radius,
+        size=spot.size,
+        period=spot.period,
+        time=clock,
+        flux=flux,
+        error=_doubt(np.abs(shares - coarse[..., 0]).sum(axis=0), flux) + _ROUNDING * flux,
+        shares=shares,
+        power=spot.power,
+        centroid=centroid,
+        centroid_error=_doubt(np.linalg.norm(centroid - other, axis=-1))
+        + _ROUNDING * np.linalg.norm(centroid, axis=-1),
+        travel_time=late,
+        travel_time_error=_doubt(np.abs(late - late_coarse)) + np.array(late_error)[:, None],
+        events=tuple(sorted(events, key=lambda event: event.moment)),
+        certified=not remarks,
+        remarks=remarks,
+    )
+
+
+def _checked_spot(camera: Viewer, orbit: float, size: float, motion: str, power: float) -> Spot:
+    """The spot that the arguments describe."""
     one_of("motion", motion, get_args(SpotMotion))
     if not math.isfinite(real_number("power", power)):
         raise ValueError(f"Argument `power` must be a finite number, but is {quoted(power)}.")
     if not 0 < real_number("size", size) < math.inf:
         raise ValueError(f"Argument `size` must be a positive, finite length, but is {quoted(size)}.")
-    crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
     radius = float(check_circles(camera, "orbit", real_number("orbit", orbit))[0])
-    found = EMITTERS[motion](camera.spin, radius, 0.0)
-    if not found.slowness > 0:
+    emitter = EMITTERS[motion](camera.spin, radius, 0.0)
+    if not emitter.slowness > 0:
         raise ValueError(f"Argument `orbit` must be the radius of a circular orbit, but is {radius:g}.")
-    orbital = float(found.orbital)
-    period = 2 * math.pi / abs(orbital)
-    clock = _clock(times, period)
-    fine, coarse = np.zeros((2, crossings, len(clock), 5))
-    events: list[SpotEvent] = []
-    for crossing in range(1, crossings + 1):
-        curve = _image(camera, radius, EquatorialPlane(crossing, motion), orbital, points)
-        ring, sparse = (_ring(curve, orbital, power, step) for step in (1, 2))
-        for of, total in ((ring, fine), (sparse, coarse)):
-            total[crossing - 1] = _received(of, orbital, clock, size / radius) / radius
-        events += _events(ring, sparse, orbital, period)
-    shares = fine[..., 0]
-    flux = shares.sum(axis=0)
-    # Of half of the points the splines are off by the fourth power of two as much.
-    error = np.abs(shares - coarse[..., 0]).sum(axis=0) / 8 + 1e-12 * flux
-    centroid, other = (_mean_direction(part) for part in (fine, coarse))
-    off = np.linalg.norm(centroid - other, axis=-1) / 8 + 1e-12
-    with np.errstate(invalid="ignore"):
-        late = fine[..., 4] / shares
-    ordered = tuple(sorted(events, key=lambda event: event.time))
-    of_light = float(power), centroid, off, late
-    return LightCurve(camera, float(radius), float(size), period, clock, flux, error, shares, *of_light, ordered)
+    return Spot(radius, float(size), motion, float(emitter.orbital), float(power))
 
 
 def _clock(times: ArrayLike, period: float) -> Float[Array, " t"]:
@@ -194,135 +224,68 @@ def _clock(times: ArrayLike, period: float) -> Float[Array, " t"]:
     return clock
 
 
-# For an orbit through the camera itself, which is refused in the end.
-@np.errstate(over="ignore", invalid="ignore")
-def _image(camera: Viewer, radius: float, end: EquatorialPlane, orbital: float, points: int) -> Isoradial:
-    """The image of an orbit, on as many lines as it takes that its phase changes little from one to the next."""
-    found = _on_lines(camera, radius, end, 2 * math.pi * np.arange(points) / points)
-    for _ in range(_ROUNDS):
-        parts = _parts(found, orbital)
-        if parts.max() == 1 or parts.sum() > _MOST_LINES:
-            break
-        width = np.diff(found.edge_phase, append=found.edge_phase[0] + 2 * math.pi)
-        between = [t + w * np.arange(1, n) / n for t, w, n in zip(found.edge_phase, width, parts, strict=True)]
-        found = _joined(found, _on_lines(camera, radius, end, np.concatenate(between)))
-    return found
+class _Image(NamedTuple):
+    """One crossing's light: sums (times, columns) with all points and with half of them, and what else is known."""
+
+    received: tuple[Array, Array]
+    late_error: float
+    events: list[SpotEvent]
+    remarks: tuple[str, ...]
 
 
-def _joined(one: Isoradial, other: Isoradial) -> Isoradial:
-    """The points of both, in order."""
-    order = np.argsort(np.concatenate([one.edge_phase, other.edge_phase]))
-    names = "sky", "azimuth", "error", "redshift", "width", "edge_phase", "time"
-    both = {name: np.concatenate([getattr(one, name), getattr(other, name)])[order] for name in names}
-    return replace(one, **both | {"azimuth": np.unwrap(both["azimuth"])})
+def _seen(viewer: Viewer, spot: Spot, crossing: int, clock: Float[Array, " t"], points: int) -> _Image:
+    """The light of one crossing at times: of an image that could not be followed NaN."""
+    lens_map = LensMap(viewer, EquatorialPlane(crossing, spot.motion))
+    arcs = arcs_seen(viewer, crossing, spot.radius)
+    image = None if arcs.distance is None else orbit_image(lens_map, arcs, spot, points)
+    if image is None:
+        axes = lens_map.sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
+        unknown = np.full((len(clock), axes + 2), np.nan)
+        return _Image((unknown, unknown), math.nan, [], arcs.remarks or ("parts of the image could not be found",))
+    curves = (splined(image, spot, step) for step in (1, 2))
+    full, half = (received(curve, spot.orbital, clock, spot.size / spot.radius) / spot.radius for curve in curves)
+    return _Image((full, half), float(image.late_error.max()), _events(lens_map, arcs, spot), arcs.remarks)
 
 
-def _on_lines(camera: Viewer, radius: float, end: EquatorialPlane, edge_phase: Array) -> Isoradial:
-    found = curves_on(CrossingLines(camera, edge_phase, end), radius, time=True)
-    if len(found) != 1 or not found[0].closed:
-        raise ValueError(
-            "Argument `orbit` must be the radius of one whose images are closed curves, but at crossing "
-            f"{end.crossing} they are not."
-        )
-    return found[0]
+def _doubt(change: Float[Array, "*batch times"], scale: Array | float = 1.0) -> Float[Array, "*batch times"]:
+    """Errors of what changes so much with half of the points: pieces of a curve leave a third of it, splines less.
 
-
-def _parts(curve: Isoradial, orbital: float) -> Int[Array, " points"]:
-    """Into how many parts the ways from each point to the next must be divided."""
-    assert curve.time is not None
-    phase = curve.azimuth + orbital * curve.time
-    change = np.diff(phase, append=phase[0])
-    change -= 2 * math.pi * np.round(change / (2 * math.pi))
-    return np.clip(np.ceil(np.abs(change) / _LONGEST), 1, 8).astype(int)
-
-
-def _ring(curve: Isoradial, orbital: float, power: float, step: int) -> _SplinedCurve:
-    """An isoradial by every so many of its points."""
-    assert curve.time is not None
-    part = slice(None, None, step)
-    edge_phase = curve.edge_phase[part]
-
-    def spline(values: Array) -> CubicSpline:
-        return CubicSpline(np.append(edge_phase, edge_phase[0] + 2 * math.pi), [*values, values[0]], bc_type="periodic")
-
-    gained = curve.azimuth[-1] - curve.azimuth[0]
-    winds = round((gained + np.angle(np.exp(1j * (curve.azimuth[0] - curve.azimuth[-1])))) / (2 * math.pi))
-    azimuth = curve.azimuth[part] - winds * edge_phase
-    sky = spline(curve.sky[part])
-    along = np.linalg.norm(sky(edge_phase, 1), axis=-1)
-    light = spline(curve.redshift[part] ** power * curve.width[part] * along)
-    return _SplinedCurve(
-        curve.crossing, sky, spline(azimuth), spline(azimuth + orbital * curve.time[part]), light, winds
-    )
-
-
-def _received(ring: _SplinedCurve, orbital: float, time: Array, deviation: float) -> Float[Array, "times 5"]:
-    """Light at some times of a spot with a Gaussian profile of unit area in azimuth; the same times N, times T.
-
-    The curve is a chain of short pieces on which the phase is linear and the light is the same: each is integrated
-    exactly, however long it is beside the spot.
+    At some times it is small by chance, so that the mean over all times, relative to a scale, is added.
     """
-    knots = ring.phase.x
-    edge_phase = np.append(
-        (knots[:-1, None] + np.diff(knots)[:, None] * np.arange(_PIECES) / _PIECES).ravel(), knots[-1]
-    )
-    phase = ring.phase(edge_phase) + ring.winds * edge_phase
-    inside = (edge_phase[1:] + edge_phase[:-1]) / 2
-    late = (ring.phase(inside) - ring.azimuth(inside)) / orbital
-    light = (ring.light(inside) * np.diff(edge_phase))[:, None] * np.column_stack(
-        [np.ones_like(late), ring.sky(inside), late]
-    )
-    middle, half = (phase[1:] + phase[:-1]) / 2, np.maximum(np.abs(np.diff(phase)) / 2, 1e-6 * deviation)
-    order = np.argsort(np.mod(middle, 2 * math.pi))
-    place = (np.mod(middle, 2 * math.pi)[order] + 2 * math.pi * np.arange(-1, 2)[:, None]).ravel()
-    reach = min(half.max() + _DEVIATIONS * deviation, math.pi)
-    total = np.zeros((len(time), 5))
-    for i, now in enumerate(np.mod(orbital * time, 2 * math.pi)):
-        first, last = np.searchsorted(place, (now - reach, now + reach))
-        near = order[np.arange(first, last) % len(order)]
-        low, high = ((place[first:last] - now + side * half[near]) / deviation for side in (-1, 1))
-        total[i] = ((ndtr(high) - ndtr(low)) / (2 * half[near])) @ light[near]
-    return total
+    mean = np.nanmean(change, axis=-1, keepdims=True) if np.isfinite(change).any(axis=-1).all() else np.nan
+    return change + scale * mean / np.mean(scale)
 
 
-def _mean_direction(light: Float[Array, "crossings times 5"]) -> Float[Array, "times 3"]:
-    total = light[..., 1:4].sum(axis=0)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(total / np.linalg.norm(total, axis=-1, keepdims=True))
+def _centroid(light: Float[Array, "crossings times columns"]) -> Float[Array, "times axes"]:
+    """The mean place on the sky; a direction is a unit vector."""
+    total = light.sum(axis=0)
+    places = total[:, 1:-1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        size = np.linalg.norm(places, axis=1) if places.shape[1] == 3 else total[:, 0]
+        return places / size[:, None]
 
 
-class _Extreme(NamedTuple):
-    """An extreme of phi + Omega T along a curve: there two images of the spot are one."""
-
-    edge_phase: float
-    creation: bool
-    time: float
-    azimuth: float
-    sky: Array
+def _mean_time(light: Float[Array, "crossings times columns"]) -> Float[Array, "crossings times"]:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return light[..., -1] / light[..., 0]
 
 
-def _extremes(ring: _SplinedCurve, orbital: float) -> list[_Extreme]:
-    slope = ring.phase.derivative()
-    found = []
-    for edge_phase in np.unique(np.mod(slope.solve(-ring.winds, extrapolate=False), 2 * math.pi)):
-        phase, azimuth = (float(angle(edge_phase)) + ring.winds * edge_phase for angle in (ring.phase, ring.azimuth))
-        sky = ring.sky(edge_phase)
-        # A least value comes first: after it there are two points.
-        creation = bool(slope(edge_phase, 1) * orbital > 0)
-        found.append(_Extreme(edge_phase, creation, phase / orbital, azimuth, sky / np.linalg.norm(sky)))
-    return found
-
-
-def _events(ring: _SplinedCurve, sparse: _SplinedCurve, orbital: float, period: float) -> list[SpotEvent]:
-    """The extremes of a ring; their errors are the distance to those of the sparse one, several times the true ones."""
-    others = _extremes(sparse, orbital)
-    events = []
-    for one in _extremes(ring, orbital):
-        same = [other for other in others if other.creation == one.creation]
-        other = min(same, key=lambda other: abs(math.sin((other.edge_phase - one.edge_phase) / 2)), default=None)
-        late = math.inf if other is None else abs((other.time - one.time + period / 2) % period - period / 2)
-        off = math.inf if other is None else float(np.linalg.norm(other.sky - one.sky))
-        kind = event_kind(1 if one.creation else -1)
-        errors = late + 1e-12 * (period + abs(one.time)), off + 1e-12
-        events.append(SpotEvent(kind, ring.crossing, one.time % period, one.azimuth, one.sky, *errors))
-    return events
+def _events(lens_map: LensMap, arcs: Arcs, spot: Spot) -> list[SpotEvent]:
+    """The folds of an image of the orbit, at which the azimuth turns back along it."""
+    light = lens_map.seen(arcs.low.sky)
+    errors = lens_map.errors(arcs.low.sky, node_errors(arcs, light.beams))[arcs.folded]
+    late, late_error = light.time[arcs.folded], light.time_error[arcs.folded]
+    pairs = arc_events(lens_map.viewer, arcs, lens_map.surface)
+    return [
+        SpotEvent(
+            camera=lens_map.viewer,
+            kind=event_kind(arcs.sense[arc] * spot.orbital),
+            crossing=arcs.circles.end.crossing,
+            moment=float((pair.azimuth / spot.orbital + late[i]) % spot.period),
+            azimuth=pair.azimuth,
+            sky=pair.sky,
+            error=float(pair.error / abs(spot.orbital) + late_error[i]),
+            sky_error=float(errors[i]),
+        )
+        for i, (arc, pair) in enumerate(pairs.items())
+    ]

@@ -27,9 +27,9 @@ import kerrcaustics as kc
 from kerrcaustics.draw.style import PAGE_WIDTH, PALETTE, RC
 from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
-from kerrcaustics.scenes.disk.ring_images import isoradials
+from kerrcaustics.scenes.disk.ring_images import ring_images
 
-from . import light, rays, schwarzschild, screen, twin, work
+from . import light, rays, schwarzschild, twin, work
 from .verdict import Check
 
 NODES = ((8, 32), (8, 64), (16, 64), (16, 128), (32, 128), (32, 256))
@@ -72,7 +72,7 @@ def isoradial_panel(ax: Axes, turns: int = 48) -> None:
             line = schwarzschild.isoradial(radius, camera.inclination, fine, crossing)
             label = f"image {crossing}" if radius == 6 else None
             ax.plot(line * np.cos(fine), line * np.sin(fine), color=colour, linewidth=0.8, label=label)
-            found = isoradials(camera, np.full(turns, radius), coarse, crossing, "circular").sky
+            found = ring_images(camera, np.full(turns, radius), coarse, crossing, "circular").sky
             ax.plot(*(camera.radius * found[:, 1:].T), ".", color=colour, markersize=2.5)
     ax.set(xlabel="α (M)", ylabel="β (M)", xlim=(-23, 23))
     # As high as the panel beside it.
@@ -83,9 +83,9 @@ def isoradial_panel(ax: Axes, turns: int = 48) -> None:
 
 def profile_panel(ax: Axes, turns: int) -> None:
     """Line profiles: a ring with the twin's, and two disks."""
-    camera = screen.observer(0.9, 60.0, light.FAR)
-    ring = kc.line_profile(camera, 6.0, 6.06, bins=40, turns=2 * turns)
-    slow = twin.ring_profile(twin.Screen(0.9, camera.inclination), 6.0, 6.06, 3.0, ring.edges, turns)
+    observer = kc.Observer(spin=0.9, inclination=math.radians(60))
+    ring = kc.line_profile(observer, 6.0, 6.06, bins=40, turns=2 * turns)
+    slow = twin.ring_profile(twin.Screen(0.9, observer.inclination), 6.0, 6.06, 3.0, ring.edges, turns)
     lines = [("ring at 6, a = 0.9", ring), ("r⁻³, a = 0.6", light.line())]
     case = work.cases()[1]
     lines.append(("Page & Thorne, a = 0.9", case.profile(16, 256)))
@@ -93,7 +93,7 @@ def profile_panel(ax: Axes, turns: int) -> None:
         density = found.flux / np.diff(found.edges)
         ax.stairs(density / density.max(), found.edges, color=PALETTE[k], label=name)
         if k == 0:
-            dots = slow / np.diff(found.edges) / (density.max() * light.FAR**2)
+            dots = slow / np.diff(found.edges) / density.max()
             ax.plot((found.edges[1:] + found.edges[:-1]) / 2, dots, ".", color=PALETTE[k], markersize=3)
     ax.set(xlabel="g", ylabel="light per g, over its largest", xlim=(0.2, 1.3), ylim=(0, 1.15))
     ax.set_title("line profiles, 60°")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.scenes.disk.ring_images import isoradials
+from kerrcaustics.scenes.disk.ring_images import ring_images
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.sphere import tangent_basis
 
@@ -69,7 +69,7 @@ def face_on(radii: tuple[float, ...] = (3.5, 6.0, 10.0, 30.0)) -> Check:
     """At spin 0, from the axis, a ring shines with sqrt(1 - 3 / r) of its frequency."""
     camera = kc.Camera(0.0, 1e6, 0.0, "static")
     radius = np.repeat(radii, 8)
-    found = isoradials(camera, radius, np.tile(np.arange(8) * math.pi / 4, len(radii)), 1, "circular")
+    found = ring_images(camera, radius, np.tile(np.arange(8) * math.pi / 4, len(radii)), 1, "circular")
     g = found.redshift * screen.shift_to_infinity(camera, found.sky)
     return Check("g face-on, a = 0", "sqrt(1 - 3/r)", np.abs(g / np.sqrt(1 - 3 / radius) - 1).max(), 1e-10, "of g")
 
@@ -93,7 +93,7 @@ def extreme(spin: float, radius: float, below_plane_deg: float, sign: int, zooms
     place, width = 0.0, math.pi
     for _ in range(zooms):
         turn = place + width * np.linspace(-1, 1, 65)
-        found = isoradials(camera, np.full(65, radius), turn, 1, "circular")
+        found = ring_images(camera, np.full(65, radius), turn, 1, "circular")
         g = found.redshift * screen.shift_to_infinity(camera, found.sky)
         place, width = float(turn[np.argmax(sign * g)]), width / 16
     parabola = np.polynomial.Polynomial.fit(turn, g, 4)
@@ -153,7 +153,7 @@ def _spot_image(camera: kc.Camera, radius: float, azimuth: float, crossing: int)
     """The direction N (3,) in which a place of the plane is seen."""
     end = kc.EquatorialPlane(crossing)
     turn = np.arange(720) * math.pi / 360
-    sky = isoradials(camera, np.full(720, radius), turn, crossing, "circular").sky
+    sky = ring_images(camera, np.full(720, radius), turn, crossing, "circular").sky
     away = np.angle(np.exp(1j * (kc.trace_rays(camera, sky, end=end).azimuth - azimuth)))
     n = sky[np.argmin(np.abs(away))]
     for _ in range(8):

@@ -109,7 +109,6 @@ class Lattice(NamedTuple):
         end = EquatorialPlane(crossing)
         without = {"index": False, "crossings": False, "redshift": False}
         beams = trace_beams(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed, **without)
-        assert beams.radius is not None and beams.outward is not None
         radius, per_pixel = beams.radius, pixel_matrix(beams, sky, steps)
         slope = np.stack([-per_pixel[:, 0] / radius[:, None] ** 2, per_pixel[:, 1] / radius[:, None]], axis=1)
         there = np.isfinite(slope.sum(axis=(1, 2)))
@@ -122,7 +121,6 @@ class Lattice(NamedTuple):
         sky, _ = self._directions(x, y)
         end = EquatorialPlane(crossing)
         rays = trace_rays(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed)
-        assert rays.radius is not None
         return np.stack([1 / rays.radius, rays.azimuth], axis=-1), self._extra(sky, rays)
 
     def _directions(self, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:

@@ -9,14 +9,16 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.disk import MOTIONS
 from kerrcaustics.scenes.disk.lighting import covered_part
-from kerrcaustics.scenes.disk.ring_images import isoradials
+from kerrcaustics.scenes.disk.ring_images import ring_images
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 Emissivity = float | Callable[[Array], ArrayLike]
@@ -30,17 +32,20 @@ _MOST_BINS = 10_000
 class LineProfile:
     """The light of a line, by frequency. Sums over bins are sums of light."""
 
+    camera: Viewer = quantity("", "", "who receives it", json="", column="")
     edges: Array = quantity("edge", "1", "of the bins, ascending: nu_camera / nu_emitter")
     flux: Array = quantity(
-        "bin", "sr", "light in each bin: g^4 times the emissivity, integrated over the camera sky; NaN where unknown"
+        "bin",
+        "solid angle",
+        "light in each bin: g^4 times the emissivity, integrated over the camera sky; NaN where unknown",
     )
-    error: Array = quantity("bin", "sr", "estimated error of flux; infinite where unknown")
+    error: Array = quantity("bin", "solid angle", "estimated error of flux; infinite where unknown")
     rays: int = quantity("", "1", "beams traced")
 
 
 @usual_warnings
 def line_profile(
-    camera: Camera,
+    camera: Viewer,
     inner: float,
     outer: float,
     emissivity: Emissivity = 3.0,
@@ -55,9 +60,9 @@ def line_profile(
 
     Parameters
     ----------
-    camera : Camera
-        Off the equatorial plane. For an observer at infinity take a static one at r = 1e8: it sees frequencies off by
-        2 / r or so, and solid angles times r^2 are as off.
+    camera : Camera or Observer
+        Off the equatorial plane. Light is in steradians of the camera's sky; of an Observer in M^2, areas of (alpha,
+        beta).
     inner, outer : float
         Radii of the disk's rims.
     emissivity : float, or function of the radius
@@ -105,24 +110,22 @@ def line_profile(
     node = np.log(inner) + math.log(outer / inner) * (1 - np.cos(math.pi * np.arange(counts[0] + 1) / counts[0])) / 2
     turn = 2 * math.pi * np.arange(counts[1]) / counts[1]
     places = np.repeat(np.exp(node), counts[1]), np.tile(turn, len(node))
-    images = isoradials(camera, *places, crossing, motion)
-    # The solid angle of d ln r and of the turn.
-    per_cell = np.sin(images.angle) * places[0] / images.slope
-    fields = np.stack([images.redshift, np.log(images.redshift**4 * per_cell)]).reshape(2, len(node), counts[1])
+    images = ring_images(camera, *places, crossing, motion)
+    light = np.log(images.redshift**4 * images.solid_angle)
+    fields = np.stack([images.redshift, light]).reshape(2, len(node), counts[1])
     edges = _edges(division, fields[0])
     if not np.isfinite(fields).all():
         unknown = np.full(len(edges) - 1, np.nan)
-        return LineProfile(edges, unknown, np.full(len(unknown), np.inf), images.rays)
+        return LineProfile(camera, edges, unknown, np.full(len(unknown), np.inf), images.rays)
     fine = _Sampled(node, fields).summed(law, edges)
     coarse = _Sampled(node[::2], fields[:, ::2, ::2]).summed(law, edges)
-    return LineProfile(edges, fine, _error(fine, coarse), images.rays)
+    return LineProfile(camera, edges, fine, _error(fine, coarse), images.rays)
 
 
-def check_request(camera: Camera, inner: float, outer: float, motion: str) -> None:
-    """Raise ValueError for a camera that sees no ring, and unless the ring is valid."""
-    check_camera(camera)
-    if camera.on_equator:
-        raise ValueError("Argument `camera` must lie off the equatorial plane, but is in it.")
+def check_request(camera: Viewer, inner: float, outer: float, motion: str) -> None:
+    """Raise ValueError for a viewer that sees no ring, and unless the ring is valid."""
+    check_viewer(camera)
+    Ring(camera, EquatorialPlane(1)).check()
     one_of("motion", motion, MOTIONS)
     horizon = kerr.horizon(camera.spin)
     must = f"be finite and larger than the horizon radius {horizon:.12g}"
