@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import run
-from kerrcaustics.draw.light_curve_films import SpotFrames
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
+from kerrcaustics.draw.light_curves import SpotFrames
 from kerrcaustics.scripts import STUDIES
 
 SPIN, INCLINATION, ORBIT = 0.9, 1.1, 8.0
@@ -207,6 +207,7 @@ def test_errors_of_light_curves_are_honest():
         assert found.error.max() < 1e-4 * found.flux.max()
 
 
+@pytest.mark.slow
 def test_units_are_those_of_the_viewer(tmp_path):
     camera = kc.Camera(SPIN, 50.0, INCLINATION, "static")
     for viewer, rad, unit in ((camera, "_rad", "sr"), (INFINITE, "", "(GM/c^2)^2")):
