@@ -24,6 +24,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import kerrcaustics as kc
+from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
@@ -49,9 +50,7 @@ def main(output: Path) -> list[Path]:
     return write_line_art(figure, output, "all_tracks")
 
 
-def draw_star(
-    sky: Axes, unrolled: Axes, tracks: StarTracks, caustics: kc.CausticSet, edge: np.ndarray, name: str
-) -> None:
+def draw_star(sky: Axes, unrolled: Axes, tracks: StarTracks, caustics: CausticSet, edge: np.ndarray, name: str) -> None:
     """The tracks of one star in both views, with the orders of the tracks."""
     tracks_on_sky(sky, tracks, caustics, edge).set_title(name)
     tracks_unrolled(unrolled, tracks, caustics, edge).set_title("drawn out at the shadow edge")

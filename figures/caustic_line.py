@@ -26,6 +26,7 @@ from matplotlib.patches import Circle
 from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
+from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
@@ -57,7 +58,7 @@ def main(output: Path) -> list[Path]:
     return [*write_line_art(figure, output, "caustic_line"), *write_model(in_space(), output, "space_caustic_line")]
 
 
-def draw_rays(ax: Axes, caustics: kc.CausticSet) -> Axes:
+def draw_rays(ax: Axes, caustics: CausticSet) -> Axes:
     """The two images of a star, the rays of the Einstein rings, and the caustics that they come from."""
     ax.add_patch(Circle((0, 0), 2, facecolor=HORIZON_COLOUR))
     for caustic, far in zip(caustics, (-FAR, FAR), strict=True):

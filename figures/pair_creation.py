@@ -27,6 +27,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 import kerrcaustics as kc
+from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline
@@ -95,7 +96,7 @@ def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
     return ax
 
 
-def draw_star(ax: Axes, tracks: StarTracks, time: float, caustics: kc.CausticSet) -> Axes:
+def draw_star(ax: Axes, tracks: StarTracks, time: float, caustics: CausticSet) -> Axes:
     """The caustics and the star on its way, phi' relative to the camera."""
     theta, phi = np.degrees(tracks.level), np.degrees(tracks.azimuth_at(time)) % 360
     ax.plot([0, 360], [theta, theta], color=style.GUIDE_COLOUR, zorder=0.5)

@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 import kerrcaustics as kc
+from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.plots import headline, primary_zoom
@@ -46,7 +47,7 @@ def main(output: Path) -> list[Path]:
     return write_line_art(figure, output, "star_through_caustic")
 
 
-def draw_path(ax: Axes, caustics: kc.CausticSet, events: PairEvents) -> Axes:
+def draw_path(ax: Axes, caustics: CausticSet, events: PairEvents) -> Axes:
     """The caustics, the path with the direction of motion, and where it crosses the secondary one."""
     for caustic in caustics:
         line = np.degrees(np.concatenate([caustic.celestial, caustic.celestial[:1]]))

@@ -7,7 +7,7 @@ from .beams.beam import Beams as Beams, Rays as Rays, Status as Status
 from .beams.ends import CelestialSphere as CelestialSphere, EquatorialPlane as EquatorialPlane, Sphere as Sphere
 from .beams.paths import ray_paths as ray_paths, trapped_orbit as trapped_orbit
 from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
-from .curves.caustic import Caustic as Caustic, CausticSet as CausticSet
+from .curves.caustic import Caustic as Caustic
 from .curves.caustic_search import caustics as caustics
 from .curves.derivatives import caustic_derivatives as caustic_derivatives
 from .curves.tubes import caustic_tubes as caustic_tubes
@@ -30,6 +30,7 @@ from .spacetime.shadow import shadow_edge as shadow_edge
 from .spacetime.sphere import tangent_basis as tangent_basis
 from .sweeps.run import sweep as sweep
 from .tracks.circles import circle_images as circle_images
+from .tracks.event_derivatives import event_derivatives as event_derivatives
 from .tracks.events import pair_events as pair_events
 from .tracks.following import follow_star as follow_star
 from .tracks.isoradials import isoradials as isoradials

@@ -143,6 +143,7 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
     "crossings_of_line": lambda c: kc.crossings_of_line(circle_images(c.surface, c.viewer), 0.5),
     "follow_star": follow_star,
     "image_derivatives": lambda c: kc.image_derivatives(viewer_named(c.viewer), star_images(c.surface, c.viewer)),
+    "event_derivatives": lambda c: kc.event_derivatives(viewer_named(c.viewer), CALLS["pair_events"](c)),
     "caustic_derivatives": lambda c: kc.caustic_derivatives(viewer_named(c.viewer), 2, **where(c)),
     "caustic_tubes": lambda c: kc.caustic_tubes(viewer_named(c.viewer), 1, np.array([math.inf, 20.0, 6.0]), **where(c)),
     "ray_paths": lambda c: kc.ray_paths(viewer_named(c.viewer), directions(c.viewer), 12, **where(c)),
@@ -159,7 +160,11 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
 }
 
 # Analyses of what another one returns: the surface is that of the other one.
-OF_RESULTS = {"crossings_of_line": "circle_images", "image_derivatives": "star_images"}
+OF_RESULTS = {
+    "crossings_of_line": "circle_images",
+    "image_derivatives": "star_images",
+    "event_derivatives": "pair_events",
+}
 # Fields that are None unless they are asked for; every call here asks for them.
 ASKED = {"time", "time_error", "redshift", "index", "index_certain", "crossings", "crossings_certain"}
 ASKED |= {"visible_fraction", "transmission"}
@@ -216,7 +221,7 @@ REFUSED = (
         IN_PLANE,
     ),
     Refusal(
-        ("line_profile", "light_curve", "image_derivatives", "caustic_derivatives"),
+        ("line_profile", "light_curve", "image_derivatives", "event_derivatives", "caustic_derivatives"),
         ("plane",),
         (EQUATORIAL,),
         "camera",

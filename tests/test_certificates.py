@@ -6,7 +6,7 @@ import pytest
 from made_results import KINDS, example
 
 import kerrcaustics as kc
-from kerrcaustics.curves.caustic import Caustic
+from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.results.declared import LAYOUTS, quantities
 from kerrcaustics.tracks.circles import CircleImages
@@ -29,7 +29,7 @@ CLAIMS = {
     LightCurve: "the light of all images at a crossing",
     FollowedStar: "all images of a source, for each viewer",
     Caustic: "a whole curve with its cusps",
-    kc.CausticSet: "the curves of all orders that exist",
+    CausticSet: "the curves of all orders that exist",
 }
 """What a result claims, by class."""
 
@@ -65,7 +65,7 @@ def test_nothing_else_has_a_certificate():
 @pytest.mark.parametrize("cell", CELLS)
 def test_what_is_not_certified_has_a_reason(cell):
     answer = parity.CALLS[cell.analysis](cell)
-    for part in [answer, *(answer if isinstance(answer, kc.CausticSet) else ())]:
+    for part in [answer, *(answer if isinstance(answer, CausticSet) else ())]:
         sure = bool(np.all(part.certified))
         assert sure or part.remarks
         if cell.analysis in ("pair_events", "star_tracks", "circle_images"):
@@ -80,10 +80,10 @@ def test_what_is_not_certified_has_a_reason(cell):
 
 
 def test_an_order_that_is_lost_is_no_certificate():
-    lost = kc.CausticSet((), kc.Camera(0.9, 10.0), "auto", 1e-12, 0.0, 0, {}, missing=(1,))
+    lost = CausticSet((), kc.Camera(0.9, 10.0), "auto", 1e-12, 0.0, 0, {}, missing=(1,))
     assert not lost.certified and lost.remarks == ("order 1: not found",)
     # There is none: from infinity to infinity the primary caustic lies at infinite (alpha, beta).
-    none = kc.CausticSet((), kc.Observer(spin=0.9, inclination=1.0), "auto", 1e-12, 0.0, 0, {}, missing=(1,))
+    none = CausticSet((), kc.Observer(spin=0.9, inclination=1.0), "auto", 1e-12, 0.0, 0, {}, missing=(1,))
     assert none.certified and none.remarks == ()
 
 

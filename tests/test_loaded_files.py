@@ -15,7 +15,7 @@ import pytest
 from made_results import CAMERA, GIVEN, KINDS, example
 
 import kerrcaustics as kc
-from kerrcaustics.curves.caustic import Cusp
+from kerrcaustics.curves.caustic import CausticSet, Cusp
 from kerrcaustics.films.film import FilmResult
 from kerrcaustics.results.declared import stored
 
@@ -100,7 +100,7 @@ def test_only_results_are_loaded(tree, path):
 )
 def test_a_camera_that_cannot_be_is_refused(wrong, path):
     """Also where it is deep in a result."""
-    for made, way in ((CAMERA, []), (example(kc.CausticSet, 1), ["camera", "fields"])):
+    for made, way in ((CAMERA, []), (example(CausticSet, 1), ["camera", "fields"])):
         kc.save(path, made)
         head = head_of(path)
         part = head["result"]["fields"]

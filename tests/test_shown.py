@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import kerrcaustics as kc
+from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.results.declared import quantities, stored
 
 NO_PLOT = {"CelestialSphere", "EquatorialPlane", "FilmResult", "Sphere", "SweepResult"}
@@ -120,4 +121,4 @@ def test_stars_and_panoramas_are_drawn(ax):
 
 def test_a_sky_that_there_is_not_is_refused(ax):
     with pytest.raises(ValueError, match="Argument `sky` must be celestial or camera, but is 'sea'"):
-        example(kc.CausticSet, 1).plot(ax, sky="sea")
+        example(CausticSet, 1).plot(ax, sky="sea")

@@ -9,8 +9,14 @@ import pytest
 import kerrcaustics as kc
 
 TIMED = ("star_images", "pair_events", "star_tracks", "circle_images", "crossings_of_line")
+# Of the fast tests.
+QUICK = ("star_images", "pair_events", "circle_images")
 CELLS = [
-    pytest.param(cell, id=str(cell), marks=[] if cell[1:] == ("sky", "near") else pytest.mark.slow)
+    pytest.param(
+        cell,
+        id=str(cell),
+        marks=[] if cell[1:] == ("sky", "near") and cell.analysis in QUICK else pytest.mark.slow,
+    )
     for cell in parity.cells()
     if cell.analysis in TIMED and not parity.refusal_of(cell)
 ]

@@ -88,8 +88,8 @@ CALLS = [
 # Of results, files and objects, which hold no numbers of their own.
 OTHERS = (
     "CelestialSphere Sphere "
-    "Beams Caustic CausticSet Footprint LineProfile Rays SceneFile StarImages Status "
-    "crossings_of_line explore hipparcos image_derivatives load merged_catalogues read_count_map "
+    "Beams Caustic Footprint LineProfile Rays SceneFile StarImages Status "
+    "crossings_of_line event_derivatives explore hipparcos image_derivatives load merged_catalogues read_count_map "
     "read_scene record save save_sky show sweep tangent_basis to_xarray trace_view tycho2"
 )
 

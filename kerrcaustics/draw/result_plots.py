@@ -29,6 +29,7 @@ from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.render import Rendering, TracedView
 from kerrcaustics.scenes.render_volume import VolumeRendering
 from kerrcaustics.spacetime import kerr
+from kerrcaustics.tracks.event_derivatives import EventDerivatives
 from kerrcaustics.tracks.light_curves import LightCurve
 
 Array = np.ndarray
@@ -115,6 +116,15 @@ def caustic_derivatives(ax: Axes, derivatives: CausticDerivatives) -> Axes:
     return ax
 
 
+def event_derivatives(ax: Axes, derivatives: EventDerivatives) -> Axes:
+    """Change of the azimuth of each event with each parameter."""
+    sizes = np.abs(derivatives.azimuth)
+    _marks(ax, derivatives.parameters, sizes, derivatives.error[:, 0] * sizes.max(axis=1, initial=0))
+    ax.set_xticks(range(len(derivatives)))
+    ax.set(xlabel="event", ylabel=f"change of azimuth (rad {_BY})")
+    return ax
+
+
 def _marks(ax: Axes, names: tuple[str, ...], rows: Float[Array, "row name"], errors: Float[Array, " row"]) -> None:
     """Each row at its number, its columns beside, on a logarithmic scale; what is within its error is left out."""
     visible = np.where(rows > errors[:, None], rows, np.nan)
@@ -137,6 +147,7 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "CircleImages": sky_results.circle_curves,
     "CountMap": sky_results.count_map,
     "Cusp": sky_results.cusp_place,
+    "EventDerivatives": event_derivatives,
     "IsoradialSet": sky_results.isoradials,
     "FollowedStar": sky_results.followed_images,
     "Footprint": sky_results.footprint_places,

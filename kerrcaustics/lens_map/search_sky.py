@@ -78,6 +78,11 @@ class SearchSky:
         place = self.shown(sky)
         return error * (self.still_lengths(sky) * self.stretch(place)) + self.rounding(place)
 
+    @property
+    def time_slope(self) -> float:
+        """Derivative by the viewer's radius of what `viewer_time` adds."""
+        return 0.0
+
     def viewer_time(
         self, time: Float[Array, " n"], error: Float[Array, " n"]
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
@@ -117,6 +122,11 @@ class FarCameraSky(CameraSky):
     """The sky of a camera far away, searched by an observer there."""
 
     shares_engines: ClassVar[bool] = False
+
+    @property
+    def time_slope(self) -> float:
+        """That of r + 2 ln r."""
+        return 1 + 2 / self.viewer.radius
 
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Radians at a camera at rest."""

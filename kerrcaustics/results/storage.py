@@ -36,6 +36,7 @@ HOMES = {
     "images.images": "StarImages",
     "images.derivatives": "ImageDerivatives",
     "tracks.events": "PairEvent PairEvents",
+    "tracks.event_derivatives": "EventDerivatives",
     "tracks.track": "Track",
     "tracks.tracks": "StarTracks",
     "tracks.following": "FollowedStar",

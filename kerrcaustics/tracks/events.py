@@ -61,6 +61,9 @@ class PairEvent:
     time: float = quantity("", "GM/c^3", TRAVEL_TIME)
     time_error: float = quantity("", "GM/c^3", "error of time")
     error: float = quantity("", "rad", "error of longitude", json="error_rad")
+    second_arrival: bool = quantity(
+        "", "1", "True if the rays meet the sphere, within the camera's radius, for the second time"
+    )
     at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
     remarks: tuple[str, ...] = quantity("", "", "what is unusual or uncertain; empty when nothing is")
 
@@ -172,6 +175,7 @@ def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]
             time=float(light.time[i]),
             time_error=float(light.time_error[i]),
             error=float(error[i]),
+            second_arrival=False,
             at_cusp=False,
             remarks=(),
         )
@@ -232,6 +236,7 @@ def _event(
         time=float(light.time[i]),
         time_error=float(light.time_error[i]),
         error=float(found.error[i]),
+        second_arrival=bool(found.second_arrival[i]),
         at_cusp=bool(found.at_cusp[i]),
         remarks=tuple(remarks),
     )

@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import kerrcaustics as kc
+from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.curves.caustic_search import HIGHEST_ORDER
 from kerrcaustics.curves.critical_points import Search
 from kerrcaustics.draw import style
@@ -94,7 +95,7 @@ class Ends:
     true_error: list[float | None]
 
 
-def ends(spin: float, radius: float, orders: int, known: kc.CausticSet) -> list[Ends]:
+def ends(spin: float, radius: float, orders: int, known: CausticSet) -> list[Ends]:
     """Both ends for one spin."""
     found = []
     for (side, sign), orbit in zip(_SIDES.items(), kerr.photon_orbits(spin), strict=True):
@@ -141,7 +142,7 @@ class Growth:
     missing: tuple[int, ...]
 
 
-def growth(spin: float, known: kc.CausticSet, both: list[Ends]) -> Growth:
+def growth(spin: float, known: CausticSet, both: list[Ends]) -> Growth:
     """Sizes of one spin's caustics."""
     gaps = [min(caustic.theta_min, math.pi - caustic.theta_max) for caustic in known]
     limit = abs(both[0].delta + _TURN - both[1].delta) / _TURN
