@@ -304,7 +304,7 @@ def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " poi
     width = (stop.edge_phase - start.edge_phase + math.pi) % _TURN - math.pi
     ends = start.edge_phase, width, start.part, stop.part - start.part, *(() if radius is None else (radius,))
     bracket = np.zeros(len(start)), np.ones(len(start))
-    root = elementwise.find_root(lambda step, *e: at(step, *e).flatness, bracket, args=ends, tolerances=_TIGHT)
+    root = elementwise.find_root(lambda step, *e: at(step, *e).ratio, bracket, args=ends, tolerances=_TIGHT)
     return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 
