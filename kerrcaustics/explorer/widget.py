@@ -91,14 +91,14 @@ def _widget_class() -> Any:
         def _answer(self, _widget: Any, content: Any, _buffers: Any) -> None:
             content = content if isinstance(content, dict) else {}
             if content.get("kind") == "hello":
-                self._send(greeting())
+                self._reply(greeting())
                 return
             try:
-                self._send(answer(*question(str(content.get("text", "")))))
+                self._reply(answer(*question(str(content.get("text", "")))))
             except ValueError as error:
-                self._send(refusal(str(error)))
+                self._reply(refusal(str(error)))
 
-        def _send(self, message: Message) -> None:
+        def _reply(self, message: Message) -> None:
             record = message.record
             if record["kind"] == "view":
                 self.state = record["state"]

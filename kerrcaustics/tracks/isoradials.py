@@ -175,7 +175,9 @@ def _images(
             return [_curve(viewer, surface, radius, points, closed=True, time=time)], remarks
     rows = _open_rows(viewer, surface, radius, edge_phase)
     remarks = (*remarks, *(() if rows else ("no image was found",)))
-    return [_curve(viewer, surface, radius, row, closed=False, time=time) for row in rows], remarks
+    # In the plane, a curve that every line meets once.
+    closed = len(rows) == 1 and len(rows[0]) == len(edge_phase) and viewer.on_equator
+    return [_curve(viewer, surface, radius, row, closed=closed, time=time) for row in rows], remarks
 
 
 def _open_rows(
