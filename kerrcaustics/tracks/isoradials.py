@@ -133,7 +133,9 @@ def isoradials(
     circles = check_circles(camera, "radii", radii)
     crossings = whole_number("crossings", crossings, 1, 12)
     one_of("motion", motion, EMITTERS)
-    edge_phase = 2 * math.pi * np.arange(whole_number("points", points, 8, 100_000)) / points
+    count = whole_number("points", points, 8, 100_000)
+    # No line lies in the plane, where a viewer does: along it no ray crosses the plane.
+    edge_phase = 2 * math.pi * (np.arange(count) + 0.5 * camera.on_equator) / count
     curves, remarks = [], []
     for crossing in range(1, crossings + 1):
         surface = EquatorialPlane(crossing, motion)
