@@ -56,6 +56,16 @@ class Layout:
 RUN_TIME = "s"
 """The unit of run times. Times that are computed are in units of the mass."""
 
+# Units in the reference, of the roles of units.py and of pure numbers.
+_UNIT_TEXTS = {
+    "1": "",
+    "sky": "rad (Observer: GM/c^2)",
+    "solid angle": "sr (Observer: (GM/c^2)^2)",
+    "place": "rad (plane: GM/c^2 and rad)",
+    "level": "rad (plane: GM/c^2)",
+    "magnification": "1 (by viewer and surface also areas in GM/c^2)",
+}
+
 LAYOUTS: dict[type, Layout] = {}
 """All results whose modules are loaded."""
 
@@ -223,7 +233,8 @@ def _documented(kind: type) -> str:
     lines = [doc, "", "Attributes", "----------"]
     for name, about in stored(kind).items():
         if not name.startswith("_"):
-            what = ", ".join(filter(None, (_type(hints[name], about.dims), about.unit if about.unit != "1" else "")))
+            unit = _UNIT_TEXTS.get(about.unit, about.unit)
+            what = ", ".join(filter(None, (_type(hints[name], about.dims), unit)))
             lines += [f"{name} : {what}", textwrap.indent(textwrap.fill(_sentence(about.text), 110), "    ")]
     return "\n".join(lines)
 
