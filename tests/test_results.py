@@ -20,7 +20,7 @@ from kerrcaustics.curves.caustic import Cusp
 from kerrcaustics.results.declared import LAYOUTS, quantities, stored
 from kerrcaustics.results.storage import HOMES, as_json, from_json
 from kerrcaustics.results.units import as_in
-from kerrcaustics.tracks.events import PairEvents
+from kerrcaustics.tracks.events import PairEvent, PairEvents
 from kerrcaustics.tracks.track import Track
 from kerrcaustics.tracks.tracks import StarTracks
 
@@ -227,3 +227,11 @@ def test_a_file_of_other_results_or_fields_is_refused(change, tmp_path):
 def test_what_is_no_result_is_refused(use, other):
     with pytest.raises(ValueError, match="Argument `result` must be a result of kerrcaustics, but is "):
         use(other)
+
+
+@pytest.mark.parametrize(
+    ("surface", "names"), [(kc.CelestialSphere(), ["theta", "phi"]), (kc.EquatorialPlane(1), ["radius", "phi"])]
+)
+def test_datasets_name_the_coordinates_of_the_surface(surface, names):
+    event = replace(example(PairEvent, 1), surface=surface)
+    assert list(kc.to_xarray(event).angle.values) == names

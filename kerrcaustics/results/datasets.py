@@ -66,6 +66,8 @@ def to_xarray(result: Any) -> "xarray.Dataset":
     sizes = {dim: size for dims, array, _ in known for dim, size in zip(dims, array.shape, strict=True)}
     data = {name: (dims, _sized(array, dims, sizes), about) for name, (dims, array, about) in data.items()}
     named = _NAMED | ({"axis": _ON_SCREEN} if sizes.get("axis") == len(_ON_SCREEN) else {})
+    if surface := getattr(result, "surface", None):
+        named["angle"] = [coordinate.name for coordinate in surface.coordinates]
     coordinates = {dim: names for dim, names in named.items() if sizes.get(dim) == len(names)}
     return xarray.Dataset(data, coords=coordinates, attrs=attributes)
 
