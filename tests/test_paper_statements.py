@@ -83,7 +83,7 @@ def test_life_of_the_star_of_figures_5_and_6():
     born, died = tracks.events
     assert born.order == died.order == 2
     numbers = {}
-    for name, time in (("before", born.time - 1), ("between", born.time + 1), ("after", died.time + 1)):
+    for name, time in (("before", born.moment - 1), ("between", born.moment + 1), ("after", died.moment + 1)):
         images = tracks.images_at(time)
         numbers[name] = sorted(images.index[images.crossings == 1].tolist())
     assert numbers == {"before": [1], "between": [1, 1, 2], "after": [1]}
@@ -96,7 +96,7 @@ def test_senses_in_which_the_images_of_that_star_move():
     born, died = tracks.events
     axes = view_axes(kc.caustics(FAR, 2), kc.shadow_edge(FAR, 2000))
     turned = {}
-    for time in np.linspace(born.time + 0.3, died.time - 0.3, 8):
+    for time in np.linspace(born.moment + 0.3, died.moment - 0.3, 8):
         images = tracks.images_at(float(time))
         shown = images.crossings == 1
         right, up = azimuthal_equidistant(images.sky[shown], axes).T
