@@ -77,6 +77,7 @@ def test_derivatives_against_other_viewers_and_paths(name, surface, order):
         assert (np.abs(mine[..., k] - true) < 3 * error + doubt + noise).all(), (k, mine[..., k] - true)
 
 
+@pytest.mark.slow
 def test_events_on_the_equator_do_not_feel_which_side_the_viewer_is_on():
     """The mirror at the equator: by inclination, events of mirrored paths change by opposite amounts."""
     camera = kc.Camera(0.999, 6.03)

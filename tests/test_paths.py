@@ -172,6 +172,7 @@ def test_paths_of_far_observers_tend_to_those_from_infinity():
     assert np.all(gaps[2] < [1e-5, 1e-5, 1e-3])
 
 
+@pytest.mark.slow
 def test_a_start_is_where_paths_begin():
     whole = kc.ray_paths(CAMERA, [-1.0, 0.3, 0.3], 30, end=kc.EquatorialPlane(1))
     part = kc.ray_paths(CAMERA, [-1.0, 0.3, 0.3], 30, end=kc.EquatorialPlane(1), start=6.0)
