@@ -21,7 +21,7 @@ _MOST_STEPS, _HALVED = 90, 5
 # Largest Newton step: in the logarithm of the distance; where the bracket holds 0, in parts of it, and beside.
 _LARGEST, _PART, _BESIDE = 3.0, 0.3, 1e-3
 # A radius is that of the circle within so many errors of the beam. A place whose miss is below the second number, and
-# does not become half as large, has no more digits; nor has a bracket of the third width, radians.
+# does not become smaller, has no more digits; nor has a bracket of the third width, radians.
 _ERRORS, _SMALL, _FINEST = 4.0, 1e-9, 5e-17
 # Beams with a larger ratio of their diameters are never taken as flat.
 _FLAT = 1e-10
@@ -119,7 +119,7 @@ class PlaneMap:
             beyond = log_r - log_radius[left]
             low[left], high[left] = _narrowed(low[left], high[left], distance[left], sense[left] * beyond)
             miss = np.abs(beyond)
-            done = (miss <= _ERRORS * here.error) | ((miss < _SMALL) & (miss > best[left] / 2))
+            done = (miss <= _ERRORS * here.error) | ((miss < _SMALL) & (miss >= best[left]))
             done |= (high[left] - low[left] <= _FINEST) | (step == _MOST_STEPS - 1)
             best[left] = np.minimum(best[left], miss)
             order.append(left[done])
