@@ -22,7 +22,7 @@ from kerrcaustics.curves.features import extreme_places, find_features
 from kerrcaustics.curves.plane_caustics import Extreme, section_extremes
 from kerrcaustics.lens_map.circles_in_plane import Crossings
 from kerrcaustics.lens_map.domains import Domain, Ring
-from kerrcaustics.lens_map.expansions import expanded, inverse, with_errors
+from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, with_errors
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.frame import sky_from_fido
@@ -30,8 +30,6 @@ from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
-# How well points lie on critical curves, relative to their place on the sky.
-_REFINED = 1e-15
 _RADII = ("r_min", "r_max")
 _NAMES = ("theta_min", "theta_max", *_RADII, "phi_min", "phi_max")
 _NOT_REFINED = "could not be refined between the points"
@@ -81,7 +79,7 @@ class CausticDerivatives:
 
 
 @dataclass(frozen=True)
-class _Spots:
+class _CausticPoints:
     """Points of critical curves: places on the sky of the search camera and on the surface.
 
     second_arrival: True for rays that meet the surface for the second time.
@@ -101,9 +99,9 @@ class _Curve:
     """
 
     order: int
-    cusps: _Spots
-    extremes: dict[str, tuple[_Spots, float]]
-    ends: dict[str, _Spots]
+    cusps: _CausticPoints
+    extremes: dict[str, tuple[_CausticPoints, float]]
+    ends: dict[str, _CausticPoints]
     fixed: tuple[str, ...]
     unknown: tuple[str, ...]
     remarks: tuple[str, ...]
@@ -193,23 +191,23 @@ def _section(camera: Viewer, order: int, extremes: dict[str, Extreme]) -> _Curve
     return _Curve(order, _joined([], camera), known, ends, ("theta_min", "theta_max"), unknown, tuple(remarks))
 
 
-def _spots(search: Search, points: Points) -> _Spots:
+def _spots(search: Search, points: Points) -> _CausticPoints:
     camera = search.camera
     sky = camera.places(sky_from_fido(camera.frame(), -points.line_of_sight))
     _, second_arrival = search.domain.line_of_sight(points.edge_phase, points.depth)
-    return _Spots(sky, np.stack([points.theta, points.azimuth], axis=-1), second_arrival)
+    return _CausticPoints(sky, np.stack([points.theta, points.azimuth], axis=-1), second_arrival)
 
 
-def _crossing_spots(camera: Viewer, points: Crossings) -> _Spots:
+def _crossing_spots(camera: Viewer, points: Crossings) -> _CausticPoints:
     place = np.stack([points.radius, points.azimuth], axis=-1)
-    return _Spots(camera.places(points.sky), place, np.zeros(len(points), bool))
+    return _CausticPoints(camera.places(points.sky), place, np.zeros(len(points), bool))
 
 
-def _joined(parts: list[_Spots], camera: Viewer) -> _Spots:
+def _joined(parts: list[_CausticPoints], camera: Viewer) -> _CausticPoints:
     axes = camera.places(np.zeros((0, 3))).shape[-1]
-    none = _Spots(np.empty((0, axes)), np.empty((0, 2)), np.empty(0, bool))
+    none = _CausticPoints(np.empty((0, axes)), np.empty((0, 2)), np.empty(0, bool))
     every = [none, *parts]
-    return _Spots(
+    return _CausticPoints(
         np.concatenate([part.sky for part in every]),
         np.concatenate([part.place for part in every]),
         np.concatenate([part.second_arrival for part in every]),
@@ -250,15 +248,19 @@ def _at_extreme(piece: Float[Array, "nodes numbers"], at: float) -> tuple[Float[
     )
 
 
-def _moved(search_map: SearchMap, spots: _Spots) -> tuple[Array, Array, Float[Array, "spots 2"]]:
+def _moved(search_map: SearchMap, spots: _CausticPoints) -> tuple[Array, Array, Float[Array, "spots 2"]]:
     """Motion of points of caustics as of `_of_points`, and errors relative to the largest part of each."""
-    camera, error = search_map.camera, _REFINED * np.linalg.norm(spots.sky, axis=1)
+    camera, error = search_map.camera, REFINED * np.linalg.norm(spots.sky, axis=1)
     (moved, on_circle), errors = with_errors(partial(_of_points, search_map, spots), camera, spots.sky, error)
     return moved, on_circle, errors
 
 
 def _of_points(
-    search_map: SearchMap, spots: _Spots, sky: Float[Array, "rays axes"], number: Int[Array, " rays"], density: float
+    search_map: SearchMap,
+    spots: _CausticPoints,
+    sky: Float[Array, "rays axes"],
+    number: Int[Array, " rays"],
+    density: float,
 ) -> tuple[Float[Array, "rays 2 numbers"], Float[Array, "rays numbers"]]:
     """Motion of places on a caustic by the numbers, its critical curve moving at right angles to itself.
 

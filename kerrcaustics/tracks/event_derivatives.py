@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import SKY, End
-from kerrcaustics.lens_map.expansions import expanded, inverse, source_parameters, with_errors
+from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, source_parameters, with_errors
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
@@ -20,8 +20,6 @@ from kerrcaustics.tracks.events import PairEvent, PairEvents
 
 Array = np.ndarray
 
-# How well events lie on critical curves, relative to their place on the sky.
-_REFINED = 1e-15
 # The longitude of an event is the azimuth of its source, if the path is a circle about the spin axis.
 _SAME = 1e-6
 
@@ -99,7 +97,7 @@ def event_derivatives(camera: Viewer, events: PairEvents) -> EventDerivatives:
         none = np.empty((0, len(parameters)))
         return EventDerivatives(parameters, none, none, np.empty((0, 2)), camera, surface)
     sky = viewer.places(searched.searched(np.array([event.sky for event in events])))
-    error = _REFINED * np.linalg.norm(sky, axis=1)
+    error = REFINED * np.linalg.norm(sky, axis=1)
     (azimuth, time), errors = with_errors(partial(_of_events, viewer, surface, list(events)), viewer, sky, error)
     time = time + [searched.time_slope * (name == "radius") for name in parameters]
     return EventDerivatives(parameters, azimuth, time, errors, camera, surface)

@@ -75,7 +75,7 @@ class FollowedStar:
 
 
 @dataclass(frozen=True)
-class _Moment:
+class _SearchedImages:
     """The images of one viewer, with their directions on the sky that is searched for it."""
 
     images: StarImages
@@ -83,8 +83,8 @@ class _Moment:
     domain: Domain
 
     @classmethod
-    def of(cls, images: StarImages) -> "_Moment":
-        """The moment of some images."""
+    def of(cls, images: StarImages) -> "_SearchedImages":
+        """Those of a viewer, with its search sky."""
         searched = search_sky(images.camera)
         sky = searched.searched(images.sky).reshape(-1, 3)
         return cls(images, sky, domain_of(images.surface, searched.search_camera))
@@ -141,10 +141,10 @@ def follow_star(
     """
     cameras, highest = _checked_cameras(cameras, end), checked_index(max_index)
     places = _checked_places(star, cameras, end)
-    moments: list[_Moment] = []
+    moments: list[_SearchedImages] = []
     links: list[tuple[Array, Array]] = []
     for camera, place in zip(cameras, places, strict=True):
-        now = _Moment.of(star_images(camera, place, highest, end=end))
+        now = _SearchedImages.of(star_images(camera, place, highest, end=end))
         links.append(_linked(moments[-1], now) if moments else _unlinked(now))
         moments.append(now)
     before = tuple(link for link, _ in links)
@@ -162,11 +162,11 @@ def _gone(last: Array, link: Array) -> tuple[int, ...]:
     return tuple(np.setdiff1d(np.arange(len(last)), link).tolist())
 
 
-def _unlinked(now: _Moment) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
+def _unlinked(now: _SearchedImages) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
     return np.full(len(now.images), -1), np.zeros(len(now.images), bool)
 
 
-def _linked(last: _Moment, now: _Moment) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
+def _linked(last: _SearchedImages, now: _SearchedImages) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
     """For each image now which image before it continues (-1: none), and whether Newton's method says so."""
     # Where rays fall onto the surface images lie inside the shadow, too, of which the chart knows nothing.
     inside = last.domain.falls or now.domain.falls
@@ -183,14 +183,17 @@ def _linked(last: _Moment, now: _Moment) -> tuple[Int[Array, " images"], Bool[Ar
     return link, sure
 
 
-def _coordinates(moment: _Moment, *, inside: bool) -> Float[Array, "images 3"]:
+def _coordinates(moment: _SearchedImages, *, inside: bool) -> Float[Array, "images 3"]:
     """Coordinates in which images move little from one viewer to the next."""
     chart = moment.chart
     return chart.scaled(moment.sky) if inside else chart.place(moment.images.index, moment.sky)
 
 
 def _by_newton(
-    now: _Moment, index: Int[Array, " before"], guess: Float[Array, "before 3"], second_arrival: Bool[Array, " before"]
+    now: _SearchedImages,
+    index: Int[Array, " before"],
+    guess: Float[Array, "before 3"],
+    second_arrival: Bool[Array, " before"],
 ) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
     """Links that Newton's method makes, from guesses for the images before."""
     link, _ = _unlinked(now)
@@ -205,7 +208,10 @@ def _by_newton(
 
 
 def _roots(
-    now: _Moment, index: Int[Array, " before"], guess: Float[Array, "before 3"], second_arrival: Bool[Array, " before"]
+    now: _SearchedImages,
+    index: Int[Array, " before"],
+    guess: Float[Array, "before 3"],
+    second_arrival: Bool[Array, " before"],
 ) -> list[tuple[int, Array, float]]:
     """Which guesses lead to an image, its direction, and the error of that, leaf by leaf."""
     roots: list[tuple[int, Array, float]] = []
