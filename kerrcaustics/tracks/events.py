@@ -1,4 +1,4 @@
-"""Pair creation and annihilation: a star, on its way round a circle of the celestial sphere, crosses a caustic."""
+"""Pair creation and annihilation: a star, on its way round a circle, crosses a caustic."""
 
 import math
 from collections.abc import Iterable
