@@ -154,6 +154,9 @@ def test_energies_are_those_of_the_emitters():
     circle = kc.disks.Volume(1.0, 5000.0, 3.0, 40.0)
     at = spin, light.b, radius, np.full(3, math.pi / 2)
     assert np.allclose(given.energy(*at), circle.energy(*at))
+    # Rounded over the axis.
+    beyond, before = (circle.energy(spin, 0.1, radius, np.full(3, math.pi + step)) for step in (1e-9, -1e-9))
+    assert np.allclose(beyond, before)
 
 
 def grid_of(law, shape, inner=5.0, outer=22.0):

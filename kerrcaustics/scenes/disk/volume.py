@@ -254,7 +254,7 @@ class Volume:
         if callable(self.motion):
             return np.asarray(self.motion(radius, theta), float) + np.zeros_like(radius)
         if self.motion == "circular":
-            return 1 / (spin + (radius * np.sin(theta)) ** 1.5)
+            return 1 / (spin + np.abs(radius * np.sin(theta)) ** 1.5)
         return shift if self.motion == "fiducial" else np.zeros_like(radius)
 
 
