@@ -22,8 +22,9 @@ from kerrcaustics.spacetime.viewer import Viewer
 _BATCH = {"cpu": (512, 128)}
 _LARGE_BATCH = (1 << 16, 1 << 16)
 # Rays in one call of the closed form, for few rays and for many; of many, rays or beams at a time in _LANES. Programs
-# are compiled at their first use.
+# are compiled at their first use, in seconds: so with times, those of a track are still few.
 _CLOSED_FORM_CALL = {"cpu": (128, 2048)}
+_FEW_WITH_TIMES = 2048
 _LARGE_CALL = (1 << 20, 1 << 20)
 _LANES = {"cpu": (2048, 512)}
 
@@ -85,7 +86,8 @@ def closed_form(
     """The closed form of rays; short: by the formulas for small k; many: they are part of a large job."""
     frame, on_equator = frame_on_device(camera), camera.on_equator and not short
     # The formulas for small k are never taken for many rays.
-    size, lanes = _closed_form_size(1 if short else len(sky), wanted.beams, many=many)
+    few = short or (wanted.time and len(sky) <= _FEW_WITH_TIMES)
+    size, lanes = _closed_form_size(1 if few else len(sky), wanted.beams, many=many)
 
     def kernel(sky: Components, real: Reals) -> RayEnd[Reals | Flags]:
         return _closed_form(frame, sky, real, end, wanted=wanted, on_equator=on_equator, short=short, lanes=lanes)

@@ -6,13 +6,13 @@ from functools import cache
 
 import numpy as np
 
-from kerrcaustics.beams.beam import Beams, Rays
+from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.viewer import Viewer
 
-# Enough rays, or beams, to be many, which take a program of their own.
-_MANY, _MANY_BEAMS = 1 << 15, 1 << 8
+# Enough rays to be many, which take a program of their own.
+_MANY = 1 << 15
 _FAR, _OFF_EQUATOR = 100.0, 1.0
 _beside = ThreadPoolExecutor(2, "warm-up")
 
@@ -25,11 +25,6 @@ def warm_up(camera: Viewer) -> None:
     _start(camera.on_equator)
 
 
-def warm_up_times(camera: Viewer) -> None:
-    """Make or load the program that traces many beams with their times, as `warm_up` does others."""
-    _start_times(camera.on_equator)
-
-
 # Rays away from the hole, which have formulas of their own, and past it.
 _AWAY, _PAST = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
 
@@ -39,12 +34,6 @@ def _start(on_equator: bool) -> list[Future[Rays]]:
     """Trace rays for their programs alone."""
     requests = (trace_rays, np.array([_AWAY] + [_PAST] * (_MANY - 1))), (trace_beams, np.array([_PAST]))
     return [_beside.submit(trace, _camera(on_equator), sky, "closed-form") for trace, sky in requests]
-
-
-@cache
-def _start_times(on_equator: bool) -> Future[Beams]:
-    """Trace beams for their program alone."""
-    return _beside.submit(trace_beams, _camera(on_equator), np.array([_PAST] * _MANY_BEAMS), "closed-form", time=True)
 
 
 def _camera(on_equator: bool) -> Camera:

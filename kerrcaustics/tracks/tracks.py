@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import SKY, End, Wherever, end_of
-from kerrcaustics.beams.warm_up import warm_up_times
+from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.circle_arcs import arcs_of
 from kerrcaustics.images.images import StarImages, checked_index, checked_sheets, images_of
@@ -227,9 +226,6 @@ def _tracks_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, ma
 def level_curve(camera: Viewer, surface: End, level: float, max_index: int) -> Branches:
     """The level curve of a star on the viewer's own sheets, kept for images between its nodes."""
     sheets = checked_sheets(camera, max_index, surface)
-    if sheets.surface == SKY:
-        # While images are followed, the program that gives their times is made.
-        warm_up_times(sheets.camera)
     return Branches(sheets, camera, Circle.on(surface, level))
 
 
