@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 STAGES = [
     "choices",
     "files",
+    "extras",
     "interrupts",
     "own_folder",
     "workers",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from kerrcaustics.explorer.answers import answer, greeting, question, refusal
 from kerrcaustics.explorer.page_data import Message
 from kerrcaustics.explorer.state import PAGE, ExplorerState
+from kerrcaustics.extras import needed
 
 if TYPE_CHECKING:
     from anywidget import AnyWidget
@@ -69,8 +70,7 @@ def explore(
 @lru_cache(maxsize=1)
 def _widget_class() -> Any:
     """The class of the widget, made on demand: anywidget is an extra."""
-    import anywidget
-    import traitlets
+    anywidget, traitlets = needed("notebook", "anywidget"), needed("notebook", "traitlets")
 
     class ExplorerWidget(anywidget.AnyWidget):
         """The page, and the state that it shows."""
