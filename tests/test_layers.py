@@ -10,6 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 STAGES = [
     "choices",
+    "lazy_names",
     "files",
     "extras",
     "interrupts",

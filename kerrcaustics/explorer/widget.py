@@ -8,6 +8,7 @@ from kerrcaustics.explorer.answers import answer, greeting, question, refusal
 from kerrcaustics.explorer.page_data import Message
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 from kerrcaustics.extras import needed
+from kerrcaustics.results.progress import listening
 
 if TYPE_CHECKING:
     from anywidget import AnyWidget
@@ -94,7 +95,9 @@ def _widget_class() -> Any:
                 self._reply(greeting())
                 return
             try:
-                self._reply(answer(*question(str(content.get("text", "")))))
+                # Work for the page has no cell of its own.
+                with listening(False):
+                    self._reply(answer(*question(str(content.get("text", "")))))
             except ValueError as error:
                 self._reply(refusal(str(error)))
 
