@@ -41,7 +41,8 @@ def test_long_calls_tell_what_they_do(name):
     call(lambda *what: told.append(what))
     parts = [part for _, part in told]
     assert any(word in what for what, _ in told), told
-    assert parts == sorted(parts) and parts[0] < 0.5 and told[-1] == ("done", 1.0)
+    # Sheets that are kept from another call are half of the way.
+    assert parts == sorted(parts) and parts[0] <= 0.5 and told[-1] == ("done", 1.0)
 
 
 @with_progress

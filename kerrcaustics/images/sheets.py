@@ -235,7 +235,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
             f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
             f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
         )
-    report("sheets of the sky")
+    report("sheets of the sky", 0.2)
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
     mapped, coarsely = partial(_mapped, curves), partial(_mapped, curves, tolerance=_OF_GRID)
     depths = [domain.first, *(periodic(curve.points.edge_phase, curve.points.depth) for curve in curves)]

@@ -75,7 +75,7 @@ class Branches:
 
     def __init__(self, sheets: Sheets, camera: Viewer, circle: Circle) -> None:
         """Search, link, and halve the links until they look smooth on the sky of `camera`."""
-        report("images followed along the circle")
+        report("images followed along the circle", 0.5)
         self.sheets, self.circle, self.events = sheets, circle, path_events(sheets, circle)
         self.chart = Chart(sheets.camera)
         self.remarks: list[str] = []
@@ -85,6 +85,7 @@ class Branches:
             self._searched()
         else:
             self.links = self._grown()
+            report("steps halved", 0.8)
             self._refine(camera.frame())
 
     @property
