@@ -26,7 +26,7 @@ if (sys.argv[:1] == ["-m"] and ("-m", "kerrcaustics") in zip(sys.orig_argv, sys.
 
 from importlib.metadata import version
 
-import lazy_loader
+from kerrcaustics.lazy_names import attached
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attached(__name__, __file__)
 __version__ = version("kerrcaustics")

@@ -1,5 +1,10 @@
-"""Words that arguments are chosen from, as types: the command line knows them before anything heavy is loaded."""
+"""Words that arguments are chosen from, as types: the command line knows them before anything heavy is loaded.
 
+A word that is none of them may be close to one: `near` says which.
+"""
+
+import difflib
+from collections.abc import Iterable
 from typing import Literal
 
 VelocityName = Literal["circular", "fiducial", "static"]
@@ -21,3 +26,9 @@ Quality = Literal["draft", "normal", "high"]
 def event_kind(side: float) -> EventKind:
     """Kind of a pair event: side is positive if the pair exists where the source's time or coordinate is larger."""
     return "creation" if side > 0 else "annihilation"
+
+
+def near(word: object, names: Iterable[str]) -> str:
+    """The name that a word may stand for, as the end of a sentence: "; did you mean spin?"; else its full stop."""
+    similar = difflib.get_close_matches(str(word), list(names), n=1)
+    return f"; did you mean {similar[0]}?" if similar else "."

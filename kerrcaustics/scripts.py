@@ -16,6 +16,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from kerrcaustics.choices import near
+
 if TYPE_CHECKING:
     from kerrcaustics.films.film import Film
 
@@ -47,7 +49,7 @@ class ScriptFolder:
     def load(self, name: str) -> ModuleType:
         """A script as a module."""
         if name not in self.names():
-            raise ImportError(f"There is no {self.word} {name} in {self.folder}.")
+            raise ImportError(f"There is no {self.word} {name} in {self.folder}{near(name, self.names())}")
         return self.module(self.place.format(name).removesuffix(".py").replace("/", "."))
 
     def module(self, name: str) -> ModuleType:

@@ -3,6 +3,6 @@
 The names stand in the stub file beside this one, and are loaded when they are first used.
 """
 
-import lazy_loader
+from kerrcaustics.lazy_names import attached
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub("kerrcaustics", __file__)
+__getattr__, __dir__, __all__ = attached(__name__, __file__)

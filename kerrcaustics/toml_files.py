@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
+from kerrcaustics.choices import near
 from kerrcaustics.files import check_name, read_text
 
 Kind = TypeVar("Kind")
@@ -67,7 +68,7 @@ def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path) -> Kind
     try:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
-        raise ValueError(f"Scene {path}: {_plainly(str(error), table, kind)}.") from None
+        raise ValueError(f"Scene {path}: {_plainly(str(error), table, kind)}") from None
 
 
 def not_finite(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
@@ -83,22 +84,32 @@ def not_finite(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
 
 
 def _plainly(message: str, table: dict[str, Any], kind: type) -> str:
-    """A message of msgspec with the path first: "spin.count: expected `int`, got `str`"."""
+    """A message of msgspec with the path first: "spin.count: expected `int`, got `str`.", and what may be meant."""
     what, _, path = message.partition(" - at `$")
     what = what[:1].lower() + what[1:]
     for theirs, ours in _OURS:
         what = what.replace(theirs, ours)
-    place = path.rstrip("`").lstrip(".")
+    place, end = path.rstrip("`").lstrip("."), "."
+    if unknown := re.fullmatch("unknown key `(.*)`", what):
+        end = near(unknown[1], _keys(kind, table, place))
     if what.startswith("invalid"):
         types, value = _declared(kind, table, place)
         words = [word for part in types if get_origin(part) is Literal for word in get_args(part)]
         if any(get_origin(part) is tuple for part in types):
-            return f"{place} must be {', '.join(words)} or three numbers, but is {value!r}"
-        what += f", expected {' or '.join(words)}"
+            return f"{place} must be {', '.join(words)} or three numbers, but is {value!r}{near(value, words)}"
+        what, end = f"{what}, expected {' or '.join(words)}", near(value, words)
     if re.match(r"expected `\w+` [<>]", what):
         types, value = _declared(kind, table, place)
-        return f"{place} must {_range(next(part for part in types if get_origin(part) is Annotated))}, but is {value}"
-    return f"{place}: {what}" if place else what
+        return f"{place} must {_range(next(part for part in types if get_origin(part) is Annotated))}, but is {value}."
+    return f"{place}: {what}{end}" if place else f"{what}{end}"
+
+
+def _keys(kind: Any, table: dict[str, Any], place: str) -> list[str]:
+    """The keys that a table may have, at a place in a struct."""
+    types, value = _declared(kind, table, place)
+    tables = {part: part.__struct_config__ for part in types if hasattr(part, "__struct_config__")}
+    chosen = [part for part, config in tables.items() if config.tag in (None, (value or {}).get(config.tag_field))]
+    return [field.encode_name for part in chosen for field in msgspec.structs.fields(part)]
 
 
 def _declared(kind: Any, value: Any, place: str) -> tuple[list[Any], Any]:

@@ -18,8 +18,11 @@ mkdir "$place/empty"
 cd "$place/empty"
 unset PYTHONPATH
 "$place/venv/bin/python" -c "
+import os.path
 import kerrcaustics, kerrcaustics.scripts as scripts
 assert kerrcaustics.__file__.startswith('$place'), kerrcaustics.__file__
+home = os.path.dirname(kerrcaustics.__file__)
+assert all(os.path.isfile(os.path.join(home, name)) for name in ('py.typed', '__init__.pyi', 'skies.pyi'))
 assert all(found.names() for found in (scripts.FIGURES, scripts.STUDIES, scripts.FILMS))
 assert scripts.FILMS.load('pair_creation').film(4)"
 "$place/venv/bin/kerrcaustics" demo >/dev/null

@@ -333,6 +333,8 @@ def test_a_read_only_folder_is_one_line(path, scenes, capsys, monkeypatch):
 def test_lines_now_and_then_where_there_is_no_terminal(path, scenes, capsys, monkeypatch):
     now = iter(range(0, 10**6, 9))
     monkeypatch.setattr(terminal, "time", SimpleNamespace(monotonic=lambda: next(now)))
+    # Lines by reports alone, none by the clock of the machine.
+    monkeypatch.setattr(terminal, "FIRST_LINE", 1e6)
     status, _, err = run(capsys, "film", scenes(), "--output", path)
     assert status == 0
     # 9 s a frame, the first told after 27 s; the film is begun with the first report, after 9 s.

@@ -10,7 +10,9 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 STAGES = [
     "choices",
+    "lazy_names",
     "files",
+    "extras",
     "interrupts",
     "own_folder",
     "workers",

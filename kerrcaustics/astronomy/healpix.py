@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy.extra import needed
+from kerrcaustics.extras import needed
 from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 
 Array = np.ndarray
@@ -25,7 +25,7 @@ def centres(nside: int, order: Order) -> tuple[Float[Array, " pixels"], Float[Ar
     if nside & (nside - 1):
         raise ValueError(f"Argument `nside` must be a power of two, but is {nside}.")
     nested = _is_nested(order)
-    return needed("astropy_healpix.healpy").pix2ang(nside, np.arange(12 * nside**2), nest=nested)
+    return needed("astro", "astropy_healpix.healpy").pix2ang(nside, np.arange(12 * nside**2), nest=nested)
 
 
 def resolution(nside: int) -> float:
@@ -49,7 +49,7 @@ def plate_carree_of(values: ArrayLike, order: Order, rows: int | None) -> Float[
     theta = (np.arange(rows) + 0.5) * math.pi / rows
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
     places = np.meshgrid(theta, phi, indexing="ij")
-    interpolated, nested = needed("astropy_healpix.healpy").get_interp_val, _is_nested(order)
+    interpolated, nested = needed("astro", "astropy_healpix.healpy").get_interp_val, _is_nested(order)
     return np.stack([interpolated(one, *places, nest=nested) for one in maps], axis=-1)
 
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy.extra import needed
+from kerrcaustics.extras import needed
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number
 
 # SI and CODATA: exact by definition.
@@ -92,7 +92,7 @@ class PhysicalScale:
         """
         one_of("kind", kind, _UNITS)
         name, unit = _UNITS[kind]
-        return needed("astropy.units").Quantity(numbers("values", values) * getattr(self, name), unit)
+        return needed("astro", "astropy.units").Quantity(numbers("values", values) * getattr(self, name), unit)
 
 
 def _positive(name: str, value: Any, unit: str, units: str) -> float:

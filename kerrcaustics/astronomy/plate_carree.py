@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from kerrcaustics.astronomy.extra import needed
+from kerrcaustics.extras import needed
 from kerrcaustics.files import reading, writing
 
 Array = np.ndarray
@@ -33,7 +33,7 @@ def is_fits(path: str | os.PathLike[str]) -> bool:
 
 def write(path: str | os.PathLike[str], images: dict[str, Array], cards: dict[str, Any]) -> None:
     """Write images (h, 2 h) or (planes, h, 2 h), theta' downward, by their names; the cards go into the first one."""
-    fits = needed("astropy.io.fits")
+    fits = needed("astro", "astropy.io.fits")
     units = [fits.PrimaryHDU() if k == 0 else fits.ImageHDU() for k in range(len(images))]
     for unit, (name, image) in zip(units, images.items(), strict=True):
         unit.data, unit.name = np.ascontiguousarray(image[..., ::-1, :]), name
@@ -64,7 +64,7 @@ def _cards(rows: int) -> dict[str, Any]:
 
 def read(path: str | os.PathLike[str]) -> list[tuple[Array, Any]]:
     """All images of a file with their headers, as stored; a ValueError if there are none."""
-    fits = needed("astropy.io.fits")
+    fits = needed("astro", "astropy.io.fits")
     try:
         with reading(path, _LARGEST), fits.open(path, memmap=False) as units:
             if any(unit.size > _LARGEST for unit in units):
@@ -86,7 +86,7 @@ def read_sky(path: str | os.PathLike[str]) -> Float[Array, "rows 2*rows 3"]:
     """
     image, header = read(path)[0]
     planes = image.reshape(-1, *image.shape[-2:])
-    wcs = needed("astropy.wcs").WCS(header)
+    wcs = needed("astro", "astropy.wcs").WCS(header)
     if planes.ndim != 3 or len(planes) not in (1, 3) or not _is_whole_sphere(wcs, planes.shape):
         raise ValueError(
             f"Argument `path` must name a FITS image of a whole sphere in plate carree (CTYPE ...-CAR), of one plane "
@@ -108,7 +108,7 @@ def _is_whole_sphere(wcs: Any, shape: tuple[int, ...]) -> bool:
 
 def _steps(wcs: Any) -> tuple[float, float]:
     """Sizes of a pixel along both axes, degrees."""
-    x, y = needed("astropy.wcs.utils").proj_plane_pixel_scales(wcs)
+    x, y = needed("astro", "astropy.wcs.utils").proj_plane_pixel_scales(wcs)
     return float(x), float(y)
 
 

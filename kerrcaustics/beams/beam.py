@@ -5,7 +5,7 @@ from enum import IntEnum
 import numpy as np
 
 from kerrcaustics.beams.engine import Engine
-from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.declared import Shown, derived, quantity, result
 from kerrcaustics.spacetime.sphere import tangent_basis
 
 
@@ -41,7 +41,7 @@ _SENTENCES = {
 
 
 @result("rays/1", kw_only=True)
-class Rays:
+class Rays(Shown):
     """The ends of rays, one for each direction on the camera sky. Arrays of one batch shape (ray...).
 
     Rays that do not reach their end hold NaN, False, and -1 for whole numbers. Quantities not requested are None.

@@ -23,7 +23,7 @@ from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.ends import Aim, End, Sphere, Wherever, end_of
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
 from kerrcaustics.beams.integrator.nystroem import Path
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import apart, quoted, real_number, whole_number
@@ -47,7 +47,7 @@ _OF_ORBIT, _OF_ORBIT_TIME = 1e-15, 2e-15
 
 
 @result("space-points/1", kw_only=True)
-class SpacePoints:
+class SpacePoints(Shown):
     """Events around the hole, in Boyer-Lindquist coordinates. Arrays of one shape (..., n)."""
 
     spin: float = quantity("", "1", "spin of the hole")

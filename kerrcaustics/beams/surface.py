@@ -15,9 +15,10 @@ from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.emitters import Emitter
 from kerrcaustics.beams.integrator.equations import Constants
 from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.results.declared import Shown
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.checks import numbers, quoted, real_number
+from kerrcaustics.spacetime.checks import if_degrees, numbers, quoted, real_number
 from kerrcaustics.spacetime.frame import Frame, Photon
 from kerrcaustics.spacetime.sphere import flattened, from_angles, polar_angle, polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
@@ -69,7 +70,7 @@ class Arriving(NamedTuple):
         return self.psi_rate / self.speed
 
 
-class End:
+class End(Shown):
     """A surface on which rays end, for compiled code too; the methods here are those of a sphere of finite radius.
 
     finite: it lies at a finite radius; axes: rows from whose third theta' and from whose first phi' is counted on
@@ -112,7 +113,8 @@ class End:
             raise shape_error(name, shape, places, one)
         if not ((pairs[..., 0] >= 0) & (pairs[..., 0] <= math.pi) & np.isfinite(pairs[..., 1])).all():
             but = f" and a finite phi', but is {quoted(places)}" if one else ""
-            raise ValueError(f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees){but}.")
+            end = if_degrees(pairs[..., 0].max(initial=0))
+            raise ValueError(f"Argument `{name}` must have theta' in [0, pi] radians (0 to 180 degrees){but}{end}")
         self.check_apart(name, pairs.reshape(-1, 2), viewer)
         return pairs
 
@@ -121,7 +123,8 @@ class End:
         number = real_number(name, level)
         if not 0 <= number <= math.pi:
             raise ValueError(
-                f"Argument `{name}` must be a theta' in [0, pi] radians (0 to 180 degrees), but is {quoted(level)}."
+                f"Argument `{name}` must be a theta' in [0, pi] radians (0 to 180 degrees), but is {quoted(level)}"
+                f"{if_degrees(level)}"
             )
         return number
 

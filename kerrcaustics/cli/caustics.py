@@ -112,7 +112,7 @@ def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> 
             from kerrcaustics.spacetime.camera import Camera
 
             found = find(Camera(_DEMO_SPIN, radius), 3, progress=report)
-            report("drawing", 0.9)
+            report("drawing", 1.0)
             _draw(found, picture)
         _print_table(found, out)
         records.append(record(found))

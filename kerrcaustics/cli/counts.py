@@ -144,9 +144,9 @@ def _map(
     from kerrcaustics.images.counts import count_map
     from kerrcaustics.results.records import record
 
-    counts = count_map(camera, max_index, rows, end=end)
+    counts = count_map(camera, max_index, rows, end=end, progress=report)
     if figure is not None:
-        report("drawing", 0.9)
+        report("drawing", 1.0)
         from kerrcaustics.curves.caustic_search import caustics
         from kerrcaustics.draw.count_map import count_map_figure
 

@@ -14,18 +14,7 @@ from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import progress, say
-
-# The purpose of each extra; those for development are left out.
-_EXTRAS = {
-    "explore": "the explorer in a browser",
-    "notebook": "the explorer in notebooks",
-    "films": "MP4 films",
-    "space": "pictures in three dimensions",
-    "sweep": "sweeps over spin, radius and inclination",
-    "catalogues": "more stars",
-    "exr": "OpenEXR pictures",
-    "astro": "FITS, HEALPix and units",
-}
+from kerrcaustics.extras import EXTRAS
 
 
 @app.command(**with_examples("doctor"))
@@ -36,7 +25,7 @@ def doctor(*, common: CommonOptions = COMMON) -> None:
         report("looking at the device", 0.2)
         device = _device()
         report("trying OpenGL", 0.6)
-        extras = {name: _missing(name) for name in _EXTRAS}
+        extras = {name: _missing(name) for name in EXTRAS}
         opengl = _opengl(tried=not extras["space"])
     entry = {
         "schema": "kerrcaustics/doctor/1",
@@ -123,7 +112,7 @@ def _print(entry: dict[str, Any], out: Console) -> None:
     say(out, f"OpenGL: {entry['opengl']['advice']}")
     table = PlainTable(("extra", "for", "installed"), words=("extra", "for", "installed"))
     for name, state in entry["extras"].items():
-        table.add_row(name, _EXTRAS[name], "yes" if state["installed"] else f"without {', '.join(state['missing'])}")
+        table.add_row(name, EXTRAS[name], "yes" if state["installed"] else f"without {', '.join(state['missing'])}")
     out.print(table)
     absent = [name for name, state in entry["extras"].items() if not state["installed"]]
     if absent:

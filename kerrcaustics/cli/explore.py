@@ -8,11 +8,11 @@ import tempfile
 import threading
 import time
 import webbrowser
-from importlib.util import find_spec
 from pathlib import Path
 
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, Port
+from kerrcaustics.extras import missing
 from kerrcaustics.files import UNFINISHED
 from kerrcaustics.interrupts import on_interrupt
 
@@ -49,9 +49,8 @@ def explore(
     common.check()
     if not host:
         raise BadInput("Argument --host must be an address, but is empty.")
-    missing = [name for name in _NEEDED if find_spec(name) is None]
-    if missing:
-        stop(1, f"The explorer needs {', '.join(missing)}: pip install 'kerrcaustics[explore]'.")
+    if lacking := missing("explore", *_NEEDED):
+        stop(1, lacking)
     from kerrcaustics.explorer.server import is_loopback, listening, serve
 
     try:

@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from kerrcaustics.choices import near
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName
 from kerrcaustics.cli.outputs import make_folder
@@ -30,7 +31,9 @@ def figures(*names: str, output: FileName | None = None, common: CommonOptions =
     available = script_names(FIGURES, "Figures")
     for name in names:
         if name not in available:
-            raise BadInput(f"Argument NAMES must be some of {', '.join(available)}, but one is {name}.")
+            raise BadInput(
+                f"Argument NAMES must be some of {', '.join(available)}, but one is {name}{near(name, available)}"
+            )
     selection = list(dict.fromkeys(names)) or available
     folder = output or figures_folder(FIGURES)
     make_folder(folder)

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kerrcaustics.choices import Quality
+from kerrcaustics.choices import Quality, near
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, HERE, CommonOptions, FileName, Flag, WorkerOptions
 from kerrcaustics.cli.outputs import check_film
@@ -145,7 +145,9 @@ def _check_name(name: str, count: int | None, quality: Quality | None) -> None:
 
     names = sorted([*script_names(FILMS, "Films"), *film_templates()])
     if name not in names:
-        raise BadInput(f"Argument NAME must be one of {', '.join(names)}, or a scene (.toml), but is {name}.")
+        raise BadInput(
+            f"Argument NAME must be one of {', '.join(names)}, or a scene (.toml), but is {name}{near(name, names)}"
+        )
     if quality is not None:
         raise BadInput(f"Argument --quality must come with a scene (.toml), but {name} is a script.")
 

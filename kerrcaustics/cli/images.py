@@ -48,11 +48,11 @@ def images(
     common.check()
     end, place, seen_from = source.end(), source.place("--star", star), camera.viewer()
     began = time.perf_counter()
-    with plain_errors(), progress():
+    with plain_errors(), progress() as report:
         from kerrcaustics.images.images import star_images
         from kerrcaustics.results.records import record
 
-        result = star_images(seen_from, place, max_index, end=end)
+        result = star_images(seen_from, place, max_index, end=end, progress=report)
     common.write_result(record(result), time.perf_counter() - began)
     _print_images(result, common.console())
     if not result.certified:

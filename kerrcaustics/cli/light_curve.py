@@ -79,12 +79,13 @@ def light_curve(
         from kerrcaustics.results.records import record
         from kerrcaustics.tracks.light_curves import light_curve as follow
 
-        light = follow(seen_from, orbit, times, size=size, crossings=crossings, motion=motion, power=power)
+        spot = {"size": size, "crossings": crossings, "motion": motion, "power": power}
+        light = follow(seen_from, orbit, times, **spot, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)
         if figure is not None:
-            report("drawing", 0.9)
+            report("drawing", 1.0)
             from kerrcaustics.draw.light_curves import light_curve_figure
 
             write_figure(light_curve_figure(light), figure)

@@ -12,7 +12,7 @@ from rich.console import Console
 from kerrcaustics.choices import VelocityName
 from kerrcaustics.cli.app import BadInput
 from kerrcaustics.cli.outputs import check_outputs, write_json
-from kerrcaustics.cli.terminal import console, plain_errors
+from kerrcaustics.cli.terminal import console, note, plain_errors
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import EquatorialPlane
@@ -52,6 +52,8 @@ def _file_name(_type: type, tokens: Sequence[cyclopts.Token]) -> Path:
     return Path(tokens[0].value)
 
 
+# 1.57 to 1.571: pi/2 with the digits that people write.
+_NEAR_EQUATOR = 1e-3
 _HIGHEST_INDEX = "Highest Morse index, 0 to 6: how often a beam of light was focused to a line on its way."
 
 Flag = Annotated[bool, cyclopts.Parameter(negative=())]
@@ -99,6 +101,7 @@ class CameraOptions:
 
     def camera(self) -> "Camera":
         """The camera that the options describe."""
+        self._note_radians()
         if self.observer:
             raise BadInput("Argument --observer must be left out: this command takes a camera.")
         with plain_errors():
@@ -110,6 +113,7 @@ class CameraOptions:
         """The same, or the observer."""
         if not (self.observer or self.radius == math.inf):
             return self.camera()
+        self._note_radians()
         if self.velocity not in (None, "fiducial"):
             where = "with --observer" if self.observer else "at infinity"
             raise BadInput(f"Argument --velocity must be fiducial {where}, but is {self.velocity}.")
@@ -117,6 +121,12 @@ class CameraOptions:
             from kerrcaustics.spacetime.observer import Observer
 
             return Observer(spin=self.spin, radius=self.radius, inclination=math.radians(self.inclination))
+
+    def _note_radians(self) -> None:
+        """Say so where the inclination looks like that of the equator in radians."""
+        if abs(self.inclination - math.pi / 2) < _NEAR_EQUATOR:
+            angle = f"{self.inclination:.12g}"
+            note(f"--inclination is in degrees: {angle} lies close to the axis, and 90 is the equator.")
 
 
 @cyclopts.Parameter(name="*")

@@ -3,11 +3,11 @@
 import json
 import os
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.cli.app import BadInput
+from kerrcaustics.extras import missing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,11 +16,8 @@ if TYPE_CHECKING:
 _FIGURE = (".png", ".pdf", ".svg"), ", "
 _PICTURE = (".png", ".jpg", ".jpeg", ".exr"), ", "
 _FILM = (".mp4", ".gif"), " or "
-# Packages that endings need, and what a message says of them.
-_NEEDS = {
-    ".exr": ("OpenEXR", '.exr needs the package OpenEXR (pip install "kerrcaustics[exr]").'),
-    ".mp4": ("av", 'MP4 needs the package av (pip install "kerrcaustics[films]"); .gif does not.'),
-}
+# Extras that endings need, and the package of each.
+_NEEDS = {".exr": ("exr", "OpenEXR"), ".mp4": ("films", "av")}
 
 
 def check_outputs(paths: dict[str, Path | None]) -> None:
@@ -86,9 +83,8 @@ def _check_ending(argument: str, path: Path | None, endings: tuple[str, ...], be
     ending = path.suffix.lower()
     if ending not in endings:
         raise BadInput(f"Argument {argument} must end in {between.join(endings)}, but is {path}.")
-    package, needs = _NEEDS.get(ending, ("", ""))
-    if package and find_spec(package) is None:
-        raise BadInput(f"Argument {argument}: {needs}")
+    if ending in _NEEDS and (lacking := missing(*_NEEDS[ending])):
+        raise BadInput(f"Argument {argument}: {lacking}{'; .gif needs nothing.' if ending == '.mp4' else '.'}")
 
 
 def make_folder(output: Path, argument: str = "--output") -> None:

@@ -1,5 +1,6 @@
 """The command `scene`."""
 
+from kerrcaustics.choices import near
 from kerrcaustics.cli.app import BadInput, app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions
 from kerrcaustics.cli.terminal import say
@@ -29,7 +30,9 @@ def scene(*, template: str | None = None, common: CommonOptions = COMMON) -> Non
             say(out, f"  {name:<14}{line}")
         return
     if template not in templates:
-        raise BadInput(f"Argument --template must be one of {', '.join(templates)}, but is {template}.")
+        raise BadInput(
+            f"Argument --template must be one of {', '.join(templates)}, but is {template}{near(template, templates)}"
+        )
     text = template_text(template)
     common.write({"schema": "kerrcaustics/scene/1", "template": template, **tomllib.loads(text)})
     if common.json != "-":

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import cyclopts
 
+from kerrcaustics.choices import near
 from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName
 from kerrcaustics.cli.outputs import check_outputs, make_folder
@@ -46,7 +47,7 @@ def study(name: str, /, *, output: FileName | None = None, common: CommonOptions
 
     names = script_names(STUDIES, "Studies")
     if name not in names:
-        raise BadInput(f"Argument NAME must be one of {', '.join(names)}, but is {name}.")
+        raise BadInput(f"Argument NAME must be one of {', '.join(names)}, but is {name}{near(name, names)}")
     folder = output or Path(f"study-{name}")
     make_folder(folder)
     check_outputs({"--output": folder / f"{name}.json"})

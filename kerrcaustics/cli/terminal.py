@@ -47,6 +47,12 @@ def say(out: Console, text: str) -> None:
     out.print(text, soft_wrap=True, highlight=False)
 
 
+def note(text: str) -> None:
+    """A line on standard error about what is allowed, and may not be what was meant."""
+    if not _quiet:
+        sys.stderr.write(f"Note: {text}\n")
+
+
 def say_all(out: Console, lines: Iterable[str]) -> None:
     """Print several lines."""
     for line in lines:
@@ -153,7 +159,7 @@ class _ProgressLines:
 
     def __init__(self, prefix: str) -> None:
         self._prefix, self._what, self._count = prefix, "computing", 0
-        self._last = time.monotonic()
+        self._last = time.monotonic() if math.isfinite(FIRST_LINE) else math.inf
         self._first: tuple[float, float] | None = None
 
     @contextmanager

@@ -79,10 +79,10 @@ def tracks(
         from kerrcaustics.results.records import record
         from kerrcaustics.tracks.tracks import star_tracks
 
-        tracks = star_tracks(seen_from, level, max_index, end=end)
+        tracks = star_tracks(seen_from, level, max_index, end=end, progress=report)
         seconds = time.perf_counter() - began
         if figure is not None:
-            report("drawing", 0.9)
+            report("drawing", 1.0)
             from kerrcaustics.draw.tracks import tracks_figure
 
             write_figure(tracks_figure(tracks, _caustics(tracks) if source.plane is None else None), figure)

@@ -1,10 +1,11 @@
 """Errors of usage of the command line, as one line that names the argument and what it must be."""
 
-import difflib
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal, get_args, get_origin
 
 import cyclopts
+
+from kerrcaustics.choices import near
 
 _WORDS = {int: "a whole number", float: "a number", bool: "true or false"}
 
@@ -23,7 +24,7 @@ def _command(error: cyclopts.CycloptsError) -> str:
 def _unknown_command(error: Any) -> str:
     names = [name for name in error.app if not name.startswith("-")]
     word = error.unused_tokens[0]
-    return f"Argument COMMAND must be one of {', '.join(names)}, but is {word}{_near(word, names) or '.'}"
+    return f"Argument COMMAND must be one of {', '.join(names)}, but is {word}{near(word, names)}"
 
 
 def _unknown_option(error: Any) -> str:
@@ -33,14 +34,10 @@ def _unknown_option(error: Any) -> str:
 
 def _unknown(error: cyclopts.CycloptsError, word: str, names: Iterable[str]) -> str:
     option = word.partition("=")[0]
-    near = _near(option, names) or f"; {_command(error)} --help lists those there are."
-    return f"Argument {option} is unknown{near}"
-
-
-def _near(word: str, names: Iterable[str]) -> str:
-    """A word that may be meant, as the end of a line, or nothing."""
-    near = difflib.get_close_matches(word, list(names), n=1)
-    return f"; did you mean {near[0]}?" if near else ""
+    end = near(option, names)
+    if end == ".":
+        end = f"; {_command(error)} --help lists those there are."
+    return f"Argument {option} is unknown{end}"
 
 
 def _no_value(error: Any) -> str:
@@ -50,7 +47,8 @@ def _no_value(error: Any) -> str:
     options = [token for token in error.root_input_tokens or () if token in argument.names]
     for token in [] if options else error.unused_tokens or ():
         # Misspelt, it is missing too.
-        if token.startswith("--") and _near(token.partition("=")[0], argument.names) and _is_unknown(error, token):
+        similar = near(token.partition("=")[0], argument.names) != "."
+        if token.startswith("--") and similar and _is_unknown(error, token):
             return _unknown(error, token, argument.names)
     if error.tokens_so_far:
         return f"Argument {name} must be {_values(argument)}, but is {' '.join(error.tokens_so_far)}."
@@ -86,7 +84,7 @@ def _wrong_value(error: Any) -> str:
     value = token.value or _after_sign(error, token.keyword)
     if argument.hint is not error.target_type and _count(argument) > 1:
         must = _values(argument)
-    end = _near(value, map(str, get_args(error.target_type))) or "."
+    end = near(value, map(str, get_args(error.target_type)))
     return f"Argument {token.keyword or _name(argument)} must be {must}, but is {value or 'empty'}{end}"
 
 

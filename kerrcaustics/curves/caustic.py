@@ -6,7 +6,7 @@ import numpy as np
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.lens_map.domains import domain_of
-from kerrcaustics.results.declared import Items, derived, quantity, result
+from kerrcaustics.results.declared import Items, Shown, derived, quantity, result
 from kerrcaustics.spacetime.viewer import Viewer
 
 # Curves that one line names.
@@ -14,7 +14,7 @@ _NAMED = 6
 
 
 @result("cusp/1", record="celestial error sky")
-class Cusp:
+class Cusp(Shown):
     """A cusp of a caustic."""
 
     sky: np.ndarray = quantity("axis", "1", "direction N on the camera sky; of an Observer (alpha, beta)")
@@ -30,7 +30,7 @@ class Cusp:
     "lost error residual certified remarks cusps",
     points="sky place",
 )
-class Caustic:
+class Caustic(Shown):
     """A critical curve on the camera sky and its image on the surface of the sources.
 
     The extremes are refined between the points. On spheres phi' is unwrapped so that the curve closes: rays with b > 0

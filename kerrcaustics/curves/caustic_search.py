@@ -13,11 +13,12 @@ from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
 from kerrcaustics.curves.critical_curves import CriticalCurve, curves_of, steps
 from kerrcaustics.curves.features import Features, find_features
-from kerrcaustics.curves.plane_caustics import Progress, plane_caustics
+from kerrcaustics.curves.plane_caustics import plane_caustics
 from kerrcaustics.lens_map.domains import Domain, Ring
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import shown_line_of_sight
 from kerrcaustics.results.declared import usual_warnings
+from kerrcaustics.results.progress import Progress, report, with_progress
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -25,14 +26,15 @@ HIGHEST_ORDER = 10
 
 
 @usual_warnings
+@with_progress
 def caustics(
     camera: Viewer,
     orders: int = 3,
     engine: str = "auto",
     tolerance: float = 1e-12,
-    progress: Progress | None = None,
     *,
     end: Wherever | End = math.inf,
+    progress: Progress | bool | None = None,
 ) -> CausticSet:
     """Critical curves and caustics of order 1 to `orders` seen by a camera, primary first.
 
@@ -45,12 +47,13 @@ def caustics(
         `CausticSet.missing`.
     engine, tolerance
         As for `trace_beams`; tolerance is the wanted error of a beam in radians.
-    progress : callable, optional
-        Called with a word for what is being done and the part that is done, 0 to 1.
     end : float, Sphere or EquatorialPlane
         Where sources lie: math.inf, the celestial sphere, or the radius of a sphere, further out than the camera or
         further in: there the k-th conjugate points of rays lie, the section of a caustic tube. An `EquatorialPlane`
         is the section by one crossing of the plane, for cameras that do not lie in it.
+    progress : callable or bool, optional
+        Called with a text on the current work and the part of all work that is done, 0 to 1, counted in steps of the
+        method, not in seconds. True shows a bar. Left out, notebooks show one after a second, and False none.
 
     Returns
     -------
@@ -81,11 +84,10 @@ def caustics(
     """
     check_orders(orders)
     check_request(camera, engine, tolerance)
-    surface, report = end_of(camera, end), progress or (lambda _what, _part: None)
+    surface = end_of(camera, end)
     began = time.perf_counter()
     search_map = SearchMap.of(camera, surface, engine, tolerance)
-    curves, beams, engines, missing = _found_on(search_map.domain, camera, search_map, int(orders), report)
-    report("done", 1.0)
+    curves, beams, engines, missing = _found_on(search_map.domain, camera, search_map, int(orders))
     return CausticSet(
         curves,
         camera=camera,
@@ -104,11 +106,11 @@ _Found = tuple[tuple[Caustic, ...], int, Iterable[str], tuple[int, ...]]
 
 
 @singledispatch
-def _found_on(domain: Domain, camera: Viewer, search_map: SearchMap, orders: int, report: Progress) -> _Found:
+def _found_on(domain: Domain, camera: Viewer, search_map: SearchMap, orders: int) -> _Found:
     """Return the curves on a surface: by lines across the shadow edge on spheres."""
-    report("critical curves found", 0.1)
+    report("critical curves", 0.0)
     curves = curves_of(search_map, orders)
-    report("cusps and extremes refined", 0.8)
+    report("cusps and extremes", 0.7)
     search = curves.search()
     features = find_features(search, curves)
     caustics = tuple(_caustic(camera, curves.domain.surface, curve, features[curve.order]) for curve in curves)
@@ -116,9 +118,9 @@ def _found_on(domain: Domain, camera: Viewer, search_map: SearchMap, orders: int
 
 
 @_found_on.register
-def _found_in_ring(domain: Ring, camera: Viewer, search_map: SearchMap, orders: int, report: Progress) -> _Found:
+def _found_in_ring(domain: Ring, camera: Viewer, search_map: SearchMap, orders: int) -> _Found:
     circles = partial(domain.circles, engine=search_map.engine, tolerance=search_map.tolerance)
-    return (*plane_caustics(camera, search_map.surface, circles, orders, report), ())
+    return (*plane_caustics(camera, search_map.surface, circles, orders), ())
 
 
 def check_orders(orders: object) -> None:

@@ -18,6 +18,7 @@ from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search, leav
 from kerrcaustics.lens_map.domains import Domain, OneLeaf
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.results.progress import report
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -173,6 +174,7 @@ def _followed(search: Search, orders: int) -> list[CriticalCurve]:
 
     On the equator half of each curve is computed and the other half is its mirror image.
     """
+    report("critical curves")
     half = search.camera.on_equator
     line = np.linspace(0, np.pi, _LINES // 2 + 1) if half else np.linspace(0, 2 * np.pi, _LINES, endpoint=False)
     # The prograde side of a fast hole, where the caustics wind, asks for more lines.

@@ -24,7 +24,7 @@ from kerrcaustics.lens_map.circles_in_plane import Crossings
 from kerrcaustics.lens_map.domains import Domain, Ring
 from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, with_errors
 from kerrcaustics.lens_map.lens_map import SearchMap
-from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
@@ -41,7 +41,7 @@ _ON_CIRCLE = "is the end of the curve toward {toward}: its derivative is that of
     "caustic-derivatives/1",
     record="order parameters theta_min theta_max r_min r_max phi_min phi_max cusps error remarks",
 )
-class CausticDerivatives:
+class CausticDerivatives(Shown):
     """Derivatives of the cusps and extremes of one caustic by the numbers of the viewer's place.
 
     In the plane a caustic is one piece of a section, whose cusps are not looked for.

@@ -18,13 +18,12 @@ from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.plane_map import Crossings
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_lines import periodic
+from kerrcaustics.results.progress import in_steps, report
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
-
-Progress = Callable[[str, float], None]
 
 _TURN = 2 * math.pi
 # Radii that are looked at: how far above the horizon they begin, where they end, and how many are tried as ends.
@@ -110,17 +109,16 @@ class Extreme:
 
 
 def plane_caustics(
-    camera: Viewer, surface: End, circles: Callable[..., Circles], orders: int, report: Progress
+    camera: Viewer, surface: End, circles: Callable[..., Circles], orders: int
 ) -> tuple[tuple[Caustic, ...], int, set[str]]:
     """Curves of order 1 to `orders` in which caustic tubes meet a crossing of the plane, and what beams it took.
 
     circles: the circles of the crossing, on many lines or few.
     """
-    report("sky searched", 0.1)
+    report("sky searched", 0.0)
     grid, used = _searched(circles)
     curves: list[Caustic] = []
-    for order in range(1, orders + 1):
-        report(f"order {order}", 0.3 + 0.7 * (order - 1) / orders)
+    for order in in_steps("order", range(1, orders + 1)):
         curves += [_curve(camera, surface, grid, section) for section in _sections(grid, order)] if grid else []
     return tuple(curves), sum(each.beams_traced - before for each, before in used), used[-1][0].engines_used
 

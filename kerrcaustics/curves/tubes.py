@@ -22,7 +22,8 @@ from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.spacetime.frame import sky_from_fido
@@ -49,7 +50,7 @@ _USUAL_SCALE, _USUAL_ROWS = 6.0, 48
 
 
 @result("tube/1")
-class CausticTube:
+class CausticTube(Shown):
     """A caustic of the past light cone, in space: a surface of conjugate points.
 
     The first row is the caustic on the celestial sphere, at infinite radius; the others are about at the radii asked
@@ -84,8 +85,13 @@ def usual_radii(spin: float) -> Float[Array, " rows"]:
 
 
 @usual_warnings
+@with_progress
 def caustic_tubes(
-    camera: Viewer, orders: int = 2, radii: Float[Array, " rows"] | None = None
+    camera: Viewer,
+    orders: int = 2,
+    radii: Float[Array, " rows"] | None = None,
+    *,
+    progress: Progress | bool | None = None,
 ) -> tuple[CausticTube, ...]:
     """The caustics of a viewer's past light cone as surfaces in space, primary first.
 
@@ -97,6 +103,8 @@ def caustic_tubes(
         How many, 1 to 10; those that cannot be found are left out.
     radii : (rows,) array, optional
         Where the tube is wanted, falling from math.inf. Left out, 48 radii to 0.4 above the horizon.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------
@@ -134,7 +142,7 @@ def caustic_tubes(
     search_map = SearchMap.of(camera, SKY)
     far = (_unbounded(search_map.camera),) if search_map.domain.unbounded else ()
     curves = (*far, *curves_of(search_map, int(orders)))
-    return tuple(_tube(camera, search_map.camera, curve, radii) for curve in curves)
+    return tuple(_tube(camera, search_map.camera, curve, radii) for curve in in_steps("tube", curves))
 
 
 def _unbounded(camera: Viewer) -> CriticalCurve:

@@ -19,6 +19,7 @@ from PIL import Image
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed, whole_line
+from kerrcaustics.extras import needed
 from kerrcaustics.files import writing
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.screen import Screen
@@ -47,10 +48,7 @@ def save_light(path: str | os.PathLike[str], light: Array) -> None:
     """Write linear light (height, width, 3) as an OpenEXR file, single precision; needs the package of that name."""
     if os.path.splitext(os.fspath(path))[1].lower() != ".exr":
         raise ValueError(f"Argument `path` must end in .exr, but is {os.fspath(path)!r}.")
-    try:
-        import OpenEXR
-    except ImportError:
-        raise ImportError('OpenEXR pictures need the package OpenEXR: pip install "kerrcaustics[exr]"') from None
+    OpenEXR = needed("exr", "OpenEXR")
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     # The library writes to names alone.
     with tempfile.TemporaryDirectory() as folder, writing(path) as file:

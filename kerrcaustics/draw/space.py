@@ -5,15 +5,20 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyvista
 from jaxtyping import Float
 
 from kerrcaustics.draw.scenes import save_picture
 from kerrcaustics.draw.solid_files import write_gltf, write_html
 from kerrcaustics.draw.solids import Model, Surface
+from kerrcaustics.extras import needed
+
+if TYPE_CHECKING:
+    import pyvista
+else:
+    pyvista = needed("space", "pyvista")
 
 SIZE = (3200, 2400)
 """Pixels of a new plotter; a picture is half as large, so that its edges are smooth."""

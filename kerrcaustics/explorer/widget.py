@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 from kerrcaustics.explorer.answers import answer, greeting, question, refusal
 from kerrcaustics.explorer.page_data import Message
 from kerrcaustics.explorer.state import PAGE, ExplorerState
+from kerrcaustics.extras import needed
+from kerrcaustics.results.progress import listening
 
 if TYPE_CHECKING:
     from anywidget import AnyWidget
@@ -69,8 +71,7 @@ def explore(
 @lru_cache(maxsize=1)
 def _widget_class() -> Any:
     """The class of the widget, made on demand: anywidget is an extra."""
-    import anywidget
-    import traitlets
+    anywidget, traitlets = needed("notebook", "anywidget"), needed("notebook", "traitlets")
 
     class ExplorerWidget(anywidget.AnyWidget):
         """The page, and the state that it shows."""
@@ -94,7 +95,9 @@ def _widget_class() -> Any:
                 self._reply(greeting())
                 return
             try:
-                self._reply(answer(*question(str(content.get("text", "")))))
+                # Work for the page has no cell of its own.
+                with listening(False):
+                    self._reply(answer(*question(str(content.get("text", "")))))
             except ValueError as error:
                 self._reply(refusal(str(error)))
 

@@ -4,7 +4,6 @@ An interrupted film resumes: each frame is a file of its own beside the film unt
 """
 
 import time
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -15,12 +14,11 @@ from kerrcaustics.files import remove_abandoned
 from kerrcaustics.films import frame_store
 from kerrcaustics.films.frame_store import Draw, FrameStore
 from kerrcaustics.films.video import check_film_path, write_pictures
-from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.declared import Shown, derived, quantity, result
+from kerrcaustics.results.progress import Progress, listening
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.workers.places import Run, check_answer, check_place, place
 from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailures
-
-Progress = Callable[[str, float], None]
 
 # Frames that failed, besides the first, that are named in a line.
 _MOST_NAMED = 10
@@ -55,7 +53,7 @@ class Film:
 
 
 @result("film/1", record="frames drawn reused failed failures seconds stages output")
-class FilmResult:
+class FilmResult(Shown):
     """Counts, failures and times of the making of a film."""
 
     output: Path | None = quantity("", "", "the film; None where frames failed, and there is none yet")
@@ -204,7 +202,8 @@ def _draw(store: FrameStore, job: Compute, missing: list[int], total: int, run: 
 
 def _one_by_one(compute: Compute, numbers: list[int], _worker_failures: WorkerFailures) -> Finished:
     for number in numbers:
-        compute(number)
+        with listening(False):
+            compute(number)
         yield number, True
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image
 
+from kerrcaustics.extras import needed
 from kerrcaustics.files import writing
 
 Array = np.ndarray
@@ -31,7 +32,7 @@ def check_film_path(path: Path) -> None:
     if not os.path.isdir(path.parent):
         raise ValueError(f"Argument `path` must lie in a folder that exists, but {str(path.parent)!r} is none.")
     if path.suffix.lower() == ".mp4":
-        _av()
+        needed("films", "av")
 
 
 def write_pictures(path: Path, pictures: Pictures, rate: int) -> None:
@@ -40,16 +41,8 @@ def write_pictures(path: Path, pictures: Pictures, rate: int) -> None:
         (_write_gif if path.suffix.lower() == ".gif" else _write_mp4)(file, pictures, rate)
 
 
-def _av() -> Any:
-    try:
-        import av
-    except ImportError:
-        raise ImportError('MP4 films need the package av: pip install "kerrcaustics[films]"') from None
-    return av
-
-
 def _write_mp4(file: Any, pictures: Pictures, rate: int) -> None:
-    av, first = _av(), next(pictures)
+    av, first = needed("films", "av"), next(pictures)
     with av.open(file, "w", format="mp4") as container:
         stream: Any = container.add_stream("libx264", rate=Fraction(rate))
         stream.pix_fmt, stream.options = "yuv420p", dict(_OPTIONS)

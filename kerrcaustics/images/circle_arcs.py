@@ -19,6 +19,7 @@ from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.plane_map import Crossings
 from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.results.progress import in_steps
 
 Array = np.ndarray
 
@@ -274,7 +275,7 @@ def counted(
     """Counts of the images of sources, which lie on a caustic, which are certified: quick for many on one circle."""
     counts = np.zeros((len(places), max_index + 1), int)
     near, certified = np.zeros((2, len(places)), bool)
-    for radius in np.unique(places[:, 0]).tolist():
+    for radius in in_steps("circle", np.unique(places[:, 0]).tolist()):
         arcs = arcs_of(domain, radius)
         for i in np.flatnonzero(places[:, 0] == radius).tolist():
             holds = _holding(arcs, places[i, 1])

@@ -13,7 +13,8 @@ from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.files import check_name
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.images import checked_index, direct_remarks
-from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.storage import as_json, from_json
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, whole_number
@@ -32,7 +33,7 @@ _FITS_AXIS = "MORSE"
     record="kind=stars camera surface max_index all_certified remarks",
     rows="stars counts expected total on_caustic certified",
 )
-class ImageCounts:
+class ImageCounts(Shown):
     """Image counts of many sources."""
 
     camera: Viewer = quantity("", "", "who sees them", json="", column="")
@@ -81,7 +82,7 @@ class ImageCounts:
 
 
 @result("counts/1", record="kind=map camera surface max_index level phi counts on_caustic certified remarks")
-class CountMap:
+class CountMap(Shown):
     """Image counts all over a surface of sources, on a grid of its two coordinates."""
 
     camera: Viewer = quantity("", "", "who sees them", json="", column="")
@@ -159,8 +160,15 @@ def _remarks(camera: Viewer, surface: End, on_caustic: _Marks, certified: _Marks
 
 
 @usual_warnings
+@with_progress
 def image_counts(
-    camera: Viewer, stars: ArrayLike, max_index: int = 2, *, find: bool = True, end: Wherever | End = math.inf
+    camera: Viewer,
+    stars: ArrayLike,
+    max_index: int = 2,
+    *,
+    find: bool = True,
+    end: Wherever | End = math.inf,
+    progress: Progress | bool | None = None,
 ) -> ImageCounts:
     """Numbers of images of stars, by Morse index.
 
@@ -177,6 +185,8 @@ def image_counts(
     end : float, Sphere or EquatorialPlane
         Radius of the stars; math.inf is the celestial sphere. Of stars nearer to the hole than the camera each takes a
         search of its own to be certified. An `EquatorialPlane`: stars are (r, phi) in the plane.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------
@@ -212,6 +222,7 @@ def image_counts(
 
 
 @usual_warnings
+@with_progress
 def count_map(
     camera: Viewer,
     max_index: int = 2,
@@ -219,6 +230,7 @@ def count_map(
     *,
     end: Wherever | End = math.inf,
     radii: ArrayLike | None = None,
+    progress: Progress | bool | None = None,
 ) -> CountMap:
     """Image counts over the whole celestial sphere, or one of finite radius, on a grid of equal steps in theta', phi'.
 
@@ -235,6 +247,8 @@ def count_map(
     radii : array
         In the plane alone: the radii of the circles, rising. Left out, they are `rows` in equal ratios, from 1.05 times
         the horizon's to twice the camera's, at most to 100.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------

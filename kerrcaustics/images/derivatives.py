@@ -12,14 +12,14 @@ from jaxtyping import Float, Int
 from kerrcaustics.beams.ends import End
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.expansions import expanded, inverse, source_parameters, with_errors
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
 
 @result("image-derivatives/1", record="star parameters", rows="sky magnification time error")
-class ImageDerivatives:
+class ImageDerivatives(Shown):
     """Derivatives of the images of a source, in their order, by the numbers of the viewer's place and of the source's.
 
     Of the camera's velocity a name is the motion that belongs to the place and changes with it; three numbers stay.

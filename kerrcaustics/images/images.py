@@ -14,7 +14,8 @@ from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
 from kerrcaustics.lens_map.domains import Ring, domain_of
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
-from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
@@ -29,7 +30,7 @@ _DIRECT = "stars are seen directly, by images of index 0, at infinite (alpha, be
     rows="sky azimuth index parity magnification crossings crossings_certain redshift error time "
     "time_error second_arrival",
 )
-class StarImages:
+class StarImages(Shown):
     """The images of one source, ordered by Morse index."""
 
     camera: Viewer = quantity("", "", "who sees them", json="", column="")
@@ -102,8 +103,14 @@ class StarImages:
 
 
 @usual_warnings
+@with_progress
 def star_images(
-    camera: Viewer, star: tuple[float, float], max_index: int = 2, *, end: Wherever | End = math.inf
+    camera: Viewer,
+    star: tuple[float, float],
+    max_index: int = 2,
+    *,
+    end: Wherever | End = math.inf,
+    progress: Progress | bool | None = None,
 ) -> StarImages:
     """All images of a star with Morse index 0 to `max_index`, brightest orders first.
 
@@ -119,6 +126,8 @@ def star_images(
         Radius of the star; math.inf is the celestial sphere. One that is nearer to the hole than the camera takes a
         search of its own, as the sky is searched from there (docs/near_sources.md). An `EquatorialPlane`: images by
         rays that cross the plane at the source for the n-th time, seen by cameras that do not lie in it.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------

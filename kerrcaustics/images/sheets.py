@@ -27,6 +27,7 @@ from kerrcaustics.images.fold import fold_derivatives, fold_guesses
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import search_camera
 from kerrcaustics.lens_map.sky_lines import periodic
+from kerrcaustics.results.progress import report
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
@@ -234,6 +235,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
             f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
             f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
         )
+    report("sheets of the sky", 0.2)
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
     mapped, coarsely = partial(_mapped, curves), partial(_mapped, curves, tolerance=_OF_GRID)
     depths = [domain.first, *(periodic(curve.points.edge_phase, curve.points.depth) for curve in curves)]

@@ -12,11 +12,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache
 from importlib import import_module
-from typing import Any, TypeVar, dataclass_transform, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform, get_args, get_type_hints, overload
 
 import numpy as np
 
+from kerrcaustics.lazy_names import unknown_attribute
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 T = TypeVar("T")
+Kind = TypeVar("Kind", bound="Shown")
 Get = TypeVar("Get", bound=Callable[..., Any])
 
 usual_warnings = np.errstate(all="warn", under="ignore")
@@ -100,10 +106,60 @@ def derived(dims: str, unit: str, *, json: str | None = None, column: str | None
     return declare
 
 
+class Shown:
+    """The display of results; the modules that it needs are loaded at the first use."""
+
+    def __repr__(self) -> str:
+        """Numbers, and sizes of arrays, in one line."""
+        return import_module("kerrcaustics.results.shown").one_line(self)
+
+    def _repr_html_(self) -> str:
+        """HTML for notebooks: the numbers with their errors, and a small picture."""
+        return import_module("kerrcaustics.results.shown").page(self)
+
+    def plot(self, ax: "Axes | None" = None, **settings: Any) -> "Axes":
+        """Draw it on axes, new ones where none are given, and return them.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+        settings
+            Settings of the plot of this class, listed in [Plots](plots.md).
+        """
+        return import_module("kerrcaustics.draw.result_plots").plot(self, ax, **settings)
+
+    # To type checkers a name that is not there stays an error.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Raise the error about an attribute that is not there."""
+            if hasattr(type(self), name):
+                # A property of that name failed: its own error says how.
+                return object.__getattribute__(self, name)
+            names = [] if name.startswith("_") else [known for known in dir(self) if not known.startswith("_")]
+            raise unknown_attribute(type(self).__name__, name, names)
+
+
+class Items(Shown, Sequence[T]):
+    """A result that is also the sequence in its first field."""
+
+    @overload
+    def __getitem__(self, place: int) -> T: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[T, ...]: ...
+    def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
+        """An item, or a tuple of items for a slice."""
+        return next(iter(vars(self).values()))[place]
+
+    def __len__(self) -> int:
+        """Number of items."""
+        return len(next(iter(vars(self).values())))
+
+
 @dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(quantity,))
 def result(
     schema: str, *, record: str = "", points: str = "", rows: str = "", eq: bool = False, kw_only: bool = False
-) -> Callable[[type[T]], type[T]]:
+) -> Callable[[type[Kind]], type[Kind]]:
     """Make a class a result: a frozen dataclass, equal to another if all quantities but run times are.
 
     Parameters
@@ -120,13 +176,9 @@ def result(
         True for a class that is compared, and hashed, as other dataclasses are.
     """
 
-    def declare(kind: type[T]) -> type[T]:
-        plain = kind.__repr__ is object.__repr__
+    def declare(kind: type[Kind]) -> type[Kind]:
         # The text of a class of few numbers is a call that makes it.
         made: Any = dataclass(frozen=True, eq=eq, repr=eq, kw_only=kw_only)(kind)
-        made._repr_html_, made.plot = Shown._repr_html_, Shown.plot
-        if plain and not eq:
-            made.__repr__ = Shown.__repr__
         if not eq:
             made.__eq__, made.__hash__ = same, None
         names = record.split() or [name for name in stored(made) if not name.startswith("_")]
@@ -135,41 +187,6 @@ def result(
         return made
 
     return declare
-
-
-class Shown:
-    """The display of results; the modules that it needs are loaded at the first use."""
-
-    def __repr__(self) -> str:
-        """Numbers, and sizes of arrays, in one line."""
-        return import_module("kerrcaustics.results.shown").one_line(self)
-
-    def _repr_html_(self) -> str:
-        """HTML for notebooks: the numbers with their errors, and a small picture."""
-        return import_module("kerrcaustics.results.shown").page(self)
-
-    def plot(self, ax: Any = None, **settings: Any) -> Any:
-        """Draw it on axes, new ones where none are given, and return them.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-        settings
-            Settings of the plot of this class, listed in [Plots](plots.md).
-        """
-        return import_module("kerrcaustics.draw.result_plots").plot(self, ax, **settings)
-
-
-class Items(Sequence[T]):
-    """A result that is also the sequence in its first field."""
-
-    def __getitem__(self, place: Any) -> Any:
-        """An item, or a tuple of items for a slice."""
-        return next(iter(vars(self).values()))[place]
-
-    def __len__(self) -> int:
-        """Number of items."""
-        return len(next(iter(vars(self).values())))
 
 
 @cache

@@ -8,6 +8,8 @@ from functools import wraps
 from time import perf_counter as clock
 from typing import Any, ParamSpec, TypeVar
 
+from kerrcaustics.results import progress
+
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 Report = Callable[[str, dict[str, float]], None]
@@ -35,6 +37,7 @@ def stage(name: str) -> Iterator[None]:
     """Time the block as this stage, less other stages within it. Also a decorator."""
     timing, began = _TIMING.get(), clock()
     earlier = [sum(seconds.values()) for seconds, _ in timing]
+    progress.report(name.replace("_", " "))
     for seconds, report in timing:
         report(name, seconds)
     try:

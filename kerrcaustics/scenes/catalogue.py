@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import KDTree
 
+from kerrcaustics.extras import needed
 from kerrcaustics.files import reading
 from kerrcaustics.results.declared import Shown
 from kerrcaustics.scenes.checks import check_number
@@ -119,10 +120,7 @@ def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
     >>> import kerrcaustics as kc
     >>> kc.skies.tycho2("index-tycho2-10.littleendian.fits")  # doctest: +SKIP
     """
-    try:
-        from astropy.io import fits
-    except ImportError:
-        raise ImportError('Tycho-2 files need the package astropy: pip install "kerrcaustics[catalogues]"') from None
+    fits = needed("catalogues", "astropy.io.fits")
     try:
         with reading(path, _LARGEST), fits.open(path) as tables:
             if sum(table.size for table in tables) > _LARGEST:

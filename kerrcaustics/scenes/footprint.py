@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import Shown, quantity, result
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
 Array = np.ndarray
@@ -25,7 +25,7 @@ _PROBES = (1, 3, 5, 9, 17, 33)
 
 
 @result("footprint/1")
-class Footprint:
+class Footprint(Shown):
     """Parts of the celestial sphere that n pixels see."""
 
     direction: Array = quantity("pixel axis", "1", "n' of the middle")

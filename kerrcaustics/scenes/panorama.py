@@ -11,6 +11,7 @@ from jaxtyping import Float, Float32
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
+from kerrcaustics.extras import needed
 from kerrcaustics.files import check_path, reading
 from kerrcaustics.scenes.checks import check_light, check_number
 from kerrcaustics.scenes.colour import decoded, shifted_light
@@ -207,10 +208,7 @@ def _read_screen(path: Path) -> Float32[Array, "h w 3"]:
 
 
 def _read_exr(path: Path) -> Float32[Array, "h w 3"]:
-    try:
-        import OpenEXR
-    except ImportError:
-        raise ImportError('OpenEXR pictures need the package OpenEXR: pip install "kerrcaustics[exr]"') from None
+    OpenEXR = needed("exr", "OpenEXR")
     with OpenEXR.File(str(path), header_only=True) as file:
         low, high = file.header()["dataWindow"]
         if math.prod(1 + int(b) - int(a) for a, b in zip(low, high, strict=True)) > _MOST_PIXELS:

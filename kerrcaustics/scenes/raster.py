@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.results.declared import Shown
 from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
@@ -16,7 +17,7 @@ MOST_PIXELS = 16384
 _WORDS = {2: "two", 3: "three"}
 
 
-class Raster:
+class Raster(Shown):
     """A rectangle of pixels on a viewer's sky; whole numbers are pixel centres, from the upper left one.
 
     Directions are unit vectors as the engines take them: the sky of a camera itself, and the sphere that an observer's

@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.choices import Quality
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice, covered, crossings
@@ -42,7 +43,7 @@ _CROSSINGS = "beams traced to each crossing of the disk's plane, from the first 
 
 
 @result("rendering/1")
-class Rendering:
+class Rendering(Shown):
     """A sky, and a disk, as a camera or an observer sees them."""
 
     camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
@@ -68,7 +69,7 @@ class Rendering:
 
 
 @result("traced-view/1")
-class TracedView:
+class TracedView(Shown):
     """The map of a view to the sky, and to a disk, made once for any sky: what `trace_view` returns."""
 
     camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
@@ -140,6 +141,7 @@ class TracedView:
 
 
 @usual_warnings
+@with_progress
 def render(
     camera: Viewer,
     view: Raster,
@@ -152,6 +154,7 @@ def render(
     time: float = 0.0,
     quality: str = "normal",
     motion: ShutterMotion | None = None,
+    progress: Progress | bool | None = None,
 ) -> Rendering:
     """A sky seen through the hole, and a disk round it.
 
@@ -178,6 +181,8 @@ def render(
         Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005).
     motion : ShutterMotion, optional
         Motion while the picture is exposed; left out, it shows one moment.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------
@@ -234,6 +239,7 @@ def render(
 
 @usual_warnings
 @with_stages
+@with_progress
 def trace_view(
     camera: Viewer,
     view: Raster,
@@ -242,6 +248,7 @@ def trace_view(
     disk: Disk | None = None,
     delay: bool = False,
     quality: str = "normal",
+    progress: Progress | bool | None = None,
 ) -> TracedView:
     """The map of a view, for `TracedView.show`: for films, where the sky moves and the camera does not.
 
@@ -261,6 +268,8 @@ def trace_view(
         Compute the travel time from the disk.
     quality : str
         As for `render`.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Raises
     ------

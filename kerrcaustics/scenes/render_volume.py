@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import cores
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, report, with_progress
 from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.march import Marched, Marching, marched
@@ -31,7 +32,7 @@ _LONGEST_STEP = 2.0
 
 
 @result("volume-rendering/1")
-class VolumeRendering:
+class VolumeRendering(Shown):
     """Glowing matter in space, before a sky, as a camera sees it."""
 
     camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
@@ -51,6 +52,7 @@ class VolumeRendering:
 
 
 @usual_warnings
+@with_progress
 def render_volume(
     camera: Viewer,
     view: Raster,
@@ -60,6 +62,7 @@ def render_volume(
     beaming: bool = False,
     colour_shift: bool = False,
     step: float = 0.5,
+    progress: Progress | bool | None = None,
 ) -> VolumeRendering:
     """Glowing matter in space, marched through along the ray of each pixel, and the sky behind it.
 
@@ -76,6 +79,8 @@ def render_volume(
     step : float
         Length of a step, at most 2, in lengths over which density and temperature change: `Volume.scale`, or the cells
         of a grid, or the width of the beam where that is more.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------
@@ -112,6 +117,7 @@ def render_volume(
     check_sky(sky)
     way = _checked(camera, volume, beaming, colour_shift, step)
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
+    report("rays marched", 0.0)
     first = _all_marched(way, view, x[:, None], y[:, None])
     light, transmission, steps = first
     brightest = max(float(luminance(light).max()), 1e-300)
@@ -120,6 +126,7 @@ def render_volume(
     if len(rough):
         within = (np.arange(_DIVISIONS**2) % _DIVISIONS + 0.5) / _DIVISIONS - 0.5
         down = (np.arange(_DIVISIONS**2) // _DIVISIONS + 0.5) / _DIVISIONS - 0.5
+        report("edges refined", 0.5)
         light[rough], transmission[rough], more = _all_marched(
             way, view, x[rough, None] + within, y[rough, None] + down
         )

@@ -11,7 +11,7 @@ from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.checks import check_number, positive
 from kerrcaustics.scenes.raster import Raster, unit_vector
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import one_of
+from kerrcaustics.spacetime.checks import if_degrees, one_of
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 Array = np.ndarray
@@ -235,4 +235,4 @@ def _check_field(angle: float, width: int, height: int, projection: str) -> None
     if projection == "fisheye" and angle / 2 * math.hypot(1, height / width) > math.pi:
         must = "keep the corners of a fisheye picture within pi radians of its centre"
     if must:
-        raise ValueError(f"Argument `field_of_view` must {must}, but is {shown}.")
+        raise ValueError(f"Argument `field_of_view` must {must}, but is {shown}{if_degrees(angle, _WIDEST_PINHOLE)}")

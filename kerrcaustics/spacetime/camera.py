@@ -4,7 +4,7 @@ import math
 from functools import lru_cache
 from typing import Any, ClassVar, get_args
 
-from kerrcaustics.choices import VelocityName
+from kerrcaustics.choices import VelocityName, near
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import instance_of, quoted, real_number, refuse_traced
@@ -86,7 +86,7 @@ class Camera(Viewer):
         if self.velocity not in VELOCITY_NAMES:
             raise ValueError(
                 "Argument `velocity` must be circular, fiducial, static or a vector (v_r, v_theta, v_phi), "
-                f"but is {quoted(self.velocity)}."
+                f"but is {quoted(self.velocity)}{near(self.velocity, VELOCITY_NAMES)}"
             )
         if self.velocity == "fiducial":
             return (0.0, 0.0, 0.0)

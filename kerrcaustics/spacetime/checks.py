@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from kerrcaustics.choices import near
+
 # Characters of a value in a message.
 _LONGEST = 80
 
@@ -25,6 +27,17 @@ def quoted(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
+def if_degrees(angle: Any, most: float = math.pi) -> str:
+    """The end of a sentence about an angle that is too large: its radians, where these are at most `most`; else ".".
+
+    Not every angle is a number: "." for what is none.
+    """
+    degrees = real_number("angle", angle)
+    if not 2 < degrees <= math.degrees(most):
+        return "."
+    return f" ({degrees:.12g} degrees are {math.radians(degrees):.6g} radians)."
+
+
 def apart(value: float, limit: float) -> tuple[str, str]:
     """A number and the limit that it violates as texts, with enough digits to differ."""
     texts = f"{value:.12g}", f"{limit:.12g}"
@@ -35,7 +48,9 @@ def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
     """Raise ValueError unless the argument `name` is one of some words."""
     choices = list(choices)
     if not isinstance(value, str) or value not in choices:
-        raise ValueError(f"Argument `{name}` must be one of {', '.join(choices)}, but is {quoted(value)}.")
+        raise ValueError(
+            f"Argument `{name}` must be one of {', '.join(choices)}, but is {quoted(value)}{near(value, choices)}"
+        )
 
 
 def instance_of(name: str, value: Any, kind: type) -> None:

@@ -6,8 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from kerrcaustics.results.declared import Shown
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, quoted, real_number
+from kerrcaustics.spacetime.checks import apart, if_degrees, quoted, real_number
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.sphere import tangent_basis
 
@@ -18,7 +19,7 @@ Vector = tuple[float, float, float]
 _AT_REST = (0.0, 0.0, 0.0)
 
 
-class Viewer:
+class Viewer(Shown):
     """A place outside the horizon, at azimuth 0, and the sky of that place.
 
     velocity: as of a `Camera`; sky_unit: of lengths and errors on that sky, "rad" or "GM/c^2"; sky_coordinates: of
@@ -114,7 +115,9 @@ def check_place(spin: float, radius: float, inclination: float) -> None:
     if radius > LARGEST_RADIUS:
         raise ValueError(f"Argument `radius` must be at most {LARGEST_RADIUS:g}, but is {radius:g}.")
     if not 0 <= inclination <= math.pi:
-        raise ValueError(f"Argument `inclination` must lie in [0, pi] radians, but is {inclination:g}.")
+        raise ValueError(
+            f"Argument `inclination` must lie in [0, pi] radians, but is {inclination:g}{if_degrees(inclination)}"
+        )
 
 
 def finite_number(name: str, value: Any) -> float:

@@ -1,7 +1,6 @@
 """Running a sweep: in this process, on workers of this machine, or on a Dask cluster."""
 
 import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing
 from functools import partial
@@ -10,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from kerrcaustics.beams.trace import cores
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import Shown, quantity, result
+from kerrcaustics.results.progress import Progress, report, with_progress
 from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
@@ -18,13 +18,11 @@ from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, store_at
 from kerrcaustics.workers.places import check_answer, check_place, place
 from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailures
 
-Progress = Callable[[str, float], None]
-
 _DIED = "the process that computed it died each time (too little memory?)"
 
 
 @result("sweep-result/1")
-class SweepResult:
+class SweepResult(Shown):
     """The outcome of a sweep."""
 
     path: Path = quantity("", "", "the store")
@@ -38,6 +36,7 @@ class SweepResult:
     )
 
 
+@with_progress
 def sweep(
     scene: Scene,
     path: str | Path,
@@ -45,7 +44,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     retry: bool = False,
-    progress: Progress = lambda _what, _part: None,
+    progress: Progress | bool | None = None,
 ) -> SweepResult:
     """Compute the missing points of the store at `path`, which is made if there is none.
 
@@ -65,8 +64,8 @@ def sweep(
         In place of workers: address of a Dask scheduler whose workers see the same file system, such as "tcp://host:8786".
     retry : bool
         True to try points that failed before again.
-    progress : callable
-        Called with the current work as text and the part of the points that is computed.
+    progress : callable or bool, optional
+        As for `caustics`; the part is that of the points that are computed.
 
     Returns
     -------
@@ -95,21 +94,21 @@ def sweep(
     check_answer(scheduler)
     total = int(np.prod(scene.shape))
     with store_at(Path(path), scene) as store:
-        progress("looking at what is done", 0.0)
+        report("looking at what is done", 0.0)
         states = _states(store, retry)
         missing = [block for block, state in states.items() if state != KEPT]
         damaged = sum(len(block) for block, state in states.items() if state == DAMAGED)
         before = done = total - sum(map(len, missing))
-        progress(f"{done} of {total} points", done / total)
+        report(f"{done} of {total} points", done / total)
         if missing:
-            worker_failures = WorkerFailures(lambda what: progress(f"{done} of {total} points, {what}", done / total))
+            worker_failures = WorkerFailures(lambda what: report(f"{done} of {total} points, {what}", done / total))
             compute, run = partial(compute_block, str(store.path.absolute())), place(workers, scheduler, _in_threads)
             with closing(run(compute, missing, worker_failures)) as finished:
                 for block, known in finished:
                     if not known:
                         store.write(block, [_DIED] * len(block))
                     done += len(block)
-                    progress(f"{done} of {total} points", done / total)
+                    report(f"{done} of {total} points", done / total)
         failures, took = tuple(store.failures()), time.perf_counter() - began
         return SweepResult(store.path, total, before, failures, took, damaged, store.mended)
 

@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.choices import near
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.images import checked_place, checked_sheets
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
-from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.events import PairEvents, in_time, pair_events_of
@@ -33,7 +35,7 @@ GALACTIC_POLE = (math.radians(90 - 27.12825), math.radians(192.85948))
     record="index closed longitude_from longitude_to ends error",
     points="sky longitude time time_error",
 )
-class CircleCurve:
+class CircleCurve(Shown):
     """An image of a great circle, or of a part of it: a curve on the camera sky."""
 
     camera: Viewer = quantity("", "", "who sees it", column="")
@@ -76,7 +78,7 @@ class CircleCurve:
 
 
 @result("counts/1", record="camera surface kind=circle max_index normal certified remarks per_index curves events")
-class CircleImages:
+class CircleImages(Shown):
     """The images of a great circle, by Morse index.
 
     Longitude on the circle is counted from its ascending node on the celestial equator (from phi' = 0 where it is the
@@ -108,8 +110,14 @@ class CircleImages:
 
 
 @usual_warnings
+@with_progress
 def circle_images(
-    camera: Viewer, normal: ArrayLike | str, max_index: int = 2, *, end: Wherever | End = math.inf
+    camera: Viewer,
+    normal: ArrayLike | str,
+    max_index: int = 2,
+    *,
+    end: Wherever | End = math.inf,
+    progress: Progress | bool | None = None,
 ) -> CircleImages:
     """The images of a great circle with Morse index 0 to `max_index`, as curves on the camera sky.
 
@@ -124,6 +132,8 @@ def circle_images(
     end : float or Sphere
         Radius of the circle, that of the camera or a larger one; math.inf is the celestial sphere. Within the camera's
         radius images are followed from the source, and great circles cannot be.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------
@@ -200,5 +210,8 @@ def _checked_normal(normal: ArrayLike | str, camera: Viewer) -> tuple[float, flo
     if isinstance(normal, str):
         if normal == "galactic plane":
             return GALACTIC_POLE
-        raise ValueError(f"Argument `normal` must be (theta', phi') or \"galactic plane\", but is {quoted(normal)}.")
+        end = near(normal, ["galactic plane"])
+        raise ValueError(
+            f"Argument `normal` must be (theta', phi') or \"galactic plane\", but is {quoted(normal)}{end}"
+        )
     return checked_place("normal", normal, camera)

@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, source_parameters, with_errors
 from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.events import PairEvent, PairEvents
 
@@ -25,7 +25,7 @@ _SAME = 1e-6
 
 
 @result("event-derivatives/1", record="parameters", rows="azimuth time error")
-class EventDerivatives:
+class EventDerivatives(Shown):
     """Derivatives of pair events, in their order, by the numbers of the viewer's place and the level of the path.
 
     Of a camera that orbits, an event is at the moment -azimuth / angular_velocity.

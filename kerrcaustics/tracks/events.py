@@ -13,7 +13,8 @@ from kerrcaustics.images.circle_arcs import Arcs, arcs_of
 from kerrcaustics.images.images import checked_index, checked_sheets
 from kerrcaustics.lens_map.domains import Domain, Ring, domain_of
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
-from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
+from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.level_curves.circle import Circle
@@ -28,7 +29,7 @@ _TURN = 2 * math.pi
     "event/1",
     record="kind order indices star azimuth longitude sky moment time time_error error at_cusp remarks",
 )
-class PairEvent:
+class PairEvent(Shown):
     """Two images of a source appear or vanish: the source crosses a caustic."""
 
     surface: End = quantity("", "", "where the source lies", column="")
@@ -83,7 +84,15 @@ class PairEvents(Items[PairEvent]):
 
 
 @usual_warnings
-def pair_events(camera: Viewer, level: float, max_index: int = 2, *, end: Wherever | End = math.inf) -> PairEvents:
+@with_progress
+def pair_events(
+    camera: Viewer,
+    level: float,
+    max_index: int = 2,
+    *,
+    end: Wherever | End = math.inf,
+    progress: Progress | bool | None = None,
+) -> PairEvents:
     """Creations and annihilations of pairs of images of a star, over one orbit of the camera.
 
     Parameters
@@ -98,6 +107,8 @@ def pair_events(camera: Viewer, level: float, max_index: int = 2, *, end: Wherev
     end : float, Sphere or EquatorialPlane
         Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source circles in the plane,
         seen by any camera that does not lie in it, and events are in the order of its azimuth.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------

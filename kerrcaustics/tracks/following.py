@@ -16,7 +16,8 @@ from kerrcaustics.lens_map.domains import Domain, Ring, domain_of
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
-from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.sphere import angle_between
 from kerrcaustics.spacetime.viewer import Viewer
@@ -29,7 +30,7 @@ _SAME, _SAME_ERRORS = 1e-8, 10.0
 
 
 @result("followed-star/1", record="certified remarks images before followed created annihilated")
-class FollowedStar:
+class FollowedStar(Shown):
     """The images of a source for every viewer of a list, each linked to that of the viewer before.
 
     Images are created and annihilated in pairs of index k - 1 and k, as long as no more than one caustic was crossed in
@@ -101,8 +102,14 @@ class _SearchedImages:
 
 
 @usual_warnings
+@with_progress
 def follow_star(
-    cameras: Sequence[Viewer], star: ArrayLike, max_index: int = 2, *, end: Wherever | End = math.inf
+    cameras: Sequence[Viewer],
+    star: ArrayLike,
+    max_index: int = 2,
+    *,
+    end: Wherever | End = math.inf,
+    progress: Progress | bool | None = None,
 ) -> FollowedStar:
     """All images of a source for each of a list of viewers, linked from one viewer to the next.
 
@@ -117,6 +124,8 @@ def follow_star(
         0 to 6.
     end : float, Sphere or EquatorialPlane
         Where the source lies, as for `star_images`. Cameras may move through its radius.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------
@@ -143,7 +152,7 @@ def follow_star(
     places = _checked_places(star, cameras, end)
     moments: list[_SearchedImages] = []
     links: list[tuple[Array, Array]] = []
-    for camera, place in zip(cameras, places, strict=True):
+    for camera, place in in_steps("camera", list(zip(cameras, places, strict=True))):
         now = _SearchedImages.of(star_images(camera, place, highest, end=end))
         links.append(_linked(moments[-1], now) if moments else _unlinked(now))
         moments.append(now)

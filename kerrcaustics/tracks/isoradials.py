@@ -20,7 +20,8 @@ from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
-from kerrcaustics.results.declared import Items, quantity, result, usual_warnings
+from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
@@ -33,7 +34,7 @@ _ROUNDING, _CLOSE = 2e-16, 1e-6
 
 
 @result("isoradial/1", record="crossing radius closed", points="sky azimuth error redshift width time time_error")
-class Isoradial:
+class Isoradial(Shown):
     """The image of a circle round the hole, at one crossing of its plane."""
 
     camera: Viewer = quantity("", "", "who sees it", column="")
@@ -78,6 +79,7 @@ class IsoradialSet(Items[Isoradial]):
 
 
 @usual_warnings
+@with_progress
 def isoradials(
     camera: Viewer,
     radii: ArrayLike,
@@ -86,6 +88,7 @@ def isoradials(
     motion: str = "circular",
     *,
     time: bool = False,
+    progress: Progress | bool | None = None,
 ) -> IsoradialSet:
     """Images of circles in the equatorial plane: the rims of a disk's images, or any isoradials.
 
@@ -102,6 +105,8 @@ def isoradials(
         Of what shines there, for the redshift; an emitter of `EquatorialPlane`.
     time : bool
         Whether to compute the travel times.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------
@@ -137,9 +142,9 @@ def isoradials(
     # No line lies in the plane, where a viewer does: along it no ray crosses the plane.
     edge_phase = 2 * math.pi * (np.arange(count) + 0.5 * camera.on_equator) / count
     curves, remarks = [], []
-    for crossing in range(1, crossings + 1):
+    for crossing in in_steps("crossing", range(1, crossings + 1)):
         surface = EquatorialPlane(crossing, motion)
-        for radius in circles.tolist():
+        for radius in in_steps("circle", circles.tolist()):
             seen, doubts = _images(camera, surface, radius, edge_phase, time=time)
             curves += seen
             remarks += [f"crossing {crossing}, r = {radius:.12g}: {doubt}" for doubt in doubts]

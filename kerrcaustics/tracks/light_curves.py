@@ -23,7 +23,8 @@ from kerrcaustics.choices import SpotMotion, event_kind
 from kerrcaustics.images.circle_arcs import Arcs
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.arc_tracks import node_errors
@@ -39,7 +40,7 @@ _ROUNDING = 1e-12
 
 
 @result("spot-event/1", record="kind crossing moment azimuth sky error sky_error")
-class SpotEvent:
+class SpotEvent(Shown):
     """The creation, or annihilation, of two images of a spot."""
 
     camera: Viewer = quantity("", "", "who sees it", column="")
@@ -57,7 +58,7 @@ class SpotEvent:
     record="radius size power period certified remarks events",
     points="time flux error shares centroid centroid_error travel_time travel_time_error",
 )
-class LightCurve:
+class LightCurve(Shown):
     """The light of a spot that circles the hole, as a viewer receives it."""
 
     camera: Viewer = quantity("", "", "who receives it", json="", column="")
@@ -99,6 +100,7 @@ class LightCurve:
 
 
 @usual_warnings
+@with_progress
 def light_curve(
     camera: Viewer,
     orbit: float,
@@ -109,6 +111,7 @@ def light_curve(
     motion: str = "circular",
     power: float = 4.0,
     points: int = 720,
+    progress: Progress | bool | None = None,
 ) -> LightCurve:
     """The light of a small spot on a circular orbit in the equatorial plane, image by image.
 
@@ -132,6 +135,8 @@ def light_curve(
         spectrum that falls as the frequency to the power of -alpha.
     points : int
         Points at which each image of the orbit is found at first; more follow where the azimuth changes fast along it.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------
@@ -171,7 +176,9 @@ def light_curve(
     crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
     clock = _clock(times, spot.period)
     Ring(camera, EquatorialPlane(1)).check()
-    images = [_seen(camera, spot, crossing, clock, points) for crossing in range(1, crossings + 1)]
+    images = [
+        _seen(camera, spot, crossing, clock, points) for crossing in in_steps("crossing", range(1, crossings + 1))
+    ]
     fine, coarse = (np.stack([image.received[i] for image in images]) for i in (0, 1))
     shares, late_error = fine[..., 0], [image.late_error for image in images]
     flux, (centroid, other) = shares.sum(axis=0), (_centroid(part) for part in (fine, coarse))

@@ -14,7 +14,7 @@ from kerrcaustics.images.images import checked_sheets
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis
@@ -36,7 +36,7 @@ _SAFETY = 2.0
 
 
 @result("crossings/1", record="per_index expected certified remarks", rows="sky index longitude time time_error error")
-class LineCrossings:
+class LineCrossings(Shown):
     """Crossings of a line on the camera sky with the images of a great circle, in the order along the line."""
 
     camera: Viewer = quantity("", "", "who sees them", column="")

@@ -4,7 +4,7 @@ import numpy as np
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import Shown, quantity, result
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.events import PairEvent
 
@@ -15,7 +15,7 @@ Array = np.ndarray
     "track/1",
     record="closed turns places sky azimuth index parity magnification redshift time time_error error",
 )
-class Track:
+class Track(Shown):
     """A connected curve on the camera sky along which images of a star move, through regions of several indices.
 
     Its points are in the order of the curve; a closed one does not repeat its first point. It leads through the events,

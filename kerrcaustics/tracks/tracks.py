@@ -14,7 +14,8 @@ from kerrcaustics.images.images import StarImages, checked_index, checked_sheets
 from kerrcaustics.images.search import search
 from kerrcaustics.lens_map.domains import Domain, Ring, TwoLeaves, domain_of
 from kerrcaustics.lens_map.lens_map import LensMap
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky
@@ -40,7 +41,7 @@ _TOGETHER = 256
     "tracks/1",
     record="camera surface level max_index angular_velocity period certified remarks tracks events ends",
 )
-class StarTracks:
+class StarTracks(Shown):
     """All tracks of a source that circles about the spin axis, or rests while the camera does."""
 
     camera: Viewer = quantity("", "", "who sees them", json="", column="")
@@ -132,7 +133,15 @@ class StarTracks:
 
 
 @usual_warnings
-def star_tracks(camera: Viewer, level: float, max_index: int = 2, *, end: Wherever | End = math.inf) -> StarTracks:
+@with_progress
+def star_tracks(
+    camera: Viewer,
+    level: float,
+    max_index: int = 2,
+    *,
+    end: Wherever | End = math.inf,
+    progress: Progress | bool | None = None,
+) -> StarTracks:
     """The tracks of all images of a star over one whole orbit of the camera.
 
     Parameters
@@ -148,6 +157,8 @@ def star_tracks(camera: Viewer, level: float, max_index: int = 2, *, end: Wherev
     end : float, Sphere or EquatorialPlane
         Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source
         circles in the plane, seen by any camera that does not lie in it.
+    progress : callable or bool, optional
+        As for `caustics`.
 
     Returns
     -------

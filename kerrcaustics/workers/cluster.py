@@ -7,6 +7,7 @@ from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from kerrcaustics.extras import needed
 from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerFailures
 
 # Jobs that the scheduler holds at a time.
@@ -49,12 +50,7 @@ def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], worker_failure
 @contextmanager
 def client_of(scheduler: str) -> Iterator[Any]:
     """A client of the Dask scheduler at an address."""
-    try:
-        from distributed import Client
-    except ImportError:
-        raise ImportError(
-            'A cluster needs the package dask[distributed]: pip install "kerrcaustics[sweep]"', name="distributed"
-        ) from None
+    Client = needed("sweep", "distributed").Client
     with _quiet():
         try:
             client = Client(scheduler, timeout=_FIRST_ANSWER, set_as_default=False)

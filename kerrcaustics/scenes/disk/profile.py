@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.lens_map.domains import Ring
-from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.disk import MOTIONS
 from kerrcaustics.scenes.disk.lighting import covered_part
@@ -29,7 +29,7 @@ _MOST_BINS = 10_000
 
 
 @result("line-profile/1")
-class LineProfile:
+class LineProfile(Shown):
     """The light of a line, by frequency. Sums over bins are sums of light."""
 
     camera: Viewer = quantity("", "", "who receives it", json="", column="")

@@ -19,6 +19,7 @@ from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import TOLERANCE, as_seen
 from kerrcaustics.lens_map.sky_chart import Chart, apart
+from kerrcaustics.results.progress import report
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened
@@ -74,6 +75,7 @@ class Branches:
 
     def __init__(self, sheets: Sheets, camera: Viewer, circle: Circle) -> None:
         """Search, link, and halve the links until they look smooth on the sky of `camera`."""
+        report("images followed along the circle", 0.5)
         self.sheets, self.circle, self.events = sheets, circle, path_events(sheets, circle)
         self.chart = Chart(sheets.camera)
         self.remarks: list[str] = []
@@ -83,6 +85,7 @@ class Branches:
             self._searched()
         else:
             self.links = self._grown()
+            report("steps halved", 0.8)
             self._refine(camera.frame())
 
     @property

@@ -1,0 +1,136 @@
+"""Names that are close to one that exists, and angles that were given in the wrong unit, are told."""
+
+import copy
+import math
+import pickle
+
+import numpy as np
+import pytest
+from command_line import run
+
+import kerrcaustics as kc
+from kerrcaustics import scripts
+from kerrcaustics.results.declared import Shown
+
+CAMERA = kc.Camera(0.9, 10.0)
+ATTRIBUTES = {
+    "kc.star_image": "Module kerrcaustics has no attribute star_image; did you mean star_images?",
+    "kc.skies.Checkerbord": "Module kerrcaustics.skies has no attribute Checkerbord; did you mean Checkerboard?",
+    "kc.disks.BlackBodies": "Module kerrcaustics.disks has no attribute BlackBodies; did you mean BlackBody?",
+    "kc.pictures.Veiw": "Module kerrcaustics.pictures has no attribute Veiw; did you mean View?",
+    "kc.zzz": "Module kerrcaustics has no attribute zzz.",
+    "CAMERA.inclinaton": "Camera has no attribute inclinaton; did you mean inclination?",
+    "CAMERA.plott": "Camera has no attribute plott; did you mean plot?",
+    "CAMERA.zzz": "Camera has no attribute zzz.",
+    "CAMERA._spin": "Camera has no attribute _spin.",
+}
+
+
+@pytest.mark.parametrize("code", ATTRIBUTES)
+def test_an_attribute_that_is_not_there_may_be_another(code):
+    with pytest.raises(AttributeError) as raised:
+        eval(code)
+    assert str(raised.value) == ATTRIBUTES[code]
+    # Python adds no guess of its own.
+    assert raised.value.obj is None
+
+
+def test_results_are_copied_and_pickled_and_have_no_more_attributes_than_before():
+    assert pickle.loads(pickle.dumps(CAMERA)) == copy.deepcopy(CAMERA) == CAMERA
+    assert not hasattr(CAMERA, "__array__") and getattr(CAMERA, "sweep", 0.0) == 0.0
+
+
+def test_the_error_within_a_property_is_its_own():
+    class Broken(Shown):
+        @property
+        def width(self):
+            return np.zeros(3).widht
+
+    with pytest.raises(AttributeError, match=r"'numpy\.ndarray' object has no attribute 'widht'"):
+        _ = Broken().width
+
+
+CHOICES = {
+    "kc.Camera(0.9, 10.0, velocity='cirular')": "but is 'cirular'; did you mean circular?",
+    "kc.trace_rays(CAMERA, [[1, 0, 0]], engine='closed')": "but is 'closed'; did you mean closed-form?",
+    "kc.trace_rays(CAMERA, [[1, 0, 0]], engine='x')": "auto, closed-form, integrated, but is 'x'.",
+    "kc.pictures.View(8, 8, 1.0, 'fish-eye')": "but is 'fish-eye'; did you mean fisheye?",
+    "kc.circle_images(CAMERA, 'galactic plan')": "but is 'galactic plan'; did you mean galactic plane?",
+}
+
+
+@pytest.mark.parametrize("code", CHOICES)
+def test_a_word_that_is_no_choice_may_be_another(code):
+    with pytest.raises(ValueError) as raised:
+        eval(code)
+    assert str(raised.value).endswith(CHOICES[code])
+
+
+COMMANDS = {
+    ("figures", "star_fields"): "but one is star_fields; did you mean star_field?",
+    ("film", "star_feld"): "but is star_feld; did you mean star_field?",
+    ("study", "spin_radus"): "but is spin_radus; did you mean spin_radius?",
+    ("scene", "--template", "dsk"): "but is dsk; did you mean disk?",
+    ("scene", "--template", "zzz"): "but is zzz.",
+}
+
+
+@pytest.mark.parametrize("arguments", COMMANDS)
+def test_a_name_of_a_script_or_a_template_may_be_another(arguments, assert_refused):
+    assert_refused(arguments, COMMANDS[arguments])
+
+
+KEYS = {
+    "camera.radus=3": "camera: unknown key `radus`; did you mean radius?",
+    "view.field_of_view=60": "view: unknown key `field_of_view`; did you mean field_of_view_deg?",
+    "sky.column=12": "sky: unknown key `column`; did you mean columns?",
+    "skys.kind=stars": "unknown key `skys`; did you mean sky?",
+    "sky.kind=checkers": (
+        "sky.kind: invalid value 'checkers', expected stars or checkerboard or panorama or none; "
+        "did you mean checkerboard?"
+    ),
+    "quality=normel": "quality: invalid enum value 'normel', expected draft or normal or high; did you mean normal?",
+    "zzz=1": "unknown key `zzz`.",
+}
+
+
+@pytest.mark.parametrize("change", KEYS)
+def test_a_key_of_a_scene_may_be_another(change, tmp_path, assert_refused):
+    (tmp_path / "scene.toml").write_text(
+        "hole = {spin = 0.9}\ncamera = {radius = 10}\nview = {width = 8}\nsky = {kind = 'checkerboard'}\n"
+    )
+    assert_refused(("render", "scene.toml", "--set", change), f"Scene scene.toml: {KEYS[change]}")
+
+
+def test_scripts_that_are_loaded_are_told_too():
+    with pytest.raises(ImportError, match="did you mean checkerboard"):
+        scripts.FIGURES.load("chekerboard")
+
+
+DEGREES = {
+    "kc.Camera(0.9, 10.0, 90)": "[0, pi] radians, but is 90 (90 degrees are 1.5708 radians).",
+    "kc.Observer(spin=0.9, inclination=60)": "[0, pi] radians, but is 60 (60 degrees are 1.0472 radians).",
+    "kc.Camera(0.9, 10.0, -1)": "[0, pi] radians, but is -1.",
+    "kc.Camera(0.9, 10.0, 200)": "[0, pi] radians, but is 200.",
+    "kc.star_images(CAMERA, (80, 60))": "but is (80, 60) (80 degrees are 1.39626 radians).",
+    "kc.image_counts(CAMERA, [(1.0, 2.0), (80, 60)])": "(0 to 180 degrees) (80 degrees are 1.39626 radians).",
+    "kc.star_tracks(CAMERA, 84)": "but is 84 (84 degrees are 1.46608 radians).",
+    "kc.pictures.View(8, 8, 60)": "for a pinhole, but is 60 (60 degrees are 1.0472 radians).",
+}
+
+
+@pytest.mark.parametrize("code", DEGREES)
+def test_degrees_in_the_place_of_radians_are_told(code):
+    with pytest.raises(ValueError) as raised:
+        eval(code)
+    assert str(raised.value).endswith(DEGREES[code])
+
+
+@pytest.mark.parametrize(
+    ("inclination", "told"), [("1.5708", True), ("1.57", True), ("1.5", False), (str(math.pi / 2), True)]
+)
+def test_radians_in_the_place_of_degrees_are_noted(inclination, told, capsys):
+    # The wrong velocity ends the command before anything is traced.
+    arguments = ("caustics", "--spin", "0.9", "--radius", "10", "--inclination", inclination, "--velocity", "circular")
+    _, _, err = run(capsys, *arguments)
+    assert ("Note: --inclination is in degrees" in err) == told
