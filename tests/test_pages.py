@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from exploring import needs_chromium
+from page_widths import WIDTHS, pages, too_wide
 
 from kerrcaustics.cli import app
 
@@ -108,15 +110,36 @@ def test_a_lesson_is_a_notebook_that_runs(lesson):
     nbclient.NotebookClient(book, timeout=120, kernel_name="python3").execute()
 
 
-@pytest.mark.slow
-def test_pages_are_built_without_a_warning(tmp_path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The pages without figures, built with warnings as errors."""
     pytest.importorskip("sphinx")
-    call = [sys.executable, "-m", "sphinx", "-q", "-W", "-E", "-b", "html", "-d", tmp_path / "trees"]
+    folder = tmp_path_factory.mktemp("site")
+    call = [sys.executable, "-m", "sphinx", "-q", "-W", "-E", "-b", "html", "-d", folder / "trees"]
     quick = {**os.environ, "KERRCAUSTICS_DOCS": "quick"}
-    done = subprocess.run([*call, ROOT / "docs", tmp_path / "html"], env=quick, capture_output=True, text=True)
+    done = subprocess.run([*call, ROOT / "docs", folder / "html"], env=quick, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
-    text = (tmp_path / "html" / "api.html").read_text(encoding="utf-8")
+    return folder / "html"
+
+
+@pytest.mark.slow
+def test_reference_and_commands_are_complete(site):
+    text = (site / "api.html").read_text(encoding="utf-8")
     assert str(ROOT) not in text and "&lt;module" not in text
-    told = (tmp_path / "html" / "commands.html").read_text(encoding="utf-8")
+    told = (site / "commands.html").read_text(encoding="utf-8")
     names = [name for name in app if not name.startswith("-")]
     assert len(names) > 10 and all(f'id="cyclopts-kerrcaustics-{name}"' in told for name in names)
+
+
+def test_a_page_that_is_too_wide_is_noticed(tmp_path):
+    needs_chromium()
+    wide = "<div style='width: 1000px; height: 1px'></div>"
+    for name, style in (("boxed", "overflow-x: auto"), ("open", "")):
+        (tmp_path / f"{name}.html").write_text(f"<!DOCTYPE html><article><div style='{style}'>{wide}</div></article>")
+    assert [line.partition(":")[0] for line in too_wide(tmp_path)] == [f"open.html at {w}" for w in WIDTHS[:3]]
+
+
+@pytest.mark.slow
+def test_no_page_is_wider_than_its_window(site):
+    needs_chromium()
+    assert len(pages(site)) > 60 and too_wide(site) == []
