@@ -10,16 +10,16 @@ from pathlib import Path
 
 import pytest
 from exploring import needs_chromium
-from page_widths import WIDTHS, pages, too_wide
+from pages_in_browser import WIDTHS, pages, search_results, too_wide
 
 from kerrcaustics.cli import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-LESSONS = sorted((ROOT / "docs" / "lessons").glob("*.py"))
+LESSONS = sorted([*(ROOT / "docs" / "lessons").glob("*.py"), *(ROOT / "docs" / "recipes").glob("*.py")])
 NAMES = {page.name for page in PAGES}
 # Made while the pages are built.
-MADE = {"gallery/index.rst", "tutorial/index.rst", "explorer.html"}
+MADE = {"gallery/index.rst", "howto/index.rst", "tutorial/index.rst", "explorer.html"}
 # What a page takes for granted before its first block.
 BEFORE = {
     "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",
@@ -75,6 +75,19 @@ def test_links_lead_somewhere(page):
 
 def test_links_are_found():
     assert sum(len(links(page)) for page in PAGES) > 100
+
+
+def test_films_and_models_of_pages_are_there_and_small():
+    clips = {path.name: path.stat().st_size for path in (ROOT / "docs" / "clips").iterdir()}
+    assert max(clips.values()) < 3e5 and sum(clips.values()) < 3e6
+    text = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))
+    assert {Path(name).name for name in re.findall(r'<video[^>]* src="_static/([^"]+)"', text)} == set(clips)
+    models = re.findall(r'<iframe[^>]* src="models/(\w+)\.html"', text)
+    assert models and all((ROOT / "figures" / f"{name}.py").exists() for name in models)
+    # In words for who does not see them, and not played to who did not ask for it.
+    videos = re.findall(r"<video[^>]*>", text)
+    assert all(" controls " in video and "aria-label=" in video and "autoplay" not in video for video in videos)
+    assert text.count("```{figure}") == len(re.findall(r"```\{figure\}[^\n]*\n:alt: \w", text)) > 0
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
@@ -143,3 +156,18 @@ def test_a_page_that_is_too_wide_is_noticed(tmp_path):
 def test_no_page_is_wider_than_its_window(site):
     needs_chromium()
     assert len(pages(site)) > 60 and too_wide(site) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("word", "first"),
+    [
+        ("video", "films"),
+        ("jit", "howto/how_3_gradients"),
+        ("gradient", "howto/how_3_gradients"),
+        ("exposure", "howto/how_1_exposure"),
+    ],
+)
+def test_search_answers_with_the_page_that_tells(site, word, first):
+    needs_chromium()
+    assert search_results(site, word)[0] == f"{first}.html"

@@ -1,4 +1,7 @@
-"""Pages wider than their window, in Chromium. `python tests/page_widths.py docs/_build/html` checks a build."""
+"""Built pages in Chromium: those wider than their window, and what search finds.
+
+`python tests/pages_in_browser.py docs/_build/html` checks the widths of a build with all its figures.
+"""
 
 import sys
 from pathlib import Path
@@ -6,6 +9,9 @@ from pathlib import Path
 from exploring import browser
 
 WIDTHS = (360, 390, 768, 1024, 1400, 1920, 2560)
+
+_FOUND = """() => [...document.querySelectorAll("#search-results li > a:first-child")].map(
+  (link) => link.getAttribute("href").split(/[?#]/)[0])"""
 
 # Formulas have their widths once they are set.
 _SET = "async () => { await window.MathJax?.startup?.promise; }"
@@ -34,6 +40,15 @@ def too_wide(folder):
                 if (excess := page.evaluate(_EXCESS)) > 0:
                     lines.append(f"{path.relative_to(folder)} at {width}: {excess} px too wide")
     return lines
+
+
+def search_results(folder, word):
+    """The pages that the search of a build finds, best first."""
+    with browser() as chromium:
+        page = chromium.new_page()
+        page.goto(f"{(folder / 'search.html').resolve().as_uri()}?q={word}")
+        page.get_by_text("Search finished").wait_for()
+        return page.evaluate(_FOUND)
 
 
 if __name__ == "__main__":
