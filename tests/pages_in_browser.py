@@ -17,7 +17,7 @@ _FOUND = """() => [...document.querySelectorAll("#search-results li > a:first-ch
 _SET = "async () => { await window.MathJax?.startup?.promise; }"
 # Pixels by which the page is wider than the window, or the text than its column, which the theme lets scroll on phones.
 _EXCESS = """() => {
-  const boxes = [document.scrollingElement, ...document.querySelectorAll(".content, article")];
+  const boxes = [document.scrollingElement, ...document.querySelectorAll(".content")];
   return Math.max(...boxes.map((box) => box.scrollWidth - box.clientWidth));
 }"""
 
