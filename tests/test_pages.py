@@ -20,6 +20,8 @@ LESSONS = sorted([*(ROOT / "docs" / "lessons").glob("*.py"), *(ROOT / "docs" / "
 NAMES = {page.name for page in PAGES}
 # Made while the pages are built.
 MADE = {"gallery/index.rst", "howto/index.rst", "tutorial/index.rst", "explorer.html"}
+# Folders of pages that are made from scripts, and the scripts.
+SOURCES = {"gallery/": "figures", "howto/": "docs/recipes", "tutorial/": "docs/lessons"}
 # What a page takes for granted before its first block.
 BEFORE = {
     "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",
@@ -62,11 +64,11 @@ def anchors(page):
 def test_links_lead_somewhere(page):
     for link in links(page):
         target, _, anchor = link.partition("#")
-        if target in MADE or target.startswith("gallery/space_"):
+        if target in MADE:
             continue
-        if target.startswith("gallery/"):
-            # Pages of the gallery are made from the figures.
-            assert (ROOT / "figures" / f"{Path(target).stem}.py").exists(), link
+        if target.startswith(tuple(SOURCES)):
+            folder = SOURCES[f"{Path(target).parent}/"]
+            assert (ROOT / folder / f"{Path(target).stem}.py").exists(), link
             continue
         file = (page.parent / target).resolve() if target else page
         assert file.exists(), link
