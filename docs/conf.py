@@ -31,8 +31,8 @@ extensions = [
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
 ]
-# The tables are included in pages; the lessons become the tutorial.
-exclude_patterns = ["_build", "tables", "lessons"]
+# The tables are included in pages; lessons become the tutorial, recipes how-tos.
+exclude_patterns = ["_build", "tables", "lessons", "recipes"]
 # Single backticks in docstrings are code.
 default_role = "code"
 
@@ -48,14 +48,18 @@ napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_custom_sections = ["Errors"]
 
-# A script runs again when it has changed, or when its pages (docs/gallery, docs/tutorial) are removed. All figures take
-# minutes, the lessons one: with KERRCAUSTICS_DOCS=quick no script runs, and its page has no pictures.
+# A script runs again when it has changed, or when its pages (docs/gallery, docs/howto, docs/tutorial) are removed. All
+# figures take minutes, lessons and how-tos one: with KERRCAUSTICS_DOCS=quick no script runs, and its page has no
+# pictures.
 quick = os.environ.get("KERRCAUSTICS_DOCS") == "quick"
+if not quick:
+    # Sphinx defines it: the pages show models in space only where there are some.
+    tags.add("figures")  # noqa: F821
 # Films, which are left out below, may be called like figures.
 suppress_warnings = ["sphinx_gallery.duplicate_filename"]
 sphinx_gallery_conf = {
-    "examples_dirs": ["lessons", "../figures"],
-    "gallery_dirs": ["tutorial", "gallery"],
+    "examples_dirs": ["lessons", "recipes", "../figures"],
+    "gallery_dirs": ["tutorial", "howto", "gallery"],
     "filename_pattern": "(?!)" if quick else ".",
     # Of a cell whose last line is a result the notebook shows its page.
     "capture_repr": ("_repr_html_", "__repr__"),
@@ -77,7 +81,10 @@ sphinx_gallery_conf = {
 html_theme = "furo"
 html_title = f"kerrcaustics {release}"
 html_copy_source = False
-html_static_path = ["style"]
+html_static_path = ["style", "clips"]
+# Models in space, which figure_gallery puts there.
+html_extra_path = ["gallery/extra"]
+(Path(__file__).parent / "gallery" / "extra" / "models").mkdir(parents=True, exist_ok=True)
 html_css_files = ["pages.css"]
 
 

@@ -11,6 +11,16 @@ from sphinx_gallery.sorting import ExampleTitleSortKey, FileNameSortKey
 from kerrcaustics.draw.space import NoOpenGLError
 from kerrcaustics.scripts import FIGURES
 
+WRITTEN_IN_CELLS = ("lessons", "recipes")
+"""Folders of scripts that are shown cell by cell."""
+
+# In place of a picture that cannot be turned.
+MODEL = """
+.. raw:: html
+
+    <iframe class="model" src="../models/{name}.html" title="The model, turned by dragging" loading="lazy"></iframe>
+"""
+
 
 def define_only(_conf, script):
     """Keep `if __name__ == "__main__"` of a script from running; its command line is empty."""
@@ -19,29 +29,36 @@ def define_only(_conf, script):
 
 
 class order:
-    """Lessons one after the other, figures by their titles."""
+    """Lessons and how-tos one after the other, figures by their titles."""
 
     def __init__(self, folder):
-        self.key = (FileNameSortKey if Path(folder).name == "lessons" else ExampleTitleSortKey)(folder)
+        self.key = (FileNameSortKey if Path(folder).name in WRITTEN_IN_CELLS else ExampleTitleSortKey)(folder)
 
     def __call__(self, name):
         return self.key(name)
 
 
 def pictures(block, script, conf):
-    """The pictures of a lesson's cell, or all that the `main` of a figure makes, where the gallery looks for them."""
-    if Path(script["src_file"]).parent.name == "lessons":
+    """The pictures of a cell, or pictures and models that the `main` of a figure makes, where pages look for them."""
+    source = Path(script["src_file"])
+    if source.parent.name in WRITTEN_IN_CELLS:
         return matplotlib_scraper(block, script, conf)
-    places = []
+    places, models = [], ""
     with TemporaryDirectory() as folder:
-        try:
-            files = FIGURES.run(Path(script["src_file"]).stem, Path(folder))
-        except NoOpenGLError as error:
-            # The page is made all the same, without its picture.
-            print(f"{script['src_file']}: {error}", file=sys.stderr)
-            files = []
-        for file in files:
+        for file in made(source, Path(folder)):
             if file.suffix == ".png":
                 places.append(next(script["image_path_iterator"]))
                 shutil.copy(file, places[-1])
-    return figure_rst(places, conf["src_dir"])
+            if file.suffix == ".html":
+                shutil.copy(file, Path(conf["src_dir"]) / "gallery" / "extra" / "models")
+                models += MODEL.format(name=file.stem)
+    return figure_rst(places, conf["src_dir"]) + models
+
+
+def made(source, folder):
+    """The files that a figure makes in a folder; without OpenGL those that need none."""
+    try:
+        return FIGURES.run(source.stem, folder)
+    except NoOpenGLError as error:
+        print(f"{source}: {error}", file=sys.stderr)
+        return list(folder.iterdir())

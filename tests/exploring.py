@@ -19,6 +19,10 @@ def needs_server():
 
 def needs_browser():
     needs_server()
+    needs_chromium()
+
+
+def needs_chromium():
     pytest.importorskip("playwright", reason="playwright is missing: pip install playwright")
     if CHROMIUM is None:
         pytest.skip("Chromium is missing: apt-get install chromium")

@@ -9,15 +9,19 @@ import sys
 from pathlib import Path
 
 import pytest
+from exploring import needs_chromium
+from pages_in_browser import WIDTHS, pages, search_results, too_wide
 
 from kerrcaustics.cli import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-LESSONS = sorted((ROOT / "docs" / "lessons").glob("*.py"))
+LESSONS = sorted([*(ROOT / "docs" / "lessons").glob("*.py"), *(ROOT / "docs" / "recipes").glob("*.py")])
 NAMES = {page.name for page in PAGES}
 # Made while the pages are built.
-MADE = {"gallery/index.rst", "tutorial/index.rst", "explorer.html"}
+MADE = {"gallery/index.rst", "howto/index.rst", "tutorial/index.rst", "explorer.html"}
+# Folders of pages that are made from scripts, and the scripts.
+SOURCES = {"gallery/": "figures", "howto/": "docs/recipes", "tutorial/": "docs/lessons"}
 # What a page takes for granted before its first block.
 BEFORE = {
     "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",
@@ -60,11 +64,11 @@ def anchors(page):
 def test_links_lead_somewhere(page):
     for link in links(page):
         target, _, anchor = link.partition("#")
-        if target in MADE or target.startswith("gallery/space_"):
+        if target in MADE:
             continue
-        if target.startswith("gallery/"):
-            # Pages of the gallery are made from the figures.
-            assert (ROOT / "figures" / f"{Path(target).stem}.py").exists(), link
+        if target.startswith(tuple(SOURCES)):
+            folder = SOURCES[f"{Path(target).parent}/"]
+            assert (ROOT / folder / f"{Path(target).stem}.py").exists(), link
             continue
         file = (page.parent / target).resolve() if target else page
         assert file.exists(), link
@@ -73,6 +77,19 @@ def test_links_lead_somewhere(page):
 
 def test_links_are_found():
     assert sum(len(links(page)) for page in PAGES) > 100
+
+
+def test_films_and_models_of_pages_are_there_and_small():
+    clips = {path.name: path.stat().st_size for path in (ROOT / "docs" / "clips").iterdir()}
+    assert max(clips.values()) < 3e5 and sum(clips.values()) < 3e6
+    text = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))
+    assert {Path(name).name for name in re.findall(r'<video[^>]* src="_static/([^"]+)"', text)} == set(clips)
+    models = re.findall(r'<iframe[^>]* src="models/(\w+)\.html"', text)
+    assert models and all((ROOT / "figures" / f"{name}.py").exists() for name in models)
+    # In words for who does not see them, and not played to who did not ask for it.
+    videos = re.findall(r"<video[^>]*>", text)
+    assert all(" controls " in video and "aria-label=" in video and "autoplay" not in video for video in videos)
+    assert text.count("```{figure}") == len(re.findall(r"```\{figure\}[^\n]*\n:alt: \w", text)) > 0
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
@@ -108,15 +125,51 @@ def test_a_lesson_is_a_notebook_that_runs(lesson):
     nbclient.NotebookClient(book, timeout=120, kernel_name="python3").execute()
 
 
-@pytest.mark.slow
-def test_pages_are_built_without_a_warning(tmp_path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The pages without figures, built with warnings as errors."""
     pytest.importorskip("sphinx")
-    call = [sys.executable, "-m", "sphinx", "-q", "-W", "-E", "-b", "html", "-d", tmp_path / "trees"]
+    folder = tmp_path_factory.mktemp("site")
+    call = [sys.executable, "-m", "sphinx", "-q", "-W", "-E", "-b", "html", "-d", folder / "trees"]
     quick = {**os.environ, "KERRCAUSTICS_DOCS": "quick"}
-    done = subprocess.run([*call, ROOT / "docs", tmp_path / "html"], env=quick, capture_output=True, text=True)
+    done = subprocess.run([*call, ROOT / "docs", folder / "html"], env=quick, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
-    text = (tmp_path / "html" / "api.html").read_text(encoding="utf-8")
+    return folder / "html"
+
+
+@pytest.mark.slow
+def test_reference_and_commands_are_complete(site):
+    text = (site / "api.html").read_text(encoding="utf-8")
     assert str(ROOT) not in text and "&lt;module" not in text
-    told = (tmp_path / "html" / "commands.html").read_text(encoding="utf-8")
+    told = (site / "commands.html").read_text(encoding="utf-8")
     names = [name for name in app if not name.startswith("-")]
     assert len(names) > 10 and all(f'id="cyclopts-kerrcaustics-{name}"' in told for name in names)
+
+
+def test_a_page_that_is_too_wide_is_noticed(tmp_path):
+    needs_chromium()
+    wide = "<div style='width: 1000px; height: 1px'></div>"
+    for name, style in (("boxed", "overflow-x: auto"), ("open", "")):
+        (tmp_path / f"{name}.html").write_text(f"<!DOCTYPE html><article><div style='{style}'>{wide}</div></article>")
+    assert [line.partition(":")[0] for line in too_wide(tmp_path)] == [f"open.html at {w}" for w in WIDTHS[:3]]
+
+
+@pytest.mark.slow
+def test_no_page_is_wider_than_its_window(site):
+    needs_chromium()
+    assert len(pages(site)) > 60 and too_wide(site) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("word", "first"),
+    [
+        ("video", "films"),
+        ("jit", "howto/how_3_gradients"),
+        ("gradient", "howto/how_3_gradients"),
+        ("exposure", "howto/how_1_exposure"),
+    ],
+)
+def test_search_answers_with_the_page_that_tells(site, word, first):
+    needs_chromium()
+    assert search_results(site, word)[0] == f"{first}.html"

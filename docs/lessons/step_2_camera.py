@@ -34,14 +34,17 @@ camera
 # A direction of the camera's sky is a unit vector. Its parts are outward from the hole, along the motion, and up along
 # the spin axis: (−1, 0, 0) looks at the hole. ``trace_beams`` follows lines of sight, and narrow beams about them, back
 # to the *celestial sphere*: the sky full of stars, infinitely far away.
+#
+# ``direction`` says from where on the celestial sphere the light of a line of sight comes, ``error`` how far off that
+# may be, in radians, and ``magnification`` how much brighter a star looks there than it would without the hole. Here
+# are three of them.
 
 beams = kc.trace_beams(camera, [[-0.7, -0.1, 0.7], [-0.7, 0.1, 0.7], [-0.7, 0.6, 0.0]])
-beams
+for number in range(3):
+    print(beams.direction[number], "±", beams.error[number], "magnified", beams.magnification[number])
 
 # %%
-# The third line of sight ends in the hole. Of the others ``direction`` says from where on the celestial sphere their
-# light comes, ``magnification`` how much brighter a star looks there, and ``error`` how far off the direction may be,
-# in radians.
+# The third line of sight ends in the hole: nothing comes from there, and its numbers are ``nan``, "not a number".
 #
 # Now look along a line from far to the right of the hole to its shadow. A narrow round beam of lines of sight lands
 # on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two diameters, divided by that of the
@@ -161,3 +164,14 @@ plt.show()
 # caustic (black). A star on the one side of it lies under both layers: it is seen twice in this piece, once in the
 # layer that is turned over, mirrored. A star on the other side is not seen in this piece at all, but elsewhere on the
 # camera's sky.
+
+# %%
+# All that a beam tells
+# ---------------------
+#
+# Most of the numbers of a beam have been met by now. A result that stands alone in the last line of a cell shows all
+# of them: here those of the three lines of sight of the beginning, from the least to the largest. ``index``,
+# ``delta_minus`` and ``magnification`` are as above; ``parity`` is −1 where the picture is mirrored; ``redshift`` is
+# the frequency that the camera sees over that of the source. The `Python reference <../api.html>`_ explains the rest.
+
+beams

@@ -1,0 +1,72 @@
+"""
+Choose an exposure
+==================
+
+**Goal:** a picture that is neither white nor black. The light of a rendering is in a unit of its own, and goes from
+faint stars to a bright disk over a factor of a million; the *exposure* is the factor by which it is multiplied before
+it is shown, and the *curve* says how much of that range a screen shows.
+"""
+
+# %%
+# Four pictures of the same light
+# -------------------------------
+#
+# ``render`` takes seconds, showing its light again takes none: render once, and then try. ``plot`` without more words
+# looks for an exposure by the picture's own light; with ``exposure=`` it takes yours.
+
+import matplotlib.pyplot as plt
+
+import kerrcaustics as kc
+
+camera = kc.Camera(spin=0.999, radius=6.03)
+view = kc.pictures.View.toward_hole(camera, width=320, height=240, field_of_view=2.4, projection="fisheye")
+stars = kc.render(camera, view, kc.skies.StarField())
+
+figure, panels = plt.subplots(2, 2, figsize=(7, 5.6), layout="constrained")
+choices = {
+    "exposure 1, linear": {"exposure": 1.0, "curve": "linear"},
+    "exposure 1/2500, linear": {"exposure": 1 / 2500, "curve": "linear"},
+    "exposure 1/2500, asinh": {"exposure": 1 / 2500, "curve": "asinh"},
+    "by its own light": {},
+}
+for ax, (name, choice) in zip(panels.flat, choices.items(), strict=True):
+    stars.plot(ax, **choice)
+    ax.set_title(name)
+    ax.set_axis_off()
+figure.suptitle("Stars, spin 0.999, r = 6.03")
+plt.show()
+
+# %%
+# What to look at
+# ---------------
+#
+# At exposure 1 everything is white: the light of a star field is in units of a star of magnitude 0 per steradian, and a
+# pixel is a small part of one. On the linear curve what is bright enough is cut at white, and colours are lost there;
+# ``asinh`` keeps the hue, lifts what is faint and leaves room for what is bright. Stars look best with it, a disk or a
+# checkerboard alone with ``linear``.
+#
+# A number of your own
+# --------------------
+#
+# The same picture in the bytes of a file, and how much of it is cut at white (more than a few per cent is too much):
+
+exposure = 1 / 2500
+picture = kc.pictures.tone_mapped(stars.light, exposure=exposure, curve="asinh")
+print(f"{(stars.light.max(axis=2) * exposure > 1).mean():.2%} of the pixels are cut")
+
+# %%
+# ``kerrcaustics.draw.scenes.save_picture("stars.png", picture)`` writes it. Twice the exposure is one stop more, as
+# with a camera: go by factors of two. Pictures that belong together, and the frames of a film, want one number for
+# all of them.
+#
+# In a scene file it is the table ``light``:
+#
+# .. code-block:: toml
+#
+#     [light]
+#     exposure = 0.0004
+#     curve = "asinh"
+#
+# A disk beside stars has a ``brightness`` of about 1 / exposure. The light itself, before any exposure, is kept by
+# ``kerrcaustics render scene.toml --output scene.exr``, for programs that develop pictures. More is in `Light and
+# colour <../scenes.html#light-and-colour>`_.

@@ -1,0 +1,66 @@
+"""
+Use it in a classroom
+=====================
+
+**Goal:** an hour in which a class sees why a black hole shows a star many times, and predicts how often.
+"""
+
+# %%
+# Before the hour
+# ---------------
+#
+# ``pip install '.[explore,notebook]'`` in a clone, and once ``kerrcaustics explore``: the first start compiles for
+# some ten seconds. Without any installation, `this page <../explorer.html>`_ is the explorer with a few cameras, from
+# a web server or a memory stick.
+#
+# An hour
+# -------
+#
+# * *0 to 10 minutes:* a cup of coffee and a torch, the bright line and its tip. `Lesson 1
+#   <../tutorial/step_1_coffee_cup.html>`_ has the picture, and the same words for the cup and for the sky.
+# * *10 to 25:* the explorer. Drag the star across a caustic: two images appear at one place, equally bright, and one of
+#   them is mirrored. The presets show what else there is to see.
+# * *25 to 45:* the worksheet below. Predict, then count.
+# * *45 to 60:* play one orbit in the explorer; or `lesson 3 <../tutorial/step_3_star.html>`_ as a notebook (a link at
+#   its end), in which every number can be changed.
+#
+# The worksheet
+# -------------
+#
+# A picture for the board: the secondary caustic, and five places for a star. How many images of index 0 and 1 does the
+# camera see of each? (The primary caustic is tiny, and lies to the side of all of them.)
+
+import math
+
+import matplotlib.pyplot as plt
+
+import kerrcaustics as kc
+
+camera = kc.Camera(spin=0.999, radius=6.03)
+secondary = kc.caustics(camera, orders=2)[1]
+places = {"1": (60, 260), "2": (85, 260), "3": (92, 140), "4": (112, 300), "5": (125, 180)}
+
+ax = secondary.plot()
+for name, (theta, phi) in places.items():
+    ax.plot(phi, theta, "*", color="black", markersize=9)
+    ax.annotate(name, (phi, theta), (7, 4), textcoords="offset points", fontweight="bold", fontsize=12)
+ax.set_title("How many images? Spin 0.999, r = 6.03")
+plt.show()
+
+# %%
+# The answers
+# -----------
+
+for name, (theta, phi) in places.items():
+    images = kc.star_images(camera, star=(math.radians(theta), math.radians(phi)), max_index=1)
+    print(f"star {name}: {len(images)} images, by index {images.per_index},", "certified" * images.certified)
+
+# %%
+# What to look at
+# ---------------
+#
+# Outside there are two: one that is not mirrored, of index 0, and one that is, of index 1. Inside there is a third.
+# It was born together with a partner of index 2, on the other side of the same critical curve: the number of all
+# images changes by two, never by one. (With ``max_index=2`` the partner is counted as well, and so are images that
+# belong to the tertiary caustic.) Star 4 is a good one to argue about. *Certified* means that the number was also
+# counted in another way, by how often the caustics wind round the star, without looking for images.

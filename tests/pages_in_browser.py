@@ -1,0 +1,57 @@
+"""Built pages in Chromium: those wider than their window, and what search finds.
+
+`python tests/pages_in_browser.py docs/_build/html` checks the widths of a build with all its figures.
+"""
+
+import sys
+from pathlib import Path
+
+from exploring import browser
+
+WIDTHS = (360, 390, 768, 1024, 1400, 1920, 2560)
+
+_FOUND = """() => [...document.querySelectorAll("#search-results li > a:first-child")].map(
+  (link) => link.getAttribute("href").split(/[?#]/)[0])"""
+
+# Formulas have their widths once they are set.
+_SET = "async () => { await window.MathJax?.startup?.promise; }"
+# Pixels by which the page is wider than the window, or the text than its column, which the theme lets scroll on phones.
+_EXCESS = """() => {
+  const boxes = [document.scrollingElement, ...document.querySelectorAll(".content")];
+  return Math.max(...boxes.map((box) => box.scrollWidth - box.clientWidth));
+}"""
+
+
+def pages(folder):
+    """The HTML files of a build that readers open by themselves."""
+    return [path for path in sorted(folder.rglob("*.html")) if not {"_static", "models"} & set(path.parts)]
+
+
+def too_wide(folder):
+    """A line for each page and width at which something lies outside of the window."""
+    lines = []
+    with browser() as chromium:
+        page = chromium.new_page()
+        for path in pages(folder):
+            page.goto(path.resolve().as_uri())
+            page.evaluate(_SET)
+            for width in WIDTHS:
+                page.set_viewport_size({"width": width, "height": 900})
+                if (excess := page.evaluate(_EXCESS)) > 0:
+                    lines.append(f"{path.relative_to(folder)} at {width}: {excess} px too wide")
+    return lines
+
+
+def search_results(folder, word):
+    """The pages that the search of a build finds, best first."""
+    with browser() as chromium:
+        page = chromium.new_page()
+        page.goto(f"{(folder / 'search.html').resolve().as_uri()}?q={word}")
+        page.get_by_text("Search finished").wait_for()
+        return page.evaluate(_FOUND)
+
+
+if __name__ == "__main__":
+    complaints = too_wide(Path(sys.argv[1]))
+    print(*complaints or ["Every page fits"], sep="\n")
+    sys.exit(bool(complaints))
