@@ -723,6 +723,26 @@ def test_numbers_in_captions_have_four_digits(value, told):
     assert overlays._filled("{radius}", moment) == told
 
 
+@pytest.mark.parametrize("radius", [60, 250, 700])
+@pytest.mark.parametrize("order", range(1, 9))
+def test_names_beside_curves_lie_in_the_picture(radius, order):
+    overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
+    view = kc.pictures.View(960, 540, 1.5)
+    turn = np.linspace(0, 2 * math.pi, 720, endpoint=False)
+    circle = [480, 270] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    points, begin, room = overlays._beside(view, circle, 16.0, 220.0, order)
+    if radius == 700:
+        # The circle is not in the picture.
+        assert not np.isfinite(room).any()
+        return
+    best = int(np.argmax(room))
+    end = begin[best] + np.sign(begin[best] - points[best]) * [220, 0]
+    for place in (begin[best], end):
+        assert 16 < place[0] < 944 and 48 < place[1] < 492
+    # There is room beyond either curve, and thus none within it is taken.
+    assert np.hypot(*(begin[best] - [480, 270])) > radius
+
+
 def test_a_picture_in_another_size(scene, painted, tmp_path, capsys, monkeypatch):
     flare = "[[light.flare]]\nshare = 0.1\nwidth = 3\n"
     larger = scene(PLAIN + flare).resized(128, 72)

@@ -43,6 +43,8 @@ _MARGIN, _PADDING = 0.9, 0.35
 # Where names beside curves stand: directions from the middle (degrees, up from the right), and how far beyond their
 # curves, in units of the type.
 _BESIDE, _BEYOND = (40.0, -40.0, 140.0, -140.0, 0.0, 180.0, 90.0, -90.0), 1.6
+# The width of a letter, and lines that captions take, in units of the type.
+_LETTER, _CAPTION_LINES = 0.6, 3.0
 # Digits of numbers in captions that come without a format.
 _DIGITS = 4
 # Lines and type are made for pictures so many pixels high, and grow with them.
@@ -110,7 +112,8 @@ def _type_size(ax: Axes, overlays: OverlaysTable) -> float:
 
 def _list_names(ax: Axes, lines: list[Line2D], overlays: OverlaysTable) -> None:
     """The names of all lines in one place."""
-    place, size = overlays.labels_place.replace("centre", "center"), _type_size(ax, overlays)
+    place: Any = overlays.labels_place.replace("centre", "center")
+    size = _type_size(ax, overlays)
     look: dict[str, Any] = {"fontsize": size, "facecolor": _behind(overlays.colour), "framealpha": 0.6}
     legend: Any = ax.legend(handles=lines, loc=place, frameon=True, borderaxespad=_MARGIN - _PADDING, **look)
     legend.get_frame().set_linewidth(0)
@@ -120,23 +123,36 @@ def _list_names(ax: Axes, lines: list[Line2D], overlays: OverlaysTable) -> None:
 
 def _name(ax: Axes, view: Raster, sky: Float[Array, "n axes"], order: int, overlays: OverlaysTable) -> None:
     """The name of a critical curve beside it, in its colour, where there is room for it in the picture."""
-    places, size = view.pixels(sky), _type_size(ax, overlays)
-    pixels: float = size * ax.figure.dpi / 72
-    middle = (np.nanmin(places, axis=0) + np.nanmax(places, axis=0)) / 2
-    away = (places - middle) / np.linalg.norm(places - middle, axis=1, keepdims=True)
-    inside = _inside(view, places + _BEYOND * pixels * away, 2 * pixels)
-    angle = math.radians(_BESIDE[(order - 1) % len(_BESIDE)])
-    near = np.where(inside, away @ [math.cos(angle), -math.sin(angle)], -np.inf)
-    best = int(np.argmax(near))
-    if not inside[best]:
+    name, size = f"{style.order_name(order)} critical curve", _type_size(ax, overlays)
+    letter = size * ax.figure.dpi / 72
+    points, ends, room = _beside(view, view.pixels(sky), letter, _LETTER * len(name) * letter, order)
+    if not room.max(initial=-np.inf) > -np.inf:
         return
-    place, right = places[best] + _BEYOND * pixels * away[best], away[best, 0] > 0
-    look: dict[str, Any] = {"fontsize": size, "va": "center", "ha": "left" if right else "right", "clip_on": True}
-    colour = style.order_colour(order)
+    best = int(np.argmax(room))
+    colour, rightward = style.order_colour(order), bool(ends[best, 0] > points[best, 0])
+    look: dict[str, Any] = {"fontsize": size, "va": "center", "ha": "left" if rightward else "right"}
     leader = {"arrowstyle": "-", "color": colour, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
     rim = [withStroke(linewidth=0.3 * size, foreground="white", alpha=0.85)]
-    name = f"{style.order_name(order)} critical curve"
-    ax.annotate(name, tuple(places[best]), tuple(place), arrowprops=leader, color=colour, path_effects=rim, **look)
+    ax.annotate(name, tuple(points[best]), tuple(ends[best]), arrowprops=leader, color=colour, path_effects=rim, **look)
+
+
+def _beside(
+    view: Raster, places: Float[Array, "n 2"], letter: float, width: float, order: int
+) -> tuple[Float[Array, "m 2"], Float[Array, "m 2"], Float[Array, " m"]]:
+    """Points of a curve, where words of a width begin beside them, and how good that is: -inf for no room."""
+    middle = (np.nanmin(places, axis=0) + np.nanmax(places, axis=0)) / 2
+    away = (places - middle) / np.linalg.norm(places - middle, axis=1, keepdims=True)
+    angle = math.radians(_BESIDE[(order - 1) % len(_BESIDE)])
+    wanted = away @ [math.cos(angle), -math.sin(angle)]
+    # Within the curve only where there is no room beyond it.
+    ends = [places + sign * _BEYOND * letter * away for sign in (1, -1)]
+    points, begin, score = np.tile(places, (2, 1)), np.concatenate(ends), np.concatenate([wanted, wanted - 2])
+    end = begin + np.sign(begin - points) * [width, 0]
+    # Beside captions, too, which have a line above or below.
+    room = np.array([letter, _CAPTION_LINES * letter])
+    inside = [((part > room) & (part < [view.width, view.height] - room)).all(axis=1) for part in (begin, end)]
+    seen = _inside(view, points)
+    return points, begin, np.where(inside[0] & inside[1] & seen, score, -np.inf)
 
 
 def _behind(colour: str) -> str:
@@ -149,9 +165,9 @@ def _in_view(view: Raster, sky: Float[Array, "n axes"]) -> bool:
     return bool(_inside(view, view.pixels(sky)).any())
 
 
-def _inside(view: Raster, places: Float[Array, "n 2"], margin: float = 0.0) -> Bool[Array, " n"]:
-    """True for places in a picture, no nearer to its sides than a margin."""
-    return ((places >= margin) & (places < np.array([view.width, view.height]) - margin)).all(axis=1)
+def _inside(view: Raster, places: Float[Array, "n 2"]) -> Bool[Array, " n"]:
+    """True for places in a picture."""
+    return np.asarray(((places >= 0) & (places < [view.width, view.height])).all(axis=1))
 
 
 def _track_line(index: int) -> dict[str, Any]:
