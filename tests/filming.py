@@ -4,7 +4,7 @@ import json
 import os
 import signal
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,9 @@ class MovingBar:
     size: tuple[int, int] = (96, 48)
     name: str = "bar.toml"
     drawn: list[int] = field(default_factory=list)
+
+    def resized(self, width: int, height: int) -> "MovingBar":
+        return replace(self, size=(width, height))
 
     def record(self) -> dict:
         return {"speed": self.speed, "frames": self.frames, "size": list(self.size), "camera": [{"radius": 6.0}]}

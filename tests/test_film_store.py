@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import av
 import numpy as np
 import pytest
 from command_line import run
@@ -233,6 +234,14 @@ def test_command_makes_the_film_of_a_scene(path, whole, scenes, capsys, monkeypa
     }
 
 
+@pytest.mark.parametrize(("option", "value", "size"), [("--size", "64x50", (64, 50)), ("--scale", "0.35", (34, 16))])
+def test_a_film_in_another_size(option, value, size, path, scenes, capsys):
+    status, _, _ = run(capsys, "film", scenes(), "--output", path, option, value)
+    assert status == 0
+    with av.open(str(path)) as film:
+        assert (film.streams.video[0].width, film.streams.video[0].height) == size
+
+
 def test_command_tells_what_failed_and_goes_on(path, whole, scenes, capsys):
     target = path.with_suffix(".json")
     arguments = ("film", scenes('{"fails": [3]}'), "--output", path, "--json", target)
@@ -273,6 +282,8 @@ def test_odd_sizes_are_one_line_before_any_frame_is_drawn(size, told, path, scen
         (["spin", "--json", "no/such/file"], "Argument --json must name a file in a folder"),
         (["BAR", "--frames", "5"], "Argument --frames must be A:B for a scene"),
         (["BAR", "--frames", "5:13"], "Argument --frames must lie within 0:12, which are all, but is 5:13"),
+        (["spin", "--scale", "0.5"], "Argument --scale must come with a scene (.toml), but spin is a script."),
+        (["BAR", "--size", "95x48"], "Argument --size must have an even width and height for a film, but is 95x48."),
         (["BAR", "--workers", "0"], "Argument --workers must be 1 or more, but is 0"),
         (["BAR", "--output", "film.avi"], "Argument --output must end in .mp4 or .gif"),
     ],

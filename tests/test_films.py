@@ -1,7 +1,9 @@
 """Films: written, decoded again, continued after an interruption; frames of an orbit show what happens."""
 
 import math
+import time
 from itertools import pairwise
+from types import SimpleNamespace
 
 import av
 import numpy as np
@@ -16,7 +18,9 @@ from kerrcaustics.draw.caustic_films import Mapping, caustics_frame
 from kerrcaustics.draw.films import SIZE, Film, write_film
 from kerrcaustics.draw.orbit_films import Orbit
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
-from kerrcaustics.films.film import FilmResult, FramesFailed, frames_folder
+from kerrcaustics.films import film as film_module
+from kerrcaustics.films.film import FilmResult, FramesFailed, frames_folder, make_film
+from kerrcaustics.results.time_left import TimeLeft
 from kerrcaustics.scripts import FILMS
 
 FRAMES = 12
@@ -108,6 +112,84 @@ def test_frames_of_other_settings_are_not_taken_and_not_thrown_away(tmp_path):
     assert drawn == [] and set(kept) - set(frames_folder(path).iterdir()) == {frames_folder(path) / "000005.failed"}
     write_film(path, counted, restart=True)
     assert drawn == list(range(FRAMES))
+
+
+def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1):
+    """What is announced, and the estimates of the time left with the true ones: frames of so many seconds each."""
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr(film_module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
+    order, announced, reports = [], [], []
+
+    def in_rounds(compute, numbers, _worker_failures):
+        for start in range(0, len(numbers), workers):
+            some = numbers[start : start + workers]
+            # Each process loads and compiles before its first frame.
+            clock.now += max(seconds(number) for number in some) + 90.0 * (start == 0)
+            for number in some:
+                compute(number)
+                order.append(number)
+                yield number, True
+
+    monkeypatch.setattr(film_module, "place", lambda *_: in_rounds)
+    estimate = TimeLeft(workers)
+
+    def report(_what, part):
+        estimate.done(clock.now, part)
+        reports.append((clock.now, estimate.left(clock.now)))
+
+    picture = np.zeros((48, 96, 3), np.uint8)
+    film = Film("still", {}, frames, 25, lambda _number: picture)
+    options = {"workers": workers} if workers > 1 else {}
+    path = tmp_path / f"still{workers}.gif"
+    make_film(path, film, report, announce=lambda *what: announced.append((clock.now, *what)), **options)
+    # The last report is about the file.
+    return order, announced, [(left, clock.now - now) for now, left in reports[:-1]], clock.now
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize(
+    "seconds",
+    [lambda _n: 5.0, lambda n: 5 + n / 8, lambda n: 20 - n / 8, lambda n: 4 + 12 * math.sin(n / 25) ** 2],
+    ids=["even", "growing", "falling", "waves"],
+)
+def test_the_time_left_is_within_a_third_of_the_true_one(tmp_path, monkeypatch, seconds, workers):
+    order, announced, times, end = timed_film(tmp_path, monkeypatch, seconds, 120, workers)
+    assert sorted(order) == list(range(120)) and order != sorted(order)
+    # Said once, when a tenth of the film is drawn, and true to a third although the first frames took 90 s more.
+    ((now, line, left),) = announced
+    assert sum(end - true <= now for _, true in times) <= 13
+    assert line.startswith("A frame takes about ") and "the 120 that are to be drawn" in line
+    assert len([none for none, _ in times if none is None]) <= 2 * workers
+    known = [(left, true) for left, true in times[8 * workers :] if true > 30]
+    assert len(known) > 60 and all(2 / 3 < left / true < 4 / 3 for left, true in known)
+    assert 2 / 3 < left / (end - now) < 4 / 3
+
+
+def test_a_short_film_says_nothing_and_keeps_the_order(tmp_path, monkeypatch):
+    order, announced, _, _ = timed_film(tmp_path, monkeypatch, lambda _n: 0.1, 20)
+    assert order == list(range(20)) and announced == []
+
+
+@pytest.mark.slow
+def test_the_time_of_a_measured_film_is_within_a_third(tmp_path):
+    picture, reports = np.zeros((48, 96, 3), np.uint8), []
+
+    def draw(number):
+        # The first frame of a process compiles; the others take a little more and less.
+        time.sleep(1.0 if not reports[1:] else 0.1 + 0.04 * math.sin(number))
+        return picture
+
+    estimate = TimeLeft()
+
+    def report(_what, part):
+        now = time.perf_counter()
+        estimate.done(now, part)
+        reports.append((now, estimate.left(now)))
+
+    make_film(tmp_path / "still.gif", Film("still", {}, 60, 25, draw), report)
+    end = reports[60][0]
+    known = [(left, end - now) for now, left in reports[4:50]]
+    assert all(2 / 3 < left / true < 4 / 3 for left, true in known)
 
 
 def test_bad_input(tmp_path):

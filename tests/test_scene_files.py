@@ -1,5 +1,6 @@
 """Scene files: what they say, how cameras move in them, what is refused, and pictures of some."""
 
+import importlib
 import json
 import math
 import pickle
@@ -493,7 +494,11 @@ BAD = [
     ("camera.path={kind='csv', file='x.csv'}", "camera must have either radius or path, but is both."),
     ("view.width=0", "view.width must be a whole number from 1 to 16384, but is 0."),
     ("view.width=2.5", "view.width: expected `int`, got `float`"),
-    ("view.field_of_view_deg=175", "view.field_of_view_deg must be at most 170 degrees"),
+    (
+        "view.field_of_view_deg=200",
+        "view.field_of_view_deg must be above 0 and at most 170 degrees for a pinhole picture of 64 x 36 pixels, "
+        "but is 200.",
+    ),
     ("view.projection=flat", "view.projection: invalid enum value 'flat', expected pinhole or fisheye"),
     ("view.look=[0, 0, 0]", "view.look must be three numbers that are not all zero, but is [0.0, 0.0, 0.0]."),
     ("view.look=away", "view.look must be hole, forward or three numbers, but is 'away'."),
@@ -525,6 +530,7 @@ BAD = [
     ("disk.emission={kind='spots', number=5, seed=-1}", "disk.emission.seed must be a whole number from 0, but is -1."),
     ("camera={path={kind='geodesic', radius=9, velocity='up'}}", "camera.path.velocity must be circular, fiducial,"),
     ("film={rate=3}", "film must have either frames or duration, but is neither."),
+    ("overlays.colour='blurple'", "overlays.colour must be a colour, as white or #FFD700, but is 'blurple'."),
     ("overlays.critical_curves=11", "overlays.critical_curves must be a whole number from 0 to 10, but is 11."),
     (
         "overlays.caption='{speed}'",
@@ -668,6 +674,103 @@ def test_overlays_leave_the_rest_of_the_picture_as_it_is(scene, painted):
     plain = scene(PLAIN).picture(0)
     drawn = scene(PLAIN, "view.width=320", "view.height=180", "overlays.caption='r = {radius:.1f}'").picture(0)
     assert drawn.shape == (180, 320, 3) and (drawn[40:] == plain[0, 0]).all() and (drawn != plain[0, 0]).any()
+
+
+CAPTIONED = ("view.width=640", "view.height=360", "overlays.caption='r = {radius}'")
+
+
+def written(scene, painted, *more):
+    """Rows and columns that a caption changes, and the pixels of its letters alone."""
+    changed = scene(PLAIN, *CAPTIONED, *more).picture(0).astype(int)
+    plain = scene(PLAIN).picture(0)[0, 0].astype(int)
+    rows, columns = np.nonzero((changed != plain).any(axis=-1))
+    return rows, columns, changed
+
+
+@pytest.mark.parametrize(
+    ("place", "up", "across"),
+    [("upper left", 0, 0), ("upper centre", 0, 0.5), ("lower right", 1, 1), ("lower centre", 1, 0.5)],
+)
+def test_captions_are_where_they_are_wanted(scene, painted, place, up, across):
+    rows, columns, _ = written(scene, painted, f"overlays.caption_place='{place}'")
+    sides = rows.min() if up == 0 else 359 - rows.max(), columns.min(), 639 - columns.max()
+    assert 2 < sides[0] < 20
+    assert abs(sides[1] - sides[2]) <= 1 if across == 0.5 else 2 < sides[1 + across] < 20
+
+
+def test_letters_have_the_size_and_the_colour_that_is_wanted(scene, painted):
+    heights = {}
+    for size in (3.2, 6.4):
+        rows, _, picture = written(scene, painted, f"overlays.size={size}", "overlays.colour='#FFD700'")
+        heights[size] = np.ptp(rows)
+        gold = np.abs(picture - [255, 215, 0]).max(axis=-1) < 30
+        assert gold.sum() > 8
+    # The box of a line, with what is about the letters, is 1.9 times the type or so.
+    assert heights[3.2] == pytest.approx(1.9 * 0.032 * 360, abs=4)
+    assert heights[6.4] == pytest.approx(2 * heights[3.2], abs=2)
+    # In a small picture letters stay legible; dark ones stand on white.
+    rows, _, picture = written(scene, painted, "view.width=160", "view.height=90", "overlays.colour='black'")
+    assert np.ptp(rows) > 12 and picture.max() > 180
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [(125.6666, "125.7"), (6.03, "6.030"), (80.0, "80"), (0.01234, "0.01234"), (12345.6, "12346"), (-3.5, "−3.500")],
+)
+def test_numbers_in_captions_have_four_digits(value, told):
+    overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
+    moment = SimpleNamespace(named=lambda _name: SimpleNamespace(value=value))
+    assert overlays._filled("{radius}", moment) == told
+
+
+@pytest.mark.parametrize("radius", [60, 250, 700])
+@pytest.mark.parametrize("order", range(1, 9))
+def test_names_beside_curves_lie_in_the_picture(radius, order):
+    overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
+    view = kc.pictures.View(960, 540, 1.5)
+    turn = np.linspace(0, 2 * math.pi, 720, endpoint=False)
+    circle = [480, 270] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    points, begin, room = overlays._beside(view, circle, 16.0, 220.0, order)
+    if radius == 700:
+        # The circle is not in the picture.
+        assert not np.isfinite(room).any()
+        return
+    best = int(np.argmax(room))
+    end = begin[best] + np.sign(begin[best] - points[best]) * [220, 0]
+    for place in (begin[best], end):
+        assert 16 < place[0] < 944 and 48 < place[1] < 492
+    # There is room beyond either curve, and thus none within it is taken.
+    assert np.hypot(*(begin[best] - [480, 270])) > radius
+
+
+def test_a_picture_in_another_size(scene, painted, tmp_path, capsys, monkeypatch):
+    flare = "[[light.flare]]\nshare = 0.1\nwidth = 3\n"
+    larger = scene(PLAIN + flare).resized(128, 72)
+    assert larger.size == (128, 72) and larger.contents.light.flare[0].width == 6
+    assert larger.picture(0).shape == (72, 128, 3)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(PLAIN, encoding="utf-8")
+    for option, value, size in (("--size", "96x50", "96 x 50"), ("--scale", "2.5", "160 x 90")):
+        status, out, _ = run(capsys, "render", "scene.toml", option, value)
+        assert status == 0 and f"{size} pixels" in out
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--size", "640"], "Argument --size must be WIDTHxHEIGHT in pixels, such as 640x360, but is 640."),
+        (["--size", "0x10"], "Argument --size must be WIDTHxHEIGHT in pixels, such as 640x360, but is 0x10."),
+        (["--size", "99999x10"], "Scene scene.toml: view.width must be a whole number from 1 to 16384, but is 99999."),
+        (["--scale", "0"], "Argument --scale must be above 0 and at most 16, but is 0."),
+        (["--scale", "nan"], "Argument --scale must be above 0 and at most 16, but is nan."),
+        (["--size", "64x36", "--scale", "2"], "Arguments --size and --scale: only one of them can be given."),
+        (["--preview", "--scale", "2"], "Argument --preview must be left out where --size or --scale is given."),
+    ],
+)
+def test_sizes_are_refused_in_one_line(options, complaint, tmp_path, monkeypatch, assert_refused):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(PLAIN, encoding="utf-8")
+    assert_refused(["render", "scene.toml", *options], complaint)
 
 
 def test_a_picture_is_written_with_its_numbers(tmp_path, capsys, monkeypatch, painted):

@@ -12,7 +12,8 @@ from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, HERE, CommonOptions, FileName, Flag, WorkerOptions
 from kerrcaustics.cli.outputs import check_film
 from kerrcaustics.cli.script_names import script_names
-from kerrcaustics.cli.terminal import one_line_errors, plain_errors, progress, say
+from kerrcaustics.cli.sizes import AS_IT_IS, SizeOptions
+from kerrcaustics.cli.terminal import console, one_line_errors, plain_errors, progress, say
 from kerrcaustics.interrupts import NOTHING_LEFT, on_interrupt
 from kerrcaustics.results.stages import in_words
 
@@ -28,13 +29,15 @@ def film(
     output: FileName | None = None,
     frames: str | None = None,
     quality: Quality | None = None,
+    resizing: SizeOptions = AS_IT_IS,
     workers: WorkerOptions = HERE,
     restart: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
     """Make a film of a scene file, of a template, or of a script (in the folder figures/films/ of a checkout).
 
-    It takes minutes. An interrupted film resumes when it is started again.
+    It takes minutes; how many, it says when its first frames are drawn. An interrupted film resumes when it is started
+    again.
 
     Parameters
     ----------
@@ -54,10 +57,11 @@ def film(
     path = output or Path(f"{Path(name).stem}.mp4")
     check_film(path, "--output")
     common.check({"--output": path})
-    _check_name(name, count, quality)
-    with progress(left=True) as report:
+    resizing.check(even=True)
+    _check_name(name, count, quality, resizing)
+    with progress(left=True, at_once=workers.workers or 1) as report:
         scene = _scene_of(name)
-        film = _script_film(name, count, workers != HERE) if scene is None else _scene_film(scene, quality)
+        film = _script_film(name, count, workers != HERE) if scene is None else _scene_film(scene, quality, resizing)
         result = _make(path, film, report, frames=only, restart=restart, **asdict(workers))
     _report(result, common)
 
@@ -78,7 +82,7 @@ def _make(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult"
     on_interrupt(lambda: _left_in(folder))
     kept = f"Frames that are drawn are kept in {folder}; start again to go on."
     with one_line_errors(lambda reason: f"The film {path} cannot be written: {reason}. {kept}"), plain_errors():
-        return make_film(path, film, report, **options)
+        return make_film(path, film, report, announce=lambda line, _left: say(console(stderr=True), line), **options)
 
 
 def _left_in(folder: Path) -> str:
@@ -131,7 +135,7 @@ def _frames(frames: str | None) -> tuple[int | None, range | None]:
     return int(frames), None
 
 
-def _check_name(name: str, count: int | None, quality: Quality | None) -> None:
+def _check_name(name: str, count: int | None, quality: Quality | None, resizing: SizeOptions) -> None:
     """Refuse scenes and scripts that are not there, and what is given for the other kind."""
     scene = _scene_of(name)
     if scene is not None:
@@ -148,11 +152,12 @@ def _check_name(name: str, count: int | None, quality: Quality | None) -> None:
         raise BadInput(
             f"Argument NAME must be one of {', '.join(names)}, or a scene (.toml), but is {name}{near(name, names)}"
         )
-    if quality is not None:
-        raise BadInput(f"Argument --quality must come with a scene (.toml), but {name} is a script.")
+    for option, value in {"--quality": quality, "--size": resizing.size, "--scale": resizing.scale}.items():
+        if value is not None:
+            raise BadInput(f"Argument {option} must come with a scene (.toml), but {name} is a script.")
 
 
-def _scene_film(path: Path, quality: Quality | None) -> "Film":
+def _scene_film(path: Path, quality: Quality | None, resizing: SizeOptions) -> "Film":
     from kerrcaustics.films.scene_films import FilmedScene, scene_film
 
     with one_line_errors():
@@ -161,7 +166,7 @@ def _scene_film(path: Path, quality: Quality | None) -> "Film":
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):
             raise BadInput(f"Argument NAME must be a scene to be shown, but {path} says what to sweep over.")
-        return scene_film(scene, quality)
+        return scene_film(resizing.applied(scene, even=True), quality)
 
 
 def _script_film(name: str, count: int | None, elsewhere: bool) -> "Film":

@@ -11,6 +11,7 @@ from kerrcaustics.choices import Quality
 from kerrcaustics.cli.app import BadInput, app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_picture
+from kerrcaustics.cli.sizes import AS_IT_IS, SizeOptions
 from kerrcaustics.cli.terminal import one_line_errors, place_of, progress, say
 from kerrcaustics.results.stages import in_words, stage, stages_timed
 
@@ -33,6 +34,7 @@ def render(
     frame: WholeNumber = 0,
     quality: Quality | None = None,
     preview: Flag = False,
+    resizing: SizeOptions = AS_IT_IS,
     overrides: Annotated[list[str] | None, cyclopts.Parameter(name="--set", negative=())] = None,
     common: CommonOptions = COMMON,
 ) -> None:
@@ -55,6 +57,9 @@ def render(
     """
     path = output or Path(f"{scene.stem}.png")
     check_picture(path)
+    resizing.check()
+    if preview and resizing != AS_IT_IS:
+        raise BadInput("Argument --preview must be left out where --size or --scale is given.")
     common.check({"--output": path})
     if scene.absolute() == path.absolute():
         raise BadInput(f"Argument --output must name another file than the scene, but both are {path}.")
@@ -63,7 +68,7 @@ def render(
         with one_line_errors():
             from kerrcaustics.scene_files.scene_file import SceneFile
 
-            file = SceneFile.read(scene, overrides or [])
+            file = resizing.applied(SceneFile.read(scene, overrides or []))
         if not 0 <= frame < file.frames:
             raise BadInput(f"Argument --frame must be a whole number from 0 to {file.frames - 1}, but is {frame}.")
         level = quality or ("draft" if preview else file.quality)

@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from kerrcaustics.cli.app import BadInput, one_line, stop
+from kerrcaustics.results.time_left import TimeLeft, clock_in_words
 
 if TYPE_CHECKING:
+    from rich.progress import ProgressColumn
+
     from kerrcaustics.beams.ends import End
     from kerrcaustics.spacetime.viewer import Viewer
 
@@ -132,35 +135,55 @@ def one_line_errors(unwritten: Callable[[str], str] | None = None) -> Iterator[N
 
 
 @contextmanager
-def progress(prefix: str = "", left: bool = False) -> Iterator[Callable[[str, float], None]]:
-    """A progress bar on standard error while it is a terminal, else a line now and then; left: with the time left."""
+def progress(prefix: str = "", left: bool = False, at_once: int = 1) -> Iterator[Callable[[str, float], None]]:
+    """A progress bar on standard error while it is a terminal, else a line now and then.
+
+    left: with the time left, on the bar too; at_once: steps that are at work at the same time.
+    """
     console = Console(stderr=True, markup=False, emoji=False)
     if _quiet:
         yield lambda _what, _part: None
         return
     if not console.is_terminal:
-        with _ProgressLines(prefix).written() as report:
+        with _ProgressLines(prefix, at_once).written() as report:
             yield report
         return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    estimate = TimeLeft(at_once)
     if left:
-        columns += (TextColumn("left"), TimeRemainingColumn())
-    # A frame or a figure may take minutes; and what goes to a file stays out of the terminal.
-    settings = {"speed_estimate_period": 3600.0, "redirect_stdout": sys.stdout.isatty()}
-    with Progress(*columns, console=console, transient=True, **settings) as bar:
+        columns += (_left_column(estimate),)
+    # What goes to a file stays out of the terminal.
+    with Progress(*columns, console=console, transient=True, redirect_stdout=sys.stdout.isatty()) as bar:
         task = bar.add_task(f"{prefix}loading and compiling", total=1.0)
-        yield lambda what, part: bar.update(task, description=f"{prefix}{what}", completed=part)
+
+        def report_on_bar(what: str, part: float) -> None:
+            estimate.done(time.monotonic(), part)
+            bar.update(task, description=f"{prefix}{what}", completed=part)
+
+        yield report_on_bar
+
+
+def _left_column(estimate: TimeLeft) -> "ProgressColumn":
+    """The time left, as a column of a bar: it counts down between reports."""
+    from rich.progress import ProgressColumn, Task
+    from rich.text import Text
+
+    class Left(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text(_left(estimate.left(time.monotonic()) if task.completed < 1 else None).lstrip(", "))
+
+    return Left()
 
 
 class _ProgressLines:
     """Lines about progress on standard error, when there was none for a while."""
 
-    def __init__(self, prefix: str) -> None:
+    def __init__(self, prefix: str, at_once: int = 1) -> None:
         self._prefix, self._what, self._count = prefix, "computing", 0
         self._last = time.monotonic() if math.isfinite(FIRST_LINE) else math.inf
-        self._first: tuple[float, float] | None = None
+        self._estimate = TimeLeft(at_once)
 
     @contextmanager
     def written(self) -> Iterator[Callable[[str, float], None]]:
@@ -179,11 +202,10 @@ class _ProgressLines:
     def _report(self, what: str, part: float) -> None:
         now = time.monotonic()
         self._what = what
-        # What was done before says nothing about how long the rest takes.
-        self._first = self._first or (now, part)
+        self._estimate.done(now, part)
         if now - self._last >= _PAUSE:
             self._last = now
-            self._write(_left(now - self._first[0], part - self._first[1], 1 - part))
+            self._write(_left(self._estimate.left(now) if part < 1 else None))
 
     def _watch(self, over: threading.Event) -> None:
         """Lines for work that reports nothing for long."""
@@ -200,9 +222,6 @@ class _ProgressLines:
         sys.stderr.flush()
 
 
-def _left(seconds: float, done: float, rest: float) -> str:
-    """The time left in words, where so much was done in so many seconds and so much is not."""
-    if done <= 0 or rest <= 0:
-        return ""
-    left = round(seconds * rest / done)
-    return f", {left // 3600}:{left // 60 % 60:02}:{left % 60:02} left"
+def _left(seconds: float | None) -> str:
+    """The time left in words; none where it is not known."""
+    return "" if seconds is None else f", {clock_in_words(seconds)} left"

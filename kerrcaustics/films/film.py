@@ -17,9 +17,14 @@ from kerrcaustics.films.video import check_film_path, write_pictures
 from kerrcaustics.results.declared import Shown, derived, quantity, result
 from kerrcaustics.results.progress import Progress, listening
 from kerrcaustics.results.stages import stage, with_stages
+from kerrcaustics.results.time_left import TimeLeft, in_round_words
 from kerrcaustics.workers.places import Run, check_answer, check_place, place
 from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailures
 
+# A film that is done in fewer seconds, or has fewer frames to draw, needs no estimate.
+_WORTH_SAYING, _SPREAD_FROM = 10.0, 24
+# Frames of each process after which it is announced: one loads and compiles, and the others differ.
+_ROUNDS = 4
 # Frames that failed, besides the first, that are named in a line.
 _MOST_NAMED = 10
 _STAGES = "seconds of frames and encoding, by these names; those of its pictures too if one process draws"
@@ -112,11 +117,13 @@ def make_film(
     workers: int | None = None,
     scheduler: str | None = None,
     restart: bool = False,
+    announce: Progress = lambda _line, _seconds: None,
 ) -> FilmResult:
     """Draw the frames that are not there yet, and write the film where all could be drawn.
 
-    An interrupted film resumes when it is started again; it ends up the same to the byte, whichever processes draw
-    its frames. Errors of the disk end it, and leave the frames that are there.
+    Frames are drawn in an order that soon has some from everywhere in the film, so that the time of those that are
+    done tells that of the others. An interrupted film resumes when it is started again; it ends up the same to the
+    byte, whichever processes draw its frames. Errors of the disk end it, and leave the frames that are there.
 
     Parameters
     ----------
@@ -133,6 +140,9 @@ def make_film(
         Instead: address of a Dask scheduler whose workers see the same file system, such as "tcp://host:8786".
     restart : bool
         Frames that are there already are thrown away.
+    announce : callable
+        Called once, when four frames of each process are drawn (the first one loads and compiles too), with a line on
+        how long a frame and the film take, and the seconds left; not for films of a few seconds.
 
     Returns
     -------
@@ -167,7 +177,8 @@ def make_film(
         draw = frame_store.draw_frame if scheduler is None else frame_store.draw_frame_again
         job = partial(draw, str(folder.absolute()), store.mark, film.draw)
         with stage("frames"):
-            _draw(store, job, missing, len(numbers), place(workers, scheduler, _one_by_one), progress)
+            report = _announcing(progress, announce, len(numbers), len(missing), workers or 1)
+            _draw(store, job, _spread(missing), len(numbers), place(workers, scheduler, _one_by_one), report)
         reasons = {number: store.failure(number) for number in missing}
         failures = tuple(f"frame {number}: {reason}" for number, reason in reasons.items() if reason)
         if not failures:
@@ -198,6 +209,33 @@ def _draw(store: FrameStore, job: Compute, missing: list[int], total: int, run: 
                 store.fail(number, _DIED)
             done += 1
             report()
+
+
+def _spread(numbers: list[int]) -> list[int]:
+    """Frames in an order in which the first so many are from everywhere: by their places with the bits reversed."""
+    if len(numbers) < _SPREAD_FROM:
+        return numbers
+    bits = len(numbers).bit_length()
+    return [numbers[place] for place in sorted(range(len(numbers)), key=lambda place: f"{place:0{bits}b}"[::-1])]
+
+
+def _announcing(progress: Progress, announce: Progress, total: int, missing: int, at_once: int) -> Progress:
+    """Progress that is announced once too, as the time of a frame and of all that are missing."""
+    estimate, waiting = TimeLeft(at_once), True
+
+    def report(what: str, part: float) -> None:
+        nonlocal waiting
+        progress(what, part)
+        now = time.perf_counter()
+        estimate.done(now, part)
+        whole, left = estimate.whole(), estimate.left(now)
+        if waiting and estimate.rounds >= _ROUNDS and whole is not None and left is not None:
+            waiting, seconds = False, whole / total * missing
+            if seconds >= _WORTH_SAYING:
+                each = f"A frame takes about {in_round_words(whole / total)}"
+                announce(f"{each}, the {missing} that are to be drawn {in_round_words(seconds)}", left)
+
+    return report
 
 
 def _one_by_one(compute: Compute, numbers: list[int], _worker_failures: WorkerFailures) -> Finished:

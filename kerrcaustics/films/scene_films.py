@@ -35,6 +35,10 @@ class FilmedScene(Protocol):
         """Frames a second."""
         ...
 
+    def resized(self, width: int, height: int) -> "FilmedScene":
+        """The same scene in another size, pixels."""
+        ...
+
     def record(self) -> dict[str, Any]:
         """Everything that the frames depend on, as JSON holds it."""
         ...

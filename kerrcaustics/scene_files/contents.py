@@ -17,6 +17,7 @@ Inclination = Annotated[float, Meta(ge=0, le=180, description="degrees")]
 PixelCount = Annotated[int, Meta(ge=1, le=MOST_PIXELS)]
 Count = Annotated[int, Meta(ge=1, le=1_000_000)]
 Seed = Annotated[int, Meta(ge=0)]
+TextPlace = Literal["upper left", "upper centre", "upper right", "lower left", "lower centre", "lower right"]
 FilmTime = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
@@ -273,8 +274,12 @@ class OverlaysTable(SceneTable, kw_only=True, frozen=True):
     critical_curves: Annotated[int, Meta(ge=0, le=10)] = 0
     shadow_edge: bool = False
     tracks: tuple[Inclination, ...] = ()
-    labels: bool = False
+    labels: bool | Literal["beside"] = False
+    labels_place: TextPlace = "lower left"
     caption: str = ""
+    caption_place: TextPlace = "upper left"
+    size: Annotated[float, Meta(gt=0, le=20)] = 3.2
+    colour: str = "white"
 
 
 class Contents(SceneTable, kw_only=True, frozen=True):

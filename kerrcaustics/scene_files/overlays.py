@@ -6,9 +6,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Bool, Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.colors import is_color_like, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
@@ -35,6 +36,17 @@ from kerrcaustics.tracks.tracks import star_tracks
 Array = np.ndarray
 
 _DPI = 100
+# Pixels: smaller letters are not legible, however small the picture is.
+_LEAST_TYPE = 10.0
+# Space between words and the sides of the picture, and the box about them, in units of the type.
+_MARGIN, _PADDING = 0.9, 0.35
+# Where names beside curves stand: directions from the middle (degrees, up from the right), and how far beyond their
+# curves, in units of the type.
+_BESIDE, _BEYOND = (40.0, -40.0, 140.0, -140.0, 0.0, 180.0, 90.0, -90.0), 1.6
+# The width of a letter, and lines that captions take, in units of the type.
+_LETTER, _CAPTION_LINES = 0.6, 3.0
+# Digits of numbers in captions that come without a format.
+_DIGITS = 4
 # Lines and type are made for pictures so many pixels high, and grow with them.
 _HEIGHT = 720
 _DARK = withStroke(linewidth=2.2, foreground="black", alpha=0.75)
@@ -65,7 +77,7 @@ def overlaid(
         ax.imshow(picture, interpolation="nearest", extent=extent, aspect="auto")
         _draw(ax, overlays, rendering.camera, rendering.view)
         if overlays.caption:
-            _write(ax, _filled(overlays.caption, moment))
+            _write(ax, _filled(overlays.caption, moment), overlays)
         drawing = pixels(figure)
     return drawing[:height, :width]
 
@@ -82,20 +94,80 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> No
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves)
         show_critical_curves(ax, view, curves, linewidth=1.6)
-        for order in (caustic.order for caustic in curves if _in_view(view, caustic.sky)):
-            label = f"{style.order_name(order)} critical curve"
-            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(order)))
-    if overlays.labels and lines:
-        legend: Any = ax.legend(handles=lines, loc="lower left", frameon=True, facecolor="black", framealpha=0.6)
-        legend.get_frame().set_linewidth(0)
-        for text in legend.get_texts():
-            text.set_color("white")
+        for curve in (caustic for caustic in curves if _in_view(view, caustic.sky)):
+            label = f"{style.order_name(curve.order)} critical curve"
+            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(curve.order)))
+            if overlays.labels == "beside":
+                _name(ax, view, curve.sky, curve.order, overlays)
+    if overlays.labels is True and lines:
+        _list_names(ax, lines, overlays)
+
+
+def _type_size(ax: Axes, overlays: OverlaysTable) -> float:
+    """Size of the type in points, of which a picture has as many as its resolution says."""
+    figure: Any = ax.figure
+    height = figure.get_size_inches()[1] * figure.dpi
+    return max(overlays.size / 100 * height, _LEAST_TYPE) * 72 / figure.dpi
+
+
+def _list_names(ax: Axes, lines: list[Line2D], overlays: OverlaysTable) -> None:
+    """The names of all lines in one place."""
+    place: Any = overlays.labels_place.replace("centre", "center")
+    size = _type_size(ax, overlays)
+    look: dict[str, Any] = {"fontsize": size, "facecolor": _behind(overlays.colour), "framealpha": 0.6}
+    legend: Any = ax.legend(handles=lines, loc=place, frameon=True, borderaxespad=_MARGIN - _PADDING, **look)
+    legend.get_frame().set_linewidth(0)
+    for text in legend.get_texts():
+        text.set_color(overlays.colour)
+
+
+def _name(ax: Axes, view: Raster, sky: Float[Array, "n axes"], order: int, overlays: OverlaysTable) -> None:
+    """The name of a critical curve beside it, in its colour, where there is room for it in the picture."""
+    name, size = f"{style.order_name(order)} critical curve", _type_size(ax, overlays)
+    letter = size * ax.figure.dpi / 72
+    points, ends, room = _beside(view, view.pixels(sky), letter, _LETTER * len(name) * letter, order)
+    if not room.max(initial=-np.inf) > -np.inf:
+        return
+    best = int(np.argmax(room))
+    colour, rightward = style.order_colour(order), bool(ends[best, 0] > points[best, 0])
+    look: dict[str, Any] = {"fontsize": size, "va": "center", "ha": "left" if rightward else "right"}
+    leader = {"arrowstyle": "-", "color": colour, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+    rim = [withStroke(linewidth=0.3 * size, foreground="white", alpha=0.85)]
+    ax.annotate(name, tuple(points[best]), tuple(ends[best]), arrowprops=leader, color=colour, path_effects=rim, **look)
+
+
+def _beside(
+    view: Raster, places: Float[Array, "n 2"], letter: float, width: float, order: int
+) -> tuple[Float[Array, "m 2"], Float[Array, "m 2"], Float[Array, " m"]]:
+    """Points of a curve, where words of a width begin beside them, and how good that is: -inf for no room."""
+    middle = (np.nanmin(places, axis=0) + np.nanmax(places, axis=0)) / 2
+    away = (places - middle) / np.linalg.norm(places - middle, axis=1, keepdims=True)
+    angle = math.radians(_BESIDE[(order - 1) % len(_BESIDE)])
+    wanted = away @ [math.cos(angle), -math.sin(angle)]
+    # Within the curve only where there is no room beyond it.
+    ends = [places + sign * _BEYOND * letter * away for sign in (1, -1)]
+    points, begin, score = np.tile(places, (2, 1)), np.concatenate(ends), np.concatenate([wanted, wanted - 2])
+    end = begin + np.sign(begin - points) * [width, 0]
+    # Beside captions, too, which have a line above or below.
+    room = np.array([letter, _CAPTION_LINES * letter])
+    inside = [((part > room) & (part < [view.width, view.height] - room)).all(axis=1) for part in (begin, end)]
+    seen = _inside(view, points)
+    return points, begin, np.where(inside[0] & inside[1] & seen, score, -np.inf)
+
+
+def _behind(colour: str) -> str:
+    """What words of a colour are read on: black or white."""
+    return "black" if np.dot(to_rgb(colour), (0.2126, 0.7152, 0.0722)) > 0.4 else "white"
 
 
 def _in_view(view: Raster, sky: Float[Array, "n axes"]) -> bool:
     """True where the picture shows some of these directions."""
-    x, y = view.pixels(sky).T
-    return bool(((x >= 0) & (x < view.width) & (y >= 0) & (y < view.height)).any())
+    return bool(_inside(view, view.pixels(sky)).any())
+
+
+def _inside(view: Raster, places: Float[Array, "n 2"]) -> Bool[Array, " n"]:
+    """True for places in a picture."""
+    return np.asarray(((places >= 0) & (places < [view.width, view.height])).all(axis=1))
 
 
 def _track_line(index: int) -> dict[str, Any]:
@@ -116,9 +188,17 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, 
         draw_motion(ax, places, _TRACKS[index % len(_TRACKS)], spacing=0.35, size=20)
 
 
-def _write(ax: Axes, text: str) -> None:
-    box = {"boxstyle": "square,pad=0.35", "facecolor": "black", "edgecolor": "none", "alpha": 0.6}
-    ax.text(0.015, 0.975, text, transform=ax.transAxes, color="white", va="top", ha="left", bbox=box, parse_math=False)
+def _write(ax: Axes, text: str, overlays: OverlaysTable) -> None:
+    """A caption; one that is wider than the picture goes on in another line."""
+    up, across = overlays.caption_place.replace("centre", "center").split()
+    size = _type_size(ax, overlays)
+    inset = ((0, 1, 0.5)[("left", "right", "center").index(across)], float(up == "upper"))
+    shift = {"left": _MARGIN, "right": -_MARGIN, "center": 0.0}[across], -_MARGIN if up == "upper" else _MARGIN
+    box = {"boxstyle": f"square,pad={_PADDING}", "facecolor": _behind(overlays.colour), "edgecolor": "none"}
+    look: dict[str, Any] = {"ha": across, "va": "top" if up == "upper" else "bottom", "fontsize": size, "wrap": True}
+    look |= {"color": overlays.colour, "bbox": {**box, "alpha": 0.6}, "parse_math": False}
+    offset = (shift[0] * size, shift[1] * size)
+    ax.annotate(text, inset, offset, xycoords="axes fraction", textcoords="offset points", **look)
 
 
 def _filled(caption: str, moment: Moment) -> str:
@@ -126,14 +206,26 @@ def _filled(caption: str, moment: Moment) -> str:
 
     def value(match: re.Match[str]) -> str:
         name = "t" if match[1] == "time" else match[1]
-        return style.number(moment.named(name).value, match[2] or "g")
+        number = moment.named(name).value
+        return style.number(number, match[2] or _sensible_format(number))
 
     return _BLANK.sub(value, caption)
+
+
+def _sensible_format(number: float) -> str:
+    """The format of a number in a caption, to four digits: its places stay while it changes a little, as in films."""
+    size = abs(number)
+    if not 1e-3 <= size < 1e7:
+        return f".{_DIGITS}g"
+    places = max(_DIGITS - 1 - math.floor(math.log10(size)), 0)
+    return "g" if number == round(number) and size < 1e6 else f".{places}f"
 
 
 def check_overlays(overlays: OverlaysTable, path: CameraPath, span: tuple[float, float]) -> None:
     """Raise ValueError for captions with unknown names, and for tracks of cameras that do not circle the axis."""
     _check_caption(overlays.caption, {"time", "t", *PLACE_NAMES, *path.formulas})
+    if not is_color_like(overlays.colour) or overlays.colour == "none":
+        reject("overlays.colour", "be a colour, as white or #FFD700", quoted(overlays.colour))
     if overlays.tracks:
         with about("overlays", camera="overlays.tracks"):
             for time in span:

@@ -28,7 +28,7 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.scenes.screen import Screen
 from kerrcaustics.scenes.turned_sky import TurnedSky
-from kerrcaustics.scenes.view import View
+from kerrcaustics.scenes.view import View, widest_field
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.toml_files import as_struct, not_finite, read_toml
@@ -130,6 +130,19 @@ class SceneFile:
     def size(self) -> tuple[int, int]:
         """Width and height, pixels."""
         return self.contents.view.width, self.contents.view.height
+
+    def resized(self, width: int, height: int) -> "SceneFile":
+        """The scene in another size, pixels; the flare of the lens, in pixels of the whole picture, goes with it."""
+        contents, scale = self.contents, width / self.size[0]
+        with in_file(self.name):
+            replaced = msgspec.structs.replace
+            view = replaced(contents.view, width=width, height=height)
+            halos = contents.light.flare
+            flare = tuple(halo if halo.width is None else replaced(halo, width=scale * halo.width) for halo in halos)
+            contents = replaced(contents, view=view, light=replaced(contents.light, flare=flare))
+            scene = SceneFile(contents, self.folder, self.name, self.files)
+            scene._check()
+        return scene
 
     @property
     def quality(self) -> str:
@@ -299,6 +312,10 @@ class SceneFile:
                 return Screen(width, height, values["view.size"], tuple(centre), (math.sin(tilt), math.cos(tilt)))
             field, *turns = (values[f"view.{key}"] for key in _VARIED_VIEW)
             assert table.look is not None and table.projection is not None
+            widest = math.degrees(widest_field(table.projection, width, height))
+            if not 0 < field <= widest * (1 + 1e-12):
+                shape = f"a {table.projection} picture of {width} x {height} pixels"
+                reject("view.field_of_view_deg", f"be above 0 and at most {widest:.6g} degrees for {shape}", field)
             looking = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
             axes = looking if trial else axes_of(cast("Camera", camera), table.look, turns)
             return View(width, height, math.radians(field), table.projection, *axes)

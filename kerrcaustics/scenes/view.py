@@ -23,7 +23,6 @@ Projection = Literal["pinhole", "fisheye", "equirectangular"]
 PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
 
 _EDGE_POINTS = 720
-# A pinhole wider than this is nearly all stretched rim.
 _WIDEST_PINHOLE = math.radians(170)
 
 
@@ -225,14 +224,25 @@ def _equirectangular(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _
     return n, to_right, to_up
 
 
+def widest_field(projection: str, width: int, height: int) -> float:
+    """The largest horizontal field, radians, that a picture of some shape can have in a projection.
+
+    A pinhole wider than that is nearly all stretched rim, an equirectangular picture goes once round the sky and from
+    pole to pole, and a fisheye's corners lie opposite to its centre.
+    """
+    if projection == "pinhole":
+        return _WIDEST_PINHOLE
+    if projection == "equirectangular":
+        return min(2 * math.pi, math.pi * width / height)
+    return 2 * math.pi / math.hypot(1, height / width)
+
+
 def _check_field(angle: float, width: int, height: int, projection: str) -> None:
     check_number("field_of_view", angle, "be a positive, finite number of radians", positive)
-    must, shown = "", f"{angle:g} for {width} x {height} pixels"
-    if projection == "pinhole" and angle > _WIDEST_PINHOLE:
-        must, shown = f"be at most 170 degrees ({_WIDEST_PINHOLE:.6g}) for a pinhole", f"{angle:g}"
-    if projection == "equirectangular" and max(angle / 2, angle * height / width) > math.pi * (1 + 1e-12):
-        must = "leave an equirectangular picture within 2 pi by pi radians"
-    if projection == "fisheye" and angle / 2 * math.hypot(1, height / width) > math.pi:
-        must = "keep the corners of a fisheye picture within pi radians of its centre"
-    if must:
-        raise ValueError(f"Argument `field_of_view` must {must}, but is {shown}{if_degrees(angle, _WIDEST_PINHOLE)}")
+    widest = widest_field(projection, width, height)
+    if angle > widest * (1 + 1e-12):
+        shape = f"a {projection} picture of {width} x {height} pixels"
+        limit, value = (f"{radians:.6g} radians ({math.degrees(radians):.6g} degrees)" for radians in (widest, angle))
+        raise ValueError(
+            f"Argument `field_of_view` must be at most {limit} for {shape}, but is {value}{if_degrees(angle, widest)}"
+        )

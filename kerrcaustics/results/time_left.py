@@ -1,0 +1,59 @@
+"""The time that a job of many steps still needs, by the steps that are done."""
+
+
+class TimeLeft:
+    """Estimate of the time left, from the moments at which parts of a job were done.
+
+    The first step of each process is left out: it loads and compiles too. Processes that began together end their
+    steps together, so that only whole rounds of them are counted.
+    """
+
+    def __init__(self, at_once: int = 1) -> None:
+        """at_once: steps that are at work at the same time."""
+        self._at_once = max(at_once, 1)
+        self._first_part: float | None = None
+        self._marks: list[tuple[float, float]] = []
+
+    def done(self, now: float, part: float) -> None:
+        """Take note that a part of the whole job, 0 to 1, is done at a moment, seconds."""
+        if self._first_part is None:
+            self._first_part = part
+        elif part > (self._marks[-1][1] if self._marks else self._first_part):
+            self._marks.append((now, part))
+
+    def whole(self) -> float | None:
+        """Seconds that all of the job takes at this rate; None before two rounds of steps are done."""
+        last = self._last_of_round()
+        if last is None:
+            return None
+        (began, before), (ended, after) = self._marks[self._at_once - 1], last
+        return (ended - began) / (after - before)
+
+    def left(self, now: float) -> float | None:
+        """Seconds left at a moment; None before two rounds of steps are done."""
+        whole, last = self.whole(), self._last_of_round()
+        if whole is None or last is None:
+            return None
+        return max(whole * (1 - last[1]) - (now - last[0]), 0.0)
+
+    @property
+    def rounds(self) -> int:
+        """Rounds of steps that are done, the first one too."""
+        return len(self._marks) // self._at_once
+
+    def _last_of_round(self) -> tuple[float, float] | None:
+        return self._marks[self.rounds * self._at_once - 1] if self.rounds > 1 else None
+
+
+def clock_in_words(seconds: float) -> str:
+    """Hours, minutes and seconds, as 0:01:30."""
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02}:{whole % 60:02}"
+
+
+def in_round_words(seconds: float) -> str:
+    """A duration to two digits, in the unit that people would take."""
+    for unit, length in (("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2 * length:
+            return f"{float(f'{seconds / length:.2g}'):g} {unit}"
+    return f"{float(f'{seconds:.2g}'):g} s"
