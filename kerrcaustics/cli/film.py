@@ -159,7 +159,7 @@ def _scene_film(path: Path, quality: Quality | None) -> "Film":
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):
             raise BadInput(f"Argument NAME must be a scene to be shown, but {path} says what to sweep over.")
-        return scene_film(scene, quality)
+        return scene_film(scene.with_exposures(), quality)
 
 
 def _script_film(name: str, count: int | None, elsewhere: bool) -> "Film":
