@@ -54,7 +54,7 @@ def main(output: Path) -> list[Path]:
 
 def seen(ax: Axes, camera: kc.Camera) -> Axes:
     """The swatches as a camera sees them, critical curves, and the directions along its motion."""
-    show_picture(ax, VIEW, kc.pictures.tone_mapped(kc.render(camera, VIEW, SKY).light))
+    show_picture(ax, VIEW, kc.pictures.tone_mapped(kc.render(camera, VIEW, SKY).light, exposure=1.0))
     show_critical_curves(ax, VIEW, kc.caustics(camera, orders=3), linewidth=0.8)
     for (colour, direction), name in zip(DOTS.items(), ("forward", "backward"), strict=True):
         place = VIEW.pixels(np.array(direction))

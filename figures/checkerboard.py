@@ -51,7 +51,10 @@ def flat_edge(pixels: int) -> kc.pictures.View:
 
 
 def celestial_panel(ax: Axes) -> None:
-    ax.imshow(kc.pictures.tone_mapped(kc.skies.celestial_picture(SKY, 400)), extent=(0, 360, 180, 0))
+    ax.imshow(
+        kc.pictures.tone_mapped(kc.skies.celestial_picture(SKY, 400, mirror=True), exposure=1.0),
+        extent=(0, 360, 180, 0),
+    )
     for row in range(1, SKY.rows):
         ax.axhline(180 * row / SKY.rows, **DASHED)
     ax.xaxis.set_major_locator(MultipleLocator(90))
@@ -70,7 +73,7 @@ def seen(
 
     Tracks end at the last of the curves.
     """
-    show_picture(ax, view, kc.pictures.tone_mapped(kc.render(CAMERA, view, SKY).light), whole)
+    show_picture(ax, view, kc.pictures.tone_mapped(kc.render(CAMERA, view, SKY).light, exposure=1.0), whole)
     for track in (track for star in stars for track in star.tracks):
         sky = np.where((track.index < len(caustics))[:, None], track.sky, np.nan)
         show_line(ax, view, np.concatenate([sky, sky[:1]]) if track.closed else sky, **DASHED)

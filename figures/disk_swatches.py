@@ -48,7 +48,7 @@ def from_above(size: int) -> np.ndarray:
 def main(output: Path) -> list[Path]:
     light = kc.render(CAMERA, VIEW, disk=DISK).light
     light[MARGIN : MARGIN + INSET, MARGIN : MARGIN + INSET] = from_above(INSET)
-    save_picture(output / "disk_swatches.png", kc.pictures.tone_mapped(light))
+    save_picture(output / "disk_swatches.png", kc.pictures.tone_mapped(light, exposure=1.0))
     return [output / "disk_swatches.png"]
 
 

@@ -193,7 +193,7 @@ def test_counts_in_healpix_are_those_of_the_cells(healpy, order):
 
 @pytest.mark.parametrize("order", ["ring", "nested"])
 def test_a_sky_goes_to_healpix_and_back(healpy, order):
-    sky = kc.skies.Panorama(made_light(128))
+    sky = kc.skies.Panorama(made_light(128), mirror=True)
     values = sky.to_healpix(32, order)
     theta, phi = healpy.pix2ang(32, np.arange(12 * 32**2), nest=order == "nested")
     x, y, z = from_angles(theta, phi).T

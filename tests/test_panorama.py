@@ -24,7 +24,7 @@ def smooth_light(n):
 
 @pytest.fixture(scope="module")
 def smooth():
-    return kc.skies.Panorama(smooth_light(directions_of(ROWS)))
+    return kc.skies.Panorama(smooth_light(directions_of(ROWS)), mirror=True)
 
 
 def round_footprints(direction, size):
@@ -75,7 +75,7 @@ def test_a_wide_look_up_averages_over_a_gaussian(smooth, anywhere, size):
 def test_a_turned_picture(smooth, anywhere):
     c, s = math.cos(0.7), math.sin(0.7)
     turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-    turned = kc.skies.Panorama(smooth_light(directions_of(ROWS)), orientation=turn)
+    turned = kc.skies.Panorama(smooth_light(directions_of(ROWS)), orientation=turn, mirror=True)
     there = turned.light(round_footprints(anywhere @ turn.T, 0.01), False, False)
     assert there == pytest.approx(smooth.light(round_footprints(anywhere, 0.01), False, False), abs=1e-5)
 
@@ -141,3 +141,111 @@ def test_refusals(tmp_path):
     for name in ("square.png", "text.png", "none.png", "none.exr", "sky.tif"):
         with pytest.raises(ValueError, match="Argument `path` must"):
             kc.skies.Panorama.read(tmp_path / name)
+
+
+# Digits that no mirror and no half turn takes to themselves or to each other, 5 x 7 dots.
+DIGITS = """
+####. .#### #...# .###.
+....# #.... #...# #....
+....# #.... #...# #....
+.###. ####. ##### ####.
+#.... ....# ....# #...#
+#.... ....# ....# #...#
+##### ####. ....# .###.
+"""
+DOTS = np.array([[c == "#" for c in row.replace(" ", ".")] for row in DIGITS.split("\n")[1:-1]])
+FIELD, PIXELS = 60.0, 240
+
+
+def with_digits(rows=256):
+    """A black picture of the whole sky with the digits in its middle, 2 degrees a dot."""
+    size = round(2 * rows / 180)
+    dots = np.kron(DOTS, np.ones((size, size)))
+    light = np.zeros((rows, 2 * rows))
+    top, left = rows // 2 - len(dots) // 2, rows - dots.shape[1] // 2
+    light[top : top + len(dots), left : left + dots.shape[1]] = dots
+    return np.repeat(light[..., None], 3, axis=2)
+
+
+def read_off(light, right=0.0, up=0.0, roll=0.0):
+    """Dots of the digits on a picture of 60 degrees, those in its middle moved and turned clockwise by degrees."""
+    y, x = np.mgrid[0:7, 0 : DOTS.shape[1]] + 0.0
+    # A dot of 3 rows of 256.
+    pixels = 3 * 180 / 256 * PIXELS / FIELD
+    place = ((x - (DOTS.shape[1] - 1) / 2) + 1j * (y - 3)) * pixels * np.exp(1j * math.radians(roll))
+    column = (PIXELS - 1) / 2 + place.real + right * PIXELS / FIELD
+    row = (PIXELS - 1) / 2 + place.imag - up * PIXELS / FIELD
+    return light[np.rint(row).astype(int), np.rint(column).astype(int)].mean(axis=-1) > 0.5
+
+
+@pytest.fixture(scope="module")
+def far():
+    """A camera so far from a hole without spin that nothing is bent, and what it sees behind the hole."""
+    camera = kc.Camera(spin=0.0, radius=1e8, velocity="static")
+    view = kc.pictures.View(PIXELS, PIXELS, math.radians(FIELD), "equirectangular")
+    return kc.pictures.trace_view(camera, view, quality="draft")
+
+
+def test_digits_read_as_on_the_photograph(far):
+    seen = read_off(far.show(kc.skies.Panorama(with_digits())).light)
+    assert np.array_equal(seen, DOTS)
+    others = [DOTS[:, ::-1], DOTS[::-1], DOTS[::-1, ::-1]]
+    assert min((seen != other).sum() for other in others) > 20
+
+
+def test_a_chart_and_a_mirrored_photograph_are_one(far):
+    light = far.show(kc.skies.Panorama(with_digits(), mirror=True)).light
+    assert np.array_equal(read_off(light), DOTS[:, ::-1])
+    chart = kc.skies.Panorama(with_digits()[:, ::-1], mirror=True)
+    assert np.array_equal(read_off(far.show(chart).light), DOTS)
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+def test_a_picture_is_turned_to_the_right_and_up_and_clockwise(far, mirror):
+    """The place 5 degrees to the right and 6 up comes into the middle: digits move to the left and down."""
+    dots = DOTS[:, ::-1] if mirror else DOTS
+    for angles, moved in [(5.0, (-5, 0, 0)), ((0, 6, 0), (0, -6, 0)), ((0, 0, 12), (0, 0, 12))]:
+        sky = kc.skies.Panorama(with_digits(), np.radians(angles), mirror=mirror)
+        right, up, roll = moved
+        # On the picture of a chart its right is the left.
+        assert np.array_equal(read_off(far.show(sky).light, -right if mirror else right, up, roll), dots), angles
+
+
+def test_three_angles_bring_a_place_into_the_middle():
+    right, up, roll = 0.4, 0.3, 0.2
+    turn = kc.skies.Panorama(np.ones((8, 16, 3)), (right, up, roll)).orientation
+    place = from_angles(math.pi / 2 - up, math.pi - right)
+    assert turn @ place == pytest.approx([-1, 0, 0], abs=1e-15)
+    # North of it is turned clockwise, to +y, which is to the right for who looks along -x.
+    north = turn @ from_angles(math.pi / 2 - up - math.pi / 2, math.pi - right)
+    assert north == pytest.approx([0, math.sin(roll), math.cos(roll)], abs=1e-15)
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+def test_a_picture_of_a_sky_is_that_sky(mirror, anywhere):
+    sky = kc.skies.Panorama(smooth_light(directions_of(ROWS)))
+    again = kc.skies.Panorama(kc.skies.celestial_picture(sky, ROWS, mirror=mirror), mirror=mirror)
+    inner = anywhere[np.hypot(anywhere[:, 0], anywhere[:, 1]) > 0.1]
+    size = np.full(len(inner), 0.1)
+    assert again.around(inner, size) == pytest.approx(sky.around(inner, size), abs=1e-3)
+
+
+def test_digits_of_a_scene_file(tmp_path):
+    Image.fromarray((255 * with_digits()).astype(np.uint8)).save(tmp_path / "sky.png")
+    text = """
+        hole = {spin = 0}
+        camera = {radius = 1e8, velocity = "static"}
+        view = {width = 240, height = 240, field_of_view_deg = 60, projection = "equirectangular"}
+        sky = {kind = "panorama", file = "sky.png"}
+    """
+    (tmp_path / "scene.toml").write_text(text)
+    for overrides, where, dots in [
+        ([], {}, DOTS),
+        (["sky.mirror=true"], {}, DOTS[:, ::-1]),
+        (["sky.orientation_deg=5"], {"right": -5}, DOTS),
+        (["sky.orientation_deg=[0, 6, 0]"], {"up": -6}, DOTS),
+    ]:
+        scene = kc.SceneFile.read(tmp_path / "scene.toml", overrides)
+        assert np.array_equal(read_off(scene.rendering(0, quality="draft").light, **where), dots), overrides
+    with pytest.raises(ValueError, match=r"sky.orientation_deg"):
+        kc.SceneFile.read(tmp_path / "scene.toml", ["sky.orientation_deg=[1, 2]"])

@@ -518,7 +518,7 @@ BAD = [
     ("disk.emission={kind='texture', file='scene.toml'}", "disk.emission.file must end in .png"),
     ("disk.emission={kind='texture', file='no.png'}", "disk.emission.file must name a picture that can be read"),
     ("disk.emission={kind='spots', number=0}", "disk.emission.number must be a whole number from 1"),
-    ("light.exposure=0", "light.exposure must be a positive, finite number, but is 0."),
+    ("light.exposure=0", 'light.exposure must be a positive, finite number, or "auto", but is 0.'),
     ("light.flare=[{share=2, width=3}]", "light.flare[0].share must lie in [0, 1], but is 2.0."),
     ("film={frames=3}", "film.end must be given, and be later than film.start (0), but is 0."),
     ("film={frames=3, duration=1}", "film must have either frames or duration, but is both."),

@@ -299,11 +299,11 @@ def test_other_responses_are_refused(make):
 def test_tone_curves():
     values = np.linspace(0, 1, 256)
     assert encoded(decoded(values)) == pytest.approx(values, abs=1e-4)
-    picture = kc.pictures.tone_mapped(np.array([[0, 0, 0], [1, 1, 1], [9, 0.5, 0.1]]), curve="asinh", softening=10)
+    picture = kc.pictures.tone_mapped(np.array([[0, 0, 0], [1, 1, 1], [9, 0.5, 0.1]]), 1.0, curve="asinh", softening=10)
     assert picture.dtype == np.uint8
     assert picture[0].tolist() == [0, 0, 0] and picture[1].tolist() == [255, 255, 255]
     assert picture[2, 0] == 255 and picture[2, 0] >= picture[2, 1] >= picture[2, 2]
-    grey = kc.pictures.tone_mapped(np.full((1, 3), 0.01), curve="asinh", softening=10)
+    grey = kc.pictures.tone_mapped(np.full((1, 3), 0.01), 1.0, curve="asinh", softening=10)
     assert decoded(grey / 255)[0, 0] == pytest.approx(math.asinh(0.1) / math.asinh(10), abs=2e-3)
     for bad in ({"exposure": 0.0}, {"curve": "log"}, {"softening": -1.0}):
         with pytest.raises(ValueError, match="Argument"):

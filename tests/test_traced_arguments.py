@@ -81,6 +81,8 @@ CALLS = [
     (kc.disks.VolumeGrid, {**RIMS, "values": np.ones((3, 3, 3))}),
     (kc.pictures.black_body, {"temperature": 4000.0, "white": 6504.0}),
     (kc.pictures.tone_mapped, {"light": LIGHT, "exposure": 1.0, "softening": 30.0}),
+    (kc.pictures.auto_exposure, {"light": LIGHT, "softening": 30.0}),
+    (kc.pictures.clipped_fraction, {"light": LIGHT, "exposure": 1.0}),
     (kc.pictures.with_glare, {"light": LIGHT, "spread": np.ones((3, 3))}),
     (kc.pictures.glare_kernel, {"share": 0.2, "width": 2.0, "falloff": 3.0}),
     (kc.PhysicalScale, {"mass": 1e6, "distance": 1e3}),

@@ -11,7 +11,8 @@ From single rays to pictures: every pixel is a narrow beam.
 #
 # A ``View`` says where the camera looks and how wide, ``StarField`` is the sky of the Hipparcos satellite. A
 # ``fisheye`` keeps angles from its middle to scale, so that much of the sky fits in. Stars differ in brightness by
-# thousands, which no screen shows: ``plot`` lifts the faint ones (``asinh`` is the curve by which it does that).
+# thousands, which no screen shows: ``plot`` chooses an exposure by their light, and lifts the faint
+# ones (``asinh`` is the curve by which it does that).
 
 import matplotlib.pyplot as plt
 
@@ -21,7 +22,7 @@ from kerrcaustics.draw.scenes import show_critical_curves
 camera = kc.Camera(spin=0.999, radius=6.03)
 view = kc.pictures.View.toward_hole(camera, width=480, height=400, field_of_view=2.6, projection="fisheye")
 stars = kc.render(camera, view, kc.skies.StarField())
-ax = stars.plot(exposure=1 / 2500)
+ax = stars.plot()
 show_critical_curves(ax, view, kc.caustics(camera, orders=2))
 plt.show()
 

@@ -24,7 +24,6 @@ hole = {spin = 0.999}
 camera = {radius = 6.03}
 view = {width = 320, height = 180, field_of_view_deg = 110}
 sky = {kind = "stars"}
-light = {exposure = 0.0004, curve = "asinh"}
 
 [film]
 frames = 240

@@ -166,7 +166,7 @@ def _scene_film(path: Path, quality: Quality | None, resizing: SizeOptions) -> "
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):
             raise BadInput(f"Argument NAME must be a scene to be shown, but {path} says what to sweep over.")
-        return scene_film(resizing.applied(scene, even=True), quality)
+        return scene_film(resizing.applied(scene, even=True).with_exposures(), quality)
 
 
 def _script_film(name: str, count: int | None, elsewhere: bool) -> "Film":

@@ -12,15 +12,18 @@ from kerrcaustics.cli.app import BadInput, app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_picture
 from kerrcaustics.cli.sizes import AS_IT_IS, SizeOptions
-from kerrcaustics.cli.terminal import one_line_errors, place_of, progress, say
+from kerrcaustics.cli.terminal import one_line_errors, place_of, progress, say, say_all
 from kerrcaustics.results.stages import in_words, stage, stages_timed
 
 if TYPE_CHECKING:
+    from kerrcaustics.scene_files.exposure import Development
     from kerrcaustics.scene_files.scene_file import SceneFile
     from kerrcaustics.scenes.render import Rendering
 
 # Pixels across a preview; stages that a picture has, at most.
 _PREVIEW, _STAGES = 320, 8
+# A picture of which more is cut at white has lost what was there.
+_MUCH = 0.02
 
 
 @app.command(
@@ -73,7 +76,7 @@ def render(
             raise BadInput(f"Argument --frame must be a whole number from 0 to {file.frames - 1}, but is {frame}.")
         level = quality or ("draft" if preview else file.quality)
         with stages_timed(lambda name, seconds: report(_now(name, seconds), len(seconds) / _STAGES)) as stages:
-            rendering = _render(file, frame, level, preview, path)
+            rendering, development = _render(file, frame, level, preview, path)
     from kerrcaustics.results.records import in_degrees
 
     entry = {
@@ -87,6 +90,9 @@ def render(
         "velocity": list(rendering.camera.fido_velocity()),
         "size": [rendering.view.width, rendering.view.height],
         "quality": level,
+        "exposure": development and development.exposure,
+        "clipped": development and development.clipped,
+        "remarks": list(file.remarks),
         "beams": rendering.beams,
         "stages": stages,
         "seconds": clock() - began,
@@ -98,6 +104,7 @@ def render(
     size = f"{rendering.view.width} x {rendering.view.height} pixels"
     say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
     say(out, in_words(stages))
+    say_all(out, [*_tones_in_words(development, file), *file.remarks])
     say(out, f"Picture: {path}")
 
 
@@ -110,21 +117,38 @@ def _camera_in_words(rendering: "Rendering") -> str:
     return words.replace(f"{velocity} camera", f"a camera with {math.hypot(*velocity or ()):.6g} of the speed of light")
 
 
+def _tones_in_words(development: "Development | None", scene: "SceneFile") -> list[str]:
+    """The exposure, the part of the pixels that are cut at white, and a hint; nothing for linear light."""
+    if development is None:
+        return []
+    exposure, clipped = f"{development.exposure:.6g}", f"{100 * development.clipped:.2g} %"
+    chosen = " (auto)" if scene.contents.light.exposure == "auto" else ""
+    brighter = f"--set light.exposure={2 * development.exposure:.3g} makes it twice as bright"
+    if development.clipped > _MUCH:
+        brighter = "--set light.exposure=auto goes by the light" if not chosen else "light.curve = asinh keeps more"
+    return [f"Exposure {exposure}{chosen}, {clipped} of the pixels are cut at white; {brighter}"]
+
+
 def _now(stage: str, before: dict[str, float]) -> str:
     """The stage that is on, and the time of those before it."""
     return f"{stage.replace('_', ' ')} ({in_words(before)})" if before else stage.replace("_", " ")
 
 
-def _render(scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path) -> "Rendering":
-    """Render a frame and write its picture."""
+def _render(
+    scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path
+) -> "tuple[Rendering, Development | None]":
+    """Render a frame and write its picture; how it was developed, unless it is linear light."""
     from kerrcaustics.draw.scenes import save_light, save_picture
 
     scale = min(_PREVIEW / scene.size[0], 1.0) if preview else 1.0
     with one_line_errors(lambda reason: f"The picture {path} cannot be written: {reason}."):
         rendering = scene.rendering(frame, quality=quality, scale=scale)
         with stage("developing"):
-            linear = path.suffix.lower() == ".exr"
-            picture = scene.light(rendering, scale) if linear else scene.developed(frame, rendering, scale)
+            if path.suffix.lower() == ".exr":
+                save_light(path, scene.light(rendering, scale))
+                return rendering, None
+            development = scene.development(frame, rendering, scale)
+            picture = scene.with_overlays(frame, rendering, development.picture)
         with stage("encoding"):
-            (save_light if linear else save_picture)(path, picture)
-        return rendering
+            save_picture(path, picture, f"exposure {development.exposure:.6g}")
+        return rendering, development

@@ -24,10 +24,10 @@ from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.sky_axes import REACH, from_above, is_sphere
 from kerrcaustics.images.derivatives import ImageDerivatives
-from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.render import Rendering, TracedView
 from kerrcaustics.scenes.render_volume import VolumeRendering
+from kerrcaustics.scenes.tones import AUTO, Auto, tone_mapped
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.tracks.event_derivatives import EventDerivatives
 from kerrcaustics.tracks.light_curves import LightCurve
@@ -36,8 +36,6 @@ Array = np.ndarray
 
 _SMALL = (4.4, 2.9)
 _BY = "for 1, GM/c² or rad"
-# Without an exposure, the part of the pixels that are brighter than this; the curve leaves them room for their colours.
-_BRIGHT, _LEVEL = 0.003, 0.4
 
 
 def light_curve(ax: Axes, light: LightCurve) -> Axes:
@@ -57,12 +55,9 @@ def line_profile(ax: Axes, profile: LineProfile) -> Axes:
 
 
 def rendering(
-    ax: Axes, rendering: Rendering | VolumeRendering, *, exposure: float | None = None, curve: str = "asinh"
+    ax: Axes, rendering: Rendering | VolumeRendering, *, exposure: float | Auto = AUTO, curve: str = "asinh"
 ) -> Axes:
-    """The picture, in degrees from its middle; exposure and curve as for `tone_mapped`, by the light when left out."""
-    if exposure is None:
-        bright = float(np.nanquantile(rendering.light.max(axis=2), 1 - _BRIGHT))
-        exposure = _LEVEL / bright if 0 < bright < math.inf else 1.0
+    """The picture, in degrees from its middle; exposure and curve as for `tone_mapped`."""
     return show_picture(ax, rendering.view, tone_mapped(np.nan_to_num(rendering.light), exposure, curve))
 
 

@@ -15,6 +15,7 @@ from matplotlib.axis import Axis
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
@@ -31,8 +32,11 @@ Array = np.ndarray
 _CASING = [withStroke(linewidth=2.0, foreground="white", alpha=0.7)]
 
 
-def save_picture(path: str | os.PathLike[str], picture: Array) -> None:
-    """Write a picture (height, width, 3) uint8, as `tone_mapped` makes it, as PNG or JPEG, by the ending of `path`."""
+def save_picture(path: str | os.PathLike[str], picture: Array, note: str = "") -> None:
+    """Write a picture (height, width, 3) uint8, as `tone_mapped` makes it, as PNG or JPEG, by the ending of `path`.
+
+    note: a comment in the file.
+    """
     endings = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
     ending = os.path.splitext(os.fspath(path))[1].lower()
     if ending not in endings:
@@ -40,8 +44,13 @@ def save_picture(path: str | os.PathLike[str], picture: Array) -> None:
     picture = np.asarray(picture)
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
         raise ValueError("Argument `picture` must be an array (height, width, 3) of uint8.")
+    about: dict[str, Any] = {}
+    if note:
+        text = PngInfo()
+        text.add_text("Comment", note)
+        about = {"pnginfo": text} if endings[ending] == "PNG" else {"comment": note}
     with writing(path) as file:
-        Image.fromarray(picture).save(file, endings[ending])
+        Image.fromarray(picture).save(file, endings[ending], **about)
 
 
 def save_light(path: str | os.PathLike[str], light: Array) -> None:

@@ -16,9 +16,9 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
-from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.render import render
 from kerrcaustics.scenes.sky_light import Sky
+from kerrcaustics.scenes.tones import tone_mapped
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.tracks.tracks import StarTracks

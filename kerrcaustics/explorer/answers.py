@@ -19,10 +19,10 @@ from kerrcaustics.explorer.state import PRESETS, ExplorerState
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.checkerboard import Checkerboard
-from kerrcaustics.scenes.colour import tone_mapped
 from kerrcaustics.scenes.render import celestial_picture, trace_view
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.star_field import StarField
+from kerrcaustics.scenes.tones import tone_mapped
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
@@ -189,14 +189,14 @@ def _lensed(camera: Camera, name: str, field: float) -> Array:
 @lru_cache(maxsize=3)
 def _celestial(name: str) -> Array:
     sky = _sky(name)
-    return _jpeg(celestial_picture(sky, _CELESTIAL), name) if sky is not None else np.empty(0, np.uint8)
+    return _jpeg(celestial_picture(sky, _CELESTIAL, mirror=True), name) if sky is not None else np.empty(0, np.uint8)
 
 
 def _jpeg(light: Float[Array, "h w 3"], name: str) -> Array:
     if name == "stars":
         pixels = tone_mapped(light, exposure=1 / 2500, curve="asinh", softening=25)
     else:
-        pixels = tone_mapped(light)
+        pixels = tone_mapped(light, exposure=1.0)
     file = BytesIO()
     Image.fromarray(pixels).save(file, "JPEG", quality=85)
     return np.frombuffer(file.getvalue(), np.uint8)

@@ -43,6 +43,10 @@ class FilmedScene(Protocol):
         """Everything that the frames depend on, as JSON holds it."""
         ...
 
+    def with_exposures(self) -> "FilmedScene":
+        """The scene with all that its frames have in common worked out, before other processes draw them."""
+        ...
+
     def picture(self, number: int, *, quality: str | None = None, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
         """The picture (height, width, 3) of a frame."""
         ...

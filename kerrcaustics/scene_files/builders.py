@@ -43,7 +43,8 @@ def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: str = "
             case tables.CheckerboardTable():
                 return Checkerboard(**asdict(table))
             case tables.PanoramaTable():
-                return Panorama.read(folder / table.file)
+                turn = np.radians(table.orientation_deg)
+                return Panorama.read(folder / table.file, turn, mirror=table.mirror)
 
 
 def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:

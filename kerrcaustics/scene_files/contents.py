@@ -7,9 +7,11 @@ from msgspec import Meta
 
 from kerrcaustics.choices import Quality, VelocityName
 from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR, Along
-from kerrcaustics.scenes.colour import DAYLIGHT, Curve, Response
+from kerrcaustics.scenes.colour import DAYLIGHT, Response
 from kerrcaustics.scenes.disk.disk import DiskMotion
 from kerrcaustics.scenes.raster import MOST_PIXELS
+from kerrcaustics.scenes.star_field import BAND
+from kerrcaustics.scenes.tones import AUTO, Curve
 from kerrcaustics.scenes.view import Projection
 
 Vector = tuple[float, float, float]
@@ -135,7 +137,7 @@ class NoSky(SceneTable, kw_only=True, frozen=True, tag="none", tag_field="kind")
 class StarsTable(SceneTable, kw_only=True, frozen=True, tag="stars", tag_field="kind"):
     """Stars and the galactic band; the catalogue of the package, with that of a Tycho-2 file where one is named."""
 
-    band: float = 1.0
+    band: float = BAND
     white: float = DAYLIGHT
     galaxy_tilt_deg: float = 25.0
     galaxy_node_deg: float = -60.0
@@ -155,9 +157,11 @@ class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard
 
 
 class PanoramaTable(SceneTable, kw_only=True, frozen=True, tag="panorama", tag_field="kind"):
-    """A picture of the whole sky."""
+    """A picture of the whole sky, as photographs have it, or a chart; orientation: to the right, up, clockwise."""
 
     file: str
+    mirror: bool = False
+    orientation_deg: float | Vector = 0.0
 
 
 SkyTable = StarsTable | CheckerboardTable | PanoramaTable | NoSky
@@ -245,16 +249,27 @@ class FlareTable(SceneTable, kw_only=True, frozen=True):
 
 
 class LightTable(SceneTable, kw_only=True, frozen=True):
-    """Physics of the light, and how it becomes a picture."""
+    """Physics of the light, and how it becomes a picture; exposure may be "auto"."""
 
-    exposure: Varied = 1.0
-    curve: Curve = "linear"
+    exposure: Varied = AUTO
+    curve: Curve | None = None
     softening: float = 30.0
     beaming: bool = False
     colour_shift: bool = False
     response: Response = "cie"
     delay: bool = False
-    flare: tuple[FlareTable, ...] = ()
+    flare: tuple[FlareTable, ...] | None = None
+
+    def complete(self, sky: SkyTable, height: int) -> "LightTable":
+        """The light of a scene with what is left out: before stars the asinh curve, and a halo of the bright ones."""
+        stars = isinstance(sky, StarsTable)
+        glare = (FlareTable(share=_GLARE_SHARE, width=_GLARE_WIDTH * height),) if stars else ()
+        flare, curve = (glare if self.flare is None else self.flare), ("asinh" if stars else "linear")
+        return msgspec.structs.replace(self, flare=flare, curve=self.curve or curve)
+
+
+# Of the halo of stars: part of their light, and its width as a part of the picture's height.
+_GLARE_SHARE, _GLARE_WIDTH = 0.2, 1 / 240
 
 
 class FilmTable(SceneTable, kw_only=True, frozen=True):

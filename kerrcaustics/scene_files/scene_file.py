@@ -1,9 +1,8 @@
 """A scene from a file: its frames, and all that they depend on."""
 
-import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
@@ -13,15 +12,22 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from kerrcaustics.choices import Quality
-from kerrcaustics.files import reading
 from kerrcaustics.scene_files.builders import add_glare, disk_of, point_spread, sky_of
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
-from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, OverlaysTable
+from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
+from kerrcaustics.scene_files.exposure import (
+    Development,
+    ExposureOverTime,
+    developed,
+    exposure_of,
+    is_auto,
+    keyframes,
+)
+from kerrcaustics.scene_files.named_files import named_files
 from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
-from kerrcaustics.scene_files.validation import SceneError, about, check_contents, in_file, reject
-from kerrcaustics.scenes.colour import tone_mapped
+from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
@@ -43,10 +49,9 @@ _VARIED_VIEW, _VARIED_SCREEN = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pit
 _MAY_BE_INFINITE = ("camera.radius", "camera.path.radius")
 # Of a film's frames, so many are looked at before any is drawn.
 _LOOKED_AT = 100
-# Bytes: more than any picture that is taken has.
-_LARGEST_FILE = 4_000_000_000
-# Beyond it single precision ends.
-_BRIGHTEST = 1e30
+# Pixels across a frame from whose light a film has its exposures, as those of a preview.
+_SMALL = 320
+_BLACK = 'The scene has neither a sky nor a disk, and its picture is black: [sky] with kind = "stars" gives it one.'
 
 
 @dataclass(frozen=True)
@@ -100,9 +105,10 @@ class SceneFile:
                     reject(entry, "be a finite number", value)
             contents = as_struct(table, Contents, path)
             check_contents(contents)
-            contents = msgspec.structs.replace(contents, view=contents.view.complete())
+            light = contents.light.complete(contents.sky, contents.view.height)
+            contents = msgspec.structs.replace(contents, view=contents.view.complete(), light=light)
             folder = path.absolute().parent
-            files = tuple((name, _hash(entry, folder, name)) for entry, name in _named_files(contents))
+            files = named_files(contents, folder)
             scene = cls(contents, folder, str(path), files)
             scene._check()
         return scene
@@ -168,6 +174,12 @@ class SceneFile:
         number = whole_number("number", number, 0, self.frames - 1)
         return self.span[0] + self.step * number
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Lines on what the author may not have meant."""
+        black = isinstance(self.contents.sky, NoSky) and self.contents.disk is None
+        return (_BLACK,) if black else ()
+
     def record(self) -> dict[str, Any]:
         """All that the frames depend on, as plain data that JSON can hold; files that it names by what is in them."""
         entry = msgspec.json.decode(msgspec.json.encode(self.contents))
@@ -228,20 +240,62 @@ class SceneFile:
 
     def light(self, rendering: Rendering, scale: float = 1.0) -> Float[Array, "height width 3"]:
         """Linear light of a frame, with the flare of the lens; in a picture of this scale."""
-        return np.asarray(add_glare(rendering.light, self.contents.light.flare, self.folder, scale), np.float32)
+        return np.asarray(add_glare(rendering.light, self.contents.light.flare or (), self.folder, scale), np.float32)
+
+    def exposure(self, number: int, light: Float[Array, "height width 3"]) -> float:
+        """The exposure of a frame of linear light: that in the file, or by the light; of a film, from its keyframes."""
+        if not self._by_light:
+            with in_file(self.name):
+                return self._exposure.at(self._path.at(self.moment(number)))
+        return exposure_of(light, self.contents.light) if self.frames == 1 else self._exposed.exposure(number, light)
+
+    def with_exposures(self) -> "SceneFile":
+        """The scene with the exposures of its film as values at times, where they are by the light.
+
+        They come from the light of nine frames, as drafts of 320 pixels across. Every frame makes use of them; a film
+        asks for them once, before other processes draw its frames. A picture stays as it is.
+        """
+        return self._exposed if self._by_light and self.frames > 1 else self
+
+    @cached_property
+    def _exposed(self) -> "SceneFile":
+        scale = min(_SMALL / self.size[0], 1.0)
+
+        def light(number: int) -> Array:
+            return self.light(self.rendering(number, quality="draft", scale=scale), scale)
+
+        exposure = keyframes(self.frames, light, self.moment, self.contents.light)
+        table = msgspec.structs.replace(self.contents.light, exposure=exposure)
+        return replace(self, contents=msgspec.structs.replace(self.contents, light=table))
+
+    @property
+    def _by_light(self) -> bool:
+        return is_auto(self.contents.light)
+
+    @cached_property
+    def _exposure(self) -> ExposureOverTime:
+        return ExposureOverTime(self.contents.light.exposure, self._path)
+
+    def development(self, number: int, rendering: Rendering, scale: float = 1.0) -> Development:
+        """The picture of a frame that was rendered, without overlays: flare, exposure, tone curve."""
+        light = self.light(rendering, scale)
+        with in_file(self.name):
+            return developed(light, self.contents.light, self.exposure(number, light))
 
     def developed(self, number: int, rendering: Rendering, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
-        """The picture of a frame that was rendered: flare, tone curve, overlays."""
-        light, time = self.contents.light, self.moment(number)
-        with in_file(self.name):
-            exposure = value_at(self._varied["light.exposure"], self._path.at(time))
-            with about("light"):
-                picture = tone_mapped(self.light(rendering, scale), exposure, light.curve, light.softening)
-            if not self._overlaid:
-                return picture
-            from kerrcaustics.scene_files.overlays import overlaid
+        """The picture of a frame that was rendered: flare, exposure, tone curve, overlays."""
+        return self.with_overlays(number, rendering, self.development(number, rendering, scale).picture)
 
-            return overlaid(picture, self.contents.overlays, rendering, self._path.at(time))
+    def with_overlays(
+        self, number: int, rendering: Rendering, picture: UInt8[Array, "height width 3"]
+    ) -> UInt8[Array, "height width 3"]:
+        """A picture of a frame with its overlays."""
+        if not self._overlaid:
+            return picture
+        from kerrcaustics.scene_files.overlays import overlaid
+
+        with in_file(self.name):
+            return overlaid(picture, self.contents.overlays, rendering, self._path.at(self.moment(number)))
 
     @property
     def _overlaid(self) -> bool:
@@ -274,7 +328,6 @@ class SceneFile:
         keys = _VARIED_VIEW if table.size is None else _VARIED_SCREEN
         values = {f"view.{key}": getattr(table, key) for key in keys}
         values |= {f"view.centre[{i}]": value for i, value in enumerate(table.centre or ())}
-        values["light.exposure"] = self.contents.light.exposure
         return {entry: varied(entry, value, self._path) for entry, value in values.items()}
 
     @property
@@ -326,7 +379,7 @@ class SceneFile:
         if not (end > start or (self.frames == 1 and end == start)):
             reject("film.end", f"be given, and be later than film.start ({start:g})", end)
         _ = self._sky
-        for i, one in enumerate(self.contents.light.flare):
+        for i, one in enumerate(self.contents.light.flare or ()):
             with about(f"light.flare[{i}]"):
                 point_spread(one, self.folder, 1.0)
         _ = self._disk
@@ -341,26 +394,5 @@ class SceneFile:
         camera = self._path.camera(time)[0]
         values = self._values(time)
         self._raster(camera, values, 1.0, trial=True)
-        if not values["light.exposure"] <= _BRIGHTEST:
-            reject("light.exposure", f"be at most {_BRIGHTEST:g}", values["light.exposure"])
-        with about("light"):
-            tone_mapped(np.zeros((1, 3)), values["light.exposure"], softening=self.contents.light.softening)
-
-
-def _named_files(contents: Contents) -> list[tuple[str, str]]:
-    """Files that a scene names, by the paths of their keys."""
-    files = [("camera.path.file", getattr(contents.camera.path, "file", None))]
-    files += [("sky.file", getattr(contents.sky, "file", None)), ("sky.tycho2", getattr(contents.sky, "tycho2", None))]
-    if contents.disk is not None:
-        files.append(("disk.emission.file", getattr(contents.disk.emission, "file", None)))
-    files += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare)]
-    return [(entry, name) for entry, name in files if name is not None]
-
-
-def _hash(entry: str, folder: Path, name: str) -> str:
-    try:
-        with reading(folder / name, _LARGEST_FILE) as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "it is no name of a file"
-        raise SceneError(f"{entry} must name a file that can be read, but {name!r}: {reason}.") from None
+        exposure = 1.0 if self._by_light else self._exposure.at(self._path.at(time))
+        developed(np.zeros((1, 1, 3), np.float32), self.contents.light, exposure)

@@ -12,7 +12,7 @@ from kerrcaustics.spacetime.checks import quoted
 # Names of arguments that are keys under another name, in degrees.
 _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg", "forward": "look", "up": "look"}
 _KEYS |= {"tilt": "galaxy_tilt_deg", "node": "galaxy_node_deg", "centre": "galaxy_centre_deg", "spread": "file"}
-_KEYS |= {"path": "file", "light": "file"}
+_KEYS |= {"path": "file", "light": "file", "orientation": "orientation_deg"}
 
 
 class SceneError(ValueError):
@@ -71,7 +71,7 @@ def check_contents(contents: Contents) -> None:
         reject("view.look", "be three numbers that are not all zero", list(look))
     if film is not None:
         _check_either("film", film, "frames", "duration")
-    for i, halo in enumerate(contents.light.flare):
+    for i, halo in enumerate(contents.light.flare or ()):
         if (halo.file is None) == (halo.share is None) or (halo.share is None) != (halo.width is None):
             reject(f"light.flare[{i}]", "have either share and width, or file", "neither or both")
 

@@ -1,4 +1,4 @@
-"""Light and colour: black bodies as linear sRGB, shifts of frequency, white balance, tone mapping."""
+"""Light and colour: black bodies as linear sRGB, shifts of frequency, white balance."""
 
 import math
 import re
@@ -6,18 +6,16 @@ from functools import cache
 from typing import Literal, get_args
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.scenes.checks import check_number, positive
+from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 
 Array = np.ndarray
 Reals = Float[Array, "*batch"]
 
-Curve = Literal["linear", "asinh"]
-CURVES: tuple[Curve, ...] = get_args(Curve)
 Response = Literal["cie", "film"]
 RESPONSES: tuple[Response, ...] = get_args(Response)
 
@@ -174,62 +172,6 @@ def encoded(light: ArrayLike) -> Float[Array, "*shape"]:
     """sRGB values in [0, 1] of linear light; what is outside [0, 1] is cut."""
     light = np.clip(light, 0, 1)
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-
-
-@usual_warnings
-def tone_mapped(
-    light: ArrayLike, exposure: float = 1.0, curve: str = "linear", softening: float = 30.0
-) -> UInt8[Array, "*batch 3"]:
-    """Picture for a screen, sRGB (..., 3) uint8, of linear light (..., 3).
-
-    Parameters
-    ----------
-    light : (..., 3) array
-        Linear sRGB, any unit.
-    exposure : float
-        Factor of the light: 1 becomes white.
-    curve : str
-        "linear": cut at white. "asinh": luminance L becomes asinh(s L) / asinh(s), linear in the dark and logarithmic
-        in the light, with s the softening; colours keep their hue, and what is then too bright for a channel is mixed
-        with white of its luminance.
-    softening : float
-        How much the dark is raised.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
-
-    References
-    ----------
-    Lupton et al. 2004, PASP 116 133, for the curve.
-
-    Examples
-    --------
-    >>> import kerrcaustics as kc
-    >>> kc.pictures.tone_mapped([[0.0, 0.5, 1.0]]).tolist()
-    [[0, 188, 255]]
-    """
-    one_of("curve", curve, CURVES)
-    for name, value in (("exposure", exposure), ("softening", softening)):
-        check_number(name, value, "be a positive, finite number", positive)
-    light = real_array("light", light, np.float32) * np.float32(exposure)
-    if light.ndim == 0 or light.shape[-1] != 3:
-        raise ValueError(f"Argument `light` must have the shape (..., 3), but has {light.shape}.")
-    if curve == "asinh":
-        light = _compressed(light, softening)
-    return (encoded(light) * 255 + 0.5).astype(np.uint8)
-
-
-def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Array, "*batch 3"]:
-    """Light whose luminance is compressed by asinh, each channel at most 1."""
-    grey = luminance(light)[..., None]
-    target = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
-    light = light * (target / np.maximum(grey, 1e-30))
-    most = light.max(axis=-1, keepdims=True)
-    # Toward grey of the same luminance, until the brightest channel is 1.
-    pale = np.where(most > 1, (most - 1) / np.maximum(most - target, 1e-30), 0)
-    return light + (target - light) * pale
 
 
 def check_response(response: str) -> None:

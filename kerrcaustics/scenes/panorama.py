@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Float32
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.extras import needed
@@ -30,14 +31,19 @@ _COARSEST = 4
 
 
 class Panorama:
-    """A sky from an equirectangular picture: theta' downward, phi' from 0 at the left edge to 2 pi at the right one.
+    """A sky from an equirectangular picture, as photographs of a whole sky are: seen from inside the sphere.
 
     Parameters
     ----------
     light : (h, 2 h, 3) array
-        Linear sRGB, any unit.
-    orientation : (3, 3) array, optional
-        Rotation from the picture's axes to those of the celestial sphere.
+        Linear sRGB, any unit. The north pole is above; the middle lies at phi' = pi, behind the hole for a camera at
+        azimuth 0, and phi' grows to the left: writing reads as it does on the picture.
+    orientation : float, (3,) or (3, 3) array, optional
+        Radians to the right, up and clockwise: at phi' = pi on the equator lies the place so far to the right of the
+        picture's middle and above it, and the picture is turned clockwise about that; a number alone is the first of
+        them. Or a rotation from the axes of the picture to those of the celestial sphere.
+    mirror : bool
+        True for a chart of the sphere from outside, as a globe shows it: phi' grows to the right, from 0 to 2 pi.
     aspect : float
         Footprints that are longer are widened to so many times their width: fewer look-ups, for skies with little
         detail.
@@ -62,7 +68,14 @@ class Panorama:
     <Panorama of 32 x 16 pixels>
     """
 
-    def __init__(self, light: ArrayLike, orientation: ArrayLike | None = None, aspect: float = ASPECT) -> None:
+    def __init__(
+        self,
+        light: ArrayLike,
+        orientation: ArrayLike | None = None,
+        aspect: float = ASPECT,
+        *,
+        mirror: bool = False,
+    ) -> None:
         """Smooth the picture at every level; see the class."""
         picture = real_array("light", light, np.float32)
         if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
@@ -70,32 +83,37 @@ class Panorama:
         if not _FEWEST_ROWS <= len(picture) <= _MOST_ROWS:
             raise ValueError(f"Argument `light` must have {_FEWEST_ROWS} to {_MOST_ROWS} rows, but has {len(picture)}.")
         check_light("light", picture)
-        self.orientation = rotation(orientation)
+        self.orientation = _oriented(orientation, mirror)
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
         self.rows, self.aspect = len(picture), aspect
-        self._levels = [_padded(level) for level in _pyramid(picture)]
+        # Held as a chart.
+        self._levels = [_padded(level) for level in _pyramid(picture if mirror else picture[:, ::-1])]
 
     def __repr__(self) -> str:
         """Return a line with its size."""
         return f"<Panorama of {2 * self.rows} x {self.rows} pixels>"
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str], orientation: ArrayLike | None = None) -> "Panorama":
+    def read(
+        cls, path: str | os.PathLike[str], orientation: ArrayLike | None = None, *, mirror: bool = False
+    ) -> "Panorama":
         """The panorama of a PNG, JPEG or OpenEXR file, twice as wide as high, or of a FITS image of the whole sky.
+
+        A picture counts as a photograph; mirror: it is a chart, as for the class.
 
         Values of PNG and JPEG count as sRGB, those of OpenEXR and FITS as linear; OpenEXR needs the package of that
         name, FITS astropy. FITS images (.fits, .fit, .fits.gz) are plate carree, of one plane (grey) or three; theta'
-        and phi' are 90 degrees - latitude and longitude of whatever frame they are in.
+        and phi' are 90 degrees - latitude and longitude of whatever frame they are in, unless mirror turns them over.
         """
         if plate_carree.is_fits(path):
-            return cls(plate_carree.read_sky(path), orientation)
+            return cls(plate_carree.read_sky(path), orientation, mirror=not mirror)
         values = read_picture(path)
         if values.shape[1] != 2 * values.shape[0]:
             raise ValueError(
                 f"Argument `path` must name a picture twice as wide as high, but {os.fspath(path)!r} has "
                 f"{values.shape[1]} x {values.shape[0]} pixels."
             )
-        return cls(values, orientation)
+        return cls(values, orientation, mirror=mirror)
 
     @classmethod
     def from_healpix(
@@ -111,7 +129,7 @@ class Panorama:
         package astropy-healpix.
         """
         light = healpix.plate_carree_of(values, order, rows)
-        return cls(np.repeat(light, 3, axis=2) if light.shape[2] == 1 else light, orientation)
+        return cls(np.repeat(light, 3, axis=2) if light.shape[2] == 1 else light, orientation, mirror=True)
 
     def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Float32[Array, "3 pixels"]:
         """Light (3, 12 nside^2) in HEALPix, each the mean about a pixel's centre. Needs the package astropy-healpix."""
@@ -142,7 +160,7 @@ class Panorama:
         return light.T
 
 
-def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
+def save_sky(path: str | os.PathLike[str], light: ArrayLike, *, mirror: bool = False) -> None:
     """Write light (h, 2 h, 3) of a whole sky, as `celestial_picture` gives it for any sky, as a FITS image.
 
     In single precision, three planes. `Panorama.read` reads it. Needs the package astropy.
@@ -151,12 +169,14 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
     ----------
     path : str or path
     light : (h, 2 h, 3) array
-        Linear light, from the north pole down, phi' to the right from 0.
+        Linear light, from the north pole down, phi' to the left from 2 pi to 0.
+    mirror : bool
+        True for a chart, phi' to the right from 0. The file says where phi' grows, and is the same for both.
 
     Raises
     ------
     ValueError
-        If the light has another shape.
+        If an argument is invalid.
     ImportError
         Without the package astropy.
 
@@ -171,7 +191,8 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike) -> None:
     if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
         raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")
     check_path(path)
-    plate_carree.write(path, {"SKY": picture.transpose(2, 0, 1)}, {"CTYPE3": ("RGB", "red, green, blue; linear sRGB")})
+    chart = picture if mirror else picture[:, ::-1]
+    plate_carree.write(path, {"SKY": chart.transpose(2, 0, 1)}, {"CTYPE3": ("RGB", "red, green, blue; linear sRGB")})
 
 
 def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
@@ -229,6 +250,17 @@ def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
     if value.shape != (3, 3) or not np.allclose(value @ value.T, np.eye(3), atol=1e-6) or np.linalg.det(value) < 0:
         raise ValueError("Argument `orientation` must be a rotation, a (3, 3) matrix.")
     return value
+
+
+def _oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
+    """The matrix (3, 3) of a panorama's argument `orientation`: of angles, or as it is."""
+    if value is None or np.ndim(value) == 2:
+        return rotation(value)
+    angles = np.atleast_1d(real_array("orientation", value))
+    if angles.shape not in ((1,), (3,)) or not np.isfinite(angles).all():
+        raise ValueError(f"Argument `orientation` must be one angle or three, or a rotation, but is {quoted(value)}.")
+    right, up, roll = np.pad(angles, (0, 3 - len(angles))).tolist()
+    return Rotation.from_euler("zyx", [-right if mirror else right, -up, -roll]).as_matrix()
 
 
 def _pyramid(picture: Float32[Array, "h w 3"]) -> list[Float32[Array, "_h _w 3"]]:

@@ -348,14 +348,18 @@ def _moment(time: float) -> float:
 
 
 @usual_warnings
-def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"]:
-    """Light (height, 2 height, 3) of a sky itself, with no hole: theta' downward, phi' from 0 to 2 pi to the right.
+def celestial_picture(sky: Sky, height: int, *, mirror: bool = False) -> Float[Array, "height 2*height 3"]:
+    """Light (height, 2 height, 3) of a sky itself, with no hole, as a photograph of it: a `Panorama` of it is this sky.
+
+    The north pole is above, and phi' grows to the left, from 0 at the right edge to 2 pi at the left one.
 
     Parameters
     ----------
     sky : Checkerboard, Panorama, StarField or anything else with their method `light`
     height : int
         Rows of the picture, 2 to 8192.
+    mirror : bool
+        True for a chart, on which phi' grows to the right; also the `mirror` of its `Panorama`.
 
     Raises
     ------
@@ -386,4 +390,4 @@ def celestial_picture(sky: Sky, height: int) -> Float[Array, "height 2*height 3"
         # Rows of a picture that looks outward: its columns may run to either side.
         whole = View(2 * height, height, 2 * math.pi, "equirectangular")
         drawn(light, whole, np.stack([turn, down], axis=-1) / pixel - 0.5, points.flux)
-    return light
+    return light if mirror else light[:, ::-1]

@@ -21,6 +21,8 @@ from kerrcaustics.spacetime.sphere import from_angles
 Array = np.ndarray
 
 _BAND_ROWS, _BAND_ASPECT = 512, 4.0
+BAND = 0.15
+"""Brightness of the galactic band in pictures, where nothing else is said."""
 # Light of one star of magnitude 0 on a square degree, per steradian.
 _SQUARE_DEGREES = (180 / math.pi) ** 2
 
@@ -37,8 +39,8 @@ class StarField(Shown):
         Rotation from the catalogue's directions to the celestial sphere. Left out, the galactic plane is inclined by 25
         degrees to the hole's equatorial plane.
     band : float
-        Brightness of the galactic band, 1 for about that of our own from outside the Earth's air, 0 for none. It
-        needs a catalogue in ICRS directions.
+        Brightness of the galactic band, 1 for about that of our own from outside the Earth's air, 0 for none;
+        0.15 leaves the sky between the stars dark. It needs a catalogue in ICRS directions.
     white : float
         Temperature (K) of a star that looks white.
     sweep : float
@@ -70,7 +72,7 @@ class StarField(Shown):
 
     catalogue: StarCatalogue = field(default_factory=hipparcos)
     orientation: Any = None
-    band: float = 1.0
+    band: float = BAND
     white: float = DAYLIGHT
     sweep: float = 0.0
     response: str = "cie"
@@ -112,7 +114,7 @@ class StarField(Shown):
         tint = black_body(4800.0, self.white, self.response)
         light = self.band * light[..., None] * (tint / luminance(tint))
         # It has no detail that thin footprints would show.
-        return Panorama(light, self.orientation @ galactic_axes().T, aspect=_BAND_ASPECT)
+        return Panorama(light, self.orientation @ galactic_axes().T, aspect=_BAND_ASPECT, mirror=True)
 
 
 def milky_way(galactic: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:

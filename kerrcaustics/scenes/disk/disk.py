@@ -37,7 +37,7 @@ class Disk:
     slant : bool
         Slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle.
     brightness : float
-        Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
+        Factor of its light, beside a sky in another unit: some hundred before a `StarField`.
 
     Raises
     ------

@@ -158,7 +158,7 @@ class Volume:
         axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself, a
         function of radius and theta.
     brightness : float
-        Factor of its light: 1 / exposure beside a sky in another unit, as `StarField`.
+        Factor of its light, beside a sky in another unit: some hundred before a `StarField`.
     response : str
         "cie" or "film", as for `black_body`.
 

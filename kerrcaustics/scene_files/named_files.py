@@ -1,0 +1,30 @@
+"""Files that a scene names, with hashes of what is in them."""
+
+import hashlib
+from pathlib import Path
+
+from kerrcaustics.files import reading
+from kerrcaustics.scene_files.contents import Contents
+from kerrcaustics.scene_files.validation import SceneError
+
+# Bytes: more than any picture that is taken has.
+_LARGEST = 4_000_000_000
+
+
+def named_files(contents: Contents, folder: Path) -> tuple[tuple[str, str], ...]:
+    """Names of files, each with the SHA-256 of its bytes; ValueError for a file that cannot be read."""
+    files = [("camera.path.file", getattr(contents.camera.path, "file", None))]
+    files += [("sky.file", getattr(contents.sky, "file", None)), ("sky.tycho2", getattr(contents.sky, "tycho2", None))]
+    if contents.disk is not None:
+        files.append(("disk.emission.file", getattr(contents.disk.emission, "file", None)))
+    files += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare or ())]
+    return tuple((name, _hash(entry, folder, name)) for entry, name in files if name is not None)
+
+
+def _hash(entry: str, folder: Path, name: str) -> str:
+    try:
+        with reading(folder / name, _LARGEST) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "it is no name of a file"
+        raise SceneError(f"{entry} must name a file that can be read, but {name!r}: {reason}.") from None
