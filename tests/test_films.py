@@ -123,8 +123,9 @@ def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1):
     def in_rounds(compute, numbers, _worker_failures):
         for start in range(0, len(numbers), workers):
             some = numbers[start : start + workers]
-            # Each process loads and compiles before its first frame.
-            clock.now += max(seconds(number) for number in some) + 90.0 * (start == 0)
+            # Each process loads and compiles before its first frame, and once more later.
+            compiled = {0: 90.0, 2 * workers: 60.0}.get(start, 0.0)
+            clock.now += max(seconds(number) for number in some) + compiled
             for number in some:
                 compute(number)
                 order.append(number)

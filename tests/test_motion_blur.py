@@ -7,6 +7,8 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.disk.crossings import Lattice, crossings
+from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.turned import turned_disk
 
 VELOCITY = (-0.3, 0.0, 0.2)
@@ -124,6 +126,30 @@ def test_a_pattern_that_circles_is_blurred_for_a_camera_that_stays():
     difference, light = differences(found.light, mean)
     assert difference < 0.02 and abs(light) < 0.01
     assert found.beams == kc.render(CAMERA, middle, disk=DISK).beams
+
+
+@pytest.mark.slow
+def test_moments_with_rays_of_their_own_see_thin_images_as_well_together():
+    camera, disk = kc.Camera(0.9, 12.0, math.radians(80)), kc.disks.Disk(3, 14, kc.disks.BlackBody(5000.0), 0.5)
+    view, looks = kc.pictures.View.toward_hole(camera, 48, 30, 1.0), Looks(0.9, False, False, False, 0.0)
+
+    def seen(*numbers):
+        """Beams to the thin images at a moment, and their light: that of one pixel full of it is 1."""
+        plane = crossings(Lattice.at_moment(camera, view, False, *numbers), disk.inner, disk.outer, disk.opaque)
+        whole, thin = (lit(disk, cells, (30, 48), looks)[0][..., 0] for cells in (plane.cells[:1], plane.cells[3:4]))
+        return plane.beams[3], thin / whole.max()
+
+    # A picture of a single moment, and one with the rays of eight of them.
+    beams, still = seen(0, 1)
+    truth = np.mean([seen(number, 1)[1] for number in range(1, 9)], axis=0)
+    each = [seen(number, 4) for number in range(4)]
+    together = np.mean([light for _, light in each], axis=0)
+    assert all(other < 0.75 * beams for other, _ in each)
+    assert together.sum() == pytest.approx(truth.sum(), rel=0.05) and truth.sum() > 0.3
+    alone, mean = (np.sqrt(np.mean((light - truth)[truth > 0] ** 2)) for light in (still, together))
+    # Both have an error by chance; together they may be as good as one picture.
+    assert mean < 1.25 * alone, (mean, alone)
+    assert np.abs(together - truth).max() < 0.01
 
 
 @pytest.mark.slow

@@ -1,11 +1,14 @@
 """The time that a job of many steps still needs, by the steps that are done."""
 
+from itertools import pairwise
+
 
 class TimeLeft:
     """Estimate of the time left, from the moments at which parts of a job were done.
 
-    The first step of each process is left out: it loads and compiles too. Processes that began together end their
-    steps together, so that only whole rounds of them are counted.
+    The first step of each process is left out: it loads and compiles too. So may one of the next ones: the longest of
+    the others is left out, if there are three. Processes that began together end their steps together, so that only
+    whole rounds of them are counted.
     """
 
     def __init__(self, at_once: int = 1) -> None:
@@ -23,11 +26,10 @@ class TimeLeft:
 
     def whole(self) -> float | None:
         """Seconds that all of the job takes at this rate; None before two rounds of steps are done."""
-        last = self._last_of_round()
-        if last is None:
-            return None
-        (began, before), (ended, after) = self._marks[self._at_once - 1], last
-        return (ended - began) / (after - before)
+        ends = self._marks[self._at_once - 1 :: self._at_once]
+        steps = sorted((now - then, part - before) for (then, before), (now, part) in pairwise(ends))
+        kept = steps[:-1] if len(steps) > 2 else steps
+        return sum(seconds for seconds, _ in kept) / sum(part for _, part in kept) if kept else None
 
     def left(self, now: float) -> float | None:
         """Seconds left at a moment; None before two rounds of steps are done."""

@@ -112,7 +112,10 @@ def blurred_disk(exposure: Exposure, disk: Disk, shifts: Shifts, delay: bool) ->
     for number in range(count):
         now = exposure.at((number + 0.5) / count - 0.5)
         if plane is None or not exposure.still:
-            plane = crossings(Lattice(now.camera, now.view, delay), disk.inner, disk.outer, disk.opaque)
+            # A map that all moments share is as fine as that of a still picture.
+            rays = (0, 1) if exposure.still else (number, count)
+            lattice = Lattice.at_moment(now.camera, now.view, delay, *rays)
+            plane = crossings(lattice, disk.inner, disk.outer, disk.opaque)
             beams = [sum(counts) for counts in zip_longest(beams, plane.beams, fillvalue=0)]
             if disk.opaque:
                 hidden &= covered(plane.cells, shape, disk.inner, disk.outer)

@@ -7,6 +7,7 @@ sixteenth of a pixel: so images of the disk that are thinner than a pixel are fo
 the rims are left out.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ Array = np.ndarray
 _TOLERANCE = 1e-7
 # The finest cells are so much smaller than a pixel, and the largest ones so many pixels wide, at most.
 FINEST, _LARGEST = 16, 8
-# No cell is larger (radians): constants of the photon are linear in it.
+# No cell is larger (radians): constants of the photon and travel times are linear in it.
 _WIDEST = 0.02
 # So many rays in each direction within a finest cell that is not smooth, and how they shift from cell to cell.
 _RAYS = 2
@@ -39,6 +40,8 @@ _OF_PIXEL, _OF_WIDTH, _OF_AZIMUTH = 0.0015, 1e-5, 1e-6
 _WIDEST_TURN = 1.5
 # A part of a pixel that a screen cannot show.
 _LEAST = 1 / 340
+# A lattice of one of several moments is halved so much less often at most; how its rays differ from moment to moment.
+_MOST_HALVINGS, _GOLDEN = 2, 0.6180339887498949
 # Rays that cross more often are too close to the shadow edge to be seen.
 MOST_CROSSINGS = 12
 
@@ -79,11 +82,24 @@ class DiskCells(NamedTuple):
 
 
 class Lattice(NamedTuple):
-    """The picture's finest lattice; timed: with the travel times of rays."""
+    """The picture's finest lattice; timed: with the travel times of rays.
+
+    least: size of the smallest cells on it for images that are nowhere smooth; phase, 0 to 1: of the places of rays in
+    them. A picture that is the mean of several moments has as many rays in a pixel as one of a single moment, if their
+    least cells are larger and their phases differ.
+    """
 
     camera: Viewer
     view: Raster
     timed: bool
+    least: int = 1
+    phase: float = 0.0
+
+    @classmethod
+    def at_moment(cls, camera: Viewer, view: Raster, timed: bool, number: int, moments: int) -> "Lattice":
+        """One of so many moments, each with rays of its own."""
+        least = 2 ** min(int(math.log2(moments) / 2), _MOST_HALVINGS)
+        return cls(camera, view, timed, least, number * _GOLDEN % 1.0)
 
     @property
     def columns(self) -> int:
@@ -153,7 +169,10 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Dis
     for crossing in range(1, MOST_CROSSINGS + 1):
         if not len(x):
             break
-        cells, corners, traced = _crossing(lattice, crossing, Squares(x, y, size), rims, before)
+        # The first image that is not smooth is partly so in the finest cells; those after it are thinner, and nowhere.
+        thin = bool(layers) and bool((layers[-1].cover < 1).any())
+        here = lattice if thin else lattice._replace(least=1)
+        cells, corners, traced = _crossing(here, crossing, Squares(x, y, size), rims, before)
         beams.append(traced)
         if crossing > 1 and not len(cells.x):
             break
@@ -184,7 +203,7 @@ def _crossing(
         good = whole & ~empty & _smooth(data, low, high, pixels, rims)
         parts.append(_cells(corners, x, y, size, number, data, low, high, good))
         split = ~empty & ~good
-        if size == 1:
+        if size == lattice.least:
             if split.any():
                 sampled, count = _sampled(lattice, crossing, x[split], y[split], rims)
                 parts.append(sampled)
@@ -277,10 +296,12 @@ def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[fl
     The ray of the sample changes from cell to cell, and so do the places of all rays, lest they fall into step with a
     thin image.
     """
-    shifts = [((x * ray + y * other) % 1.0)[:, None, None] for ray, other in _SHIFTS]
-    step = np.arange(_RAYS) / _RAYS
+    size = lattice.least
+    column, row = x // size, y // size
+    shifts = [((column * ray + row * other + lattice.phase) % 1.0)[:, None, None] for ray, other in _SHIFTS]
+    step, part = np.arange(_RAYS) * (size / _RAYS), size / _RAYS
     across, down = np.broadcast_arrays(
-        x[:, None, None] + step + shifts[0] / _RAYS, y[:, None, None] + step[:, None] + shifts[1] / _RAYS
+        x[:, None, None] + step + shifts[0] * part, y[:, None, None] + step[:, None] + shifts[1] * part
     )
     place, extra = lattice.rays(across.ravel(), down.ravel(), crossing)
     place, extra = place.reshape(len(x), -1, 2), extra.reshape(len(x), -1, 5)
@@ -288,12 +309,13 @@ def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[fl
     count = on_disk.sum(axis=1)
     which = np.flatnonzero(count)
     # The rays that see the disk come first.
-    ray = np.argsort(~on_disk[which], axis=1, kind="stable")[np.arange(len(which)), (x + 3 * y)[which] % count[which]]
+    chosen = (column + 3 * row)[which] % count[which]
+    ray = np.argsort(~on_disk[which], axis=1, kind="stable")[np.arange(len(which)), chosen]
     sample = place[which, ray]
     data = np.zeros((len(which), 12, 2))
     data[:, :4] = sample[:, None]
     four = np.repeat(extra[which, ray][:, None], 4, axis=1)
-    sizes, cover = np.ones(len(which), int), count[which] / on_disk.shape[1]
+    sizes, cover = np.full(len(which), size), count[which] / on_disk.shape[1]
     return DiskCells(x[which], y[which], sizes, data, four, sample, sample, cover), across.size
 
 
