@@ -68,6 +68,14 @@ def test_a_small_source_on_black_goes_by_its_light():
     assert pytest.approx(exposure, rel=0.02) == 0.9 / 5
 
 
+def test_a_single_star_on_a_caustic_changes_nothing():
+    light = np.random.default_rng(4).lognormal(0, 1, (360, 640))
+    brighter = light.copy()
+    brighter[200, 300] = 1e7
+    before, after = (kc.pictures.auto_exposure(grey(one), "asinh") for one in (light, brighter))
+    assert after == pytest.approx(before, rel=0.05)
+
+
 def test_without_light_the_exposure_is_one():
     for light in (np.zeros((9, 16, 3)), np.zeros((0, 3)), np.zeros(3), np.full((4, 4, 3), np.nan)):
         assert kc.pictures.auto_exposure(light) == 1.0
@@ -106,10 +114,13 @@ def of_size(camera, sky, width, field, **options):
 @pytest.mark.slow
 @pytest.mark.parametrize("radius", [6.03, 60.0])
 def test_stars_have_one_exposure_at_half_the_size_and_at_twice(radius):
-    """Their peaks are four times as bright in pixels half as wide; the exposure changes by a tenth of a stop."""
+    """Their peaks are four times as bright in pixels half as wide; the exposure changes by some percent.
+
+    Below 640 pixels across nothing can be smoothed to that size: a preview is up to 0.4 of a stop off.
+    """
     camera, sky = kc.Camera(0.9, radius), kc.skies.StarField()
     small, half, full = (of_size(camera, sky, width, 1.4) for width in (320, 640, 1280))
-    assert full == pytest.approx(half, rel=0.07) and small == pytest.approx(half, rel=0.1)
+    assert full == pytest.approx(half, rel=0.07) and small == pytest.approx(half, rel=0.3)
 
 
 @pytest.mark.slow
