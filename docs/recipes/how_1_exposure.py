@@ -11,8 +11,8 @@ it is shown, and the *curve* says how much of that range a screen shows.
 # Four pictures of the same light
 # -------------------------------
 #
-# ``render`` takes seconds, showing its light again takes none: render once, and then try. ``plot`` without more words
-# looks for an exposure by the picture's own light; with ``exposure=`` it takes yours.
+# ``render`` takes seconds, showing its light again takes none: render once, and then try. Left to itself, as
+# ``exposure="auto"``, everything that shows light chooses an exposure by it; a number is yours.
 
 import matplotlib.pyplot as plt
 
@@ -27,7 +27,7 @@ choices = {
     "exposure 1, linear": {"exposure": 1.0, "curve": "linear"},
     "exposure 1/2500, linear": {"exposure": 1 / 2500, "curve": "linear"},
     "exposure 1/2500, asinh": {"exposure": 1 / 2500, "curve": "asinh"},
-    "by its own light": {},
+    "auto, asinh": {"exposure": "auto", "curve": "asinh"},
 }
 for ax, (name, choice) in zip(panels.flat, choices.items(), strict=True):
     stars.plot(ax, **choice)
@@ -40,33 +40,38 @@ plt.show()
 # What to look at
 # ---------------
 #
-# At exposure 1 everything is white: the light of a star field is in units of a star of magnitude 0 per steradian, and a
-# pixel is a small part of one. On the linear curve what is bright enough is cut at white, and colours are lost there;
-# ``asinh`` keeps the hue, lifts what is faint and leaves room for what is bright. Stars look best with it, a disk or a
-# checkerboard alone with ``linear``.
+# At exposure 1 nearly everything is white: the light of a star field is in units of a star of magnitude 0 per
+# steradian, and a pixel is a small part of one. On the linear curve what is bright enough is cut at white, and
+# colours are lost there; ``asinh`` keeps the hue, lifts what is faint and leaves room for what is bright. Stars look
+# best with it, a disk or a checkerboard alone with ``linear``.
 #
 # A number of your own
 # --------------------
 #
-# The same picture in the bytes of a file, and how much of it is cut at white (more than a few per cent is too much):
+# ``auto_exposure`` tells the number, and ``clipped_fraction`` which part of the pixels is then cut at white; more
+# than a few per cent is too much. ``tone_mapped`` makes the bytes of a file.
 
-exposure = 1 / 2500
+exposure = kc.pictures.auto_exposure(stars.light, curve="asinh")
+for stops in (-2, 0, 2):
+    chosen = exposure * 2.0**stops
+    clipped = kc.pictures.clipped_fraction(stars.light, chosen, curve="asinh")
+    print(f"exposure {chosen:.2g}: {clipped:.2%} of the pixels are cut")
 picture = kc.pictures.tone_mapped(stars.light, exposure=exposure, curve="asinh")
-print(f"{(stars.light.max(axis=2) * exposure > 1).mean():.2%} of the pixels are cut")
 
 # %%
 # ``kerrcaustics.draw.scenes.save_picture("stars.png", picture)`` writes it. Twice the exposure is one stop more, as
-# with a camera: go by factors of two. Pictures that belong together, and the frames of a film, want one number for
-# all of them.
+# with a camera: go by factors of two. Pictures that belong together want one number for all of them; a film that is
+# left to itself changes smoothly.
 #
-# In a scene file it is the table ``light``:
+# In a scene file it is the table ``light``; what is left out is chosen by the light, and ``kerrcaustics render`` prints
+# the number, and how much is cut:
 #
 # .. code-block:: toml
 #
 #     [light]
-#     exposure = 0.0004
-#     curve = "asinh"
+#     exposure = 0.0004   # by default "auto"
+#     curve = "asinh"     # before stars the default
 #
 # A disk beside stars has a ``brightness`` of about 1 / exposure. The light itself, before any exposure, is kept by
 # ``kerrcaustics render scene.toml --output scene.exr``, for programs that develop pictures. More is in `Light and
-# colour <../scenes.html#light-and-colour>`_.
+# colour <../scenes.html#light-and-colour>`_ and `Exposure <../scene_files.html#exposure>`_.
