@@ -27,6 +27,9 @@ class MovingBar:
     def resized(self, width: int, height: int) -> "MovingBar":
         return replace(self, size=(width, height))
 
+    def with_exposures(self) -> "MovingBar":
+        return self
+
     def record(self) -> dict:
         return {"speed": self.speed, "frames": self.frames, "size": list(self.size), "camera": [{"radius": 6.0}]}
 
