@@ -22,12 +22,12 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, greeting, question, refusal
 from kerrcaustics.explorer.page_data import QUALITIES
+from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 
+_SCRIPT = "/explorer.js"
 FILES = {
     "/": ("index.html", "text/html"),
-    "/explorer.js": ("explorer.js", "text/javascript"),
-    "/socket.js": ("socket.js", "text/javascript"),
     "/explorer.css": ("explorer.css", "text/css"),
     "/icon.svg": ("icon.svg", "image/svg+xml"),
 }
@@ -97,7 +97,7 @@ class Explorer:
         self.clients = 0
         self._pool = ThreadPoolExecutor(_WORKERS, "explorer")
         self._turn = asyncio.Semaphore(_WORKERS)
-        routes = [Route(path, self._file) for path in FILES]
+        routes = [Route(path, self._file) for path in (*FILES, _SCRIPT)]
         self.app = Starlette(routes=[*routes, WebSocketRoute("/channel", self._channel)], lifespan=self._life)
 
     @asynccontextmanager
@@ -118,6 +118,8 @@ class Explorer:
     async def _file(self, request: Request) -> Response:
         if not self._is_own_host(request):
             return PlainTextResponse("Unknown host.", 421, HEADERS)
+        if request.url.path == _SCRIPT:
+            return Response(script("socket"), headers=HEADERS, media_type="text/javascript")
         name, kind = FILES[request.url.path]
         return Response((PAGE / name).read_bytes(), headers=HEADERS, media_type=kind)
 

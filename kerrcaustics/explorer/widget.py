@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.explorer.answers import answer, greeting, question, refusal
 from kerrcaustics.explorer.page_data import Message
+from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def _widget_class() -> Any:
     class ExplorerWidget(anywidget.AnyWidget):
         """The page, and the state that it shows."""
 
-        _esm = PAGE / "explorer.js"
+        _esm = script("notebook")
         _css = PAGE / "explorer.css"
         state = traitlets.Dict().tag(sync=True)
         numbers = traitlets.Dict()

@@ -1,5 +1,4 @@
 // The page in a browser: one WebSocket, and the state in the address.
-import { mount, stateOf, fragmentOf } from "./explorer.js";
 
 const token = new URLSearchParams(location.search).get("token") ?? "";
 const listeners = [];
@@ -19,10 +18,17 @@ function connect(wait) {
   socket = new WebSocket(`${scheme}://${location.host}/channel?token=${encodeURIComponent(token)}`);
   socket.binaryType = "arraybuffer";
   let opened = false;
-  socket.onopen = () => { opened = true; wait = 500; };
+  socket.onopen = () => {
+    opened = true;
+    wait = 500;
+  };
   socket.onmessage = (event) => listeners.forEach((heard) => heard(event.data));
   socket.onclose = (event) => {
-    explorer.lost(opened ? event.reason || "The program has ended, or cannot be reached." : "No connection: the program has ended, or the token in the address is not its own.");
+    explorer.lost(
+      opened
+        ? event.reason || "The program has ended, or cannot be reached."
+        : "No connection: the program has ended, or the token in the address is not its own.",
+    );
     setTimeout(connect, wait, Math.min(wait * 2, 10000));
   };
 }

@@ -1,0 +1,222 @@
+// The camera sky: azimuthal equidistant about the middle of the shadow.
+
+class SkyPanel {
+  constructor() {
+    this.centre = [0, 0];
+    this.field = null;
+    this.auto = 60;
+  }
+  reset() {
+    this.centre = [0, 0];
+    this.field = null;
+  }
+  fit(model) {
+    const outer = model.curves[0]?.sky ?? model.edge;
+    if (!outer) return;
+    let far = 0;
+    for (const n of outer) far = Math.max(far, Math.hypot(...this.flat(n, model.axes)));
+    this.auto = clamp(1.55 * far, 0.02, model.state.backdrop === "none" ? 185 : 125);
+  }
+  flat(n, axes) {
+    const along = dot(n, axes[0]),
+      right = dot(n, axes[1]),
+      up = dot(n, axes[2]),
+      across = Math.hypot(right, up);
+    const scale = across > 0 ? Math.atan2(across, along) / RAD / across : 0;
+    return [right * scale, up * scale];
+  }
+  frame(w, height) {
+    const scale = Math.min(w, height) / 2 / (this.field ?? this.auto);
+    return { w, height, scale, x: w / 2 - this.centre[0] * scale, y: height / 2 + this.centre[1] * scale };
+  }
+  spot(n, axes, f) {
+    const [x, y] = this.flat(n, axes);
+    return [f.x + x * f.scale, f.y - y * f.scale];
+  }
+  zoom(factor, x, y, f) {
+    const field = clamp((this.field ?? this.auto) / factor, 1e-4, 190),
+      grown = (this.field ?? this.auto) / field;
+    const at = [(x - f.x) / f.scale, (f.y - y) / f.scale];
+    this.centre = this.centre.map((c, i) => at[i] + (c - at[i]) / grown);
+    this.field = field;
+  }
+  pan(dx, dy, f) {
+    this.field ??= this.auto;
+    this.centre = [this.centre[0] - dx / f.scale, this.centre[1] + dy / f.scale];
+  }
+  path(points, axes, f, closed) {
+    const spots = points.map((n) => this.spot(n, axes, f));
+    if (closed && spots.length) spots.push(spots[0]);
+    const far = 90 * f.scale,
+      line = [];
+    spots.forEach((p, i) => {
+      if (i && Math.hypot(p[0] - spots[i - 1][0], p[1] - spots[i - 1][1]) > far) line.push(null);
+      line.push(p);
+    });
+    return line;
+  }
+  key() {
+    return [this.centre, this.field ?? this.auto].join();
+  }
+  draw(pen, w, height, model, look) {
+    this.still(pen, w, height, model, look);
+    this.live(pen, w, height, model, look);
+  }
+  still(pen, w, height, model, look) {
+    const f = this.frame(w, height),
+      { axes } = model;
+    if (!axes) return;
+    const colours = look.colours,
+      bright = model.lensed && look.backdrop;
+    pen.within(0, 0, w, height, () => {
+      if (bright) {
+        const side = model.backdropField * f.scale;
+        pen.line(
+          [
+            [0, 0],
+            [w, 0],
+            [w, height],
+            [0, height],
+          ],
+          { fill: "#000000", closed: true },
+        );
+        pen.picture(model.lensed, f.x - side / 2, f.y - side / 2, side, side, DIM);
+      } else this.rings(pen, f, colours);
+      pen.line(this.path(model.edge, axes, f, true), {
+        fill: bright ? undefined : colours.shadow,
+        stroke: bright ? "#8b95a8" : colours.edge,
+        width: 1,
+        closed: true,
+      });
+      if (model.orbit)
+        for (const track of model.orbit.tracks)
+          pen.line(this.path(track.sky, axes, f, track.closed), { stroke: colours.soft, width: 1, alpha: 0.6 });
+      for (const curve of model.curves) this.curve(pen, curve, axes, f, look, bright);
+      for (const event of model.orbit?.events ?? []) this.event(pen, event, axes, f, look);
+      this.legend(pen, model, height, bright ? COLOURS.dark : colours, bright);
+    });
+  }
+  live(pen, w, height, model, look) {
+    const f = this.frame(w, height),
+      { axes } = model;
+    if (!axes) return;
+    pen.within(0, 0, w, height, () => {
+      for (const flash of look.flashes) this.flash(pen, flash, axes, f, look);
+      [...model.images].sort((a, b) => b.index - a.index).forEach((image) => this.image(pen, image, axes, f, look));
+    });
+  }
+  legend(pen, model, height, colours, bright) {
+    model.curves.forEach(({ order }, i) => {
+      const y = height - 12 - 17 * (model.curves.length - 1 - i);
+      if (bright)
+        pen.line(
+          [
+            [8, y],
+            [30, y],
+          ],
+          OUTLINE,
+        );
+      pen.line(
+        [
+          [8, y],
+          [30, y],
+        ],
+        { stroke: colours.order[order], width: 1.8, dash: DASHES[order] },
+      );
+      pen.text(36, y, NAMES[order], { fill: colours.ink, size: 11.5, align: "left", halo: colours.halo });
+    });
+  }
+  rings(pen, f, colours) {
+    const wide = Math.max(f.w, f.height) / f.scale;
+    for (const angle of ticks(0, Math.min(180, wide), 5).slice(1)) {
+      pen.disk(f.x, f.y, angle * f.scale, { stroke: colours.grid, width: 1 });
+      const y = f.y + angle * f.scale;
+      if (y < f.height - 6) pen.text(f.x, y, `${angle}°`, { fill: colours.soft, size: 11, halo: colours.halo });
+    }
+  }
+  curve(pen, curve, axes, f, look, bright) {
+    const colours = bright ? COLOURS.dark : look.colours;
+    const style = {
+      stroke: colours.order[curve.order],
+      width: look.draft ? 1.2 : 1.8,
+      dash: DASHES[curve.order],
+      alpha: look.draft ? 0.75 : 1,
+    };
+    const line = this.path(curve.sky, axes, f, true);
+    if (bright) pen.line(line, OUTLINE);
+    pen.line(line, style);
+    for (const cusp of curve.cusps)
+      pen.disk(...this.spot(cusp.sky, axes, f), 2.4, { fill: colours.order[curve.order] });
+  }
+  event(pen, event, axes, f, look) {
+    const [x, y] = this.spot(event.sky, axes, f);
+    pen.line([[x - 4, y - 4], [x + 4, y + 4], null, [x - 4, y + 4], [x + 4, y - 4]], {
+      stroke: look.colours.ink,
+      width: 1.6,
+    });
+  }
+  flash(pen, flash, axes, f, look) {
+    const [x, y] = this.spot(flash.sky, axes, f),
+      part = flash.part;
+    pen.disk(x, y, 5 + 34 * part, { stroke: look.colours.star, width: 4 * (1 - part) + 0.5, alpha: 1 - part });
+    pen.disk(x, y, 3 + 14 * part, { fill: look.colours.star, alpha: 0.6 * (1 - part) });
+  }
+  image(pen, image, axes, f, look) {
+    let [x, y] = this.spot(image.sky, axes, f);
+    const colours = look.backdrop && look.hasPicture ? COLOURS.dark : look.colours,
+      colour = colours.order[image.index];
+    const inside = x > 8 && x < f.w - 8 && y > 8 && y < f.height - 8;
+    if (!inside) {
+      this.away(pen, image, x, y, f, colours);
+      return;
+    }
+    const r = imageSize(image.magnification),
+      even = image.index % 2 === 0;
+    pen.disk(x, y, r + 1.5, { fill: colours.halo });
+    pen.disk(x, y, r, { fill: even ? colour : colours.halo, stroke: colour, width: 2 });
+    if (r >= 7)
+      pen.text(x, y + 0.5, String(image.index), {
+        fill: even ? colours.halo : colour,
+        size: Math.min(13, r + 4),
+        weight: 700,
+      });
+    else {
+      const [ax, ay] = this.flat(image.sky, axes),
+        far = Math.hypot(ax, ay) || 1;
+      pen.text(x + (ax / far) * (r + 9), y - (ay / far) * (r + 9), String(image.index), {
+        fill: colour,
+        size: 11,
+        weight: 700,
+        halo: colours.halo,
+      });
+    }
+  }
+  away(pen, image, x, y, f, colours) {
+    // Outside of what is shown: an arrow at the rim, which points to it.
+    const cx = f.w / 2,
+      cy = f.height / 2,
+      reach = Math.min(
+        (f.w / 2 - 16) / Math.max(1, Math.abs(x - cx)),
+        (f.height / 2 - 16) / Math.max(1, Math.abs(y - cy)),
+      );
+    const px = cx + (x - cx) * reach,
+      py = cy + (y - cy) * reach,
+      turn = Math.atan2(y - cy, x - cx);
+    const corner = (a, r) => [px + r * Math.cos(turn + a), py + r * Math.sin(turn + a)];
+    const colour = colours.order[image.index];
+    pen.line([corner(0, 11), corner(2.4, 9), corner(-2.4, 9)], { fill: colour, closed: true });
+    pen.text(...corner(Math.PI, 15), String(image.index), { fill: colour, size: 11, weight: 700, halo: colours.halo });
+  }
+  things(model, w, height) {
+    const f = this.frame(w, height),
+      found = [];
+    if (!model.axes) return found;
+    for (const image of model.images) found.push({ at: this.spot(image.sky, model.axes, f), image });
+    for (const event of model.orbit?.events ?? []) found.push({ at: this.spot(event.sky, model.axes, f), event });
+    for (const curve of model.curves) {
+      for (const cusp of curve.cusps) found.push({ at: this.spot(cusp.sky, model.axes, f), cusp, curve });
+      curve.sky.forEach((n, i) => found.push({ at: this.spot(n, model.axes, f), curve, point: curve.celestial[i] }));
+    }
+    return found;
+  }
+}
