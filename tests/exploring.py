@@ -60,7 +60,8 @@ def until(page, condition, seconds=60):
 
 
 def settled(page):
-    until(page, "!!window.explorer && !explorer.busy() && explorer.quality() === 'full'")
+    # The first view may have to wait for programs that are compiled, on a machine that others use.
+    until(page, "!!window.explorer && !explorer.busy() && explorer.quality() === 'full'", 300)
 
 
 def _node():

@@ -58,3 +58,48 @@ def test_pairs_are_placed_where_their_images_are():
     born = evaluated(f"return pairsBorn({after[:2]}, {after}, 3, []);")
     assert [pair["order"] for pair in born] == [2]
     assert np.allclose(born[0]["sky"], np.sqrt([0.5, 0.5, 0]), atol=1e-15, rtol=0)
+
+
+SHOWN = "{ view: { answer: { quality: 'full' }, request: { ...DEFAULTS } }, images: { request: { ...DEFAULTS } } }"
+
+
+@pytest.mark.parametrize(
+    ("changes", "curves", "images", "badge"),
+    [
+        ({}, "current", "current", "✓ 1 + 2 images, certified"),
+        ({"chart": "globe", "backdrop": "stars"}, "current", "current", "✓ 1 + 2 images, certified"),
+        ({"phi": 61.0}, "current", "old", "computing … 3 s"),
+        ({"spin": 0.9}, "old", "old", "computing … 3 s"),
+        ({"velocity": "static"}, "old", "old", "computing … 3 s"),
+        ({"orders": 2}, "old", "old", "computing … 3 s"),
+    ],
+)
+def test_only_what_the_controls_say_is_called_certified(changes, curves, images, badge):
+    fresh, text, lost, early, dragged = evaluated(
+        f"const fresh = freshnessOf({{ ...DEFAULTS, ...{changes} }}, {SHOWN});"
+        "const badge = (wait) => badgeOf(fresh, [1, 2], true, { lost: '', seconds: 3.7, ...wait }).text;"
+        "return [fresh, ...[{}, { lost: 'lost' }, { seconds: 0 }, { dragging: true }].map(badge)];"
+    )
+    assert fresh == {"curves": curves, "images": images} and text == badge
+    assert lost == (badge if images == "current" else "not computed: no connection")
+    # A moment after the star has moved, and while it does, nothing is said of what is shown.
+    assert early == (badge if images == "current" else "1 + 2 images" if curves == "current" else "computing …")
+    assert dragged == ("1 + 2 images" if images == "current" else badge)
+
+
+def test_a_program_that_owes_an_answer_is_missed():
+    silences = evaluated(
+        "let now = 0; const q = new Questions(() => {}, () => now), found = [];"
+        "const after = (time) => { now = time; found.push(q.silence); };"
+        "q.begin(); after(9000); q.ask('full', DEFAULTS, 0, false); after(10000); q.works({ want: 'full' });"
+        "after(12000); q.answered({ id: 1, want: 'full' }); after(30000); return found;"
+    )
+    assert silences == [0, 1000, 2000, 0]
+
+
+@pytest.mark.parametrize(
+    ("value", "complaint"),
+    [("0", ""), ("1000", ""), ("-4", "-4 is not allowed: from 0 to 1000 M."), ("NaN", "A number from 0 to 1000 M.")],
+)
+def test_numbers_are_taken_within_their_range(value, complaint):
+    assert evaluated(f"return complaintAbout({value}, [0, 1000], ' M');") == complaint

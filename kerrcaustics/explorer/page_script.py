@@ -2,16 +2,16 @@
 
 from kerrcaustics.explorer.state import PAGE
 
-LOGIC = ("numbers", "state", "answers", "questions")
-"""Files of `page/parts` that need no page: numbers, the state, answers and questions."""
+LOGIC = ("numbers", "state", "answers", "questions", "freshness")
+"""Files of `page/parts` that need no page: numbers, the state, answers, questions, and what is old."""
 
 PARTS = (
     *LOGIC,
     # What panels draw.
     *("style", "pens", "sky_panel", "celestial_map", "celestial_globe", "source_panel", "strip"),
     # What users see and touch.
-    *("elements", "canvases", "screen", "controls", "tables", "playback", "pointers", "exports", "page"),
-    *("explorer", "start"),
+    *("elements", "canvases", "screen", "controls", "tables", "playback", "pointers", "exports", "status", "page"),
+    *("shown", "explorer", "start"),
 )
 """Files of `page/parts` in the order in which they are joined."""
 

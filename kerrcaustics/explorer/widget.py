@@ -4,10 +4,11 @@ import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from kerrcaustics.explorer.answers import answer, greeting, question, refusal
+from kerrcaustics.explorer.answers import greeting, question, refusal
 from kerrcaustics.explorer.page_data import Message
 from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
+from kerrcaustics.explorer.work import Work
 
 if TYPE_CHECKING:
     from anywidget import AnyWidget
@@ -95,15 +96,25 @@ def _widget_class() -> Any:
                 self._reply(greeting())
                 return
             try:
-                self._reply(answer(*question(str(content.get("text", "")))))
+                asked = question(str(content.get("text", "")))
             except ValueError as error:
-                self._reply(refusal(str(error)))
+                self._reply(refusal(error))
+                return
+            work = Work()
+            with work.reported(self._reply):
+                message, data = work.answered(asked)
+            self._keep(message.record)
+            self._send(data)
 
         def _reply(self, message: Message) -> None:
-            record = message.record
+            self._send(message.encoded())
+
+        def _keep(self, record: dict[str, Any]) -> None:
             if record["kind"] == "view":
                 self.state = record["state"]
                 self.numbers = self.numbers | {k: record[k] for k in ("images", "caustics") if k in record}
-            self.send({"kind": "message"}, [message.encoded()])
+
+        def _send(self, data: bytes) -> None:
+            self.send({"kind": "message"}, [data])
 
     return ExplorerWidget

@@ -43,11 +43,12 @@ function stillChannel(states) {
       certified: frame.certified,
       remarks: [],
     };
-    return { ...view, id, want, quality: "full", state: shown, images, nearest: true };
+    return { ...view, id, want, quality: "full", state: shown, images };
   }
-  setTimeout(() => tell({ kind: "greeting", presets: states.presets }), 0);
+  setTimeout(() => tell({ kind: "greeting", presets: [], allowed: views[0].allowed }), 0);
   return {
     state: { ...views[0].state, ...stateOf(location.hash) },
+    offered: { cameras: views.map((view) => view.state), thetas: states.thetas },
     listen: (heard) => listeners.push(heard),
     send: (text) => tell(answered(JSON.parse(text))),
     remember: (state) => {

@@ -10,6 +10,9 @@ class GlobeChart {
     this.view = { ...GLOBE };
   }
   fit() {}
+  isEmpty() {
+    return false;
+  }
   key() {
     return Object.values(this.view).join();
   }

@@ -1,5 +1,7 @@
 // The celestial sphere as a map: phi' to the right, theta' downward, whole turns repeated or unwrapped.
 
+const degrees = (angle) => `${Number(angle.toFixed(10))}°`;
+
 class MapChart {
   constructor(wrapped) {
     this.wrapped = wrapped;
@@ -24,6 +26,13 @@ class MapChart {
     const turns = this.wrapped ? TURN * Math.floor((a + b) / 2 / TURN) : 0;
     this.window = [a - across - turns, b + across - turns, c - up, d + up];
   }
+  // Whether a part was chosen in which there is neither a curve nor the star.
+  isEmpty({ curves, state }) {
+    if (!this.window) return false;
+    const [, , c, d] = this.window;
+    const isIn = ([theta, phi]) => theta >= c && theta <= d && this.turns(phi, phi, 1).length > 0;
+    return !isIn([state.theta, state.phi]) && !curves.some(({ celestial }) => celestial.some(isIn));
+  }
   get shown() {
     return this.window ?? this.auto;
   }
@@ -32,8 +41,9 @@ class MapChart {
   }
   frame(w, height) {
     const [a, b, c, d] = this.shown;
-    const [x, y] = [38, 8];
-    const [wide, high] = [w - x - 16, height - y - 24];
+    const labels = this.latitudes(height - 32).map(degrees);
+    const [x, y] = [14 + 6.2 * Math.max(4, ...labels.map((label) => label.length)), 8];
+    const [wide, high] = [w - x - 18, height - y - 24];
     return { x, y, w: wide, h: high, sx: wide / (b - a), sy: high / (d - c), a, c };
   }
   spot([theta, phi], f) {
@@ -80,27 +90,39 @@ class MapChart {
     pen.within(...this.clip(f), () => {
       if (bright) this.picture(pen, f, model.celestial);
       this.grid(pen, f, look.colours, bright ? 0.25 : 1);
+      // Where stars can be, if not everywhere.
+      for (const theta of model.heights) this.across(pen, f, theta, { stroke: look.colours.star, dash: [1, 5] });
       for (const curve of [...model.curves].reverse()) this.caustic(pen, curve, f, look, bright);
       if (model.orbit) this.orbit(pen, f, model, look, bright);
     });
     pen.line(box(f.x, f.y, f.w, f.h), { stroke: look.colours.edge, width: 1, closed: true });
   }
-  longitudes(f) {
+  // As many as have room for their labels.
+  longitudes(width) {
     const [a, b] = this.shown;
-    return ticks(a, b, clamp(Math.floor(f.w / 56), 2, 12));
+    for (let most = clamp(Math.floor(width / 56), 2, 12); ; most--) {
+      const values = ticks(a, b, most);
+      const longest = Math.max(...values.map((phi) => this.longitude(phi).length));
+      if (most <= 1 || values.length * (6.2 * longest + 14) < width) return values;
+    }
   }
-  latitudes(f) {
+  latitudes(height) {
     const [, , c, d] = this.shown;
-    return ticks(Math.max(0, c), Math.min(180, d), clamp(Math.floor(f.h / 34), 2, 12));
+    return ticks(Math.max(0, c), Math.min(180, d), clamp(Math.floor(height / 34), 2, 12));
+  }
+  longitude(phi) {
+    return degrees(this.wrapped ? mod(phi, TURN) || (phi ? TURN : 0) : phi);
   }
   labels(pen, f, { soft }) {
-    const wrapped = (phi) => Number(mod(phi, TURN).toFixed(4)) || (phi ? TURN : 0);
-    for (const phi of this.longitudes(f)) {
-      const label = `${this.wrapped ? wrapped(phi) : phi}°`;
-      pen.text(this.spot([f.c, phi], f)[0], f.y + f.h + 13, label, { fill: soft, size: 11 });
+    for (const phi of this.longitudes(f.w)) {
+      const label = this.longitude(phi);
+      const half = 3.1 * label.length;
+      const [x] = this.spot([f.c, phi], f);
+      // The last label ends at the side of the panel.
+      pen.text(clamp(x, half, f.x + f.w + 16 - half), f.y + f.h + 13, label, { fill: soft, size: 11 });
     }
-    for (const theta of this.latitudes(f))
-      pen.text(f.x - 6, this.spot([theta, f.a], f)[1], `${theta}°`, { fill: soft, size: 11, align: "right" });
+    for (const theta of this.latitudes(f.h))
+      pen.text(f.x - 6, this.spot([theta, f.a], f)[1], degrees(theta), { fill: soft, size: 11, align: "right" });
   }
   picture(pen, f, image) {
     pen.line(box(f.x, f.y, f.w, f.h), { fill: "#000000", closed: true });
@@ -112,7 +134,7 @@ class MapChart {
   }
   grid(pen, f, { grid }, alpha) {
     const style = { stroke: grid, alpha };
-    for (const phi of this.longitudes(f)) {
+    for (const phi of this.longitudes(f.w)) {
       const [x] = this.spot([0, phi], f);
       pen.line(
         [
@@ -122,7 +144,7 @@ class MapChart {
         style,
       );
     }
-    for (const theta of this.latitudes(f)) this.across(pen, f, theta, style);
+    for (const theta of this.latitudes(f.h)) this.across(pen, f, theta, style);
   }
   across(pen, f, theta, style) {
     const [, y] = this.spot([theta, 0], f);

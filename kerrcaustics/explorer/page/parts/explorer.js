@@ -3,15 +3,15 @@
 // mount(element, channel, options) shows it. A channel has
 //   send(text)      asks a question {"id", "want", "state"};
 //   listen(heard)   heard(bytes) is called with each answer (see Message.encoded in page_data.py);
-//   state           values to begin with; remember(state), link(): optional.
+//   state           values to begin with;
+//   offered         optional: the only cameras, and heights of stars, that can be asked for;
+//   remember(state), link(), renew(): optional.
 
 class Explorer {
   constructor(element, channel, options = {}) {
-    Object.assign(this, { channel, options, dragging: false, line: "" });
+    Object.assign(this, { channel, options, dragging: false, news: "" });
     this.state = { ...DEFAULTS, ...channel.state };
     this.wantedVelocity = this.state.velocity;
-    this.model = { state: this.state, curves: [], images: [], edge: [], axes: null, ...NO_PICTURE, orbit: null };
-    this.shown = { view: null, images: null, certified: null, version: 0 };
     this.questions = new Questions((text) => channel.send(text));
     this.makeParts();
     element.replaceChildren(this.page.root);
@@ -21,127 +21,124 @@ class Explorer {
   }
   makeParts() {
     [this.sky, this.source, this.screen] = [new SkyPanel(), new SourcePanel(), new Screen(this)];
-    this.controls = new Controls((...change) => this.control(...change));
+    this.shown = new Shown(this);
+    this.model.heights = this.channel.offered?.thetas ?? [];
+    this.controls = new Controls((...change) => this.control(...change), this.channel.offered);
     this.tables = new Tables(() => this.screen.colours);
     this.playback = new Playback(this);
     this.exports = new Exports(this);
+    this.status = new Status(this);
     this.page = new Page(this);
+  }
+  get model() {
+    return this.shown.model;
   }
 
   // -- questions and answers
-  ask(want, since) {
-    this.questions.ask(want, this.state, since, this.isWhole);
+  // The state as it is asked for: with the velocity that was chosen, also where the camera cannot have it now.
+  request() {
+    return { ...this.state, velocity: this.wantedVelocity };
+  }
+  get freshness() {
+    return freshnessOf(this.request(), this.shown);
   }
   get isWhole() {
-    const { view } = this.shown;
-    return view?.quality === "full" && cameraOf(view.state) === cameraOf(this.state);
+    return this.freshness.curves === "current";
+  }
+  ask(want, since, more) {
+    this.questions.ask(want, this.request(), since, this.isWhole, more);
+    this.status.tell();
   }
   hear(bytes) {
     const answer = bytes instanceof ArrayBuffer || ArrayBuffer.isView(bytes) ? decoded(bytes) : bytes;
     if (answer.kind === "greeting") return this.greet(answer);
+    if (answer.kind === "progress") this.questions.works(answer);
+    else this.take(answer);
+    this.status.tell();
+  }
+  take(answer) {
     const question = this.questions.answered(answer);
     const kind = kindOf(answer.want);
-    if (answer.kind === "refusal") this.refuse(answer.line, kind);
-    else if (kind === "view") this.view(answer, question);
-    else if (kind === "orbit") this.orbit(answer);
-    else this.backdrop(answer);
+    if (answer.kind === "refusal") this.refuse(answer, kind, question);
+    else if (question) this[{ view: "takeView", orbit: "takeOrbit", backdrop: "takeBackdrop" }[kind]](answer, question);
     this.questions.next(kind);
     this.redraw(question);
   }
-  greet({ presets }) {
+  greet({ presets, allowed }) {
     this.page.offer(presets);
-    this.questions.forget();
-    this.questions.open = true;
-    this.complain("");
+    this.controls.allow(allowed);
+    this.questions.begin();
+    this.status.find();
+    this.status.complain("");
     this.change({}, "full");
   }
   lose(line) {
     this.questions.open = false;
-    this.complain(line);
+    this.playback.stop();
+    this.status.lose(line);
   }
-  refuse(line, kind) {
-    this.complain(line);
-    if (kind !== "view") return this.playback.stop();
-    if (this.shown.view || this.onceRefused) return;
+  refuse({ line }, kind, question) {
+    this.status.complain(line);
+    if (kind === "orbit") return this.playback.stop();
+    if (kind === "backdrop" || this.shown.view || this.onceRefused) return;
     // What an address asks for may not exist; the usual state does.
     this.onceRefused = true;
     Object.assign(this.state, DEFAULTS);
     this.wantedVelocity = this.state.velocity;
     this.follow();
-    this.ask("full");
+    this.ask("full", question?.since);
   }
-  complain(line) {
-    this.line = line;
-    this.page.complain(line);
-  }
-  view(answer, question) {
-    if (this.shown.view || !this.onceRefused) this.complain("");
-    // A page of few states shows the nearest one.
-    if (answer.nearest) {
-      Object.assign(this.state, answer.state);
-      this.follow();
-    }
-    if (answer.quality !== "star") this.showCurves(answer);
-    if (!this.playback.running) this.showImages(answer);
-    if (answer.quality === "full" && question?.want !== "draft") this.askBackdrop();
+  takeView(answer, question) {
+    if (this.shown.view || !this.onceRefused) this.status.complain("");
+    const isNew = sameCamera({ request: question.state }, this.request());
+    this.shown.showView(answer, question.state);
+    if (isNew) this.controls.allow(answer.allowed);
+    if (isNew && starKey(question.state) === starKey(this.state)) this.settle(answer.state, question.state);
+    if (answer.quality === "full" && question.want !== "draft") this.askBackdrop();
     this.dropOldOrbit();
     this.playback.allow(answer.has_orbit);
     this.write();
   }
-  showCurves(answer) {
-    const [edge, curves] = [rows(answer.arrays.edge), curvesOf(answer)];
-    Object.assign(this.model, { edge, curves, axes: answer.axes });
-    this.shown.view = answer;
-    this.shown.version += 1;
-    this.fit();
+  // The state that the answer is for: cameras that cannot be are moved, and the page without a program has few.
+  settle({ chart: _, backdrop: __, ...settled }, asked) {
+    Object.assign(this.state, settled);
+    if (this.channel.offered) this.wantedVelocity = this.state.velocity;
+    this.shown.settle(this.request());
+    this.questions.settle(asked, this.request());
+    this.controls.settle(asked, this.state);
+    this.follow();
   }
-  showImages(answer) {
-    if (!answer.images) {
-      this.model.images = [];
-      this.shown.images = null;
-      return;
-    }
-    const images = imagesOf(answer);
-    const before = this.shown.images;
-    const isSame = before && cameraOf(before.state) === cameraOf(answer.state);
-    const news = isSame ? this.flash(this.model.images, images, answer.state.orders) : "";
-    this.model.images = images;
-    this.shown.images = answer;
-    this.say(news);
-  }
-  orbit(answer) {
-    if (orbitKey(answer.state) !== orbitKey(this.state)) {
-      if (this.playback.running) this.ask("orbit");
-      return;
-    }
-    this.model.orbit = orbitOf(answer);
-    this.shown.version += 1;
-    this.playback.show(this.model.orbit);
+  takeOrbit(answer, question) {
+    if (orbitKey(question.state) === orbitKey(this.request())) {
+      this.shown.showOrbit({ ...answer, state: question.state });
+      this.playback.show(this.model.orbit);
+    } else if (this.playback.running) this.ask("orbit");
   }
   dropOldOrbit() {
     const { orbit } = this.model;
-    if (!orbit || orbitKey(orbit.state) === orbitKey(this.state)) return;
-    this.model.orbit = null;
+    if (!orbit || orbitKey(orbit.state) === orbitKey(this.request())) return;
+    this.shown.dropOrbit();
     this.playback.drop();
   }
   askBackdrop() {
-    const key = backdropKey(this.state);
-    if (this.state.backdrop !== "none" && this.model.behind !== key) this.ask("backdrop");
+    if (this.state.backdrop === "none") return;
+    const { w, height } = sizeOf(this.page.left.canvas);
+    const window = windowOf(this.sky.window(w, height));
+    const key = backdropKey(this.request());
+    if (
+      this.questions.isAsked("backdrop", ({ state, more }) => backdropKey(state) === key && covers(more.window, window))
+    )
+      return;
+    const isOld = this.model.behind !== key;
+    if (isOld || !covers(this.model.window, window)) this.ask("backdrop", undefined, { window });
   }
-  async backdrop(answer) {
-    const key = backdropKey(answer.state);
-    if (key !== backdropKey(this.state)) return;
-    const picture = ({ data }) => createImageBitmap(new Blob([data], { type: "image/jpeg" }));
-    const { lensed, celestial } = answer.arrays;
-    const pictures = lensed ? await Promise.all([picture(lensed), picture(celestial)]) : [null, null];
-    Object.assign(this.model, {
-      lensed: pictures[0],
-      celestial: pictures[1],
-      backdropField: answer.field,
-      behind: key,
-    });
-    this.shown.version += 1;
-    this.redraw();
+  // The camera sky was zoomed or moved: its picture follows when it stands still.
+  zoomed() {
+    clearTimeout(this.zooming);
+    this.zooming = setTimeout(() => this.isWhole && this.askBackdrop(), 300);
+  }
+  takeBackdrop(answer, question) {
+    if (backdropKey(question.state) === backdropKey(this.request())) this.shown.showBackdrop(answer, question.state);
   }
 
   // -- changes
@@ -151,10 +148,8 @@ class Explorer {
   }
   change(changes, want, since) {
     Object.assign(this.state, changes);
-    settle(this.state, this.wantedVelocity);
     this.dropOldOrbit();
-    if (want !== "star" && this.model.behind && this.model.behind !== backdropKey(this.state))
-      Object.assign(this.model, NO_PICTURE);
+    if (this.model.behind && this.model.behind !== backdropKey(this.request())) this.shown.dropBackdrop();
     this.follow();
     if (want !== "draft") this.remember();
     this.ask(want, since);
@@ -181,7 +176,7 @@ class Explorer {
     if (this.state.chart === "globe") this.state.chart = "map";
     this.fit();
     this.follow();
-    this.source.chart.look(curve);
+    this.source.look(curve);
     this.redraw();
   }
   fit() {
@@ -197,48 +192,27 @@ class Explorer {
   }
   drags(isStar) {
     this.dragging = isStar;
+    this.status.tell();
     this.redraw();
   }
   moveStar(theta, phi, since) {
     this.playback.stop();
-    this.change({ theta, phi }, "star", since);
+    this.change(starAt(theta, phi), "star", since);
   }
   settleStar() {
     this.remember();
     this.ask("star");
   }
   showMoment(part) {
-    const { frames, period, state, events } = this.model.orbit;
-    const frame = frames[Math.min(frames.length - 1, Math.floor(part * frames.length))];
-    const before = this.model.images;
-    const news = before.length ? this.flash(before, frame.images, state.orders, events) : "";
-    this.state.phi = frame.phi;
-    this.model.images = frame.images;
-    Object.assign(this.shown, { images: null, certified: frame.certified });
+    const news = this.shown.showMoment(part);
     this.controls.follow(this.state);
-    this.playback.tell(part, period);
+    this.playback.tell(part, this.model.orbit.period);
     this.say(news);
+    this.status.tell();
     if (performance.now() - (this.written ?? 0) < 200) return;
     this.written = performance.now();
     this.write();
   }
-  // Lets pairs that came or went flash, and says so.
-  flash(before, after, orders, events = []) {
-    const changes = [
-      ["created", before, after],
-      ["annihilated", after, before],
-    ];
-    const gap = (event) => Math.abs(mod(event.part - this.playback.moment + 0.5, 1) - 0.5);
-    const line = (word, pair) => {
-      // While an orbit is played the place itself is known.
-      const [event] = events.filter((e) => e.order === pair.order).sort((a, b) => gap(a) - gap(b));
-      this.screen.flash(pair, event?.sky ?? pair.sky);
-      return `A pair of index ${pair.order - 1} and ${pair.order} was ${word}. `;
-    };
-    const pairs = (old, now) => pairsBorn(old, now, orders, this.model.curves);
-    return changes.flatMap(([word, old, now]) => pairs(old, now).map((pair) => line(word, pair))).join("");
-  }
-
   redraw(question) {
     this.screen.redraw(question);
   }
@@ -250,31 +224,27 @@ class Explorer {
 
   // -- words
   get counts() {
-    return countsOf(this.model.images, this.state.orders);
+    return this.shown.counts;
   }
   get certified() {
-    const { images, certified } = this.shown;
-    return images ? images.images.certified : certified;
+    return this.shown.images?.certified ?? null;
   }
-  say(news = "") {
-    const words = news + sentenceOf(this.counts, this.certified);
-    this.tables.writeBadge(this.counts, this.certified);
-    const remarks = this.shown.images?.images.remarks ?? [];
-    if (!this.playback.running || news) this.tables.live.textContent = [words, ...remarks].join(" ");
-    const star = places([this.state.theta, this.state.phi], 4).join(", ");
-    this.page.left.canvas.setAttribute("aria-label", `The camera sky: ${words}`);
-    const label = `The celestial sphere: the star at ${star}, and ${this.model.curves.length} caustics`;
-    this.page.right.canvas.setAttribute("aria-label", label);
+  // News of pairs stands until there is other news, or the star stands still.
+  say(news) {
+    if (!this.playback.running || news) this.news = news;
+  }
+  words(withCertificate) {
+    const sentence = this.news + sentenceOf(this.counts, withCertificate ? this.certified : null);
+    return withCertificate ? [sentence, ...(this.shown.images?.remarks ?? [])].join(" ") : sentence;
   }
   write() {
     const { view, images } = this.shown;
     if (!this.dragging && this.model.images.length) this.tables.writeImages(this.model.images);
-    if (view?.quality === "full" && this.writtenView !== view) {
+    if (view?.answer.quality === "full" && this.writtenView !== view) {
       this.writtenView = view;
       this.tables.writeCaustics(this.model.curves, (curve) => this.zoomTo(curve));
     }
-    if (images ?? view) this.tables.writeCode(images ?? view);
+    const answer = images?.answer ?? view?.answer;
+    if (answer) this.tables.writeCode(answer);
   }
 }
-
-const NO_PICTURE = { lensed: null, celestial: null, backdropField: 200, behind: null };

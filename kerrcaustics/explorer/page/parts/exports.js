@@ -10,15 +10,18 @@ function captionOf({ spin, radius, inclination, velocity, theta, phi }) {
 class Exports {
   constructor(explorer) {
     this.explorer = explorer;
-    this.element = h(
-      "div",
-      { class: "kc-exports" },
+    this.takers = [
       button("PNG", "Export a PNG picture", () => this.png()),
       button("SVG", "Export an SVG picture", () => this.svg()),
       button("JSON", "Export the numbers as JSON", () => this.json()),
-      button("Copy link", "Copy a link to this state", () => this.copyLink()),
-      button("◐", "Light or dark", () => explorer.screen.switchTheme()),
-    );
+    ];
+    const link = button("Copy link", "Copy a link to this state", () => this.copyLink());
+    const theme = button("◐", "Light or dark", () => explorer.screen.switchTheme());
+    this.element = h("div", { class: "kc-exports" }, ...this.takers, link, theme);
+  }
+  // Only what belongs together is taken away.
+  allow(isWhole) {
+    for (const node of this.takers) node.disabled = !isWhole;
   }
   deliver(blob, ending) {
     const { spin, radius } = this.explorer.state;
@@ -52,21 +55,21 @@ class Exports {
     this.deliver(new Blob([text], { type: "application/json" }), "json");
   }
   async copyLink() {
-    const { channel, state, tables } = this.explorer;
+    const { channel, state, status } = this.explorer;
     const link = channel.link?.() ?? `#${fragmentOf(state)}`;
     try {
       await navigator.clipboard.writeText(link);
-      tables.live.textContent = "The link was copied.";
+      status.notify("The link was copied.");
     } catch {
-      tables.live.textContent = link;
+      status.notify(link);
     }
   }
 }
 
 function recordOf({ shown, state, model }) {
-  const { arrays: _, id: __, want: ___, ...view } = shown.view ?? {};
-  const { images, commands, python, address } = shown.images ?? {};
-  const star = shown.images ? { state: { ...state }, images, commands, python, address } : {};
+  const { arrays: _, id: __, want: ___, ...view } = shown.view.answer;
+  const { images, commands, python, address } = shown.images.answer ?? {};
+  const star = { state: { ...state }, images: images ?? model.images, commands, python, address };
   const curves = model.curves.map(({ order, sky, celestial }) => ({ order, sky, celestial_deg: celestial }));
   return { schema: "kerrcaustics/explorer/1", ...view, ...star, curves };
 }

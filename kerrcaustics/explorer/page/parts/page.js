@@ -9,7 +9,6 @@ const HELP =
 class Page {
   constructor(explorer) {
     this.explorer = explorer;
-    this.banner = h("p", { class: "kc-banner", role: "alert", hidden: true });
     this.tip = new Tip();
     this.presets = [];
     this.preset = select("Presets", [["", PRESET_TITLE]], (name) => this.choosePreset(name));
@@ -39,14 +38,14 @@ class Page {
     return [button("−", "Zoom out", zoom(1 / 1.5)), button("+", "Zoom in", zoom(1.5)), button("⤢", "Show all", all)];
   }
   layout() {
-    const { controls, tables, playback, exports } = this.explorer;
-    const panels = h("div", { class: "kc-panels" }, this.left.element, this.right.element);
+    const { controls, tables, playback, exports, status } = this.explorer;
+    const panels = h("div", { class: "kc-panels" }, status.work, this.left.element, this.right.element);
     const parts = [panels, playback.bar, playback.stripBox, tables.live, tables.element, tables.details];
     const stage = h("div", { class: "kc-stage" }, ...parts, h("p", { class: "kc-help" }, HELP));
     const title = h("h1", {}, "Kerr caustics");
-    const head = h("header", { class: "kc-head" }, title, this.preset, tables.badge, exports.element);
+    const head = h("header", { class: "kc-head" }, title, this.preset, status.badge, exports.element);
     const body = h("div", { class: "kc-body" }, controls.element, stage);
-    return h("div", { class: "kc-explorer" }, head, this.banner, body, this.tip.element);
+    return h("div", { class: "kc-explorer" }, head, status.banner, body, this.tip.element);
   }
   // Once the page is in the document.
   connect() {
@@ -64,9 +63,11 @@ class Page {
     this.resized.disconnect();
     this.scheme.removeEventListener("change", this.recolour);
     this.keys.leave();
+    this.explorer.status.leave();
   }
   offer(presets) {
     this.presets = presets;
+    this.preset.hidden = !presets.length;
     const names = presets.map(({ name }) => h("option", { value: name }, name));
     this.preset.replaceChildren(h("option", { value: "" }, PRESET_TITLE), ...names);
   }
@@ -74,9 +75,5 @@ class Page {
     const chosen = this.presets.find((preset) => preset.name === name);
     if (chosen) this.explorer.show(chosen.state);
     this.preset.value = "";
-  }
-  complain(line) {
-    this.banner.textContent = line;
-    this.banner.hidden = !line;
   }
 }

@@ -43,22 +43,26 @@ class Playback {
   toggle() {
     if (this.running) return this.stop();
     if (this.button.disabled)
-      return this.explorer.complain("This camera does not circle the spin axis: it has no orbit to play.");
+      return this.explorer.status.complain("This camera does not circle the spin axis: it has no orbit to play.");
     this.running = { from: null };
     this.button.textContent = "❚❚ Pause";
     const { orbit } = this.explorer.model;
     if (orbit) this.moment = this.nearestMoment(orbit);
-    else {
-      this.clock.textContent = "finding the tracks …";
-      this.explorer.ask("orbit");
-    }
+    else this.explorer.ask("orbit");
     this.explorer.redraw();
   }
   stop() {
     if (!this.running) return;
     this.running = null;
     this.button.textContent = "▶ Play one orbit";
+    if (!this.explorer.model.orbit) this.clock.textContent = "";
     this.explorer.settleStar();
+  }
+  // While the tracks are to come.
+  wait(progress, seconds) {
+    if (!this.running || this.explorer.model.orbit) return;
+    const work = progress ? `: ${progress.stage}` : "";
+    this.clock.textContent = `finding the tracks … ${Math.floor(seconds)} s${work}`;
   }
   step(now) {
     const { running } = this;

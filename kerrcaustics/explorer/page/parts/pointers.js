@@ -136,14 +136,22 @@ class Keys {
     const moves = { ArrowLeft: [0, -size], ArrowRight: [0, size], ArrowUp: [-size, 0], ArrowDown: [size, 0] };
     const move = moves[event.key];
     const { state } = this.explorer;
-    if (move) this.explorer.moveStar(state.theta + move[0], state.phi + move[1], event.timeStamp);
+    if (move) this.explorer.moveStar(this.height(move[0]), state.phi + move[1], event.timeStamp);
     else if ("[]{}".includes(event.key)) this.turnSpin(event);
     else if (event.key === " ") this.explorer.playback.toggle();
     else return false;
     return true;
   }
+  // The height of the star a step away, or the next one where there are few.
+  height(step) {
+    const { state, channel } = this.explorer;
+    if (!channel.offered || !step) return state.theta + step;
+    const beyond = channel.offered.thetas.filter((theta) => (theta - state.theta) * step > 0);
+    return beyond.length ? (step > 0 ? Math.min(...beyond) : Math.max(...beyond)) : state.theta;
+  }
   turnSpin({ key, repeat, timeStamp }) {
     const step = ("[{".includes(key) ? -1 : 1) * ("[]".includes(key) ? 0.05 : 0.005);
+    if (this.explorer.channel.offered) return;
     const u = clamp(spinPlace(this.explorer.state.spin) + step, 0, SPIN_END);
     this.explorer.change({ spin: round(1 - 10 ** -u, 6) }, repeat ? "draft" : "full", timeStamp);
   }

@@ -20,8 +20,8 @@ class Screen {
     this.explorer.recolour();
   }
   look() {
-    const { state, model, shown, dragging, playback } = this.explorer;
-    const draft = shown.view?.quality === "draft";
+    const { state, model, freshness, dragging, playback } = this.explorer;
+    const draft = freshness.curves === "coarse";
     const backdrop = state.backdrop !== "none";
     const seen = { backdrop, hasPicture: !!model.lensed, draft, dragging, moment: playback.moment };
     return { colours: this.colours, dark: this.isDark, flashes: this.flashes, ...seen };
@@ -52,7 +52,8 @@ class Screen {
   paint() {
     const { page, sky, source, playback, model, shown } = this.explorer;
     const look = this.look();
-    for (const panel of [page.left, page.right]) panel.coarse.hidden = !look.draft;
+    if (this.skyKey !== sky.key()) this.explorer.zoomed();
+    this.skyKey = sky.key();
     const paint = (canvas, panel) => this.canvases.paint(canvas, panel, model, look, shown.version);
     paint(page.left.canvas, sky);
     paint(page.right.canvas, source);

@@ -33,6 +33,10 @@ class SkyPanel {
     const [x, y] = this.flat(n, axes);
     return [f.x + x * f.scale, f.y - y * f.scale];
   }
+  // What is seen of the sky: a square round the panel.
+  window(w, height) {
+    return [...this.centre, Math.max(w, height) / this.frame(w, height).scale];
+  }
   zoom(factor, x, y, f) {
     const field = clamp((this.field ?? this.auto) / factor, 1e-4, 190),
       grown = (this.field ?? this.auto) / field;
@@ -63,38 +67,28 @@ class SkyPanel {
     this.live(pen, w, height, model, look);
   }
   still(pen, w, height, model, look) {
-    const f = this.frame(w, height),
-      { axes } = model;
-    if (!axes) return;
-    const colours = look.colours,
-      bright = model.lensed && look.backdrop;
-    pen.within(0, 0, w, height, () => {
-      if (bright) {
-        const side = model.backdropField * f.scale;
-        pen.line(
-          [
-            [0, 0],
-            [w, 0],
-            [w, height],
-            [0, height],
-          ],
-          { fill: "#000000", closed: true },
-        );
-        pen.picture(model.lensed, f.x - side / 2, f.y - side / 2, side, side, DIM);
-      } else this.rings(pen, f, colours);
-      pen.line(this.path(model.edge, axes, f, true), {
-        fill: bright ? undefined : colours.shadow,
-        stroke: bright ? "#8b95a8" : colours.edge,
-        width: 1,
-        closed: true,
-      });
-      if (model.orbit)
-        for (const track of model.orbit.tracks)
-          pen.line(this.path(track.sky, axes, f, track.closed), { stroke: colours.soft, width: 1, alpha: 0.6 });
-      for (const curve of model.curves) this.curve(pen, curve, axes, f, look, bright);
-      for (const event of model.orbit?.events ?? []) this.event(pen, event, axes, f, look);
-      this.legend(pen, model, height, bright ? COLOURS.dark : colours, bright);
-    });
+    if (!model.axes) return;
+    const f = this.frame(w, height);
+    pen.within(0, 0, w, height, () => this.drawStill(pen, f, model, look));
+  }
+  drawStill(pen, f, model, look) {
+    const { axes, orbit } = model;
+    const { colours } = look;
+    const bright = model.lensed && look.backdrop;
+    if (bright) this.picture(pen, f, model);
+    else this.rings(pen, f, colours);
+    const edge = bright ? { stroke: "#8b95a8" } : { fill: colours.shadow, stroke: colours.edge };
+    pen.line(this.path(model.edge, axes, f, true), { ...edge, width: 1, closed: true });
+    for (const { sky, closed } of orbit?.tracks ?? [])
+      pen.line(this.path(sky, axes, f, closed), { stroke: colours.soft, width: 1, alpha: 0.6 });
+    for (const curve of model.curves) this.curve(pen, curve, axes, f, look, bright);
+    for (const event of orbit?.events ?? []) this.event(pen, event, axes, f, look);
+    this.legend(pen, model, f.height, bright ? COLOURS.dark : colours, bright);
+  }
+  picture(pen, f, { lensed, window: [x, y, field] }) {
+    const side = field * f.scale;
+    pen.line(box(0, 0, f.w, f.height), { fill: "#000000", closed: true });
+    pen.picture(lensed, f.x + x * f.scale - side / 2, f.y - y * f.scale - side / 2, side, side, DIM);
   }
   live(pen, w, height, model, look) {
     const f = this.frame(w, height),
@@ -108,30 +102,25 @@ class SkyPanel {
   legend(pen, model, height, colours, bright) {
     model.curves.forEach(({ order }, i) => {
       const y = height - 12 - 17 * (model.curves.length - 1 - i);
-      if (bright)
-        pen.line(
-          [
-            [8, y],
-            [30, y],
-          ],
-          OUTLINE,
-        );
-      pen.line(
-        [
-          [8, y],
-          [30, y],
-        ],
-        { stroke: colours.order[order], width: 1.8, dash: DASHES[order] },
-      );
+      const line = [
+        [8, y],
+        [30, y],
+      ];
+      if (bright) pen.line(line, OUTLINE);
+      pen.line(line, { stroke: colours.order[order], width: 1.8, dash: DASHES[order] });
       pen.text(36, y, NAMES[order], { fill: colours.ink, size: 11.5, align: "left", halo: colours.halo });
     });
   }
-  rings(pen, f, colours) {
-    const wide = Math.max(f.w, f.height) / f.scale;
-    for (const angle of ticks(0, Math.min(180, wide), 5).slice(1)) {
-      pen.disk(f.x, f.y, angle * f.scale, { stroke: colours.grid, width: 1 });
-      const y = f.y + angle * f.scale;
-      if (y < f.height - 6) pen.text(f.x, y, `${angle}°`, { fill: colours.soft, size: 11, halo: colours.halo });
+  // Angles from the middle of the shadow: circles, some of which pass through what is shown.
+  rings(pen, f, { grid, soft, halo }) {
+    const reach = (x, size) => [Math.max(0, -x, x - size), Math.max(Math.abs(x), Math.abs(size - x))];
+    const [[nearX, farX], [nearY, farY]] = [reach(f.x, f.w), reach(f.y, f.height)];
+    const [low, high] = [Math.hypot(nearX, nearY) / f.scale, Math.min(180, Math.hypot(farX, farY) / f.scale)];
+    for (const angle of ticks(low, high, 6)) {
+      if (!angle) continue;
+      pen.disk(f.x, f.y, angle * f.scale, { stroke: grid, width: 1 });
+      const spot = labelSpot(f, angle * f.scale);
+      if (spot) pen.text(...spot, `${angle}°`, { fill: soft, size: 11, halo });
     }
   }
   curve(pen, curve, axes, f, look, bright) {
@@ -219,4 +208,16 @@ class SkyPanel {
     }
     return found;
   }
+}
+
+// Where the label of a ring is wholly on the panel and beside the legend: below the middle, or the nearest to that.
+function labelSpot({ x, y, w, height }, radius) {
+  const [side, end] = [30, 10];
+  for (let i = 0; i <= 720; i++) {
+    const angle = Math.PI / 2 + (i % 2 ? 1 : -1) * Math.ceil(i / 2) * (Math.PI / 360);
+    const spot = [x + radius * Math.cos(angle), y + radius * Math.sin(angle)];
+    const isIn = spot[0] > side && spot[0] < w - side && spot[1] > end && spot[1] < height - end;
+    if (isIn && (spot[0] > 120 || spot[1] < height - 80)) return spot;
+  }
+  return null;
 }

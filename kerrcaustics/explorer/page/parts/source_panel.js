@@ -4,15 +4,28 @@ class SourcePanel {
   constructor() {
     this.charts = { map: new MapChart(true), unwrapped: new MapChart(false), globe: new GlobeChart() };
     this.chart = this.charts.map;
+    this.order = null;
+  }
+  // Zooms to a caustic, and to the same of other cameras until another part is chosen.
+  look(curve) {
+    this.order = curve.order;
+    this.chart.look(curve);
   }
   reset() {
+    this.order = null;
     this.chart.reset();
   }
   fit(model) {
     const chart = this.charts[model.state.chart];
-    if (chart !== this.chart) chart.reset();
+    if (chart !== this.chart) {
+      chart.reset();
+      this.order = null;
+    }
     this.chart = chart;
     chart.fit(model);
+    const curve = model.curves.find(({ order }) => order === this.order);
+    if (curve) chart.look(curve);
+    else if (chart.isEmpty(model)) this.reset();
   }
   frame(w, height) {
     return this.chart.frame(w, height);
@@ -24,9 +37,11 @@ class SourcePanel {
     return this.chart.under(x, y, f);
   }
   zoom(factor, x, y, f) {
+    this.order = null;
     this.chart.zoom(factor, x, y, f);
   }
   pan(dx, dy, f) {
+    this.order = null;
     this.chart.pan(dx, dy, f);
   }
   spot(celestial, f) {

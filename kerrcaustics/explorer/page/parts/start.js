@@ -15,7 +15,8 @@ function mount(element, channel, options) {
     counts: () => explorer.counts,
     images: () => explorer.model.images,
     certified: () => explorer.certified,
-    quality: () => explorer.shown.view?.quality ?? null,
+    freshness: () => explorer.freshness,
+    quality: () => explorer.shown.view?.answer.quality ?? null,
     busy: () => !!explorer.remembering || explorer.questions.busy,
     playing: () => !!explorer.playback.running,
     orbit: () => {
@@ -25,11 +26,13 @@ function mount(element, channel, options) {
     latencies: () => explorer.screen.latencies,
     frames: () => explorer.screen.drawn,
     flashed: () => explorer.screen.flashes.length,
-    line: () => explorer.line,
+    line: () => explorer.status.line,
+    curves: () => explorer.model.curves.map(({ celestial }) => celestial),
+    windows: () => ({ source: source.chart.window ?? null, picture: explorer.model.window }),
     starSpots: () => source.starSpots(state, frame()).map(({ at }) => onPage(at)),
     spot: (theta, phi) => onPage(source.spot([theta, phi], frame())),
     show: (wanted) => explorer.show(wanted),
-    lost: (line) => explorer.lose(line),
+    lose: (line) => explorer.lose(line),
     leave: () => explorer.leave(),
   };
 }

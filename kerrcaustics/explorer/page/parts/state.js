@@ -12,9 +12,6 @@ const DEFAULTS = {
   chart: "map",
 };
 
-const horizon = (a) => 1 + Math.sqrt(1 - a * a);
-const photonOrbit = (a) => 2 * (1 + Math.cos((2 / 3) * Math.acos(-a)));
-
 function stateOf(fragment) {
   const given = new URLSearchParams(String(fragment).replace(/^#/, ""));
   const state = {};
@@ -33,24 +30,20 @@ function fragmentOf(state) {
     .join("&");
 }
 
-// What belongs to a camera, to an orbit, to a picture behind the curves.
+// What belongs to a camera, to a star, to an orbit, to a picture behind the curves.
 const cameraOf = (s) => [s.spin, s.radius, s.inclination, s.velocity, s.orders].join();
+const starKey = (s) => [s.theta, s.phi].join();
 const orbitKey = (s) => [cameraOf(s), s.theta].join();
 const backdropKey = (s) => [cameraOf(s), s.backdrop].join();
 
-// The nearest state that a camera can have.
-function settle(state, wantedVelocity) {
-  state.spin = clamp(state.spin, 0, 0.9999);
-  state.radius = clamp(state.radius, round(1.01 * horizon(state.spin) + 5e-5, 5), 1000);
-  state.inclination = clamp(state.inclination, 0, 180);
-  state.theta = clamp(state.theta, 0, 180);
-  state.phi = mod(state.phi, TURN);
-  const isLevel = state.inclination === 90;
-  const ergosphere = 1 + Math.sqrt(1 - (state.spin * Math.cos(state.inclination * RAD)) ** 2);
-  const can = {
-    circular: isLevel && state.radius > photonOrbit(state.spin) * 1.001,
-    static: state.radius > 1.001 * ergosphere,
-    fiducial: true,
-  };
-  state.velocity = can[wantedVelocity] ? wantedVelocity : "fiducial";
+// Numbers of a star that is moved: heights end at the poles, longitudes go round.
+function starAt(theta, phi) {
+  return { theta: clamp(theta, 0, 180), phi: mod(phi, TURN) };
+}
+
+// Why a number that is typed cannot be; no text if it can.
+function complaintAbout(value, [low, high], unit = "") {
+  if (!Number.isFinite(value)) return `A number from ${low} to ${high}${unit}.`;
+  if (value >= low && value <= high) return "";
+  return `${value} is not allowed: from ${low} to ${high}${unit}.`;
 }

@@ -1,14 +1,16 @@
-// Numbers and words: tables, the badge, commands, and what a pointer reads.
+// Numbers and words: tables, commands, and what a pointer reads.
 
 const IMAGE_TITLES = ["index", "parity", "brightness", "ν/ν₀", "error (°)"];
 const CAUSTIC_TITLES = ["order", "circuits", "θ′ extent (°)", "φ′ extent (°)", "cusps", "error (°)", ""];
 
 const parityOf = (index) => (index % 2 ? "−" : "+");
 
+// certified: null where nothing is said of it.
 function sentenceOf(counts, certified) {
   const parts = counts.map((n, k) => `${n} of index ${k}`).join(", ");
   const all = counts.reduce((a, b) => a + b, 0);
-  return `${all} images: ${parts}; ${certified ? "certified" : "not certified"}.`;
+  const certificate = certified === null ? "" : certified ? "; certified" : "; not certified";
+  return `${all} images: ${parts}${certificate}.`;
 }
 
 class Tables {
@@ -17,7 +19,6 @@ class Tables {
     this.images = h("table", { class: "kc-images" });
     this.caustics = h("table", { class: "kc-caustics" });
     this.code = h("pre", { class: "kc-code", tabindex: "0" });
-    this.badge = h("span", { class: "kc-badge" });
     this.live = h("p", { class: "kc-said", role: "status", "aria-live": "polite" });
     const section = (title, table) => h("section", {}, h("h2", {}, title), h("div", { class: "kc-scroll" }, table));
     this.element = h(
@@ -52,11 +53,6 @@ class Tables {
   }
   writeCode({ commands, python }) {
     this.code.textContent = `${commands.join("\n")}\n\n${python}`;
-  }
-  writeBadge(counts, certified) {
-    const sum = counts.join(" + ");
-    this.badge.textContent = certified ? `✓ ${sum} images, certified` : `! ${sum} images, not certified`;
-    this.badge.className = `kc-badge ${certified ? "kc-sure" : "kc-unsure"}`;
   }
 }
 
