@@ -1,11 +1,14 @@
-"""The explorer as a program of its own, and a page of it in Debian's Chromium."""
+"""The explorer as a program of its own, a page of it in Debian's Chromium, and the page's script without a page."""
 
+import json
 import os
 import shutil
 import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -61,4 +64,24 @@ def until(page, condition, seconds=60):
 
 
 def settled(page):
-    until(page, "!!window.explorer && !explorer.busy() && explorer.quality() === 'full'")
+    # The first view may have to wait for programs that are compiled, on a machine that others use.
+    until(page, "!!window.explorer && !explorer.busy() && explorer.quality() === 'full'", 300)
+
+
+def _node():
+    """Node, by itself or as Playwright brings it."""
+    spec = find_spec("playwright")
+    driver = Path(spec.origin).parent / "driver" / "node" if spec and spec.origin else None
+    return shutil.which("node") or (str(driver) if driver and driver.exists() else None)
+
+
+def evaluated(body):
+    """The value that the body of a function returns, beside those parts of the script that need no page."""
+    from kerrcaustics.explorer.page_script import LOGIC, script
+
+    if (node := _node()) is None:
+        pytest.skip("Node is missing: pip install playwright, which brings it")
+    program = f"{script(parts=LOGIC)}\nprocess.stdout.write(JSON.stringify((() => {{{body}}})()));"
+    ran = subprocess.run([node, "-"], input=program, capture_output=True, text=True, timeout=60, check=False)
+    assert ran.returncode == 0, ran.stderr
+    return json.loads(ran.stdout)

@@ -1,6 +1,7 @@
 """The explorer without a browser: states, answers, and who is let in."""
 
 import http.client
+import io
 import json
 import math
 import os
@@ -22,11 +23,17 @@ import numpy as np
 import pytest
 from exploring import needs_server, served
 from packaging.version import Version
+from PIL import Image
 
 import kerrcaustics as kc
-from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, question
+from kerrcaustics.explorer.answers import LONGEST_QUESTION, NoState, answer, question, refusal
+from kerrcaustics.explorer.backdrops import backdrop_of, checked_window, window_view
+from kerrcaustics.explorer.limits import allowed
 from kerrcaustics.explorer.page_data import view_of
 from kerrcaustics.explorer.state import PRESETS, ExplorerState
+from kerrcaustics.explorer.token import kept_token
+from kerrcaustics.explorer.work import FIRST, Work
+from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 STATE = ExplorerState(spin=0.9, orders=2, theta=80.0, phi=250.0)
 
@@ -143,6 +150,78 @@ def test_orbits_hold_the_images_of_each_moment():
         assert sorted(arrays["frame_numbers"][these, 0]) == sorted(images.index)
 
 
+@pytest.mark.parametrize("window", [(0.0, 0.0, 250.0), (12.0, -5.0, 0.5)])
+def test_windows_are_parts_of_the_panel(window):
+    """Pixels are evenly spaced in angles from the middle of the shadow, as the page draws them."""
+    view = window_view(STATE.camera(), window)
+    x, y = np.meshgrid([0.0, 100.0, view.width - 1.0], [0.0, 321.0, view.height - 1.0])
+    sky, steps = view.directions(x, y)
+    forward, right, up = shadow_axes(STATE.camera(), shadow_edge(STATE.camera(), 240))
+    angle, bearing = np.arccos(sky @ forward), np.arctan2(sky @ up, sky @ right)
+    across, above = np.degrees(angle * np.cos(bearing)), np.degrees(angle * np.sin(bearing))
+    middle, pixel = (view.width - 1) / 2, window[2] / view.width
+    # The arc cosine loses half of the digits next to the middle, which is not met.
+    assert np.allclose(across, window[0] + (x - middle) * pixel, atol=1e-6, rtol=0)
+    assert np.allclose(above, window[1] - (y - middle) * pixel, atol=1e-6, rtol=0)
+    assert np.allclose(view.pixels(sky), np.stack([x, y], axis=-1), atol=1e-6, rtol=0)
+    assert np.allclose(np.linalg.norm(np.cross(*np.moveaxis(steps, -1, 0)), axis=-1), view.pixel_sizes(x, y), rtol=1e-9)
+
+
+@pytest.mark.parametrize("window", [[1, 2], [0, 0, 0], [0, 0, 300], [100, 0, 200], [0, 0, "x"], "x", [1e999, 0, 1]])
+def test_windows_beyond_the_sky_are_refused(window):
+    with pytest.raises(ValueError, match="`window` must"):
+        checked_window(window)
+
+
+@pytest.mark.slow
+def test_backdrops_show_their_window():
+    """Within the shadow nothing shines; beside it the checkerboard does."""
+    state = replace(STATE, backdrop="checkerboard")
+    for window, dark in (((0.0, 0.0, 1.0), True), ((60.0, 0.0, 1.0), False)):
+        message = backdrop_of(state, window)
+        picture = np.asarray(Image.open(io.BytesIO(message.arrays["lensed"].tobytes())))
+        assert message.record["window"] == window and picture.shape == (800, 800, 3)
+        assert (picture.max() < 8) == dark
+
+
+def test_cameras_that_cannot_be_are_moved_to_the_nearest():
+    wanted = json.dumps({"id": 1, "want": "full", "state": {"spin": 0.0, "radius": 1.5, "velocity": "circular"}})
+    _, _, state, window = question(wanted)
+    assert (state.radius, state.velocity, window) == (2.02, "fiducial", None)
+    limits = allowed(state)
+    assert limits["radius"] == [2.02, 1000.0]
+    assert "photon orbit" in limits["velocity"]["circular"] and limits["velocity"]["static"] == ""
+    # What is allowed can be asked for, and what lies beyond is refused.
+    for name, (low, high) in ((name, limits[name]) for name in ("spin", "radius", "inclination", "theta")):
+        for value in (low, high):
+            ExplorerState.of({"velocity": "fiducial", name: value})
+        with pytest.raises(ValueError, match=f"`{name}` must"):
+            ExplorerState.of({"velocity": "fiducial", "spin": 0.0, name: 1.001 * high})
+    with pytest.raises(ValueError, match="`radius` must be larger than the horizon"):
+        ExplorerState.of({"velocity": "fiducial", "spin": 0.0, "radius": 2.0})
+
+
+def test_what_cannot_be_answered_is_refused_by_its_number():
+    with pytest.raises(NoState) as refused:
+        question(asked("orbit", spin=1.5))
+    record, _ = read(refusal(refused.value).encoded())
+    assert (record["id"], record["want"], record["kind"]) == (7, "orbit", "refusal")
+    assert "`spin` must lie in" in record["line"]
+
+
+def test_work_that_lasts_is_reported():
+    """Between its stages and while programs are compiled, from another thread."""
+    work, told = Work(), []
+    with work.reported(lambda message: told.append(message.record)):
+        time.sleep(FIRST + 0.2)
+        message, data = work.answered(question(asked("full", spin=0.71)))
+    assert told[0]["stage"] == "waiting for other pages" and told[0]["id"] is None
+    assert [record["seconds"] for record in told] == sorted(record["seconds"] for record in told)
+    assert message.record["id"] == work.number == 7 and read(data)[0]["quality"] == "full"
+    assert work.progress().record["stage"] == "images of the star"
+    assert read(work.answered((8, "star", None, None))[1])[0]["line"].startswith("This could not be found")
+
+
 def test_an_orbit_that_is_none_is_refused_in_words():
     record, _ = read(answer(*question(asked("orbit", velocity="static", spin=0.0))).encoded())
     assert record["kind"] == "refusal" and record["line"].startswith("Argument `") and record["id"] == 7
@@ -190,7 +269,40 @@ def test_other_hosts_are_refused(address):
         assert reply.status == status and "default-src 'none'" in reply.headers["Content-Security-Policy"]
     connection = http.client.HTTPConnection(address.hostname, address.port)
     connection.request("GET", "/../state.py", headers={"Host": address.netloc})
-    assert connection.getresponse().status == 404
+    reply = connection.getresponse()
+    assert reply.status == 404 and b"kerrcaustics explore" in reply.read()
+
+
+def test_closed_channels_say_why(address):
+    own = address.query.split("=")[1]
+    for token, host, status in ((own, address.netloc, 200), ("guess", address.netloc, 403), (own, "elsewhere", 421)):
+        connection = http.client.HTTPConnection(address.hostname, address.port)
+        connection.request("GET", f"/channel?token={token}", headers={"Host": host})
+        assert connection.getresponse().status == status
+
+
+def test_work_is_told_while_it_lasts(address):
+    with opened(address) as socket:
+        socket.recv()
+        socket.send(asked("full", spin=0.987, orders=4))
+        told = []
+        while not told or told[-1]["kind"] == "progress":
+            told.append(read(socket.recv(timeout=300))[0])
+    assert told[-1]["kind"] == "view" and len(told) > 1
+    assert {(record["id"], record["want"]) for record in told} == {(7, "full")}
+
+
+def test_tokens_in_files_last(tmp_path):
+    file = tmp_path / "token"
+    token = kept_token(file)
+    assert kept_token(file) == token and len(token) >= 16 and stat.S_IMODE(file.stat().st_mode) == 0o600
+    file.chmod(0o644)
+    with pytest.raises(ValueError, match="readable by you alone"):
+        kept_token(file)
+    file.chmod(0o600)
+    file.write_text("short")
+    with pytest.raises(ValueError, match="hold a token"):
+        kept_token(file)
 
 
 def test_newest_question_wins_and_garbage_is_answered(address):
@@ -203,7 +315,8 @@ def test_newest_question_wins_and_garbage_is_answered(address):
             socket.send(json.dumps({"id": number, "want": "star", "state": STATE.record() | {"phi": float(number)}}))
         told = []
         while not told or told[-1] != 99:
-            told.append(read(socket.recv(timeout=60))[0]["id"])
+            record = read(socket.recv(timeout=60))[0]
+            told += [record["id"]] * (record["kind"] != "progress")
         assert len(told) < 100 and told == sorted(told)
 
 
@@ -242,6 +355,7 @@ def test_interrupt_ends_it_at_once():
         (["--port", "x"], "must be a whole number"),
         (["--host", "999.1.1.1"], "--host must be free"),
         (["--json", "missing/file.json"], "--json must name a file in a folder that exists"),
+        (["--token-file", "missing/token"], "--token-file must name a file that can be read or made"),
     ],
 )
 def test_bad_input_is_refused(assert_refused, arguments, complaint):

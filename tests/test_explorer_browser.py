@@ -130,6 +130,21 @@ def test_page_without_a_program(chromium, tmp_path):
     page.goto((tmp_path / "explorer.html").as_uri())
     settled(page)
     assert page.evaluate("[explorer.state().spin, explorer.state().theta]") == [0.999, 70]
+    # Controls show what there is, and no others stand there.
+    labels = page.locator(".kc-controls select").evaluate_all("nodes => nodes.map((node) => node.ariaLabel)")
+    sliders = page.locator(".kc-controls input[type=range]").evaluate_all(
+        "nodes => nodes.map((n) => [n.ariaLabel, n.max])"
+    )
+    assert labels == ["Camera"] and sliders == [["Star θ′ (°)", "1"], ["Star φ′ (°)", "360"]]
+    assert page.get_by_label("Camera", exact=True).locator("option").count() == 2
+    page.get_by_label("Camera", exact=True).select_option("1")
+    settled(page)
+    assert page.evaluate("[explorer.state().spin, explorer.certified()]") == [0.0, True]
+    page.get_by_label("Camera", exact=True).select_option("0")
+    for key, theta in (("ArrowDown", 90), ("ArrowDown", 90), ("ArrowUp", 70)):
+        page.keyboard.press(key)
+        settled(page)
+        assert page.evaluate("[explorer.state().theta, explorer.freshness().images]") == [theta, "current"]
     drag_star(page, 89, 250, 5)
     state, counts = page.evaluate("[explorer.state(), explorer.counts()]")
     assert state["theta"] == 90 and counts == [1, 2]

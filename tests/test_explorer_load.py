@@ -36,7 +36,9 @@ async def drags(connected, number, end, told):
             asked = time.monotonic()
             want = "full" if step % 60 == 0 else "star"
             await socket.send(json.dumps({"id": step, "want": want, "state": state.record()}))
-            record = record_of(await asyncio.wait_for(socket.recv(), 60))
+            record = {"kind": "progress"}
+            while record["kind"] == "progress":
+                record = record_of(await asyncio.wait_for(socket.recv(), 60))
             assert record["id"] == step and record["kind"] == "view" and record["state"] == state.record()
             told.append((state, record["images"], time.monotonic() - asked))
             step += 1

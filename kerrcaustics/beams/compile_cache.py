@@ -50,6 +50,12 @@ Compiled = Callable[..., Any]
 
 _loaded: dict[Hashable, "Future[Compiled]"] = {}
 _lock = threading.Lock()
+_compiling: list[str] = []
+
+
+def compiling() -> tuple[str, ...]:
+    """Names of the functions whose programs are being compiled, in any thread."""
+    return tuple(_compiling)
 
 
 class Program:
@@ -94,7 +100,12 @@ class Program:
         file = f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
         program = _read(file)
         if program is None:
-            program = jax.jit(partial(self._function, **static), compiler_options=options).lower(*arguments).compile()
+            _compiling.append(name)
+            try:
+                function = jax.jit(partial(self._function, **static), compiler_options=options)
+                program = function.lower(*arguments).compile()
+            finally:
+                _compiling.remove(name)
             _write(file, program)
             give_back_memory()
         return program

@@ -2,7 +2,6 @@
 
 import html
 import os
-import secrets
 import sys
 import tempfile
 import threading
@@ -28,9 +27,14 @@ _LEADS_ON = """<!doctype html>
 """
 
 
-@app.command(**with_examples("explore", "explore --no-browser --port 8765"))
+@app.command(**with_examples("explore", "explore --no-browser --port 8765 --token-file ~/.kerrcaustics-token"))
 def explore(
-    *, port: Port = 0, host: str = "127.0.0.1", no_browser: Flag = False, common: CommonOptions = COMMON
+    *,
+    port: Port = 0,
+    token_file: Path | None = None,
+    host: str = "127.0.0.1",
+    no_browser: Flag = False,
+    common: CommonOptions = COMMON,
 ) -> None:
     """Open the explorer in a browser: drag a star over the caustics, and see how pairs of images appear.
 
@@ -40,6 +44,9 @@ def explore(
     ----------
     port
         Port to listen at; 0 is any free one.
+    token_file
+        File that keeps the token, made if there is none: with a port, the address stays the same, and open pages go on
+        after a new start. It must be readable by you alone.
     host
         Address to listen at. Only this machine can reach the default; at any other one, everyone with the token can use
         the explorer.
@@ -53,13 +60,13 @@ def explore(
         stop(1, lacking)
     from kerrcaustics.explorer.server import is_loopback, listening, serve
 
+    token = _token(token_file)
     try:
         listener = listening(host, port)
     except OSError as error:
         raise BadInput(
             f"Argument --{'port' if port else 'host'} must be free to listen at, but is not: {error}."
         ) from None
-    token = secrets.token_urlsafe(24)
     address = _address(host, listener.getsockname()[1], token)
     if common.json != "-":
         sys.stdout.write(f"{address}\n")
@@ -71,6 +78,19 @@ def explore(
         threading.Thread(target=_open_browser, args=(address,), daemon=True).start()
     on_interrupt(lambda: "the explorer has ended.", status=0)
     serve(listener, host, token)
+
+
+def _token(file: Path | None) -> str:
+    from kerrcaustics.explorer.token import kept_token, new_token
+
+    if file is None:
+        return new_token()
+    try:
+        return kept_token(file.expanduser())
+    except OSError as error:
+        raise BadInput(f"Argument --token-file must name a file that can be read or made: {error}.") from None
+    except ValueError as error:
+        raise BadInput(f"Argument --token-file must {error}.") from None
 
 
 def _open_browser(address: str) -> None:

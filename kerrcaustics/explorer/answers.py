@@ -1,31 +1,22 @@
 """Questions of the page and answers to them, for the server and for notebooks.
 
-Answers are views, which `page_data` makes, an orbit of the camera for the page to play, and pictures behind the curves.
+Answers are views, which `page_data` makes, an orbit of the camera for the page to play, and pictures of `backdrops`.
 """
 
 import json
 import math
 import time
-from functools import lru_cache
-from io import BytesIO
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
-from PIL import Image
 
-from kerrcaustics.explorer.page_data import QUALITIES, Message, curves_of, finite, view_of
+from kerrcaustics.explorer.backdrops import Window, backdrop_of, checked_window
+from kerrcaustics.explorer.limits import allowed, nearest
+from kerrcaustics.explorer.page_data import QUALITIES, Message, finite, view_of
 from kerrcaustics.explorer.state import PRESETS, ExplorerState
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.scenes.checkerboard import Checkerboard
-from kerrcaustics.scenes.render import celestial_picture, trace_view
-from kerrcaustics.scenes.sky_light import Sky
-from kerrcaustics.scenes.star_field import StarField
-from kerrcaustics.scenes.tones import tone_mapped
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
+from kerrcaustics.results.stages import stage
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.tracks import Track, star_tracks
 
@@ -41,21 +32,35 @@ MOMENTS = 360
 # Most points of a track that the page is given.
 _MOST_POINTS = 1500
 
-SIZE, LARGEST_FIELD = 800, 250.0
-"""Rows and columns of the camera's picture, and its field at most, degrees: its corners lie nearly behind."""
-# The field of a broad panel, by the farthest point of the primary critical curve from the middle.
-_ROOM = 4.2
-_EDGE, _CELESTIAL = 240, 360
+
+class NoState(ValueError):
+    """A question whose state cannot be, with its number and want."""
+
+    def __init__(self, line: str, number: int, want: str) -> None:
+        """Keep what the refusal needs."""
+        super().__init__(line)
+        self.number, self.want = number, want
 
 
 def greeting() -> Message:
-    """The first message to the page: the state to begin with, if its address has none, and the presets."""
+    """The first message to the page: the state to begin with, what is allowed, and the presets."""
     presets = [{"name": name, "state": state.record()} for name, state in PRESETS.items()]
-    return Message({"kind": "greeting", "state": ExplorerState().record(), "presets": presets}, {})
+    usual = ExplorerState()
+    return Message({"kind": "greeting", "state": usual.record(), "allowed": allowed(usual), "presets": presets}, {})
 
 
-def question(text: str) -> tuple[int, str, ExplorerState]:
-    """Number, want and state of a question {"id", "want", "state"}, or a ValueError."""
+Question = tuple[int, str, ExplorerState, Window | None]
+
+
+def question(text: str) -> Question:
+    """Number, want, state and window of a question {"id", "want", "state"}, or a ValueError.
+
+    A backdrop may have a "window" beside these: its middle, to the right of the shadow's and above, and its side,
+    degrees.
+
+    The state is the nearest one that there is: a camera too near to the hole is moved out, and one that cannot have its
+    velocity is fiducial.
+    """
     if len(text) > LONGEST_QUESTION:
         raise ValueError(f"Argument `question` must have at most {LONGEST_QUESTION} characters, but has {len(text)}.")
     try:
@@ -69,22 +74,30 @@ def question(text: str) -> tuple[int, str, ExplorerState]:
         raise ValueError("Argument `id` must be a whole number.")
     if want not in WANTS:
         raise ValueError(f"Argument `want` must be one of {', '.join(WANTS)}, but is {str(want)[:20]!r}.")
-    return number, want, ExplorerState.of(values["state"])
+    try:
+        window = checked_window(values.get("window"))
+        state = nearest(ExplorerState.read(values["state"]))
+        state.check()
+    except ValueError as error:
+        raise NoState(str(error), number, want) from None
+    return number, want, state, window
 
 
-def answer(number: int, want: str, state: ExplorerState) -> Message:
+def answer(number: int, want: str, state: ExplorerState, window: Window | None = None) -> Message:
     """The answer to a question, or the reason why there is none."""
-    makers = {"orbit": orbit_of, "backdrop": backdrop_of}
+    makers = {"orbit": orbit_of, "backdrop": lambda state: backdrop_of(state, window)}
     try:
         message = makers[want](state) if want in makers else view_of(state, want)
     except ValueError as error:
-        return refusal(str(error), number, want)
+        return refusal(error, number, want)
     return Message({**message.record, "id": number, "want": want}, message.arrays)
 
 
-def refusal(line: str, number: int | None = None, want: str | None = None) -> Message:
+def refusal(reason: ValueError | str, number: int | None = None, want: str | None = None) -> Message:
     """The message that there is no answer, and why."""
-    return Message({"kind": "refusal", "line": line, "id": number, "want": want}, {})
+    if isinstance(reason, NoState):
+        number, want = reason.number, reason.want
+    return Message({"kind": "refusal", "line": str(reason), "id": number, "want": want}, {})
 
 
 def _no_constant(constant: str) -> Any:
@@ -100,10 +113,12 @@ def orbit_of(state: ExplorerState, moments: int = MOMENTS) -> Message:
     """
     began = time.perf_counter()
     state.check()
-    star = star_tracks(state.camera(), math.radians(state.theta), state.max_index)
+    with stage("tracks_of_the_images"):
+        star = star_tracks(state.camera(), math.radians(state.theta), state.max_index)
     times = star.period * np.arange(moments) / moments
     phi = np.degrees(star.azimuth_at(times)) % 360
-    images = star.images_at(times)
+    with stage("images_along_the_orbit"):
+        images = star.images_at(times)
     arrays = {"phi": phi, **_frames(images if isinstance(images, tuple) else (images,))}
     for i, track in enumerate(star.tracks):
         arrays |= _curve(i, track, star.angular_velocity, star.period)
@@ -151,52 +166,3 @@ def _event(event: PairEvent, period: float) -> dict[str, object]:
         "error": finite(np.degrees([event.error]))[0],
         "at_cusp": event.at_cusp,
     }
-
-
-def backdrop_of(state: ExplorerState) -> Message:
-    """The lensed sky of a state, round the middle of the shadow, and the sky itself by phi' and theta': JPEG files."""
-    began = time.perf_counter()
-    state.check()
-    sky = _sky(state.backdrop)
-    field, arrays = 0.0, {}
-    if sky is not None:
-        field = _field(state)
-        arrays = {"lensed": _lensed(state.camera(), state.backdrop, field), "celestial": _celestial(state.backdrop)}
-    record = {"kind": "backdrop", "state": state.record(), "field": field, "seconds": time.perf_counter() - began}
-    return Message(record, arrays)
-
-
-def _field(state: ExplorerState) -> float:
-    camera, primary = state.camera(), next(iter(curves_of(state)), None)
-    edge = shadow_edge(camera, _EDGE)
-    curve = edge if primary is None else primary.sky
-    farthest = np.arccos(np.clip(curve @ shadow_axes(camera, edge)[0], -1, 1)).max()
-    return min(LARGEST_FIELD, _ROOM * math.degrees(farthest))
-
-
-@lru_cache(maxsize=3)
-def _sky(name: str) -> Sky | None:
-    return {"none": lambda: None, "stars": StarField, "checkerboard": Checkerboard}[name]()
-
-
-@lru_cache(maxsize=8)
-def _lensed(camera: Camera, name: str, field: float) -> Array:
-    forward, _, up = shadow_axes(camera, shadow_edge(camera, _EDGE))
-    view = View(SIZE, SIZE, math.radians(field), "fisheye", forward, up)
-    return _jpeg(trace_view(camera, view, quality="draft").show(_sky(name)).light, name)
-
-
-@lru_cache(maxsize=3)
-def _celestial(name: str) -> Array:
-    sky = _sky(name)
-    return _jpeg(celestial_picture(sky, _CELESTIAL, mirror=True), name) if sky is not None else np.empty(0, np.uint8)
-
-
-def _jpeg(light: Float[Array, "h w 3"], name: str) -> Array:
-    if name == "stars":
-        pixels = tone_mapped(light, exposure=1 / 2500, curve="asinh", softening=25)
-    else:
-        pixels = tone_mapped(light, exposure=1.0)
-    file = BytesIO()
-    Image.fromarray(pixels).save(file, "JPEG", quality=85)
-    return np.frombuffer(file.getvalue(), np.uint8)

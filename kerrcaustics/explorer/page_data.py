@@ -15,12 +15,14 @@ from kerrcaustics.beams.ends import SKY
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.curves.critical_points import Points, Search
+from kerrcaustics.explorer.limits import allowed
 from kerrcaustics.explorer.state import ExplorerState
 from kerrcaustics.images.images import StarImages, images_of
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.results.declared import usual_warnings
+from kerrcaustics.results.stages import stage
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
@@ -97,19 +99,21 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
         quality = "full"
     record: dict[str, Any] = {"kind": "view", "state": state.record(), "quality": quality}
     record |= {"address": state.address(), "commands": state.commands(), "python": state.python()}
-    record["has_orbit"] = state.has_orbit
+    record |= {"has_orbit": state.has_orbit, "allowed": allowed(state)}
     arrays: dict[str, Array] = {}
     if quality != "star":
         arrays["edge"] = shadow_edge(camera, _EDGE)
         record["axes"] = shadow_axes(camera, arrays["edge"]).tolist()
     if quality == "draft":
-        _add_coarse(record, arrays, camera, state.orders)
+        with stage("coarse_curves"):
+            _add_coarse(record, arrays, camera, state.orders)
     else:
         curves, sheets = _kept.of(event)
         if quality == "full":
             _add_caustics(record, arrays, curves)
         star = state.star()
-        images = images_of(camera, SKY, [star], search(sheets, from_angles(*star)[None]))[0]
+        with stage("images_of_the_star"):
+            images = images_of(camera, SKY, [star], search(sheets, from_angles(*star)[None]))[0]
         record["images"], arrays["images"] = _numbers_of_images(images), images.sky
     record["seconds"] = time.perf_counter() - began
     return Message(record, arrays)
@@ -138,7 +142,10 @@ class _Kept:
                 self._entries.move_to_end(event)
                 return self._entries[event]
         camera, orders = event
-        entry = caustics(camera, orders), sheets_of(camera, orders - 1)
+        with stage("critical_curves_and_caustics"):
+            curves = caustics(camera, orders)
+        with stage("sky_between_the_curves"):
+            entry = curves, sheets_of(camera, orders - 1)
         with self._lock:
             self._entries[event] = entry
             while len(self._entries) > self._most:

@@ -20,14 +20,15 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from kerrcaustics.explorer.answers import LONGEST_QUESTION, answer, greeting, question, refusal
+from kerrcaustics.explorer.answers import LONGEST_QUESTION, Question, greeting, question, refusal
 from kerrcaustics.explorer.page_data import QUALITIES
-from kerrcaustics.explorer.state import PAGE, ExplorerState
+from kerrcaustics.explorer.page_script import script
+from kerrcaustics.explorer.state import PAGE
+from kerrcaustics.explorer.work import FIRST, PAUSE, Work
 
+_SCRIPT = "/explorer.js"
 FILES = {
     "/": ("index.html", "text/html"),
-    "/explorer.js": ("explorer.js", "text/javascript"),
-    "/socket.js": ("socket.js", "text/javascript"),
     "/explorer.css": ("explorer.css", "text/css"),
     "/icon.svg": ("icon.svg", "image/svg+xml"),
 }
@@ -57,7 +58,7 @@ class _Client:
     """A page: the newest question of each kind that waits, and the number of questions that it may still ask."""
 
     socket: WebSocket
-    waiting: dict[str, tuple[int, str, ExplorerState]] = field(default_factory=dict)
+    waiting: dict[str, Question] = field(default_factory=dict)
     awake: asyncio.Event = field(default_factory=asyncio.Event)
     left: float = _BURST
     since: float = field(default_factory=monotonic)
@@ -69,9 +70,10 @@ class _Client:
         self.since = now
         return self.left >= 0
 
-    def asks(self, number: int, want: str, state: ExplorerState) -> None:
+    def asks(self, question: Question) -> None:
         """Put a question in the place of an older one of its kind; views are of one kind."""
-        self.waiting["view" if want in QUALITIES else want] = (number, want, state)
+        want = question[1]
+        self.waiting["view" if want in QUALITIES else want] = question
         self.awake.set()
 
     async def question(self) -> None:
@@ -80,7 +82,7 @@ class _Client:
             self.awake.clear()
             await self.awake.wait()
 
-    def newest(self) -> tuple[int, str, ExplorerState]:
+    def newest(self) -> Question:
         """Take the next question from those that wait; views come first."""
         return self.waiting.pop("view" if "view" in self.waiting else next(iter(self.waiting)))
 
@@ -97,8 +99,10 @@ class Explorer:
         self.clients = 0
         self._pool = ThreadPoolExecutor(_WORKERS, "explorer")
         self._turn = asyncio.Semaphore(_WORKERS)
-        routes = [Route(path, self._file) for path in FILES]
-        self.app = Starlette(routes=[*routes, WebSocketRoute("/channel", self._channel)], lifespan=self._life)
+        files = [Route(path, self._file) for path in (*FILES, _SCRIPT)]
+        channel = [WebSocketRoute("/channel", self._channel), Route("/channel", self._standing)]
+        lost = {404: self._unknown, 405: self._unknown}
+        self.app = Starlette(routes=[*files, *channel], lifespan=self._life, exception_handlers=lost)
 
     @asynccontextmanager
     async def _life(self, _app: Starlette) -> AsyncIterator[None]:
@@ -109,17 +113,35 @@ class Explorer:
         """False for another name of this host, such as a foreign page may use."""
         return connection.headers.get("host", "") in self.hosts
 
+    def _has_token(self, connection: HTTPConnection) -> bool:
+        token = connection.query_params.get("token", "").encode()
+        return secrets.compare_digest(token, self.token.encode())
+
     def _may_enter(self, socket: WebSocket) -> bool:
-        token = socket.query_params.get("token", "").encode()
         host = socket.headers.get("host")
         own = socket.headers.get("origin") in (f"http://{host}", f"https://{host}")
-        return self._is_own_host(socket) and own and secrets.compare_digest(token, self.token.encode())
+        return self._is_own_host(socket) and own and self._has_token(socket)
 
     async def _file(self, request: Request) -> Response:
         if not self._is_own_host(request):
             return PlainTextResponse("Unknown host.", 421, HEADERS)
+        if request.url.path == _SCRIPT:
+            return Response(script("socket"), headers=HEADERS, media_type="text/javascript")
         name, kind = FILES[request.url.path]
         return Response((PAGE / name).read_bytes(), headers=HEADERS, media_type=kind)
+
+    async def _standing(self, request: Request) -> Response:
+        """Say why the channel is closed to a page, which cannot see that from the channel itself."""
+        if not self._is_own_host(request):
+            return PlainTextResponse("Unknown host.", 421, HEADERS)
+        if not self._has_token(request):
+            return PlainTextResponse("Another token.", 403, HEADERS)
+        full = self.clients >= MOST_CLIENTS
+        return PlainTextResponse("Too many pages." if full else "Open.", 503 if full else 200, HEADERS)
+
+    async def _unknown(self, _request: Request, error: Exception) -> Response:
+        status = getattr(error, "status_code", 404)
+        return Response((PAGE / "unknown.html").read_bytes(), status, HEADERS, "text/html")
 
     async def _channel(self, socket: WebSocket) -> None:
         if not self._may_enter(socket):
@@ -156,26 +178,31 @@ class Explorer:
                 await client.socket.close(_POLICY, "Too many questions.")
                 return
             try:
-                client.asks(*question(message.get("text") or ""))
+                client.asks(question(message.get("text") or ""))
             except ValueError as error:
-                await client.socket.send_bytes(refusal(str(error)).encoded())
+                await client.socket.send_bytes(refusal(error).encoded())
 
     async def _answers(self, client: _Client) -> None:
         while True:
             await client.question()
-            async with self._turn:
-                # Taken when its turn has come: by then a newer one may be in its place.
-                newest = client.newest()
-                data = await asyncio.get_running_loop().run_in_executor(self._pool, _encoded, *newest)
+            work = Work()
+            progress = asyncio.create_task(_reports(client, work))
+            try:
+                async with self._turn:
+                    # Taken when its turn has come: by then a newer one may be in its place.
+                    loop = asyncio.get_running_loop()
+                    _, data = await loop.run_in_executor(self._pool, work.answered, client.newest())
+            finally:
+                progress.cancel()
             await client.socket.send_bytes(data)
 
 
-def _encoded(number: int, want: str, state: ExplorerState) -> bytes:
-    try:
-        return answer(number, want, state).encoded()
-    except Exception as error:
-        line = f"This could not be found ({type(error).__name__}): move a slider a little."
-        return refusal(line, number, want).encoded()
+async def _reports(client: _Client, work: Work) -> None:
+    """Tell the page of a computation that lasts."""
+    await asyncio.sleep(FIRST)
+    while True:
+        await client.socket.send_bytes(work.progress().encoded())
+        await asyncio.sleep(PAUSE)
 
 
 class Stranger(H11Protocol):

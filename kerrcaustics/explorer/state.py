@@ -13,6 +13,9 @@ from kerrcaustics.spacetime.checks import real_number, whole_number
 MOST_SPIN, MOST_RADIUS, MOST_ORDERS = 0.9999, 1000.0, 4
 """Limits of a computation: none takes more than some seconds."""
 
+LEAST_RADIUS = 1.0
+"""Of the horizon, for any spin."""
+
 PAGE = Path(__file__).parent / "page"
 """The files of the page."""
 
@@ -44,18 +47,23 @@ class ExplorerState:
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
         """A state of values from outside; those left out have their defaults. Raise ValueError if one is wrong."""
+        state = cls.read(values)
+        state.check()
+        return state
+
+    @classmethod
+    def read(cls, values: Mapping[str, Any]) -> Self:
+        """As `of`, but the camera may be one that there is not: see `nearest` in `limits.py`."""
         names = sorted(f.name for f in fields(cls))
         for name in values:
             if name not in names:
                 raise ValueError(f"Argument `state` must have the keys {', '.join(names)}, but has {name!r:.40}.")
-        state = cls(**{name: _plain(name, value) for name, value in values.items()})
-        state.check()
-        return state
+        return cls(**{name: _plain(name, value) for name, value in values.items()})
 
     def check(self) -> None:
         """Raise ValueError unless the state is valid and quick to compute."""
         _within("spin", self.spin, 0, MOST_SPIN)
-        _within("radius", self.radius, 1, MOST_RADIUS)
+        _within("radius", self.radius, LEAST_RADIUS, MOST_RADIUS)
         _within("inclination", self.inclination, 0, 180)
         _within("theta", self.theta, 0, 180)
         _within("phi", self.phi, -36000, 36000)

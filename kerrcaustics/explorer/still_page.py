@@ -9,6 +9,7 @@ from pathlib import Path
 
 from kerrcaustics.explorer.answers import orbit_of
 from kerrcaustics.explorer.page_data import Message, view_of
+from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 from kerrcaustics.files import writing
 
@@ -34,9 +35,9 @@ def write_page(path: Path, cameras: Sequence[ExplorerState] = CAMERAS, thetas: S
 
 
 def _page(states: str) -> str:
-    script = "".join((PAGE / name).read_text(encoding="utf-8") for name in ("explorer.js", "still.js"))
+    page = script("still")
     style = (PAGE / "explorer.css").read_text(encoding="utf-8")
-    policy = f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; img-src blob: data:"
+    policy = f"default-src 'none'; script-src '{_hash(page)}'; style-src '{_hash(style)}'; img-src blob: data:"
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
@@ -44,7 +45,7 @@ def _page(states: str) -> str:
         '<meta name="color-scheme" content="light dark">\n<title>Kerr caustics explorer</title>\n'
         f'<style>{style}</style>\n</head>\n<body class="kc-page">\n<main id="explorer"></main>\n'
         f'<script type="application/json" id="states">{states}</script>\n'
-        f'<script type="module">{script}</script>\n</body>\n</html>\n'
+        f'<script type="module">{page}</script>\n</body>\n</html>\n'
     )
 
 

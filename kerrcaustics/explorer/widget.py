@@ -4,11 +4,12 @@ import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from kerrcaustics.explorer.answers import answer, greeting, question, refusal
+from kerrcaustics.explorer.answers import greeting, question, refusal
 from kerrcaustics.explorer.page_data import Message
+from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
+from kerrcaustics.explorer.work import Work
 from kerrcaustics.extras import needed
-from kerrcaustics.results.progress import listening
 
 if TYPE_CHECKING:
     from anywidget import AnyWidget
@@ -76,7 +77,7 @@ def _widget_class() -> Any:
     class ExplorerWidget(anywidget.AnyWidget):
         """The page, and the state that it shows."""
 
-        _esm = PAGE / "explorer.js"
+        _esm = script("notebook")
         _css = PAGE / "explorer.css"
         state = traitlets.Dict().tag(sync=True)
         numbers = traitlets.Dict()
@@ -95,17 +96,25 @@ def _widget_class() -> Any:
                 self._reply(greeting())
                 return
             try:
-                # Work for the page has no cell of its own.
-                with listening(False):
-                    self._reply(answer(*question(str(content.get("text", "")))))
+                asked = question(str(content.get("text", "")))
             except ValueError as error:
-                self._reply(refusal(str(error)))
+                self._reply(refusal(error))
+                return
+            work = Work()
+            with work.reported(self._reply):
+                message, data = work.answered(asked)
+            self._keep(message.record)
+            self._send(data)
 
         def _reply(self, message: Message) -> None:
-            record = message.record
+            self._send(message.encoded())
+
+        def _keep(self, record: dict[str, Any]) -> None:
             if record["kind"] == "view":
                 self.state = record["state"]
                 self.numbers = self.numbers | {k: record[k] for k in ("images", "caustics") if k in record}
-            self.send({"kind": "message"}, [message.encoded()])
+
+        def _send(self, data: bytes) -> None:
+            self.send({"kind": "message"}, [data])
 
     return ExplorerWidget

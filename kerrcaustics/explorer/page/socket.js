@@ -1,33 +1,77 @@
 // The page in a browser: one WebSocket, and the state in the address.
-import { mount, stateOf, fragmentOf } from "./explorer.js";
 
-const token = new URLSearchParams(location.search).get("token") ?? "";
-const listeners = [];
-let socket = null;
-let explorer = null;
+const FIRST_WAIT = 500;
+const LONGEST_WAIT = 10000;
 
-const channel = {
-  state: stateOf(location.hash),
-  listen: (heard) => listeners.push(heard),
-  send: (text) => socket?.readyState === WebSocket.OPEN && socket.send(text),
-  remember: (state) => history.replaceState(null, "", `${location.pathname}${location.search}#${fragmentOf(state)}`),
-  link: () => location.href,
+const START = `kerrcaustics explore --port ${location.port || 8765} --token-file FILE`;
+const LASTS = `For an address that lasts, start it with “${START}”.`;
+// By the status of the server's reply; 0 without one.
+const CLOSED = {
+  0: `No program answers at this address: it has ended, or cannot be reached. ${LASTS}`,
+  403: `The token in this address is not that of the program that runs there: open the address that it printed. ${LASTS}`,
+  503: "The program serves as many pages as it can: close one of them.",
 };
 
-function connect(wait) {
-  const scheme = location.protocol === "https:" ? "wss" : "ws";
-  socket = new WebSocket(`${scheme}://${location.host}/channel?token=${encodeURIComponent(token)}`);
-  socket.binaryType = "arraybuffer";
-  let opened = false;
-  socket.onopen = () => { opened = true; wait = 500; };
-  socket.onmessage = (event) => listeners.forEach((heard) => heard(event.data));
-  socket.onclose = (event) => {
-    explorer.lost(opened ? event.reason || "The program has ended, or cannot be reached." : "No connection: the program has ended, or the token in the address is not its own.");
-    setTimeout(connect, wait, Math.min(wait * 2, 10000));
-  };
+class Connection {
+  constructor() {
+    this.token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
+    this.wait = FIRST_WAIT;
+    this.listeners = [];
+    this.state = stateOf(location.hash);
+  }
+  listen(heard) {
+    this.listeners.push(heard);
+  }
+  send(text) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(text);
+  }
+  remember(state) {
+    history.replaceState(null, "", `${location.pathname}${location.search}#${fragmentOf(state)}`);
+  }
+  link() {
+    return location.href;
+  }
+  open() {
+    clearTimeout(this.timer);
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/channel?token=${this.token}`);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.wait = FIRST_WAIT;
+    };
+    socket.onmessage = ({ data }) => this.listeners.forEach((heard) => heard(data));
+    socket.onclose = ({ reason }) => this.closed(reason);
+    this.socket = socket;
+    this.opened = performance.now();
+  }
+  // A new socket in the place of one that is silent.
+  renew() {
+    if (performance.now() - this.opened < LONGEST_WAIT) return;
+    Object.assign(this.socket, { onmessage: null, onclose: null });
+    this.socket.close();
+    this.open();
+  }
+  async closed(reason) {
+    this.lose("The connection is lost.");
+    this.timer = setTimeout(() => this.open(), this.wait);
+    this.wait = Math.min(this.wait * 2, LONGEST_WAIT);
+    this.lose(reason || CLOSED[await this.status()] || CLOSED[0]);
+  }
+  lose(line) {
+    if (this.socket.readyState !== WebSocket.OPEN) this.explorer.lose(`${line} The page goes on trying.`);
+  }
+  async status() {
+    try {
+      return (await fetch(`/channel?token=${this.token}`, { signal: AbortSignal.timeout(LONGEST_WAIT) })).status;
+    } catch {
+      return 0;
+    }
+  }
 }
 
-explorer = mount(document.getElementById("explorer"), channel, { wholePage: true });
-window.explorer = explorer;
-window.addEventListener("hashchange", () => explorer.show(stateOf(location.hash)));
-connect(500);
+const connection = new Connection();
+connection.explorer = mount(document.getElementById("explorer"), connection, { wholePage: true });
+window.explorer = connection.explorer;
+window.addEventListener("hashchange", () => window.explorer.show(stateOf(location.hash)));
+window.addEventListener("online", () => connection.open());
+connection.open();

@@ -1,5 +1,5 @@
 // A page without a program: the nearest of the states that it holds.
-// Follows explorer.js in one module.
+// Follows the parts in one script.
 
 function kept(text) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
@@ -12,28 +12,58 @@ function stillChannel(states) {
   const orbits = states.orbits.map((row) => row.map(() => null));
   const tell = (answer) => setTimeout(() => listeners.forEach((heard) => heard(answer)), 0);
   const nearest = (list, gap) => list.reduce((best, one, i) => (gap(one) < gap(list[best]) ? i : best), 0);
-  const unlike = (state) => (view) => Math.abs(Math.log(1.0002 - view.state.spin) - Math.log(1.0002 - state.spin)) + 4 * Math.abs(Math.log(view.state.radius / state.radius));
+  const unlike = (state) => (view) =>
+    Math.abs(Math.log(1.0002 - view.state.spin) - Math.log(1.0002 - state.spin)) +
+    4 * Math.abs(Math.log(view.state.radius / state.radius));
 
   function answered({ id, want, state }) {
     if (want === "backdrop") return { kind: "backdrop", id, want, state, arrays: {} };
-    const i = nearest(views, unlike(state)), view = views[i];
+    const i = nearest(views, unlike(state)),
+      view = views[i];
     const j = nearest(states.thetas, (theta) => Math.abs(theta - state.theta));
-    const message = (orbits[i][j] ??= kept(states.orbits[i][j])), orbit = orbitOf(message);
+    const message = (orbits[i][j] ??= kept(states.orbits[i][j])),
+      orbit = orbitOf(message);
     const frame = orbit.frames[nearest(orbit.frames, ({ phi }) => Math.abs(mod(phi - state.phi + 180, TURN) - 180))];
     const shown = { ...view.state, theta: states.thetas[j], phi: frame.phi, chart: state.chart, backdrop: "none" };
     if (want === "orbit") return { ...message, id, want, state: shown };
-    const list = frame.images, none = list.map(() => null), counts = countsOf(list, view.state.orders);
-    const images = { index: list.map((x) => x.index), parity: list.map((x) => (x.index % 2 ? -1 : 1)), magnification: list.map((x) => x.magnification), redshift: none, azimuth: none, error: list.map((x) => x.error), sky: list.map((x) => x.sky), per_index: counts, expected: counts, on_caustic: [], certified: frame.certified, remarks: [] };
-    return { ...view, id, want, quality: "full", state: shown, images, nearest: true };
+    const list = frame.images,
+      none = list.map(() => null),
+      counts = countsOf(list, view.state.orders);
+    const images = {
+      index: list.map((x) => x.index),
+      parity: list.map((x) => (x.index % 2 ? -1 : 1)),
+      magnification: list.map((x) => x.magnification),
+      redshift: none,
+      azimuth: none,
+      error: list.map((x) => x.error),
+      sky: list.map((x) => x.sky),
+      per_index: counts,
+      expected: counts,
+      on_caustic: [],
+      certified: frame.certified,
+      remarks: [],
+    };
+    return { ...view, id, want, quality: "full", state: shown, images };
   }
-  setTimeout(() => tell({ kind: "greeting", presets: states.presets }), 0);
+  setTimeout(() => tell({ kind: "greeting", presets: [], allowed: views[0].allowed }), 0);
   return {
     state: { ...views[0].state, ...stateOf(location.hash) },
+    offered: { cameras: views.map((view) => view.state), thetas: states.thetas },
     listen: (heard) => listeners.push(heard),
     send: (text) => tell(answered(JSON.parse(text))),
-    remember: (state) => { try { history.replaceState(null, "", `#${fragmentOf(state)}`); } catch { /* some browsers let no file do this */ } },
+    remember: (state) => {
+      try {
+        history.replaceState(null, "", `#${fragmentOf(state)}`);
+      } catch {
+        /* some browsers let no file do this */
+      }
+    },
     link: () => location.href,
   };
 }
 
-window.explorer = mount(document.getElementById("explorer"), stillChannel(JSON.parse(document.getElementById("states").textContent)), { wholePage: true });
+window.explorer = mount(
+  document.getElementById("explorer"),
+  stillChannel(JSON.parse(document.getElementById("states").textContent)),
+  { wholePage: true },
+);

@@ -1,0 +1,168 @@
+// Controls of the camera and the star.
+
+const SPIN_END = 4;
+const spinAt = (u) => (u >= SPIN_END ? 0.9999 : round(1 - 10 ** -u, 4));
+const spinPlace = (a) => -Math.log10(1 - a);
+const radiusAt = (u) => round(10 ** u, 5);
+const same = (x) => x;
+
+const SPIN = { label: "Spin a", low: 0, high: SPIN_END, step: 0.005, value: spinAt, place: spinPlace, unit: "" };
+const RADIUS = { label: "Radius r (M)", low: 0, high: 3, step: 0.002, value: radiusAt, place: Math.log10, unit: " M" };
+const ANGLE = { low: 0, high: 180, step: 0.1, value: same, place: same, unit: "°" };
+const SLIDERS = {
+  spin: SPIN,
+  radius: RADIUS,
+  inclination: { ...ANGLE, label: "Inclination (°)", step: 0.5 },
+  theta: { ...ANGLE, label: "Star θ′ (°)" },
+  phi: { ...ANGLE, label: "Star φ′ (°)", high: 360, place: (phi) => mod(phi, TURN) },
+};
+
+// A slider that stops at a few values.
+function stopping(slider, stops) {
+  const gap = (x) => (i) => Math.abs(stops[i] - x);
+  const place = (x) => stops.reduce((best, _, i) => (gap(x)(i) < gap(x)(best) ? i : best), 0);
+  return { ...slider, low: 0, high: stops.length - 1, step: 1, value: (i) => stops[i], place, stops };
+}
+
+const noteOf = () => h("small", { class: "kc-note", role: "alert", hidden: true });
+
+function note(element, text) {
+  element.textContent = text;
+  element.hidden = !text;
+}
+
+class Slider {
+  constructor(name, { label, low, high, step, value, place, unit, stops }, changed) {
+    Object.assign(this, { name, place, unit, changed, allowed: null });
+    this.range = h("input", { type: "range", min: low, max: high, step, "aria-label": label });
+    const more = stops ? { readonly: true, title: `There are ${stops.join(", ")}${unit}` } : {};
+    this.number = h("input", { type: "number", step: "any", "aria-label": `${label}, number`, ...more });
+    this.note = noteOf();
+    const move = (want) => (e) => this.move(value(Number(this.range.value)), want, e);
+    this.range.addEventListener("input", move("draft"));
+    this.range.addEventListener("change", move("full"));
+    this.number.addEventListener("input", () => this.say(""));
+    this.number.addEventListener("change", (e) => this.type(e));
+    this.number.addEventListener("blur", () => this.follow(this.state));
+    this.element = h("label", { class: "kc-slider" }, h("span", {}, label), this.number, this.range, this.note);
+  }
+  allow(limits) {
+    this.allowed = limits;
+    [this.number.min, this.number.max] = limits;
+  }
+  move(value, want, event) {
+    this.say("");
+    const [low, high] = this.allowed ?? [value, value];
+    this.changed({ [this.name]: clamp(value, low, high) }, want, event.timeStamp);
+  }
+  // What is not allowed is said, and the last good value stays.
+  type(event) {
+    const value = this.number.value === "" ? NaN : Number(this.number.value);
+    const complaint = complaintAbout(value, this.allowed ?? [-Infinity, Infinity], this.unit);
+    this.say(complaint);
+    if (complaint) this.write();
+    else this.changed({ [this.name]: value }, "full", event.timeStamp);
+  }
+  say(text) {
+    note(this.note, text);
+    this.number.setAttribute("aria-invalid", String(!!text));
+  }
+  write() {
+    this.number.value = Number(this.state[this.name].toPrecision(6));
+  }
+  follow(state) {
+    this.state = state;
+    const value = state[this.name];
+    this.range.value = this.place(value);
+    if (document.activeElement !== this.number) this.write();
+    this.range.setAttribute("aria-valuetext", `${short(value, 5)}${this.unit}`);
+  }
+}
+
+const CHOICES = {
+  velocity: ["Velocity", "Velocity of the camera", ["circular", "fiducial", "static"].map((name) => [name, name])],
+  orders: [
+    "Orders",
+    "Orders of critical curves",
+    [1, 2, 3, 4].map((k) => [k, `${k}: index ${k > 1 ? `0–${k - 1}` : 0}`]),
+  ],
+  backdrop: [
+    "Backdrop",
+    "Sky behind the curves",
+    [
+      ["none", "none"],
+      ["stars", "star field"],
+      ["checkerboard", "checkerboard"],
+    ],
+  ],
+};
+
+class Choice {
+  constructor(name, [label, about, values], changed) {
+    const as = name === "orders" ? Number : same;
+    this.name = name;
+    this.select = select(about, values, (value) => {
+      note(this.note, "");
+      changed({ [name]: as(value) }, "full");
+    });
+    this.note = noteOf();
+    this.element = h("label", { class: "kc-choice" }, h("span", {}, label), this.select, this.note);
+  }
+  follow(state) {
+    this.select.value = String(state[this.name]);
+  }
+}
+
+class Controls {
+  constructor(changed, offered) {
+    this.offered = offered;
+    this.sliders = {};
+    this.choices = {};
+    const slider = (name, about = SLIDERS[name]) => (this.sliders[name] = new Slider(name, about, changed)).element;
+    const choice = (name) => (this.choices[name] = new Choice(name, CHOICES[name], changed)).element;
+    const parts = offered
+      ? [this.cameras(changed), slider("theta", stopping(SLIDERS.theta, offered.thetas)), slider("phi")]
+      : [...Object.keys(SLIDERS).map((name) => slider(name)), ...Object.keys(CHOICES).map(choice)];
+    this.element = h("section", { class: "kc-controls", "aria-label": "Camera and star" }, ...parts);
+  }
+  // The cameras of a page without a program.
+  cameras(changed) {
+    const { cameras, thetas } = this.offered;
+    const values = cameras.map(({ spin, radius, velocity }, i) => [i, `a = ${spin}, r = ${radius} M, ${velocity}`]);
+    this.camera = select("Camera", values, (i) => {
+      const { spin, radius, inclination, velocity, orders } = cameras[i];
+      changed({ spin, radius, inclination, velocity, orders }, "full");
+    });
+    const line = `This page has no program behind it: it shows ${cameras.length} cameras, and stars on ${thetas.length} `;
+    const more = "heights θ′. The command “kerrcaustics explore” shows all others.";
+    return h(
+      "div",
+      { class: "kc-offered" },
+      h("label", { class: "kc-choice" }, h("span", {}, "Camera"), this.camera),
+      h("small", {}, line + more),
+    );
+  }
+  allow(allowed) {
+    for (const [name, slider] of Object.entries(this.sliders)) slider.allow(allowed[name]);
+    this.obstacles = allowed.velocity;
+    for (const option of this.choices.velocity?.select.options ?? []) {
+      option.title = this.obstacles[option.value] && `The velocity ${this.obstacles[option.value]}`;
+      option.disabled = !!option.title;
+    }
+  }
+  // Says what an answer changed of a request.
+  settle(asked, state) {
+    if (this.offered) return;
+    const isMoved = asked.radius !== state.radius;
+    if (isMoved)
+      this.sliders.radius.say(`${asked.radius} is too near to the hole: ${state.radius} M at least for this spin.`);
+    const isOther = asked.velocity !== state.velocity;
+    note(this.choices.velocity.note, isOther ? `The velocity ${this.obstacles[asked.velocity]}` : "");
+  }
+  follow(state) {
+    for (const part of [...Object.values(this.sliders), ...Object.values(this.choices)]) part.follow(state);
+    if (!this.offered) return;
+    const isOne = (camera) => camera.spin === state.spin && camera.radius === state.radius;
+    this.camera.value = String(this.offered.cameras.findIndex(isOne));
+  }
+}

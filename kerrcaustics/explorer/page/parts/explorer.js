@@ -1,0 +1,250 @@
+// The explorer: draws what an answer says of a state, and asks when the state changes. Loads nothing.
+//
+// mount(element, channel, options) shows it. A channel has
+//   send(text)      asks a question {"id", "want", "state"};
+//   listen(heard)   heard(bytes) is called with each answer (see Message.encoded in page_data.py);
+//   state           values to begin with;
+//   offered         optional: the only cameras, and heights of stars, that can be asked for;
+//   remember(state), link(), renew(): optional.
+
+class Explorer {
+  constructor(element, channel, options = {}) {
+    Object.assign(this, { channel, options, dragging: false, news: "" });
+    this.state = { ...DEFAULTS, ...channel.state };
+    this.wantedVelocity = this.state.velocity;
+    this.questions = new Questions((text) => channel.send(text));
+    this.makeParts();
+    element.replaceChildren(this.page.root);
+    this.page.connect();
+    this.follow();
+    channel.listen((bytes) => this.hear(bytes));
+  }
+  makeParts() {
+    [this.sky, this.source, this.screen] = [new SkyPanel(), new SourcePanel(), new Screen(this)];
+    this.shown = new Shown(this);
+    this.model.heights = this.channel.offered?.thetas ?? [];
+    this.controls = new Controls((...change) => this.control(...change), this.channel.offered);
+    this.tables = new Tables(() => this.screen.colours);
+    this.playback = new Playback(this);
+    this.exports = new Exports(this);
+    this.status = new Status(this);
+    this.page = new Page(this);
+  }
+  get model() {
+    return this.shown.model;
+  }
+
+  // -- questions and answers
+  // The state as it is asked for: with the velocity that was chosen, also where the camera cannot have it now.
+  request() {
+    return { ...this.state, velocity: this.wantedVelocity };
+  }
+  get freshness() {
+    return freshnessOf(this.request(), this.shown);
+  }
+  get isWhole() {
+    return this.freshness.curves === "current";
+  }
+  ask(want, since, more) {
+    this.questions.ask(want, this.request(), since, this.isWhole, more);
+    this.status.tell();
+  }
+  hear(bytes) {
+    const answer = bytes instanceof ArrayBuffer || ArrayBuffer.isView(bytes) ? decoded(bytes) : bytes;
+    if (answer.kind === "greeting") return this.greet(answer);
+    if (answer.kind === "progress") this.questions.works(answer);
+    else this.take(answer);
+    this.status.tell();
+  }
+  take(answer) {
+    const question = this.questions.answered(answer);
+    const kind = kindOf(answer.want);
+    if (answer.kind === "refusal") this.refuse(answer, kind, question);
+    else if (question) this[{ view: "takeView", orbit: "takeOrbit", backdrop: "takeBackdrop" }[kind]](answer, question);
+    this.questions.next(kind);
+    this.redraw(question);
+  }
+  greet({ presets, allowed }) {
+    this.page.offer(presets);
+    this.controls.allow(allowed);
+    this.questions.begin();
+    this.status.find();
+    this.status.complain("");
+    this.change({}, "full");
+  }
+  lose(line) {
+    this.questions.open = false;
+    this.playback.stop();
+    this.status.lose(line);
+  }
+  refuse({ line }, kind, question) {
+    this.status.complain(line);
+    if (kind === "orbit") return this.playback.stop();
+    if (kind === "backdrop" || this.shown.view || this.onceRefused) return;
+    // What an address asks for may not exist; the usual state does.
+    this.onceRefused = true;
+    Object.assign(this.state, DEFAULTS);
+    this.wantedVelocity = this.state.velocity;
+    this.follow();
+    this.ask("full", question?.since);
+  }
+  takeView(answer, question) {
+    if (this.shown.view || !this.onceRefused) this.status.complain("");
+    const isNew = sameCamera({ request: question.state }, this.request());
+    this.shown.showView(answer, question.state);
+    if (isNew) this.controls.allow(answer.allowed);
+    if (isNew && starKey(question.state) === starKey(this.state)) this.settle(answer.state, question.state);
+    if (answer.quality === "full" && question.want !== "draft") this.askBackdrop();
+    this.dropOldOrbit();
+    this.playback.allow(answer.has_orbit);
+    this.write();
+  }
+  // The state that the answer is for: cameras that cannot be are moved, and the page without a program has few.
+  settle({ chart: _, backdrop: __, ...settled }, asked) {
+    Object.assign(this.state, settled);
+    if (this.channel.offered) this.wantedVelocity = this.state.velocity;
+    this.shown.settle(this.request());
+    this.questions.settle(asked, this.request());
+    this.controls.settle(asked, this.state);
+    this.follow();
+  }
+  takeOrbit(answer, question) {
+    if (orbitKey(question.state) === orbitKey(this.request())) {
+      this.shown.showOrbit({ ...answer, state: question.state });
+      this.playback.show(this.model.orbit);
+    } else if (this.playback.running) this.ask("orbit");
+  }
+  dropOldOrbit() {
+    const { orbit } = this.model;
+    if (!orbit || orbitKey(orbit.state) === orbitKey(this.request())) return;
+    this.shown.dropOrbit();
+    this.playback.drop();
+  }
+  askBackdrop() {
+    if (this.state.backdrop === "none") return;
+    const { w, height } = sizeOf(this.page.left.canvas);
+    const window = windowOf(this.sky.window(w, height));
+    const key = backdropKey(this.request());
+    if (
+      this.questions.isAsked("backdrop", ({ state, more }) => backdropKey(state) === key && covers(more.window, window))
+    )
+      return;
+    const isOld = this.model.behind !== key;
+    if (isOld || !covers(this.model.window, window)) this.ask("backdrop", undefined, { window });
+  }
+  // The camera sky was zoomed or moved: its picture follows when it stands still.
+  zoomed() {
+    clearTimeout(this.zooming);
+    this.zooming = setTimeout(() => this.isWhole && this.askBackdrop(), 300);
+  }
+  takeBackdrop(answer, question) {
+    if (backdropKey(question.state) === backdropKey(this.request())) this.shown.showBackdrop(answer, question.state);
+  }
+
+  // -- changes
+  control(changes, want, since) {
+    if (changes.velocity) this.wantedVelocity = changes.velocity;
+    this.change(changes, want, since);
+  }
+  change(changes, want, since) {
+    Object.assign(this.state, changes);
+    this.dropOldOrbit();
+    if (this.model.behind && this.model.behind !== backdropKey(this.request())) this.shown.dropBackdrop();
+    this.follow();
+    if (want !== "draft") this.remember();
+    this.ask(want, since);
+    this.redraw();
+  }
+  follow() {
+    this.controls.follow(this.state);
+    this.page.charts.value = this.state.chart;
+  }
+  show(wanted) {
+    this.playback.stop();
+    this.wantedVelocity = wanted.velocity ?? this.wantedVelocity;
+    this.sky.reset();
+    this.source.reset();
+    this.change({ ...DEFAULTS, ...wanted }, "full");
+  }
+  chooseChart(chart) {
+    this.state.chart = chart;
+    this.fit();
+    this.remember();
+    this.redraw();
+  }
+  zoomTo(curve) {
+    if (this.state.chart === "globe") this.state.chart = "map";
+    this.fit();
+    this.follow();
+    this.source.look(curve);
+    this.redraw();
+  }
+  fit() {
+    this.sky.fit(this.model);
+    this.source.fit(this.model);
+  }
+  // Browsers bear few changes of the address a second.
+  remember() {
+    this.remembering ??= setTimeout(() => {
+      this.remembering = null;
+      this.channel.remember?.({ ...this.state });
+    }, 150);
+  }
+  drags(isStar) {
+    this.dragging = isStar;
+    this.status.tell();
+    this.redraw();
+  }
+  moveStar(theta, phi, since) {
+    this.playback.stop();
+    this.change(starAt(theta, phi), "star", since);
+  }
+  settleStar() {
+    this.remember();
+    this.ask("star");
+  }
+  showMoment(part) {
+    const news = this.shown.showMoment(part);
+    this.controls.follow(this.state);
+    this.playback.tell(part, this.model.orbit.period);
+    this.say(news);
+    this.status.tell();
+    if (performance.now() - (this.written ?? 0) < 200) return;
+    this.written = performance.now();
+    this.write();
+  }
+  redraw(question) {
+    this.screen.redraw(question);
+  }
+  recolour() {
+    this.writtenView = null;
+    this.write();
+    this.redraw();
+  }
+
+  // -- words
+  get counts() {
+    return this.shown.counts;
+  }
+  get certified() {
+    return this.shown.images?.certified ?? null;
+  }
+  // News of pairs stands until there is other news, or the star stands still.
+  say(news) {
+    if (!this.playback.running || news) this.news = news;
+  }
+  words(withCertificate) {
+    const sentence = this.news + sentenceOf(this.counts, withCertificate ? this.certified : null);
+    return withCertificate ? [sentence, ...(this.shown.images?.remarks ?? [])].join(" ") : sentence;
+  }
+  write() {
+    const { view, images } = this.shown;
+    if (!this.dragging && this.model.images.length) this.tables.writeImages(this.model.images);
+    if (view?.answer.quality === "full" && this.writtenView !== view) {
+      this.writtenView = view;
+      this.tables.writeCaustics(this.model.curves, (curve) => this.zoomTo(curve));
+    }
+    const answer = images?.answer ?? view?.answer;
+    if (answer) this.tables.writeCode(answer);
+  }
+}

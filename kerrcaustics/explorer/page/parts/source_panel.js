@@ -1,0 +1,75 @@
+// The celestial sphere, with the caustics and the star, on the chart that is chosen.
+
+class SourcePanel {
+  constructor() {
+    this.charts = { map: new MapChart(true), unwrapped: new MapChart(false), globe: new GlobeChart() };
+    this.chart = this.charts.map;
+    this.order = null;
+  }
+  // Zooms to a caustic, and to the same of other cameras until another part is chosen.
+  look(curve) {
+    this.order = curve.order;
+    this.chart.look(curve);
+  }
+  reset() {
+    this.order = null;
+    this.chart.reset();
+  }
+  fit(model) {
+    const chart = this.charts[model.state.chart];
+    if (chart !== this.chart) {
+      chart.reset();
+      this.order = null;
+    }
+    this.chart = chart;
+    chart.fit(model);
+    const curve = model.curves.find(({ order }) => order === this.order);
+    if (curve) chart.look(curve);
+    else if (chart.isEmpty(model)) this.reset();
+  }
+  frame(w, height) {
+    return this.chart.frame(w, height);
+  }
+  key() {
+    return this.chart.key();
+  }
+  under(x, y, f) {
+    return this.chart.under(x, y, f);
+  }
+  zoom(factor, x, y, f) {
+    this.order = null;
+    this.chart.zoom(factor, x, y, f);
+  }
+  pan(dx, dy, f) {
+    this.order = null;
+    this.chart.pan(dx, dy, f);
+  }
+  spot(celestial, f) {
+    return this.chart.spot(celestial, f);
+  }
+  starSpots(star, f) {
+    return this.chart.starSpots(star, f);
+  }
+  draw(pen, w, height, model, look) {
+    this.still(pen, w, height, model, look);
+    this.live(pen, w, height, model, look);
+  }
+  still(pen, w, height, model, look) {
+    this.chart.draw(pen, this.frame(w, height), model, look);
+  }
+  live(pen, w, height, model, look) {
+    const f = this.frame(w, height);
+    const star = ({ at, back }) => drawStar(pen, at, { ...look, faint: back });
+    pen.within(...this.chart.clip(f), () => this.starSpots(model.state, f).forEach(star));
+  }
+  things(model, w, height) {
+    const f = this.frame(w, height);
+    const things = this.starSpots(model.state, f).map(({ at }) => ({ at, star: model.state }));
+    const add = (celestial, thing) => this.chart.spots(celestial, f).forEach((at) => things.push({ at, ...thing }));
+    for (const curve of model.curves) {
+      for (const cusp of curve.cusps) add(cusp.celestial, { cusp, curve });
+      for (const point of curve.celestial) add(point, { curve, point });
+    }
+    return things;
+  }
+}

@@ -1,0 +1,49 @@
+// The state of the page: a camera, a star, and how they are shown.
+
+const DEFAULTS = {
+  spin: 0.999,
+  radius: 6.03,
+  inclination: 90,
+  velocity: "circular",
+  orders: 3,
+  theta: 84,
+  phi: 60,
+  backdrop: "none",
+  chart: "map",
+};
+
+function stateOf(fragment) {
+  const given = new URLSearchParams(String(fragment).replace(/^#/, ""));
+  const state = {};
+  for (const [name, usual] of Object.entries(DEFAULTS)) {
+    if (!given.has(name)) continue;
+    const value = typeof usual === "number" ? Number(given.get(name)) : given.get(name);
+    if (typeof usual !== "number" || Number.isFinite(value)) state[name] = value;
+  }
+  return state;
+}
+
+function fragmentOf(state) {
+  const text = (value) => (typeof value === "number" ? Number(value.toPrecision(12)) : value);
+  return Object.keys(DEFAULTS)
+    .map((name) => `${name}=${encodeURIComponent(text(state[name]))}`)
+    .join("&");
+}
+
+// What belongs to a camera, to a star, to an orbit, to a picture behind the curves.
+const cameraOf = (s) => [s.spin, s.radius, s.inclination, s.velocity, s.orders].join();
+const starKey = (s) => [s.theta, s.phi].join();
+const orbitKey = (s) => [cameraOf(s), s.theta].join();
+const backdropKey = (s) => [cameraOf(s), s.backdrop].join();
+
+// Numbers of a star that is moved: heights end at the poles, longitudes go round.
+function starAt(theta, phi) {
+  return { theta: clamp(theta, 0, 180), phi: mod(phi, TURN) };
+}
+
+// Why a number that is typed cannot be; no text if it can.
+function complaintAbout(value, [low, high], unit = "") {
+  if (!Number.isFinite(value)) return `A number from ${low} to ${high}${unit}.`;
+  if (value >= low && value <= high) return "";
+  return `${value} is not allowed: from ${low} to ${high}${unit}.`;
+}

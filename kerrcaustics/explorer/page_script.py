@@ -1,0 +1,22 @@
+"""The script of the page: plain files joined in order, one script for browsers, notebooks and saved pages."""
+
+from kerrcaustics.explorer.state import PAGE
+
+LOGIC = ("numbers", "state", "answers", "questions", "freshness")
+"""Files of `page/parts` that need no page: numbers, the state, answers, questions, and what is old."""
+
+PARTS = (
+    *LOGIC,
+    # What panels draw.
+    *("style", "pens", "sky_panel", "celestial_map", "celestial_globe", "source_panel", "strip"),
+    # What users see and touch.
+    *("elements", "canvases", "screen", "controls", "tables", "playback", "pointers", "exports", "status", "page"),
+    *("shown", "explorer", "start"),
+)
+"""Files of `page/parts` in the order in which they are joined."""
+
+
+def script(ending: str | None = None, parts: tuple[str, ...] = PARTS) -> str:
+    """Parts of the script, and the file of `page` that starts them."""
+    files = [f"parts/{part}.js" for part in parts] + ([f"{ending}.js"] if ending else [])
+    return "\n".join((PAGE / file).read_text(encoding="utf-8") for file in files)
