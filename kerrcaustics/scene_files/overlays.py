@@ -38,8 +38,6 @@ _DPI = 100
 # Lines and type are made for pictures so many pixels high, and grow with them.
 _HEIGHT = 720
 _DARK = withStroke(linewidth=2.2, foreground="black", alpha=0.75)
-# Tracks of images of index 0, 1, ...; again after the last.
-_TRACKS = ("white", "#F0E442", "#8CE6C8")
 # {name} or {name:.2f} in a caption: a name, and the format of a number of at most 99 places.
 _BLANK = re.compile(r"\{(\w+)(?::([<>^]?[-+ ]?0?[0-9]{0,2},?(?:\.[0-9]{1,2})?[eEfFgG%]?))?\}")
 _IN_BRACES = re.compile(r"\{[^}]*\}?|\}")
@@ -81,10 +79,10 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> No
         lines.append(Line2D([], [], label="shadow edge", **_EDGE_LINE))
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves)
-        show_critical_curves(ax, view, curves, linewidth=1.6)
+        show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6)
         for order in (caustic.order for caustic in curves if _in_view(view, caustic.sky)):
             label = f"{style.order_name(order)} critical curve"
-            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(order)))
+            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(order, on_black=True)))
     if overlays.labels and lines:
         legend: Any = ax.legend(handles=lines, loc="lower left", frameon=True, facecolor="black", framealpha=0.6)
         legend.get_frame().set_linewidth(0)
@@ -99,7 +97,7 @@ def _in_view(view: Raster, sky: Float[Array, "n axes"]) -> bool:
 
 
 def _track_line(index: int) -> dict[str, Any]:
-    return {"color": _TRACKS[index % len(_TRACKS)], "linewidth": 0.9, "path_effects": [_DARK]}
+    return {**style.index_line(index, on_black=True), "linewidth": 0.9, "path_effects": [_DARK]}
 
 
 def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, view: Raster) -> None:
@@ -113,7 +111,7 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, 
                 ax.plot(*places.T, **_track_line(index))
     ax.set(xlim=limits[0], ylim=limits[1])
     for index, places in lines:
-        draw_motion(ax, places, _TRACKS[index % len(_TRACKS)], spacing=0.35, size=20)
+        draw_motion(ax, places, style.index_colour(index, on_black=True), spacing=0.35, size=20)
 
 
 def _write(ax: Axes, text: str) -> None:
