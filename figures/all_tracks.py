@@ -27,7 +27,7 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
-from kerrcaustics.draw.plots import headline
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unrolled
 from kerrcaustics.tracks.tracks import StarTracks
 
@@ -40,12 +40,14 @@ LABELS = {0: (270, 65), 1: (85, 4.5), 2: (270, 0.3), 3: (115, 0.006)}
 
 def main(output: Path) -> list[Path]:
     caustics, edge = kc.caustics(CAMERA, orders=MAX_INDEX + 1), kc.shadow_edge(CAMERA, 6000)
+    tracks: list[StarTracks] = []
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 7.6), layout="constrained")
         for panels, (letter, theta) in zip(figure.subplots(2, 2), STARS.items(), strict=True):
             name = f"{letter} star at θ′ = {math.degrees(theta):.1f} deg"
-            draw_star(*panels, kc.star_tracks(CAMERA, theta, MAX_INDEX), caustics, edge, name)
-        figure.legend(handles=tracks_legend(MAX_INDEX), loc="outside lower center", ncols=4)
+            tracks.append(kc.star_tracks(CAMERA, theta, MAX_INDEX))
+            draw_star(*panels, tracks[-1], caustics, edge, name)
+        figure.legend(handles=tracks_legend(tracks, True), loc="outside lower center", ncols=4)
         figure.suptitle(headline(caustics))
     return write_line_art(figure, output, "all_tracks")
 
@@ -56,7 +58,7 @@ def draw_star(sky: Axes, unrolled: Axes, tracks: StarTracks, caustics: CausticSe
     tracks_unrolled(unrolled, tracks, caustics, edge).set_title("drawn out at the shadow edge")
     for track in tracks.tracks:
         order = int(kc.trace_beams(CAMERA, track.sky[len(track) // 2]).crossings)
-        unrolled.annotate(f"ε = {order}", LABELS[order], ha="center", color=style.order_colour(order + 1))
+        unrolled.annotate(f"ε = {order}", LABELS[order], ha="center")
 
 
 if __name__ == "__main__":

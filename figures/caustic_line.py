@@ -28,10 +28,11 @@ from scipy.integrate import solve_ivp
 import kerrcaustics as kc
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
+from kerrcaustics.draw.palettes import STAR_COLOUR
 from kerrcaustics.draw.picture_files import write_line_art
-from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.solids import CAMERA_COLOUR, HORIZON_COLOUR, Model, SpaceCurve, Surface
 from kerrcaustics.draw.space import write_model
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -40,7 +41,7 @@ CAMERA = kc.Camera(spin=0.0, radius=6.03, velocity="fiducial")
 STAR, FAR, CONE = 150.0, 13.5, 24
 # In space: radius of the sources, and angle between the plane of the star's rays and the horizontal, radians.
 SOURCES, TURN = 12.0, 0.5
-VIOLET, PALE, STAR_COLOUR = "#8a2be2", "#b9a3d6", "#c00000"
+VIOLET, PALE = "#8a2be2", "#b9a3d6"
 LABELS = {
     "camera": (6.5, -1.6),
     "primary\ncaustic": (-12.5, 0.6),
@@ -69,7 +70,7 @@ def draw_rays(ax: Axes, caustics: CausticSet) -> Axes:
     images = kc.star_images(CAMERA, (math.pi / 2, math.radians(STAR)), max_index=1)
     names = "primary ray", "secondary ray"
     for line_of_sight, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
-        path, colour = ray(line_of_sight, math.copysign(1, azimuth)), style.order_colour(index + 1)
+        path, colour = ray(line_of_sight, math.copysign(1, azimuth)), style.index_colour(index)
         ax.plot(*path, color=colour, linewidth=1.8, label=names[index])
     ax.plot(CAMERA.radius, 0, "ks", markersize=4)
     for text, place in LABELS.items():
@@ -89,11 +90,11 @@ def in_space() -> Model:
     for line_of_sight, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
         # Turned out of the plane, so that it is seen from above.
         path = turned(in_plane(*ray(line_of_sight, math.copysign(1, azimuth), SOURCES)), TURN)
-        lines.append(SpaceCurve("ray of the star", path, style.order_colour(index + 1), 5.0))
+        lines.append(SpaceCurve("ray of the star", path, style.index_colour(index), 5.0))
     marks = {CAMERA_COLOUR: np.array([CAMERA.radius, 0, 0]), STAR_COLOUR: path[-1], VIOLET: cone[-1]}
     lines += [SpaceCurve("mark", place + bar, colour, 6.0) for colour, place in marks.items() for bar in crosses(0.3)]
     key = (("primary caustic, a line", VIOLET), ("rays that meet at a place on it", PALE),
-           ("primary ray to a star", style.order_colour(1)), ("secondary ray", style.order_colour(2)),
+           ("primary ray to a star", style.index_colour(0)), ("secondary ray", style.index_colour(1)),
            ("the star", STAR_COLOUR), ("camera", CAMERA_COLOUR), ("horizon", HORIZON_COLOUR))  # fmt: skip
     title = f"Caustic line, spin 0, camera at r = {CAMERA.radius:g} M, sources at r = {SOURCES:g} M"
     surfaces = (Surface("horizon", 2 * from_angles(theta, phi), HORIZON_COLOUR),)

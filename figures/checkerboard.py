@@ -28,8 +28,8 @@ from matplotlib.ticker import MultipleLocator
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_picture
-from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.scenes import show_critical_curves, show_curve_names, show_line, show_picture
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.scenes.checkerboard import HUES
 from kerrcaustics.tracks.tracks import StarTracks
 
@@ -73,7 +73,8 @@ def seen(
 
     Tracks end at the last of the curves.
     """
-    show_picture(ax, view, kc.pictures.tone_mapped(kc.render(CAMERA, view, SKY).light, exposure=1.0), whole)
+    picture = kc.pictures.tone_mapped(kc.render(CAMERA, view, SKY).light, exposure=1.0)
+    show_picture(ax, view, picture, whole, "shadow's middle")
     for track in (track for star in stars for track in star.tracks):
         sky = np.where((track.index < len(caustics))[:, None], track.sky, np.nan)
         show_line(ax, view, np.concatenate([sky, sky[:1]]) if track.closed else sky, **DASHED)

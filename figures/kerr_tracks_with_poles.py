@@ -27,9 +27,9 @@ from matplotlib.figure import Figure
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
-from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant
-from kerrcaustics.draw.star_maps import DARK_RIM, INDEX_COLOURS, star_map_legend, tracks_on_stars
+from kerrcaustics.draw.star_maps import DARK_RIM, star_map_legend, tracks_on_stars
+from kerrcaustics.draw.titles import headline
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
 # Polar angles of the stars in degrees; the southern half of the sky mirrors the northern one.
@@ -57,7 +57,7 @@ def main(output: Path) -> list[Path]:
 
 def draw_pole(ax: Axes, place: np.ndarray, index: int, name: str) -> None:
     """The image of a star on the spin axis; its name beside it outside the ring, in the shadow inside it."""
-    colour = INDEX_COLOURS[index]
+    colour = style.index_colour(index, on_black=True)
     ax.plot(*place, marker="o", markersize=8, color=colour, markeredgecolor="black", zorder=4)
     offset = (9, 0) if index == 0 else (0, -20 if place[1] > 0 else 20)
     text = {"textcoords": "offset points", "va": "center", "ha": "left" if index == 0 else "center"}

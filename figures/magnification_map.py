@@ -26,8 +26,8 @@ SPIN = 0.999
 FIELDS = {6.03: 150, 2.6: 230}
 SIZE = 480
 # Powers of ten, shown as a colour.
-RANGE = Normalize(-4, 2)
-COLOURS = "cividis"
+RANGE = Normalize(-3, 2)
+COLOURS = "YlOrBr_r"
 
 
 def panel(ax: Axes, camera: kc.Camera, field: float) -> None:
@@ -36,8 +36,8 @@ def panel(ax: Axes, camera: kc.Camera, field: float) -> None:
     sky, _ = view.directions(x, y)
     beams = kc.trace_beams(camera, sky, index=False, crossings=False, redshift=False)
     shade = ScalarMappable(RANGE, COLOURS).to_rgba(np.log10(beams.magnification), bytes=True)[..., :3]
-    show_picture(ax, view, np.where(beams.escaped[..., None], shade, 0).astype(np.uint8))
-    show_critical_curves(ax, view, kc.caustics(camera, orders=3), linewidth=0.7, path_effects=[])
+    show_picture(ax, view, np.where(beams.escaped[..., None], shade, 0).astype(np.uint8), middle="shadow's middle")
+    show_critical_curves(ax, view, kc.caustics(camera, orders=3), linewidth=0.7)
 
 
 def main(output: Path) -> list[Path]:
@@ -51,7 +51,7 @@ def main(output: Path) -> list[Path]:
         axes[1].set_ylabel("")
         bar = figure.colorbar(ScalarMappable(RANGE, COLOURS), ax=axes, shrink=0.8, pad=0.02, extend="both")
         bar.set_label("magnification")
-        bar.set_ticks(range(-4, 3), labels=[f"$10^{{{power}}}$" for power in range(-4, 3)])
+        bar.set_ticks(range(-3, 3), labels=[f"$10^{{{power}}}$" for power in range(-3, 3)])
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return [write_picture(figure, output / "magnification_map.png")]
 

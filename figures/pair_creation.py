@@ -3,16 +3,16 @@ Pair creation and annihilation
 ==============================
 
 The images of one star just before and just after two of them are created, and just before two are annihilated: on the
-camera sky (left) beside the celestial sphere (right), where the star crosses the secondary caustic. a = 0.999,
-circular orbit at r = 6.03. The track of the images of order ε = 1, which cross the equatorial plane once, is red; #1,
-#2 and #3 are its images. Remakes JTFT figure 6.
+camera sky (left) beside the celestial sphere (right), where the star crosses the secondary caustic. a = 0.999, circular
+orbit at r = 6.03. On the track of the images of order ε = 1, which cross the equatorial plane once, lie #1, #2 and #3.
+Remakes JTFT figure 6.
 
 The paper's: hole, camera, the star at θ′ = 0.608 π (following JTFT), the moments after the creation and before the
-annihilation, the numbers, the red track. Ours: the first row, and a time of 1 M from the events. #1 is there all the
-time. At the creation #2 and #3 spring up together, #2 inside the secondary critical curve (index 2) and #3 outside
-(index 1). #2 then moves round the shadow counter-clockwise, #1 and #3 clockwise. At the other side #2 meets #1, both
-vanish, and #3 has taken the place of #1. The primary image, of order 0, is behind the camera at these times; its track
-is blue.
+annihilation, the numbers. Ours: the first row, a time of 1 M from the events, and one colour an index on the tracks. #1
+is there all the time. At the creation #2 and #3 spring up together, #2 inside the secondary critical curve (index 2)
+and #3 outside (index 1). #2 then moves round the shadow counter-clockwise, #1 and #3 clockwise. At the other side #2
+meets #1, both vanish, and #3 has taken the place of #1. The primary image, of order 0, is behind the camera at these
+times.
 """
 
 import math
@@ -23,15 +23,15 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 import kerrcaustics as kc
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
+from kerrcaustics.draw.palettes import STAR_COLOUR
 from kerrcaustics.draw.picture_files import write_line_art
-from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.draw.tracks import draw_motion, moving_lines, number_images, tracks_legend, tracks_on_sky
 from kerrcaustics.tracks.tracks import StarTracks
 
@@ -40,7 +40,6 @@ STAR = 0.608 * math.pi
 # How long before and after an event, units of M.
 SOON = 1.0
 VIEW = 70.0
-TRACK = "#d62728"
 # Offsets of the numbers, points of type.
 OFFSETS = {"#0": (0, 11), "#1": (-12, 0), "#2": (6, -12), "#3": (12, 2)}
 
@@ -62,23 +61,20 @@ def main(output: Path) -> list[Path]:
         for (sky, sphere), (title, time) in zip(rows, moments.items(), strict=True):
             tracks_on_sky(sky, bare, caustics, edge)
             sky.set(xlim=(-VIEW, VIEW), ylim=(-VIEW, VIEW))
-            draw_tracks(sky, tracks, view_axes(caustics, edge))
-            draw_images(sky, tracks.images_at(time), view_axes(caustics, edge)).set_title(title)
+            draw_tracks(sky, tracks, view_axes(CAMERA, edge))
+            draw_images(sky, tracks.images_at(time), view_axes(CAMERA, edge)).set_title(title)
             draw_star(sphere, tracks, time, caustics).set_title(f"celestial sphere at t = {time:.1f} M")
-        colours = {"order 0": style.order_colour(1), "track of order ε = 1": TRACK}
-        lines = [Line2D([], [], color=colour, label=name) for name, colour in colours.items()]
-        handles = [*reversed(lines), *tracks_legend(0)[1:]]
-        figure.legend(handles=handles, loc="outside lower center", ncols=6)
+        figure.legend(handles=tracks_legend([tracks], True), loc="outside lower center", ncols=6)
         figure.suptitle(f"star at θ′ = {math.degrees(STAR):.2f} deg; {headline(caustics)}")
     return write_line_art(figure, output, "pair_creation")
 
 
 def draw_tracks(ax: Axes, tracks: StarTracks, axes: np.ndarray) -> None:
     """The tracks of order 0 and 1, with arrows; those of higher order hug the shadow."""
-    for track, colour in zip(tracks.tracks, (style.order_colour(1), TRACK), strict=False):
-        for _, line in moving_lines(tracks, track, azimuthal_equidistant(track.sky, axes)):
-            ax.plot(*line.T, color=colour, linewidth=1.0, scalex=False, scaley=False)
-            draw_motion(ax, line, colour, spacing=0.35)
+    for track in tracks.tracks[:2]:
+        for index, line in moving_lines(tracks, track, azimuthal_equidistant(track.sky, axes)):
+            ax.plot(*line.T, **style.index_line(index), linewidth=1.0, scalex=False, scaley=False)
+            draw_motion(ax, line, style.index_colour(index), spacing=0.35)
 
 
 def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
@@ -108,7 +104,7 @@ def draw_star(ax: Axes, tracks: StarTracks, time: float, caustics: CausticSet) -
         ax.annotate(
             style.order_name(caustic.order), (line[:, 1].min(), 90), (0, -16 if caustic.order == 2 else -3), **text
         )
-    ax.plot(phi, theta, "*", markersize=9, color="black")
+    ax.plot(phi, theta, "*", markersize=9, color=STAR_COLOUR)
     ax.set(xlim=(0, 360), ylim=(150, 30), xlabel="φ′ − that of the camera (deg)", ylabel="θ′ (deg)")
     ax.xaxis.set_major_locator(MultipleLocator(90))
     ax.yaxis.set_major_locator(MultipleLocator(30))

@@ -2,13 +2,14 @@
 Star tracks without spin
 ========================
 
-A star field seen from a circular orbit round a hole without spin. Two stars are picked out: a bright one (red circles)
-and a dim one (yellow diamonds), each seen twice, outside the Einstein ring (violet) and inside it, on opposite sides of
-the shadow: the dashed line of the same colour joins the two images of a star through the direction of the hole. The
-lines are the tracks of both stars over an orbit, with arrows in the sense in which images move. Remakes JTFT figure 2.
+A star field seen from a circular orbit round a hole without spin. Two stars are picked out, a bright one (white
+circles) and a dim one (blue diamonds), each seen twice, outside the Einstein ring (violet) and inside it, on opposite
+sides of the shadow: the dashed line of the same colour joins the two images of a star through the direction of the
+hole. The lines are the tracks of both stars over an orbit, with arrows in the sense in which images move. Remakes JTFT
+figure 2.
 
-The paper's: no spin, the camera's radius of 30 (following JTFT), two stars with two images each in these marks, the
-ring, tracks that close along the shadow. Ours: which stars these are, and the stars of the field, those of the
+The paper's: no spin, the camera's radius of 30 (following JTFT), two stars with two images each in marks of this shape,
+the ring, tracks that close along the shadow. Ours: which stars these are, and the stars of the field, those of the
 Hipparcos-2 catalogue. The camera's speed of 0.19 c crowds the sky on the right, so that the joining lines, straight for
 a camera at rest, bend a little. Images outside the ring stream past the hole; those inside come out of one side of the
 shadow, swing round it in the opposite sense, and go down on the other side.
@@ -26,14 +27,14 @@ from matplotlib.lines import Line2D
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
-from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import azimuthal_equidistant
 from kerrcaustics.draw.star_maps import star_map_legend, tracks_on_stars
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_fido
 
 CAMERA = kc.Camera(spin=0.0, radius=30)
 # Name, marker, colour, theta' and phi' relative to the camera, degrees.
-STARS = (("bright star", "o", "#ff3b2f", 77, 165), ("dim star", "D", "#ffd400", 104, 168))
+STARS = (("bright star", "o", "#ffffff", 77, 165), ("dim star", "D", "#8fd3ff", 104, 168))
 VIEW = 45.0
 
 

@@ -20,7 +20,7 @@ from kerrcaustics.draw.space import write_model
 def main(output: Path) -> list[Path]:
     """The files, made in an existing folder."""
     camera = kc.Camera(spin=0.999, radius=6.03)
-    across = np.radians(np.linspace(-60, 60, 41))
+    across = np.radians(np.linspace(-56, 56, 29))
     fans = [
         np.stack([-np.cos(across), np.sin(across) * np.cos(tilt), np.sin(across) * np.sin(tilt)], axis=-1)
         for tilt in np.radians([0.0, 70.0])

@@ -23,8 +23,8 @@ from matplotlib.figure import Figure
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_picture
-from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.scenes import show_critical_curves, show_picture
+from kerrcaustics.draw.titles import headline
 
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
 SKY = kc.skies.StarField()
@@ -41,7 +41,7 @@ def flat_edge(width: int, height: int, field: float) -> kc.pictures.View:
 
 
 def seen(ax: Axes, view: kc.pictures.View, picture: np.ndarray, whole: kc.pictures.View | None = None) -> Axes:
-    show_picture(ax, view, picture, whole)
+    show_picture(ax, view, picture, whole, "shadow's middle")
     ax.set_facecolor("black")
     return ax
 

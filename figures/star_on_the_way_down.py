@@ -22,14 +22,11 @@ from matplotlib.ticker import FixedLocator, NullLocator
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
-from kerrcaustics.draw.projection import azimuthal_equidistant
+from kerrcaustics.draw.projection import about_shadow
 from kerrcaustics.draw.sky_axes import camera_sky_axes
 
-SPIN, HIGHEST, LOWEST, MOMENTS = 0.999, 12.0, 2.6, 24
+SPIN, HIGHEST, LOWEST, MOMENTS = 0.999, 12.0, 2.6, 40
 STAR, MAX_INDEX = (math.radians(75), math.radians(-140)), 2
-# Rows forward, right, up: toward the hole (-e_r), along e_phi, along -e_theta.
-AXES = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-VIEW = 120.0
 BORN = {"marker": "^", "color": "black", "markerfacecolor": "white", "zorder": 3}
 LAST = {"marker": "o", "markersize": 3.5}
 
@@ -50,10 +47,10 @@ def strands(before: tuple[np.ndarray, ...]) -> list[list[tuple[int, int]]]:
 
 
 def draw_images(sky: Axes, light: Axes, radii: np.ndarray, images: tuple[kc.StarImages, ...], strand: list) -> None:
-    places = azimuthal_equidistant(np.array([images[moment].sky[number] for moment, number in strand]), AXES)
+    places = np.array([about_shadow(images[moment].camera, images[moment].sky[number]) for moment, number in strand])
     bright = [images[moment].magnification[number] for moment, number in strand]
     first, index = strand[0][0], images[strand[0][0]].index[strand[0][1]]
-    line = style.order_line(int(index) + 1)
+    line = style.index_line(int(index))
     sky.plot(*places.T, **line)
     sky.plot(*places[-1], color=line["color"], **LAST)
     light.plot(radii[[moment for moment, _ in strand]], bright, **line)
@@ -69,11 +66,12 @@ def main(output: Path, moments: int = MOMENTS) -> list[Path]:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 3.7), layout="constrained")
         sky, light = figure.subplots(1, 2)
-        sky.fill(*azimuthal_equidistant(kc.shadow_edge(cameras[-1], 2000), AXES).T, **style.SHADOW)
-        sky.fill(*azimuthal_equidistant(kc.shadow_edge(cameras[0], 2000), AXES).T, fill=False, **style.SHADOW)
+        last, first = (about_shadow(camera, kc.shadow_edge(camera, 2000)) for camera in (cameras[-1], cameras[0]))
+        sky.fill(*last.T, label="last shadow", **style.SHADOW)
+        sky.fill(*first.T, label="first shadow", **{**style.SHADOW, "facecolor": "#b8b8b8"})
         for strand in strands(followed.before):
             draw_images(sky, light, radii, followed.images, strand)
-        sky.set(xlim=(-VIEW, VIEW), ylim=(-VIEW, VIEW), aspect="equal", title="camera sky, shadow first and last")
+        sky.set(title="camera sky")
         camera_sky_axes(sky, 60)
         light.set(xscale="log", yscale="log", xlabel="radius of the camera (M)", ylabel="magnification")
         light.invert_xaxis()
@@ -81,12 +79,14 @@ def main(output: Path, moments: int = MOMENTS) -> list[Path]:
         light.xaxis.set_minor_locator(NullLocator())
         light.xaxis.set_major_formatter("{x:g}")
         light.set_title("brightness of the images")
-        lines = [Line2D([], [], label=f"index {k}", **style.order_line(k + 1)) for k in range(MAX_INDEX + 1)]
+        lines = [Line2D([], [], label=f"index {k}", **style.index_line(k)) for k in range(MAX_INDEX + 1)]
         lines.append(Line2D([], [], linestyle="", label="image is born", **BORN))
         lines.append(Line2D([], [], linestyle="", color="gray", label="last place", **LAST))
-        figure.legend(handles=lines, loc="outside lower center", ncols=len(lines))
+        handles = [*sky.get_legend_handles_labels()[0], *lines]
+        figure.legend(handles=handles, loc="outside lower center", ncols=4)
         theta, phi = (f"{math.degrees(angle):g}".replace("-", "−") for angle in STAR)
-        figure.suptitle(f"spin {SPIN}, star at θ′ = {theta}, φ′ = {phi} deg")
+        way = f"radius {HIGHEST:g} to {LOWEST:g}, inclination 90 deg, circular orbits"
+        figure.suptitle(f"spin {SPIN}, {way}; star at θ′ = {theta}, φ′ = {phi} deg")
     return write_line_art(figure, output, "star_on_the_way_down")
 
 

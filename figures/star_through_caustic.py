@@ -26,7 +26,8 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
-from kerrcaustics.draw.plots import headline, primary_zoom
+from kerrcaustics.draw.plots import primary_zoom
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.tracks.events import PairEvents
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)

@@ -27,6 +27,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
+from kerrcaustics.draw.sky_axes import camera_sky_axes
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of
 
@@ -47,7 +48,7 @@ def main(output: Path) -> list[Path]:
         sky, sphere, angles = figure.subplots(1, 3)
         draw_direction(sky, edge).set_title("direction on the camera sky")
         draw_sphere(sphere, theta, phi).set_title(f"orbit at r = {radius:.4f} M")
-        angles.plot(np.degrees(phi), np.degrees(theta), color=style.order_colour(2), linewidth=0.9)
+        angles.plot(np.degrees(phi), np.degrees(theta), color=style.PALETTE[1], linewidth=0.9)
         angles.set(xlabel="φ (deg)", ylabel="θ (deg)", ylim=(180, 0), title=f"b = {seen.b:.4f}, q = {seen.q:.4f}")
         angles.yaxis.set_major_locator(MultipleLocator(45))
         angles.xaxis.set_major_locator(MultipleLocator(style.tick_step(float(np.degrees(np.ptp(phi))), 5)))
@@ -75,16 +76,13 @@ def orbit(radius: float, b: float, q: float) -> tuple[np.ndarray, np.ndarray]:
 def draw_direction(ax: Axes, edge: np.ndarray) -> Axes:
     """Shadow and critical curves on the camera sky, and the direction of the ray."""
     caustics = kc.caustics(CAMERA, orders=3)
-    axes = view_axes(caustics, edge)
+    axes = view_axes(CAMERA, edge)
     ax.fill(*azimuthal_equidistant(edge, axes).T, **style.SHADOW)
     for caustic in caustics:
         curve = azimuthal_equidistant(np.concatenate([caustic.sky, caustic.sky[:2]]), axes)
         ax.plot(*curve.T, **style.order_line(caustic.order), linewidth=0.8)
     ax.plot(*azimuthal_equidistant(edge[DIRECTION], axes), "o", color="black", markersize=4)
-    ax.set(aspect="equal", xlabel="to the right (deg)", ylabel="up, along the spin axis (deg)")
-    ax.xaxis.set_major_locator(MultipleLocator(60))
-    ax.yaxis.set_major_locator(MultipleLocator(60))
-    return ax
+    return camera_sky_axes(ax, 60)
 
 
 def draw_sphere(ax: Axes, theta: np.ndarray, phi: np.ndarray) -> Axes:
@@ -95,7 +93,7 @@ def draw_sphere(ax: Axes, theta: np.ndarray, phi: np.ndarray) -> Axes:
     for longitude in np.radians(np.arange(0, 180, 30)):
         draw_on_sphere(ax, whole, np.full_like(whole, longitude), color=style.GUIDE_COLOUR, linewidth=0.5)
     ax.plot(np.cos(whole), np.sin(whole), color="#8c8c8c", linewidth=0.6)
-    draw_on_sphere(ax, theta, phi, color=style.order_colour(2), linewidth=0.8)
+    draw_on_sphere(ax, theta, phi, color=style.PALETTE[1], linewidth=0.8)
     ax.annotate("", (0, 1.35), (0, math.cos(math.radians(LATITUDE))), arrowprops={"arrowstyle": "->", "linewidth": 0.9})
     ax.annotate("spin", (0.05, 1.18), fontsize=style.SMALLEST_TEXT)
     ax.set(aspect="equal", xlim=(-1.4, 1.4), ylim=(-1.4, 1.4))

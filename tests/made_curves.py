@@ -14,9 +14,9 @@ EDGE = shadow_edge(CAMERA, 2000)
 
 
 def ring(radius, n=96):
-    """Directions at an angle (degrees) from the hole: e_x points away from it, and looking at it e_y is right."""
+    """Directions at an angle (degrees) from the hole, clockwise: e_x points away from it, e_y to the right."""
     edge_phase, radius = 2 * math.pi * np.arange(n) / n, math.radians(radius)
-    across = [math.sin(radius) * np.cos(edge_phase), math.sin(radius) * np.sin(edge_phase)]
+    across = [math.sin(radius) * np.cos(edge_phase), -math.sin(radius) * np.sin(edge_phase)]
     return np.stack([np.full(n, -math.cos(radius)), *across], axis=-1)
 
 
@@ -30,7 +30,7 @@ def astroid(order, half_width, radius, n=96):
     cusps = tuple(Cusp(sky[i], shape[i], 1e-12) for i in range(0, n, n // 4))
     low, high = shape.min(axis=0), shape.max(axis=0)
     extremes = (low[0], high[0], low[1], high[1])
-    return Caustic(order, sky, shape, cusps, *extremes, "astroid", True, 1e-12, 1e-12, ())
+    return Caustic(CAMERA, order, sky, shape, cusps, *extremes, "astroid", True, 1e-12, 1e-12, ())
 
 
 def point(order, radius):

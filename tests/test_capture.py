@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.trace import trace_rays
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import sky_from_fido
-from kerrcaustics.spacetime.shadow import edge_photons, shadow_edge
+from kerrcaustics.spacetime.shadow import edge_photons, shadow_axes, shadow_edge
 
 EDGE = json.loads((Path(__file__).parent / "data" / "shadow_edge.json").read_text(encoding="utf-8"))
 
@@ -137,3 +138,17 @@ def test_edge_parts_captured_from_escaping(event):
         line_of_sight = edge + distance * toward
         rays = trace_rays(camera, sky_from_fido(camera.frame(), -line_of_sight), tolerance=1e-2)
         assert np.array_equal(rays.escaped, np.full(64, expected))
+
+
+@pytest.mark.parametrize(
+    ("spin", "radius", "velocity"),
+    [(0.9, 8.0, "circular"), (0.999, 2.2, "static"), (0.9, 1.6, (0.0, 0.0, -0.9)), (0.0, 2.1, (0.0, 0.8, 0.0))],
+)
+def test_middle_of_the_shadow_is_the_mean_of_its_directions(spin, radius, velocity):
+    """To what a mean of 20,000 directions is good for, be the shadow a twentieth of the sky or all but a hundredth."""
+    camera = Camera(spin, radius, velocity=velocity)
+    sky = random_directions(20_000, 5)
+    captured = trace_rays(camera, sky).status == Status.CAPTURED
+    mean = sky[captured].sum(axis=0) - sky.sum(axis=0) * captured.mean()
+    middle = shadow_axes(camera, shadow_edge(camera))[0]
+    assert mean @ middle > math.cos(math.radians(3)) * np.linalg.norm(mean)

@@ -33,6 +33,7 @@ def test_table_json_figure_and_file_agree(capsys, tmp_path):
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert kc.load(stored)[1].circuits == entry["curves"][1]["circuits"]
     assert sorted(f.name for f in tmp_path.iterdir()) == ["out.json", "out.npz", "out.png"]
+    assert out.endswith(f"Figure: {picture}\nSaved: {stored}\n")
 
 
 def test_json_on_standard_output_is_alone_there(capsys):
@@ -42,6 +43,17 @@ def test_json_on_standard_output_is_alone_there(capsys):
     assert entry["inclination_deg"] == 60 and entry["velocity"] == "fiducial"
     assert len(entry["curves"][0]["sky"]) == len(entry["curves"][0]["celestial_deg"]) > 100
     assert "astroid" in err
+
+
+@pytest.mark.parametrize("place", [("--star", 80, 170), ("--plane", 1, "--star", 8, 45, "--inclination", 60)])
+def test_images_are_drawn_and_the_file_is_named_beside_the_json(capsys, tmp_path, place):
+    picture = tmp_path / "images.svg"
+    where = ("--spin", 0.5, "--radius", 6, "--max-index", 0)
+    status, out, err = run(capsys, "images", *where, *place, "--figure", picture, "--json", "-")
+    assert status == 0 and json.loads(out)["certified"] and err.endswith(f"Figure: {picture}\n")
+    text = picture.read_text(encoding="utf-8")
+    inclination = 60 if "--plane" in place else 90
+    assert f"spin 0.5, radius 6, inclination {inclination} deg" in text and "index 0" in text and "source" in text
 
 
 def test_a_point_is_said_to_be_one(capsys):

@@ -26,6 +26,8 @@ from packaging.version import Version
 from PIL import Image
 
 import kerrcaustics as kc
+from kerrcaustics.draw import style
+from kerrcaustics.draw.palettes import INDEX_ON_BLACK
 from kerrcaustics.explorer.answers import LONGEST_QUESTION, NoState, answer, question, refusal
 from kerrcaustics.explorer.backdrops import backdrop_of, checked_window, window_view
 from kerrcaustics.explorer.limits import allowed
@@ -444,3 +446,9 @@ def test_the_token_is_for_the_user_alone(tmp_path):
         process.send_signal(signal.SIGINT)
         process.wait(60)
     assert not page.exists()
+
+
+def test_views_hand_over_the_palettes():
+    colours = view_of(ExplorerState(orders=1), "draft").record["palettes"]
+    assert set(colours) == {"light", "dark"}
+    assert colours["light"]["order"][0] == style.order_colour(1) and colours["dark"]["index"][1] == INDEX_ON_BLACK[1]

@@ -228,13 +228,13 @@ def test_a_pair_is_born_on_the_critical_curve_to_a_pixel(orbit):
     number = next(n for n, event in orbit.events.items() if (event.kind, event.order) == ("creation", 2))
     orbit.show(number)
     ax, curve = orbit.axes[0], orbit.caustics[1]
-    view = view_axes(orbit.caustics, kc.shadow_edge(orbit.tracks.camera, 2000))
+    view = view_axes(orbit.tracks.camera, kc.shadow_edge(orbit.tracks.camera, 2000))
     line = ax.transData.transform(azimuthal_equidistant(np.append(curve.sky, curve.sky[:1], axis=0), view))
     fine = np.concatenate([np.linspace(a, b, 20) for a, b in pairwise(line)])
     gaps = []
     for index in (1, 2):
         # The dots of an index have the colour of the order whose curve they lie outside of.
-        colour = to_rgba(style.order_colour(index + 1))
+        colour = to_rgba(style.index_colour(index))
         (images,) = (part for part in ax.collections if tuple(part.get_facecolor()[0]) == colour)
         dots = ax.transData.transform(images.get_offsets())
         gaps.append(np.linalg.norm(dots[:, None] - fine, axis=2).min(axis=1).min())

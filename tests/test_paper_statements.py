@@ -64,7 +64,7 @@ def test_velocities_of_the_cameras_of_figure_12():
 @pytest.mark.parametrize(("theta", "outside", "inside"), [(10, 1, -1), (170, -1, 1)])
 def test_senses_in_which_images_circle_the_poles(theta, outside, inside):
     """Northern ones: of index 0 counter-clockwise round the upper image, of index 1 clockwise, round the lower."""
-    axes = view_axes(kc.caustics(FAR, 2), kc.shadow_edge(FAR, 2000))
+    axes = view_axes(FAR, kc.shadow_edge(FAR, 2000))
     poles = azimuthal_equidistant(kc.star_images(FAR, (math.pi * (theta > 90), 0.0), max_index=1).sky, axes)
     assert (np.sign(poles[:, 1]) == (outside, inside)).all()
     tracks = kc.star_tracks(FAR, math.radians(theta), max_index=1).tracks
@@ -94,7 +94,7 @@ def test_senses_in_which_the_images_of_that_star_move():
     """#2, born inside the secondary critical curve, goes one way round the shadow, #1 and #3 the other."""
     tracks = kc.star_tracks(FAR, STAR, max_index=2)
     born, died = tracks.events
-    axes = view_axes(kc.caustics(FAR, 2), kc.shadow_edge(FAR, 2000))
+    axes = view_axes(FAR, kc.shadow_edge(FAR, 2000))
     turned = {}
     for time in np.linspace(born.moment + 0.3, died.moment - 0.3, 8):
         images = tracks.images_at(float(time))

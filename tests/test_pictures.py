@@ -66,7 +66,7 @@ def made_tracks():
     events = made_event("creation", 5, 43), made_event("annihilation", 25, 43)
     inner = np.where((np.arange(60) >= 5) & (np.arange(60) < 25), 2, 1)
     tracks = made_track(0, 60), made_track(inner, 43, events)
-    return StarTracks(CAMERA, SKY, 1.0, 2, 0.05, 125.0, tracks, PairEvents(events, True, ()), (), True, ())
+    return StarTracks(CAMERA, SKY, 1.0, 2, 0.05, 125.0, tracks, PairEvents(events, CAMERA, SKY, True, ()), (), True, ())
 
 
 @picture
@@ -86,7 +86,7 @@ def test_tracks():
         sky, unrolled = figure.subplots(1, 2)
         tracks_on_sky(sky, made_tracks(), astroids(2), EDGE)
         tracks_unrolled(unrolled, made_tracks(), astroids(2), EDGE)
-        figure.legend(handles=tracks_legend(2), loc="outside lower center", ncols=6)
+        figure.legend(handles=tracks_legend([made_tracks()], True), loc="outside lower center", ncols=6)
     return without_text(figure)
 
 

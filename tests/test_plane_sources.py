@@ -8,7 +8,7 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
-from kerrcaustics.draw.tracks import tracks_figure
+from kerrcaustics.draw.track_figure import tracks_figure
 from kerrcaustics.scripts import STUDIES
 
 TWIN = STUDIES.module("near_sources.twin")

@@ -6,16 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_curves import EDGE, astroid, astroids, made_set, point, ring
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
+from skimage.color import deltaE_ciede2000, rgb2lab
 
-from kerrcaustics.draw import plots, style
+from kerrcaustics.beams.ends import SKY
+from kerrcaustics.draw import palettes, plots, style
 from kerrcaustics.draw.projection import unrolled
 from kerrcaustics.draw.scenes import show_picture
+from kerrcaustics.draw.sky_axes import draw_places
+from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.tracks import draw_motion
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import sky_from_fido
+from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 DRAWN = (plots.camera_sky, plots.camera_sky_unrolled)
@@ -236,6 +241,82 @@ def test_a_part_of_a_picture_counts_degrees_from_the_middle_of_the_whole():
 
 
 def test_colours_and_dashes_tell_ten_orders_apart():
-    looks = {str(style.order_line(order)) for order in range(1, 11)}
-    assert len(looks) == 10
+    assert len({str(style.order_line(order)) for order in range(1, 11)}) == 10
+    assert len({str(style.index_line(index)) for index in range(7)}) == 7
     assert style.order_name(1) == "primary" and style.order_name(4) == "4th order"
+
+
+# Machado, Oliveira & Fernandes 2009, severity 1, linear RGB: readers who see no red, and no green.
+PROTAN = [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+DEUTAN = [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+
+
+def seen_lab(colours, eye):
+    """CIE Lab of colours as an eye sees them."""
+    rgb = np.array([to_rgb(colour) for colour in colours])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(linear @ np.transpose(eye), 0, 1)
+    return rgb2lab(np.where(seen <= 0.0031308, 12.92 * seen, 1.055 * seen ** (1 / 2.4) - 0.055))
+
+
+@pytest.mark.parametrize(
+    ("orders", "indices", "least"),
+    [(palettes.ORDER, palettes.INDEX, 15), (palettes.ORDER_ON_BLACK, palettes.INDEX_ON_BLACK, 11)],
+)
+@pytest.mark.parametrize("eye", [np.eye(3), PROTAN, DEUTAN], ids=["all", "no red", "no green"])
+def test_colours_of_orders_and_indices_are_distinct_for_every_eye(orders, indices, least, eye):
+    lab = seen_lab([*orders[:4], *indices[:4]], eye)
+    apart = deltaE_ciede2000(lab[:, None], lab[None])
+    assert apart[~np.eye(8, dtype=bool)].min() > least
+
+
+@pytest.mark.parametrize(("theme", "ground"), [("light", 1.0), ("dark", 0.0)])
+def test_colours_stand_out_from_their_ground(theme, ground):
+    names = palettes.THEMES[theme]
+    for colour in (*names["order"], *names["index"], names["star"]):
+        rgb = np.array(to_rgb(colour))
+        linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        light, dark = sorted((ground, linear @ [0.2126, 0.7152, 0.0722]), reverse=True)
+        assert (light + 0.05) / (dark + 0.05) > 2
+
+
+def test_caustics_on_the_sphere_are_not_torn():
+    """Those behind the hole, at 180 degrees, are whole; one that winds runs over both borders."""
+    curves = made_set([astroid(1, 0.6, 45), astroid(2, 0.9, 42), replace(astroid(3, 9.0, 41), order=3)])
+    ax = curves.plot(new_axes())
+    low, high = ax.get_xlim()
+    for name in ("primary", "secondary"):
+        phi = lines(ax)[name].get_xdata()
+        assert np.abs(np.diff(phi)).max() < 10 and low < phi.min() and phi.max() < high
+    wound = [line.get_xdata() for line in ax.get_lines() if line.get_color() == style.order_colour(3)]
+    assert min(phi.min() for phi in wound) < low and max(phi.max() for phi in wound) > high
+    assert ax.xaxis.get_major_formatter()(-170.0) == "−170" and ax.xaxis.get_major_formatter()(240.0) == "−120"
+
+
+def test_places_stand_within_the_turn_that_is_shown():
+    curves = made_set([astroid(1, 0.6, 45)])
+    ax = curves.plot(new_axes())
+    draw_places(ax, SKY, np.array([[1.0, math.radians(-170)]]))
+    assert ax.get_lines()[-1].get_xdata() == pytest.approx([190.0])
+
+
+@pytest.mark.parametrize(("half_width", "shape"), [(5e-11, False), (0.5, True)])
+def test_unresolved_caustics_are_named(half_width, shape):
+    """Next to its error in size, a caustic is a cross; where cusps alone are lost, its curve is drawn."""
+    unresolved = replace(astroid(2, half_width, 45), kind="unresolved", cusps=())
+    ax = made_set([unresolved]).plot(new_axes())
+    line = lines(ax)["secondary, unresolved"]
+    assert (len(line.get_xdata()) > 1) == shape
+    if not shape:
+        assert len(lines(plots.celestial_sphere(new_axes(), unresolved))["secondary, unresolved"].get_xdata()) == 1
+        assert plots.overview(made_set([unresolved]), EDGE).axes[2].get_title() == "secondary caustic, unresolved"
+
+
+def test_viewers_in_words():
+    assert viewer_in_words(Camera(0.9, 8.0)) == "spin 0.9, radius 8, inclination 90 deg, circular orbit"
+    moving = viewer_in_words(Camera(0.9, 8.0, velocity=(-0.3, 0, 0.1)))
+    assert moving.endswith("\nvelocity (r, θ, φ) = (−0.3, 0, 0.1)")
+    distant = Observer(spin=0.5, inclination=math.pi / 2)
+    assert viewer_in_words(distant) == "spin 0.5, observer at infinity, inclination 90 deg"
+    far = Observer(spin=0.5, radius=1000, inclination=1.0)
+    assert viewer_in_words(far) == "spin 0.5, observer at radius 1000, inclination 57.2958 deg"

@@ -1,5 +1,6 @@
 """How results show themselves: one line in a terminal, a page in a notebook, a plot on axes."""
 
+import math
 import re
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -13,6 +14,9 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.draw import plots
+from kerrcaustics.draw.light_curves import light_curve_figure
+from kerrcaustics.draw.projection import view_axes
 from kerrcaustics.results.declared import quantities, stored
 
 NO_PLOT = {"CelestialSphere", "EquatorialPlane", "FilmResult", "Sphere", "SweepResult"}
@@ -95,23 +99,75 @@ def test_a_plot_returns_its_axes(kind, ax):
     else:
         assert made.plot(ax) is ax
         ax.figure.canvas.draw()
+        assert not hasattr(made, "camera") or ("spin 0.5" in ax.get_title() and "radius 4" in ax.get_title())
 
 
 def test_axes_are_made_where_none_are_given():
     drawn = CAMERA.plot()
-    assert isinstance(drawn, Axes) and drawn.get_xlabel() == "to the right (deg)"
-    assert kc.Observer(spin=0.5, inclination=1.0).plot().get_xlabel() == "α (GM/c²)"
+    assert isinstance(drawn, Axes) and drawn.get_xlabel() == "right of the shadow's middle (deg)"
+    assert kc.Observer(spin=0.5, inclination=1.0).plot().get_xlabel() == "α (M)"
     plt.close("all")
 
 
-def test_the_shadow_is_drawn_where_it_is(ax):
-    outline = CAMERA.plot(ax).patches[0].get_xy()
-    x, y, z = kc.shadow_edge(CAMERA, 400).T
-    away = np.degrees(np.arccos(-x))
-    np.testing.assert_allclose(np.hypot(*outline[:400].T), away, atol=1e-9)
-    assert (np.sign(outline[:400, 0]) == np.sign(y)).all() and (
-        np.sign(outline[1:400, 1]) == np.sign(z[1:])
-    ).mean() > 0.99
+@pytest.mark.parametrize("camera", [CAMERA, kc.Camera(0.999, 2.2, velocity="static"), kc.Camera(0.9, 6.0)], ids=str)
+def test_the_zero_of_the_camera_sky_is_the_middle_of_the_shadow(camera):
+    """For every plot: about the zero the vector area of what the outline bounds has no sideward part."""
+    edge = kc.shadow_edge(camera, 720)
+    axes = view_axes(camera, edge)
+    for draw in (camera.plot, lambda ax: plots.camera_sky(ax, kc.caustics(camera, 1), edge)):
+        right, above = np.radians(draw(Figure().add_subplot()).patches[0].get_xy()[:720]).T
+        away = np.hypot(right, above)
+        line = np.stack([np.cos(away), *(np.sin(away) * part / away for part in (right, above))], axis=-1)
+        area = np.cross(line, np.roll(line, -1, axis=0)).sum(axis=0)
+        assert np.hypot(*area[1:]) < 1e-6 * abs(area[0])
+        np.testing.assert_allclose(line @ axes, edge, atol=1e-6)
+
+
+def test_plots_of_one_camera_have_one_shadow():
+    camera = kc.Camera(0.9, 10.0, math.radians(60), "static")
+    caustics = kc.caustics(camera, 1)
+    light = kc.light_curve(camera, 6.0, 8, crossings=1)
+    drawn = [
+        camera.plot(),
+        caustics.plot(sky="camera"),
+        plots.camera_sky(Figure().add_subplot(), caustics, kc.shadow_edge(camera, 2000)),
+        light_curve_figure(light).axes[1],
+        kc.star_images(camera, (1.4, 3.0), 0).plot(),
+    ]
+    extents = [np.concatenate([ax.patches[0].get_xy().min(axis=0), ax.patches[0].get_xy().max(axis=0)]) for ax in drawn]
+    plt.close("all")
+    np.testing.assert_allclose(extents, [extents[0]] * len(extents), atol=1e-3)
+
+
+def test_images_bring_shadow_and_critical_curves_and_add_to_what_is_there():
+    camera = kc.Camera(0.9, 10.0)
+    images = kc.star_images(camera, (1.4, 3.0), 1)
+    ax = images.plot()
+    labels = ax.get_legend_handles_labels()[1]
+    assert labels[:3] == ["shadow", "primary critical curve", "secondary critical curve"]
+    assert [label for label in labels if label.startswith("index")] == [f"index {k}" for k in np.unique(images.index)]
+    drawn = len(ax.lines)
+    assert len(images.plot(ax).lines) == drawn + len(images) and len(ax.patches) == 1
+    plt.close("all")
+
+
+def test_events_and_tracks_bring_their_curves():
+    camera = kc.Camera(0.999, 6.03)
+    events = kc.pair_events(camera, math.radians(77))
+    assert {event.order for event in events} == {2}
+    labels = events.plot().get_legend_handles_labels()[1]
+    assert labels == ["primary", "secondary", "creation, order 2", "annihilation, order 2"]
+    ax = kc.star_tracks(camera, math.radians(77), 1).plot()
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["index 0", "index 1", "critical curve", "creation", "annihilation"] and ax.patches
+    plt.close("all")
+
+
+def test_every_curve_knows_its_camera():
+    caustics = kc.caustics(kc.Camera(0.9, 10.0, velocity="static"), 2)
+    assert all(caustic.camera == caustics.camera for caustic in caustics)
+    assert "radius 10" in caustics[1].plot().get_title()
+    plt.close("all")
 
 
 def test_stars_and_panoramas_are_drawn(ax):

@@ -10,7 +10,9 @@ from command_line import run
 from matplotlib.figure import Figure
 
 import kerrcaustics as kc
-from kerrcaustics.draw.tracks import brightness, tracks_on_sky
+from kerrcaustics.draw import style
+from kerrcaustics.draw.brightness import brightness
+from kerrcaustics.draw.tracks import tracks_on_sky
 from kerrcaustics.results.records import record
 
 PLACE = ("--spin", 0.9, "--radius", 6)
@@ -28,6 +30,7 @@ def test_tracks_command(capsys, tmp_path, tracks):
     status, out, err = run(capsys, "tracks", *PLACE, *STAR, "--json", target, "--figure", picture)
     assert (status, err) == (0, "")
     assert "2 tracks, 0 events" in out and ": certified" in out and "turns" in out
+    assert out.endswith(f"Figure: {picture}\n")
     assert picture.read_bytes()[:4] == b"\x89PNG"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out.json", "tracks.png"]
     entry = json.loads(target.read_text())
@@ -65,7 +68,7 @@ def test_pictures_show_every_track_in_the_colour_of_its_index(tracks):
     caustics, edge = kc.caustics(CAMERA, 2), kc.shadow_edge(CAMERA, 400)
     ax = tracks_on_sky(Figure().add_subplot(), tracks, caustics, edge)
     colours = {line.get_color() for line in ax.lines if line.get_linestyle() == "-"}
-    assert colours == {"#0072B2", "#D55E00"}
+    assert colours == {style.index_colour(0), style.index_colour(1)}
     assert [line.get_marker() for line in ax.lines].count("^") == 1
     # Lines of a track leave out no point.
     drawn = sum(len(line.get_xdata()) for line in ax.lines if line.get_linestyle() == "-")

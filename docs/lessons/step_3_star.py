@@ -38,12 +38,24 @@ print("before", before.per_index)
 print("after ", after.per_index)
 
 # %%
-# One image of index 1, which is mirrored, and one of index 2, which is not, have come: a pair. Between them runs the
-# secondary critical curve.
+# One image of index 1, which is mirrored, and one of index 2, which is not, have come: a pair. The circles mark the
+# two: there was no image so close to them before. Between them runs the secondary critical curve.
 
-ax = caustics.plot(sky="camera")
-after.plot(ax)
-ax.set(xlim=(-20, 90), ylim=(-70, 70))
+from kerrcaustics.draw.projection import about_shadow
+
+moved = np.linalg.norm(after.sky[:, None] - before.sky, axis=-1).min(axis=1)
+pair = (after.index > 0) & (moved > 0.2)
+
+figure, panels = plt.subplots(1, 2, figsize=(8, 4.3), layout="constrained")
+for ax, images in zip(panels, (before, after), strict=True):
+    images.plot(ax)
+    ax.set(xlim=(-70, 50), ylim=(-60, 60), title=f"star at φ′ = {math.degrees(images.star[1]):.0f} deg")
+    ax.get_legend().remove()
+right, above = about_shadow(camera, after.sky[pair]).T
+panels[1].plot(right, above, "o", markersize=16, markerfacecolor="none", color="black")
+panels[1].annotate("the pair", (right.mean() + 3, above.mean() - 8))
+figure.legend(*panels[1].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+figure.suptitle("spin 0.999, radius 6.03, circular orbit")
 plt.show()
 
 # %%
@@ -87,7 +99,7 @@ plt.show()
 # A colour stands for an index. At a triangle that points up a pair is born, and its two images part; at one that
 # points down two images meet, and vanish. Brightness in time, with the same triangles, each over a spike:
 
-from kerrcaustics.draw.tracks import brightness
+from kerrcaustics.draw.brightness import brightness
 
 figure, ax = plt.subplots(figsize=(6, 3.2), layout="constrained")
 brightness(ax, tracks, 0.0, tracks.period)

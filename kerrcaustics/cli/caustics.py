@@ -86,6 +86,7 @@ def caustics(
     if figure is not None:
         _draw(found, figure)
     (_print_table if source.plane is None else _print_plane)(found, common.console())
+    common.say_files(figure=figure, saved=save)
     if found.lost:
         names = ", ".join(map(str, found.lost))
         stop(1, f"Orders not found within double precision: {names}.")

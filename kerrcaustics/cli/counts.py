@@ -120,6 +120,7 @@ def counts(
         else:
             entry, certified, print_on = _stars(seen_from, places, max_index, end)
     print_on(common.console())
+    common.say_files(figure=figure)
     common.write_result(entry, time.perf_counter() - began, None if points or map_ else 2)
     if not certified:
         stop(1, "Not all of it is certified: see the remarks.")

@@ -1,12 +1,23 @@
 """The command `images`: the images of a star."""
 
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from kerrcaustics.cli.app import app, stop, with_examples
-from kerrcaustics.cli.options import COMMON, SKY_SOURCES, Angles, CameraOptions, CommonOptions, MaxIndex, SourceOptions
+from kerrcaustics.cli.options import (
+    COMMON,
+    SKY_SOURCES,
+    Angles,
+    CameraOptions,
+    CommonOptions,
+    FileName,
+    MaxIndex,
+    SourceOptions,
+)
+from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.tables import rows_of, table_of
 from kerrcaustics.cli.terminal import (
     index_counts,
@@ -26,7 +37,7 @@ if TYPE_CHECKING:
 
 @app.command(
     **with_examples(
-        "images --spin 0.999 --radius 2.6 --star 90 141",
+        "images --spin 0.999 --radius 2.6 --star 90 141 --figure images.png",
         "images --spin 0.9 --radius 1000 --inclination 80 --plane 1 --star 6 45",
     )
 )
@@ -35,6 +46,7 @@ def images(
     camera: CameraOptions,
     star: Angles,
     max_index: MaxIndex = 2,
+    figure: FileName | None = None,
     source: SourceOptions = SKY_SOURCES,
     common: CommonOptions = COMMON,
 ) -> None:
@@ -44,8 +56,11 @@ def images(
     ----------
     star
         The star's place on its sphere: theta' from the spin axis and phi', degrees; with --plane: r and phi.
+    figure
+        Draw the images among the critical curves, and the star among the caustics, into this file: .png, .pdf or .svg.
     """
-    common.check()
+    common.check({"--figure": figure})
+    check_ending(figure)
     end, place, seen_from = source.end(), source.place("--star", star), camera.viewer()
     began = time.perf_counter()
     with plain_errors(), progress() as report:
@@ -53,10 +68,22 @@ def images(
         from kerrcaustics.results.records import record
 
         result = star_images(seen_from, place, max_index, end=end, progress=report)
-    common.write_result(record(result), time.perf_counter() - began)
+        seconds = time.perf_counter() - began
+        if figure is not None:
+            report("drawing", 1.0)
+            _draw(result, figure)
+    common.write_result(record(result), seconds)
     _print_images(result, common.console())
+    common.say_files(figure=figure)
     if not result.certified:
         stop(1, "The images are not certified: see the remarks.")
+
+
+def _draw(images: "StarImages", path: Path) -> None:
+    from kerrcaustics.curves.caustic_search import caustics
+    from kerrcaustics.draw.image_figure import images_figure
+
+    write_figure(images_figure(images, caustics(images.camera, images.max_index + 1, end=images.surface)), path)
 
 
 def _print_images(images: "StarImages", out: Console) -> None:

@@ -95,6 +95,7 @@ def light_curve(
         write_film(film, lambda: light_curve_film(light, motion), restart)
     common.write_result(record(light, camera=seen_from, points=points), seconds, None)
     _print(light, common.console())
+    common.say_files(figure=figure, film=film, saved=save)
     if not light.certified:
         stop(1, "Not all images are certified: see the remarks.")
 

@@ -12,7 +12,7 @@ from rich.console import Console
 from kerrcaustics.choices import VelocityName
 from kerrcaustics.cli.app import BadInput
 from kerrcaustics.cli.outputs import check_outputs, write_json
-from kerrcaustics.cli.terminal import console, note, plain_errors
+from kerrcaustics.cli.terminal import console, note, plain_errors, say
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import EquatorialPlane
@@ -198,6 +198,12 @@ class CommonOptions:
     def console(self) -> Console:
         """The console of tables: standard error where standard output is for the JSON alone."""
         return console(stderr=self.json == "-")
+
+    def say_files(self, **files: Path | None) -> None:
+        """Say where the files are that were written besides the JSON."""
+        for name, path in files.items():
+            if path is not None:
+                say(self.console(), f"{name.capitalize()}: {path}")
 
     def write(self, entry: dict[str, Any], indent: int | None = 2, private: bool = False) -> None:
         """Write a record to the file of --json; private: into a file that only the user can read."""

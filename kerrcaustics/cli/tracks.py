@@ -83,7 +83,7 @@ def tracks(
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 1.0)
-            from kerrcaustics.draw.tracks import tracks_figure
+            from kerrcaustics.draw.track_figure import tracks_figure
 
             write_figure(tracks_figure(tracks, _caustics(tracks) if source.plane is None else None), figure)
     if film is not None:
@@ -92,6 +92,7 @@ def tracks(
         write_film(film, lambda: orbit_film(tracks, _caustics(tracks)), restart)
     common.write_result(record(tracks), seconds, None)
     _print_tracks(tracks, common.console())
+    common.say_files(figure=figure, film=film)
     if not tracks.certified:
         stop(1, "The tracks are not certified: see the remarks.")
 

@@ -38,6 +38,7 @@ class Caustic(Shown):
     there, and an order may have several pieces or none.
     """
 
+    camera: Viewer = quantity("", "", "who sees it", json="", column="")
     order: int = quantity(
         "", "1", "1 primary, 2 secondary, 3 tertiary, and on: between Morse index order - 1 and order"
     )

@@ -154,6 +154,7 @@ def _caustic(camera: Viewer, surface: Spherical, curve: CriticalCurve, features:
         extremes["phi_min"] = extremes["phi_max"] = 0.0
         phi = np.zeros_like(phi)
     return Caustic(
+        camera=camera,
         order=curve.order,
         sky=shown_line_of_sight(camera, points.line_of_sight),
         place=np.stack([theta, phi], axis=-1),

@@ -255,6 +255,7 @@ def _curve(camera: Viewer, surface: End, grid: _Grid, section: _Section) -> Caus
     place = np.stack([points.radius, np.unwrap(points.azimuth)], axis=-1)
     extremes = {name: _value(grid, section, *what) for name, what in _EXTREMES.items()}
     return Caustic(
+        camera=camera,
         order=section.order,
         surface=surface,
         sky=search_sky(camera).shown(points.sky),

@@ -13,9 +13,16 @@ from matplotlib.ticker import MaxNLocator
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import Backdrop, blank_frame, pixels
-from kerrcaustics.draw.plots import camera_sky, celestial_sphere, headline
+from kerrcaustics.draw.plots import camera_sky, celestial_sphere
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
-from kerrcaustics.draw.sky_axes import camera_sky_axes, celestial_sphere_axes, critical_line, draw_wrapped
+from kerrcaustics.draw.sky_axes import (
+    camera_sky_axes,
+    celestial_sphere_axes,
+    critical_line,
+    draw_wrapped,
+    is_shapeless,
+)
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 Array = np.ndarray
@@ -55,8 +62,8 @@ def caustics_frame(caustics: CausticSet, text: str) -> UInt8[Array, "height widt
 
 def _extent(caustic: Caustic) -> str:
     name = f"{style.order_name(caustic.order)} caustic"
-    if caustic.kind == "point":
-        return f"{name}: a point"
+    if is_shapeless(caustic):
+        return f"{name}: {'a point' if caustic.kind == 'point' else 'unresolved'}"
     theta, phi = (_rounded(math.degrees(extent)) for extent in (caustic.theta_extent, caustic.phi_extent))
     return f"{name}: {theta}° high, {phi}° long"
 
@@ -67,7 +74,7 @@ def _rounded(value: float) -> str:
 
 
 def _sky_panel(ax: Axes, caustics: CausticSet, edge: Float[Array, "n 3"]) -> None:
-    view = view_axes(caustics, edge)
+    view = view_axes(caustics.camera, edge)
     ax.fill(*azimuthal_equidistant(edge, view).T, **style.SHADOW)
     for caustic in caustics:
         ax.plot(*critical_line(caustic, view).T, **style.order_line(caustic.order))
@@ -91,7 +98,7 @@ class Mapping:
         self.caustics = caustics
         self._places = [_even_places(caustic) for caustic in caustics]
         edge = shadow_edge(caustics.camera, _EDGE_POINTS)
-        self._view = view_axes(caustics, edge)
+        self._view = view_axes(caustics.camera, edge)
         with rc_context(style.FILM_RC):
             self.figure = blank_frame()
             sky = camera_sky(self.figure.add_axes((0.065, 0.13, 0.42, 0.8)), caustics, edge)

@@ -1,30 +1,24 @@
 """Picture of the image counts over a surface of sources, with the caustics on it."""
 
-import math
-
 import numpy as np
 from jaxtyping import Float
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MultipleLocator, NullLocator
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
-from kerrcaustics.draw.plots import headline
 from kerrcaustics.draw.projection import whole_line
-from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped, is_sphere, wrapped
+from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped, is_sphere, point_out, wrapped
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.images.counts import CountMap
 
 Array = np.ndarray
 
-_HALO = withStroke(linewidth=3, foreground="white")
-# Caustics below this extent, radians, are pointed out.
-_SMALL = math.radians(4.0)
-# Light enough for the lines of caustics on top.
-_COLOURS = ("YlGnBu", 0.0, 0.66)
+# Light enough for the lines of caustics on top, which are cool.
+_COLOURS = ("YlOrBr", 0.0, 0.62)
 # Whole turns by which a curve in the plane is drawn again.
 _TURNS = np.arange(-3, 4) * 360
 
@@ -47,8 +41,7 @@ def count_map_axes(ax: Axes, counts: CountMap, caustics: CausticSet | tuple[Caus
     if not is_sphere(counts.surface):
         return _draw_curves(ax, caustics)
     for caustic in caustics:
-        if caustic.kind != "point" and max(caustic.theta_extent, caustic.phi_extent) < _SMALL:
-            _point_out(ax, caustic)
+        point_out(ax, caustic, wrapped(np.degrees(caustic.celestial.mean(axis=0, keepdims=True)))[0])
         draw_wrapped(ax, caustic, 1.1, 0.7, label=style.order_name(caustic.order))
     return celestial_sphere_axes(ax)
 
@@ -105,15 +98,6 @@ def _edges(centres: Float[Array, " n"]) -> Float[Array, " n+1"]:
         return np.array([centres[0] - 0.1, centres[0] + 0.1])
     inner = (centres[1:] + centres[:-1]) / 2
     return np.concatenate([[2 * centres[0] - inner[0]], inner, [2 * centres[-1] - inner[-1]]])
-
-
-def _point_out(ax: Axes, caustic: Caustic) -> None:
-    """The name of a caustic that is too small to be seen, and a line to it."""
-    place = wrapped(np.degrees(caustic.celestial.mean(axis=0, keepdims=True)))[0]
-    colour = style.order_colour(caustic.order)
-    arrow = {"arrowstyle": "-", "color": colour, "linewidth": 0.8, "shrinkB": 1, "path_effects": [_HALO]}
-    text = {"textcoords": "offset points", "ha": "center", "color": colour, "path_effects": [_HALO]}
-    ax.annotate(style.order_name(caustic.order), tuple(place), (0, 30), arrowprops=arrow, **text)
 
 
 def count_map_figure(counts: CountMap, caustics: CausticSet, most: int = 0) -> Figure:

@@ -4,7 +4,7 @@ Frames of a film show where the spot's images are at a moment, beside the curve 
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -15,15 +15,16 @@ from matplotlib.figure import Figure
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import Backdrop, Film, blank_frame, camera_settings
-from kerrcaustics.draw.projection import about_hole, whole_line
+from kerrcaustics.draw.projection import about_shadow, whole_line
 from kerrcaustics.draw.sky_axes import name_sky_axes
+from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.isoradials import Isoradial, isoradials
 
 if TYPE_CHECKING:
-    from kerrcaustics.tracks.light_curves import LightCurve
+    from kerrcaustics.tracks.light_curves import LightCurve, SpotEvent
 
 Array = np.ndarray
 
@@ -40,52 +41,57 @@ def light_curve_figure(light: "LightCurve") -> Figure:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 6.6), layout="constrained")
         upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.1])
-        show_flux(upper, light)
+        own: Any = show_flux(upper, light).get_legend()
+        own.remove()
         show_orbit(lower, light)
-        camera = light.camera
-        place = f"spin {camera.spin:g}, radius {camera.radius:g}, inclination {math.degrees(camera.inclination):g} deg"
-        figure.suptitle(f"spot at r = {light.radius:g} M; {place}")
+        panels = [ax.get_legend_handles_labels() for ax in (upper, lower)]
+        entries = {label: handle for handles, labels in panels for handle, label in zip(handles, labels, strict=True)}
+        figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=4)
+        figure.suptitle(f"spot on an orbit at r = {light.radius:g}; {viewer_in_words(light.camera)}")
     return figure
 
 
-def show_flux(ax: Axes, light: "LightCurve") -> None:
-    """The flux, what each crossing adds to it, and when images are created (dashed) and destroyed (dotted)."""
+def show_flux(ax: Axes, light: "LightCurve") -> Axes:
+    """The flux, what each crossing adds to it, and when images are created (up) and annihilated (down)."""
     order = np.argsort(light.time)
     time = light.time[order]
     ax.semilogy(time, light.flux[order], color="black", label="all")
     for crossing, share in enumerate(light.shares, start=1):
         positive = np.maximum(share[order], 1e-300)
-        ax.semilogy(time, positive, color=crossing_colour(crossing), lw=1, label=f"{_name(crossing)} crossing")
+        ax.semilogy(time, positive, color=style.crossing_colour(crossing), lw=1, label=f"{_name(crossing)} crossing")
     for event in light.events:
-        line = "--" if event.kind == "creation" else ":"
-        ax.axvline(event.moment, color=crossing_colour(event.crossing), ls=line, lw=0.8)
+        ax.axvline(event.moment, color=style.GUIDE_COLOUR, lw=0.6, zorder=0.5)
+        ax.plot([event.moment], [1.0], transform=ax.get_xaxis_transform(), clip_on=False, **_event_mark(event))
     ax.set(xlim=(time[0], time[-1]), ylim=(_FAINTEST * light.flux.max(), 2 * light.flux.max()))
     ax.set(xlabel="time of the camera (M)", ylabel=f"flux of a unit spot ({sky_area(light.camera)})")
     ax.legend(ncols=2, loc="lower center", fontsize="small")
+    return ax
+
+
+def _event_mark(event: "SpotEvent") -> dict[str, Any]:
+    """The mark of an event, in the colour of its crossing, and its name."""
+    colour = style.crossing_colour(event.crossing)
+    return {**style.event_mark(event.kind), "markeredgecolor": colour, "label": event.kind}
 
 
 def show_orbit(ax: Axes, light: "LightCurve") -> None:
-    """The images of the orbit about the shadow; creations (circles), annihilations (crosses), the centroid (grey)."""
+    """The images of the orbit about the shadow; creations (up), annihilations (down), the centroid's way (grey)."""
     crossings = len(light.shares)
     edge = shadow_edge(light.camera, 400)
-    ax.fill(*about_hole(edge).T, color="0.85")
+    ax.fill(*about_shadow(light.camera, edge).T, label="shadow", **style.SHADOW)
     for curve in isoradials(light.camera, [light.radius], crossings, _POINTS):
-        ax.plot(*about_hole(whole_line(curve.sky, True)).T, color=crossing_colour(curve.crossing), lw=1)
-    ax.plot(*about_hole(light.centroid).T, color="0.4", lw=0.8, ls=(0, (4, 2)))
+        line = about_shadow(light.camera, whole_line(curve.sky, True))
+        ax.plot(*line.T, color=style.crossing_colour(curve.crossing), lw=1)
+    way = about_shadow(light.camera, light.centroid)
+    ax.plot(*way.T, color="0.4", lw=0.8, ls=(0, (4, 2)), label="centroid of all light")
     for event in light.events:
-        marker = "o" if event.kind == "creation" else "x"
-        ax.plot(*about_hole(event.sky), marker, color=crossing_colour(event.crossing), ms=5)
-    name_sky_axes(ax, edge)
+        ax.plot(*about_shadow(light.camera, event.sky[None]).T, **_event_mark(event))
+    name_sky_axes(ax, light.camera.sky_unit)
 
 
 def sky_area(viewer: Viewer) -> str:
     """The unit of solid angles on the sky of a viewer."""
     return "sr" if viewer.sky_unit == "rad" else "M²"
-
-
-def crossing_colour(crossing: int) -> str:
-    """The colour of all that belongs to a crossing."""
-    return f"C{crossing - 1}"
 
 
 def _name(crossing: int) -> str:
@@ -108,15 +114,16 @@ class SpotFrames:
         self._rings = [(curve.crossing, *_ring(curve, self._orbital, light)) for curve in curves]
         self._brightest = max(float(np.quantile(ring[3], 0.99)) for ring in self._rings)
         order = np.argsort(light.time)
-        self._way = about_hole(light.centroid[order])
+        self._way = about_shadow(light.camera, light.centroid[order])
         self._curves = light.time[order], [light.flux[order], *(share[order] for share in light.shares)]
         with rc_context(style.FILM_RC):
             self.figure = blank_frame()
             self.figure.set_layout_engine("constrained")
             self.axes = self._panels()
             dot = {"edgecolors": "black", "linewidths": 0.6, "zorder": 5}
-            self._spots = {n: self.axes[0].scatter([], [], color=crossing_colour(n), **dot) for n, *_ in self._rings}
-            colours = ["black", *(crossing_colour(n) for n in range(1, len(light.shares) + 1))]
+            colour = style.crossing_colour
+            self._spots = {n: self.axes[0].scatter([], [], color=colour(n), **dot) for n, *_ in self._rings}
+            colours = ["black", *(colour(n) for n in range(1, len(light.shares) + 1))]
             mark = {"marker": "o", "linestyle": "none", "markeredgecolor": "white", "zorder": 5}
             self._marks = [self.axes[1].plot([], [], color=colour, **mark)[0] for colour in colours]
             self._now = self.axes[1].axvline(self.times[0], color="0.5", linewidth=0.8, zorder=0.5)
@@ -155,9 +162,8 @@ class SpotFrames:
         show_orbit(left, self.light)
         left.set_title("where the spot is seen; grey: the centroid")
         show_flux(right, self.light)
-        camera = self.light.camera
-        where = f"spin {camera.spin:g}, seen from r = {camera.radius:g}, {math.degrees(camera.inclination):.4g} deg"
-        right.set_title(f"its light: orbit at r = {self.light.radius:g}, {where}")
+        right.set_title(f"its light; orbit at r = {self.light.radius:g}")
+        self.figure.suptitle(viewer_in_words(self.light.camera))
         return left, right
 
     def _area(self, bright: Float[Array, " images"]) -> Float[Array, " images"]:
@@ -177,7 +183,7 @@ def _ring(
     phase = azimuth + orbital * np.append(curve.time, curve.time[:1])
     # A spot is so wide in phase: where the phase stands still its light does not grow without bound.
     step = np.linalg.norm(np.diff(sky, axis=0), axis=1) / np.hypot(np.diff(phase), light.size / light.radius)
-    return about_hole(sky), phase, curve.redshift**light.power * curve.width * step
+    return about_shadow(light.camera, sky), phase, curve.redshift**light.power * curve.width * step
 
 
 def light_curve_film(light: "LightCurve", motion: str = "circular", frames: int = 240, rate: int = 24) -> Film:

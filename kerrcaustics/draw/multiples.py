@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import whole_line
+from kerrcaustics.draw.sky_axes import draw_mark, is_shapeless
 
 _ROW_HEIGHT = 1.25
 # Part of the width of a page for the columns of order 1, 2, 3, ...
@@ -32,7 +33,7 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
         Half the width of the panel in radians; it then shows offsets from the middle of the caustic.
     """
     curve = np.degrees(whole_line(caustic.celestial, caustic.closed)[:, ::-1])
-    if caustic.kind == "point":
+    if is_shapeless(caustic):
         curve = curve[:1]
     if half is not None:
         curve -= (curve.min(axis=0) + curve.max(axis=0)) / 2
@@ -43,8 +44,8 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
     else:
         ax.set_ylim(180, 0)
         ax.yaxis.set_major_locator(MultipleLocator(90))
-    if caustic.kind == "point":
-        style.draw_cross(ax, curve[0], caustic.order)
+    if is_shapeless(caustic):
+        draw_mark(ax, caustic, curve[0])
     else:
         ax.plot(*curve.T, **style.order_line(caustic.order))
     ax.annotate(_words(caustic), (0.02, 0.94), xycoords="axes fraction", va="top", fontsize=style.SMALLEST_TEXT)
@@ -53,8 +54,8 @@ def caustic_axes(ax: Axes, caustic: Caustic, half: float | None = None) -> Axes:
 
 def _words(caustic: Caustic) -> str:
     """Widths in phi' and theta'."""
-    if caustic.kind == "point":
-        return "a point"
+    if is_shapeless(caustic):
+        return "a point" if caustic.kind == "point" else "unresolved"
     widths = (math.degrees(extent) for extent in (caustic.phi_extent, caustic.theta_extent))
     return " × ".join(f"{width:.3g}" if width < 1000 else f"{width:.0f}" for width in widths) + " deg"
 
@@ -94,7 +95,7 @@ def _own_scales(panels: Sequence[Axes], found: list[Caustic]) -> None:
     """Each caustic about its own middle."""
     for ax, caustic in zip(panels, found, strict=True):
         width = max(caustic.theta_extent, caustic.phi_extent)
-        caustic_axes(ax, caustic, math.radians(0.5) if caustic.kind == "point" else _OWN_SCALE * width)
+        caustic_axes(ax, caustic, math.radians(0.5) if is_shapeless(caustic) else _OWN_SCALE * width)
 
 
 def _common_scale(panels: Sequence[Axes], found: list[Caustic]) -> None:

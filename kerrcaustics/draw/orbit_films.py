@@ -17,9 +17,10 @@ from matplotlib.lines import Line2D
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import Backdrop, Film, blank_frame, camera_settings
-from kerrcaustics.draw.plots import headline
+from kerrcaustics.draw.palettes import STAR_COLOUR
 from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_curve, unrolled_places, view_axes
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, critical_line, draw_wrapped
+from kerrcaustics.draw.titles import headline
 from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.tracks.events import PairEvent, in_time, when
@@ -32,8 +33,7 @@ _EDGE_POINTS = 2000
 # the time. So many frames its flash is seen, and before and after it the caption speaks of it.
 _SLOWER, _FLASH, _SPEAK = ((8.0, 0.012), (60.0, 0.0012)), 24, 60
 _LINE = 66
-_STAR_COLOUR = "#F0B000"
-_STAR: dict[str, Any] = {"marker": "*", "markersize": 15, "color": _STAR_COLOUR, "linestyle": "none", "zorder": 6}
+_STAR: dict[str, Any] = {"marker": "*", "markersize": 15, "color": STAR_COLOUR, "linestyle": "none", "zorder": 6}
 _IMAGE: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.7, "zorder": 5}
 _RING: dict[str, Any] = {"linestyle": "none", "marker": "o", "markerfacecolor": "none", "zorder": 7}
 
@@ -59,7 +59,7 @@ class Orbit:
         assert isinstance(images, tuple)
         self.images = images
         self._edge = shadow_edge(tracks.camera, _EDGE_POINTS)
-        self._view = view_axes(caustics, self._edge)
+        self._view = view_axes(tracks.camera, self._edge)
         # All at once: the distance to the edge takes its time.
         ends = np.cumsum([0, *(len(image) for image in images)])
         pictures = self._pictures(np.concatenate([image.sky for image in images]))
@@ -159,14 +159,14 @@ class Orbit:
         sky.set_title("what the camera sees, looking at the hole")
         near.set_title("the same, near the shadow (its edge is at the bottom)")
         sphere.set_title("where the star is, and the caustics")
-        sphere.axhline(math.degrees(self.tracks.level), color=_STAR_COLOUR, linewidth=0.8, zorder=1)
+        sphere.axhline(math.degrees(self.tracks.level), color=STAR_COLOUR, linewidth=0.8, zorder=1)
         celestial_sphere_axes(sphere, "φ′ from the camera (deg)", 45)
         (self._star,) = sphere.plot([], [], markeredgecolor="black", markeredgewidth=0.8, **_STAR)
         self._dots = [
-            [ax.scatter([], [], color=style.order_colour(index + 1), **_IMAGE) for ax in (sky, near)]
+            [ax.scatter([], [], color=style.index_colour(index), **_IMAGE) for ax in (sky, near)]
             for index in range(self.tracks.max_index + 1)
         ]
-        self._rings = [ax.plot([], [], markeredgecolor="#D00000", **_RING)[0] for ax in self.axes]
+        self._rings = [ax.plot([], [], markeredgecolor=STAR_COLOUR, **_RING)[0] for ax in self.axes]
         self._legend()
         star = f"star at θ′ = {math.degrees(self.tracks.level):.6g} deg; {headline(self.caustics)}"
         self.figure.text(0.5, 0.993, star, ha="center", va="top")
@@ -189,7 +189,7 @@ class Orbit:
             name = f"{style.order_name(k)} caustic and critical curve"
             curves.append(Line2D([], [], label=name, **style.order_line(k)))
             name = f"image of index {k - 1}{'' if k % 2 else ', mirrored'}"
-            dots.append(Line2D([], [], label=name, color=style.order_colour(k), **dot))
+            dots.append(Line2D([], [], label=name, color=style.index_colour(k - 1), **dot))
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.555, 0.13)}
         self.figure.legend(handles=[*curves, *dots], ncols=2, fontsize=9.5, **place)
 

@@ -26,12 +26,11 @@ from kerrcaustics.draw.projection import (
     view_axes,
     whole_line,
 )
-from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_axes
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, draw_mark, is_shapeless, unrolled_axes
+from kerrcaustics.draw.titles import headline
 
 Array = np.ndarray
 
-_MOTIONS = {"circular": "circular orbit", "fiducial": "fiducial observer", "static": "static"}
 # Curves of higher order lie too close together on the camera sky for letters.
 _HIGHEST_LETTERED = 3
 # Of the picture's width: a curve smaller than this has no room for letters round it.
@@ -54,11 +53,11 @@ def camera_sky(ax: Axes, caustics: CausticSet, edge: Float[Array, "n axes"]) -> 
     Notes
     -----
     The sky of an Observer is drawn as it is, alpha to the right and beta up, in M. Of a camera the projection is
-    azimuthal equidistant about the shadow's centre: angles from the centre are true. Up is -e_theta, the projected
+    azimuthal equidistant about the middle of the shadow: angles from it are true. Up is -e_theta, the projected
     spin axis, and right is forward x up: +e_phi for a camera that moves along e_phi. Light with b > 0, which moves
     along +phi, comes from the left: there is the prograde, flat, edge.
     """
-    axes = view_axes(caustics, edge)
+    axes = view_axes(caustics.camera, edge)
     outline = azimuthal_equidistant(edge, axes)
     ax.fill(*outline.T, label="shadow", **style.SHADOW)
     curves = [critical_line(caustic, axes) for caustic in caustics]
@@ -88,14 +87,14 @@ def camera_sky_unrolled(ax: Axes, caustics: CausticSet, edge: Float[Array, "n ax
 
     Notes
     -----
-    The position angle is measured at the shadow's centre on the picture of `camera_sky`, from the right (0)
+    The position angle is measured at the shadow's middle on the picture of `camera_sky`, from the right (0)
     over up (90) to the left, prograde, side (180); a little more is shown at both ends. The distance is the
     angle to the nearest point of the edge.
 
     Errors: the edge is a periodic spline of degree five through its points. Measured at spin 0.999, distances
     are good to 2e-8 rad for n = 360, 3e-13 for 2000, 2e-15 for 6000. Points nearer than 1e-15 rad are left out.
     """
-    axes = view_axes(caustics, edge)
+    axes = view_axes(caustics.camera, edge)
     distances = []
     for caustic in caustics:
         line = unrolled_curve(caustic.sky, axes, edge, caustic.closed)
@@ -113,12 +112,12 @@ def celestial_sphere(ax: Axes, caustic: Caustic) -> Axes:
 
     phi' grows to the right, as on a globe seen from outside. Cusps are lettered in the curve's order, and
     multiples of 360 degrees (of 3600 where there are very many) are faint verticals. A caustic that is a
-    point is a cross.
+    point, or unresolved, is a cross.
     """
     curve = np.degrees(caustic.celestial[:, ::-1])
-    if caustic.kind == "point":
+    if is_shapeless(caustic):
         curve = curve[:1]
-        style.draw_cross(ax, curve[0], caustic.order)
+        draw_mark(ax, caustic, curve[0])
     else:
         _draw_curve(ax, curve, caustic)
         _letter_around(ax, _cusp_angles(caustic), curve, caustic.order, flat=0.35)
@@ -138,18 +137,18 @@ def primary_zoom(ax: Axes, caustic: Caustic) -> Axes:
     """A small caustic, such as the primary, in its true shape: theta' (down) and phi' from its centre.
 
     Angles are in degrees from the centre that the axis labels name; degrees of phi' are drawn shorter by
-    sin(theta'), as they are on the sky (by 0.05 near a pole). Cusps are lettered; a caustic that is a point
-    is a cross.
+    sin(theta'), as they are on the sky (by 0.05 near a pole). Cusps are lettered; a caustic that is a point,
+    or unresolved, is a cross.
     """
     curve = np.degrees(caustic.celestial[:, ::-1])
-    if caustic.kind == "point":
+    if is_shapeless(caustic):
         curve = curve[:1]
     low, high = curve.min(axis=0), curve.max(axis=0)
     width = float((high - low).max())
     digits = min(max(0, 1 - math.floor(math.log10(width))), 12) if width > 0 else 3
     centre = np.round((low + high) / 2, digits)
-    if caustic.kind == "point":
-        style.draw_cross(ax, curve[0] - centre, caustic.order)
+    if is_shapeless(caustic):
+        draw_mark(ax, caustic, curve[0] - centre)
         width = 1.0
         ax.set(xlim=(-0.5, 0.5), ylim=(-0.5, 0.5))
     else:
@@ -199,9 +198,9 @@ def overview(caustics: CausticSet, edge: Float[Array, "n axes"]) -> Figure:
 
 
 def _caustic_panel(ax: Axes, caustic: Caustic) -> None:
-    draw = primary_zoom if is_small(caustic) and caustic.kind != "point" else celestial_sphere
+    draw = primary_zoom if is_small(caustic) and not is_shapeless(caustic) else celestial_sphere
     draw(ax, caustic)
-    remark = ", a point" if caustic.kind == "point" else ""
+    remark = {"point": ", a point", "unresolved": ", unresolved"}.get(caustic.kind, "")
     if caustic.circuits > 0.5:
         remark = f", {caustic.circuits:.2f} circuits"
     ax.set_title(f"{style.order_name(caustic.order)} caustic{remark}")
@@ -231,22 +230,6 @@ def _panel_rows(caustics: Sequence[Caustic]) -> list[list[Caustic]]:
         rows[-1].append(caustic)
         room -= width
     return rows
-
-
-def headline(caustics: CausticSet) -> str:
-    """The camera in words, and the orders that are missing: the title of a figure."""
-    missing = ", ".join(style.order_name(order) for order in caustics.lost)
-    return camera_in_words(caustics.camera) + f"\nnot found: {missing}" * bool(missing)
-
-
-def camera_in_words(camera: Viewer) -> str:
-    """Spin, place and motion of a camera."""
-    if isinstance(camera.velocity, str):
-        motion = _MOTIONS[camera.velocity]
-    else:
-        motion = "velocity (r, θ, φ) = (" + ", ".join(style.number(v, ".4g") for v in camera.fido_velocity()) + ")"
-    inclination = f"{math.degrees(camera.inclination):.12g} deg"
-    return f"spin {camera.spin:.12g}, radius {camera.radius:.12g}, inclination {inclination}, {motion}"
 
 
 def _named_line(caustic: Caustic) -> dict[str, Any]:

@@ -1,6 +1,8 @@
-"""From directions on the camera sky to the plane of a picture: degrees; of an Observer (alpha, beta) in M.
+"""From directions on the camera sky to the plane of a picture.
 
-`axes` of a picture are those of the camera's view; the sky of an Observer is flat, and needs its middle alone.
+All pictures of it have one zero, the middle of the shadow: degrees to the right of it and above it, in the azimuthal
+equidistant projection, up being the spin axis. The sky of an Observer is flat, and is drawn as it is: (alpha, beta) in
+M, which are zero where light comes straight out of the hole.
 """
 
 import math
@@ -10,8 +12,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.spatial import KDTree
 
-from kerrcaustics.curves.caustic import CausticSet
-from kerrcaustics.spacetime.shadow import shadow_axes, straight_out, upright_axes
+from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 from kerrcaustics.spacetime.sphere import angle_between
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -24,32 +25,18 @@ _ROUND_OFF = 5e-14
 TURNS = (-360, 0, 360)
 """Degrees by which a line is moved to be seen throughout: the unrolled camera sky shows a little more than a turn."""
 
-# Rows: forward to the hole, right, up, for a camera that is at rest or moves along e_phi.
-_TO_THE_HOLE = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+# Points of the shadow edge, for its middle to a ten-thousandth of a degree.
+_EDGE_POINTS = 720
 # Curves of so many points are smoothed: fewer are drawn as they are, more need it not.
 _FEWEST_SMOOTHED, _MOST_SMOOTHED = 32, 1000
 
 
-def view_axes(caustics: CausticSet, edge: Float[Array, "n axes"]) -> Float[Array, "..."]:
-    """Forward, right and up (3, 3), rows in camera-sky components: forward to the centre of the shadow.
+def view_axes(camera: Viewer, edge: Float[Array, "n axes"]) -> Float[Array, "..."]:
+    """Forward, right and up (3, 3), rows in camera-sky components: forward to the middle of the shadow.
 
-    Of an Observer the centre (2,).
-
-    The centre is the direction of the vector area of the edge. Where that lies outside one of the curves (close to the
-    horizon, where the shadow is nearly the whole sky) it is the direction of light that comes straight out of the hole,
-    which every critical curve encloses.
+    Of an Observer the middle (2,) itself, about which position angles are measured.
     """
-    return axes_about(caustics.camera, edge, [caustic.sky for caustic in caustics])
-
-
-def axes_about(camera: Viewer, edge: Float[Array, "n axes"], curves: list[Array]) -> Float[Array, "..."]:
-    """The same about any curves (n, axes) on the camera sky that enclose the hole."""
-    if _is_flat(edge):
-        return _middle(edge)
-    axes = shadow_axes(camera, edge)
-    if all(_encloses_centre(curve, axes) for curve in (edge, *curves)):
-        return axes
-    return upright_axes(camera, straight_out(camera))
+    return _middle(edge) if _is_flat(edge) else shadow_axes(camera, edge)
 
 
 def _is_flat(sky: Float[Array, "*batch axes"]) -> bool:
@@ -62,12 +49,6 @@ def _middle(curve: Float[Array, "n 2"]) -> Float[Array, "2"]:
     following = np.roll(curve, -1, axis=0)
     area = curve[:, 0] * following[:, 1] - curve[:, 1] * following[:, 0]
     return (curve + following).T @ area / (3 * area.sum())
-
-
-def _encloses_centre(curve: Float[Array, "n 3"], axes: Float[Array, "3 3"]) -> bool:
-    """True when a closed curve (n, 3) runs once round the forward axis."""
-    angle = position_angle(np.concatenate([curve, curve[:1]]), axes)
-    return bool(abs(np.unwrap(angle, period=360)[-1] - angle[0]) > 180)
 
 
 def whole_line(points: Float[Array, "n k"], closed: bool) -> Float[Array, "m k"]:
@@ -97,9 +78,9 @@ def azimuthal_equidistant(
     return np.stack([right * scale, up * scale], axis=-1)
 
 
-def about_hole(sky: Float[Array, "*batch k"]) -> Float[Array, "*batch 2"]:
-    """Degrees to the right and up from the hole of directions (..., 3); places (alpha, beta) as they are."""
-    return azimuthal_equidistant(sky, _TO_THE_HOLE)
+def about_shadow(camera: Viewer, sky: Float[Array, "*batch k"]) -> Float[Array, "*batch 2"]:
+    """Degrees to the right of the shadow's middle and above it of directions; places (alpha, beta) as they are."""
+    return azimuthal_equidistant(sky, view_axes(camera, shadow_edge(camera, _EDGE_POINTS)))
 
 
 def position_angle(directions: Float[Array, "*batch axes"], axes: Float[Array, "..."]) -> Float[Array, "*batch"]:

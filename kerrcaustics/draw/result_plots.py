@@ -23,12 +23,16 @@ from kerrcaustics.draw import sky_results, style
 from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.sky_axes import REACH, from_above, is_sphere
+from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.images.derivatives import ImageDerivatives
 from kerrcaustics.scenes.disk.profile import LineProfile
+from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering, TracedView
 from kerrcaustics.scenes.render_volume import VolumeRendering
 from kerrcaustics.scenes.tones import AUTO, Auto, tone_mapped
 from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.event_derivatives import EventDerivatives
 from kerrcaustics.tracks.light_curves import LightCurve
 
@@ -39,9 +43,8 @@ _BY = "for 1, GM/c² or rad"
 
 
 def light_curve(ax: Axes, light: LightCurve) -> Axes:
-    """The flux and what each crossing adds, with creations (dashed) and annihilations (dotted)."""
-    show_flux(ax, light)
-    return ax
+    """The flux and what each crossing adds, with creations (up) and annihilations (down)."""
+    return show_flux(ax, light)
 
 
 def line_profile(ax: Axes, profile: LineProfile) -> Axes:
@@ -58,7 +61,15 @@ def rendering(
     ax: Axes, rendering: Rendering | VolumeRendering, *, exposure: float | Auto = AUTO, curve: str = "asinh"
 ) -> Axes:
     """The picture, in degrees from its middle; exposure and curve as for `tone_mapped`."""
-    return show_picture(ax, rendering.view, tone_mapped(np.nan_to_num(rendering.light), exposure, curve))
+    picture = tone_mapped(np.nan_to_num(rendering.light), exposure, curve)
+    return show_picture(ax, rendering.view, picture, middle=_middle(rendering.camera, rendering.view))
+
+
+def _middle(camera: Viewer, view: Raster) -> str:
+    """The name of what lies in the middle of a picture."""
+    forward = getattr(view, "forward", None)
+    toward_hole = forward is not None and np.allclose(forward, shadow_axes(camera, shadow_edge(camera, 720))[0])
+    return "shadow's middle" if toward_hole else "picture's middle"
 
 
 def traced_view(ax: Axes, traced: TracedView) -> Axes:
@@ -178,9 +189,19 @@ def plot(result: Any, ax: Axes | None = None, **settings: Any) -> Axes:
     if name not in _PLOTS:
         raise ValueError(f"Argument `result` must be one of {', '.join(sorted(_PLOTS))} to be drawn, but is {name}.")
     if ax is not None:
-        return _PLOTS[name](ax, result, **settings)
+        return _titled(_PLOTS[name](ax, result, **settings), result)
     with rc_context(style.RC):
-        return _PLOTS[name](plt.figure(layout="constrained").add_subplot(), result, **settings)
+        return plot(result, plt.figure(layout="constrained").add_subplot(), **settings)
+
+
+def _titled(ax: Axes, result: Any) -> Axes:
+    """Axes with the viewer of the result in their title, where they have none; with the spin where that is known."""
+    viewer = result if isinstance(result, Viewer) else getattr(result, "camera", None)
+    if not ax.get_title() and isinstance(viewer, Viewer):
+        ax.set_title(viewer_in_words(viewer))
+    elif not ax.get_title() and hasattr(result, "spin"):
+        ax.set_title(f"spin {result.spin:.12g}")
+    return ax
 
 
 def small_picture(result: Any) -> Figure | None:

@@ -30,6 +30,7 @@ Array = np.ndarray
 
 # Over a picture of any colour a line needs a rim.
 _CASING = [withStroke(linewidth=2.0, foreground="white", alpha=0.7)]
+_DARK_CASING = [withStroke(linewidth=2.2, foreground="black", alpha=0.75)]
 
 
 def save_picture(path: str | os.PathLike[str], picture: Array, note: str = "") -> None:
@@ -67,54 +68,67 @@ def save_light(path: str | os.PathLike[str], light: Array) -> None:
             shutil.copyfileobj(made, file)
 
 
-def show_picture(ax: Axes, view: Raster, picture: UInt8[Array, "height width 3"], whole: View | None = None) -> Axes:
+def show_picture(
+    ax: Axes,
+    view: Raster,
+    picture: UInt8[Array, "height width 3"],
+    whole: View | None = None,
+    middle: str = "picture's middle",
+) -> Axes:
     """A picture (height, width, 3) uint8 of a view on axes, in pixels that are labelled as degrees from its centre.
 
     Degrees are true along the axes through the centre; for a fisheye view, along every line through it. whole: a view
     of which this one is a part; degrees then count from the centre of that one, as on its picture if it is a fisheye.
+    middle: the name of that centre, "shadow's middle" for `View.toward_hole`.
     A screen is labelled by alpha and beta, or where it is turned by the lengths to the right and up from its centre.
     """
     ax.imshow(picture, interpolation="antialiased", extent=(-0.5, view.width - 0.5, view.height - 0.5, -0.5))
-    _label(view, ax, whole)
+    _label(view, ax, whole, middle)
     return ax
 
 
 @singledispatch
-def _label(view: Raster, ax: Axes, whole: View | None) -> None:
+def _label(view: Raster, ax: Axes, whole: View | None, middle: str) -> None:
     """Ticks and names of the axes of a picture: one method for each class of rasters."""
     raise TypeError(f"no labels of {type(view).__name__}")
 
 
 @_label.register
-def _label_view(view: View, ax: Axes, whole: View | None) -> None:
+def _label_view(view: View, ax: Axes, whole: View | None, middle: str) -> None:
     if whole is None:
         _degrees(ax, view)
     else:
         _degrees_of(ax, view, whole)
-    ax.set(xlabel="to the right (deg)", ylabel="up (deg)")
+    ax.set(xlabel=f"right of the {middle} (deg)", ylabel=f"above the {middle} (deg)")
 
 
 @_label.register
-def _label_screen(view: Screen, ax: Axes, whole: View | None) -> None:
+def _label_screen(view: Screen, ax: Axes, whole: View | None, middle: str) -> None:
     upright = np.array_equal(view.up, (0.0, 1.0))
-    middle = (view.width - 1) / 2, (view.height - 1) / 2
+    centre = (view.width - 1) / 2, (view.height - 1) / 2
     for axis, pixels, start, step in (
         (ax.xaxis, np.array([-0.5, view.width - 0.5]), view.centre[0] * upright, view.pixel),
         (ax.yaxis, np.array([view.height - 0.5, -0.5]), view.centre[1] * upright, -view.pixel),
     ):
-        ends = start + (pixels - middle[axis is ax.yaxis]) * step
+        ends = start + (pixels - centre[axis is ax.yaxis]) * step
         values = np.asarray(MaxNLocator(7, steps=[1, 2, 5, 10]).tick_values(*ends.tolist()))
         values = values[(values >= ends[0]) & (values <= ends[1])]
         _tick(axis, np.interp(values, ends, pixels), values)
-    names = ("α (GM/c²)", "β (GM/c²)") if upright else ("to the right (GM/c²)", "up (GM/c²)")
+    names = ("α (M)", "β (M)") if upright else ("right of the middle (M)", "above the middle (M)")
     ax.set(xlabel=names[0], ylabel=names[1])
 
 
-def show_critical_curves(ax: Axes, view: Raster, caustics: Iterable[Caustic], **line: Any) -> Axes:
-    """Critical curves over a picture of the same view and camera, one colour an order, as lines in its pixels."""
+def show_critical_curves(
+    ax: Axes, view: Raster, caustics: Iterable[Caustic], *, on_black: bool = False, **line: Any
+) -> Axes:
+    """Critical curves over a picture of the same view and camera, one colour an order, as lines in its pixels.
+
+    on_black: bright colours with a dark rim, for dark pictures. line: settings of the lines besides.
+    """
     for caustic in caustics:
         curve = whole_line(smoothed(caustic.sky), True) if caustic.closed else caustic.sky
-        settings = {**style.order_line(caustic.order), "linewidth": 0.9, "path_effects": _CASING, **line}
+        rim = {"linewidth": 0.9, "path_effects": _DARK_CASING if on_black else _CASING}
+        settings = {**style.order_line(caustic.order, on_black), **rim, **line}
         show_line(ax, view, curve, label=style.order_name(caustic.order), **settings)
     return ax
 

@@ -12,10 +12,11 @@ from jaxtyping import Float, Int
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
-from matplotlib.ticker import MultipleLocator
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from kerrcaustics.beams.ends import End
-from kerrcaustics.curves.caustic import Caustic
+from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import OVERLAP, azimuthal_equidistant, smoothed, whole_line
 
@@ -24,28 +25,32 @@ Array = np.ndarray
 REACH = 20.0
 """Radius (GM/c^2) at which curves in pictures from above end."""
 
+_SKY_NAMES = "right of the shadow's middle (deg)", "above the shadow's middle (deg)"
+_SCREEN_NAMES = "α (M)", "β (M)"
+_SPHERE_NAME = "φ′ (deg)"
+_HALO = withStroke(linewidth=3, foreground="white")
+# Caustics below this extent, radians, are pointed out.
+_SMALL = math.radians(4.0)
+# An unresolved caustic of fewer errors than this has no shape.
+_SHAPELESS = 1000
+# Radians.
+_LONGEST_ARC = math.radians(4.0)
 # From the borders of the picture, degrees.
 _AWAY = 1e-9
 
 
 def camera_sky_axes(ax: Axes, step: float, unit: str = "rad") -> Axes:
-    """Name the axes of a picture of the camera sky, of which `unit` is the `sky_unit`; a tick every `step`.
-
-    In degrees the picture is azimuthal equidistant.
-    """
+    """Name the axes of a picture of the camera sky, of which `unit` is the `sky_unit`; a tick every `step`."""
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    flat = unit != "rad"
-    ax.set_xlabel("α (M)" if flat else "to the right (deg, azimuthal equidistant)")
-    ax.set_ylabel("β (M), along the spin axis" if flat else "up, along the spin axis (deg)")
-    return ax
+    return name_sky_axes(ax, unit)
 
 
-def name_sky_axes(ax: Axes, sky: Float[Array, "n axes"]) -> None:
-    """Name the axes of what lies about the hole, in degrees to the right and up; of an Observer alpha and beta."""
-    distant = sky.shape[-1] == 2
-    right, up = ("α (GM/c²)", "β (GM/c²)") if distant else ("to the right (deg)", "up (deg)")
+def name_sky_axes(ax: Axes, unit: str = "rad") -> Axes:
+    """Name the axes of a picture of the camera sky, and what is 0 on them; of an Observer alpha and beta."""
+    right, up = _SKY_NAMES if unit == "rad" else _SCREEN_NAMES
     ax.set(xlabel=right, ylabel=up, aspect="equal")
+    return ax
 
 
 def unrolled_axes(ax: Axes, unit: str = "rad") -> Axes:
@@ -56,11 +61,16 @@ def unrolled_axes(ax: Axes, unit: str = "rad") -> Axes:
     return ax
 
 
-def celestial_sphere_axes(ax: Axes, name: str = "φ′ (deg)", step: float = 30) -> Axes:
-    """Axes of the whole celestial sphere: phi' (`name`) from -180 to 180, theta' down, a tick every `step` degrees."""
-    ax.set(xlim=(-180, 180), ylim=(180, 0), xlabel=name, ylabel="θ′ (deg)")
-    ax.xaxis.set_major_locator(MultipleLocator(60))
-    ax.yaxis.set_major_locator(MultipleLocator(step))
+def celestial_sphere_axes(ax: Axes, name: str = _SPHERE_NAME, step: float = 30, middle: float = 0.0) -> Axes:
+    """Axes of the whole celestial sphere: phi' (`name`) about `middle`, theta' down, a tick every `step` degrees.
+
+    Axes that have that name already keep their limits.
+    """
+    if ax.get_xlabel() != name:
+        ax.set(xlim=(middle - 180, middle + 180), ylim=(180, 0), xlabel=name, ylabel="θ′ (deg)")
+        ax.xaxis.set_major_locator(MultipleLocator(60))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda phi, _: style.number(180 - (180 - phi) % 360)))
+        ax.yaxis.set_major_locator(MultipleLocator(step))
     return ax
 
 
@@ -69,17 +79,95 @@ def critical_line(caustic: Caustic, axes: Float[Array, "..."]) -> Float[Array, "
     return azimuthal_equidistant(whole_line(smoothed(caustic.sky), True) if caustic.closed else caustic.sky, axes)
 
 
+def is_shapeless(caustic: Caustic) -> bool:
+    """True for a caustic of which only the place is known: a point, or unresolved and next to its error in size."""
+    size = max(caustic.theta_extent, caustic.phi_extent)
+    return caustic.kind == "point" or bool(caustic.kind == "unresolved" and size < _SHAPELESS * caustic.error)
+
+
+def point_out(ax: Axes, caustic: Caustic, place: Float[Array, "2"]) -> None:
+    """The name of a caustic that is too small to be seen at a place, and a line to it; of a larger one nothing."""
+    if is_shapeless(caustic) or max(caustic.theta_extent, caustic.phi_extent) > _SMALL:
+        return
+    colour = style.order_colour(caustic.order)
+    arrow = {"arrowstyle": "-", "color": colour, "linewidth": 0.8, "shrinkB": 1, "path_effects": [_HALO]}
+    text = {"textcoords": "offset points", "ha": "center", "color": colour, "path_effects": [_HALO]}
+    ax.annotate(style.order_name(caustic.order), tuple(place), (0, 30), arrowprops=arrow, **text)
+
+
+def draw_mark(ax: Axes, caustic: Caustic, place: Float[Array, "2"]) -> None:
+    """A cross for a caustic that has no shape, at a place on the axes, and its name; one that is no point says so."""
+    style.draw_cross(ax, place, caustic.order, "" if caustic.kind == "point" else ", unresolved")
+
+
 def draw_wrapped(ax: Axes, caustic: Caustic, width: float, narrow: float, **settings: Any) -> None:
-    """A caustic on axes of the whole celestial sphere, a cross where it is a point.
+    """A caustic on axes of the whole celestial sphere, -180 to 180, a cross where it has no shape.
 
     width, narrow: of its line, where it goes round less than twice, and else; settings: of the line besides.
     """
-    if caustic.kind == "point":
-        style.draw_cross(ax, wrapped(np.degrees(caustic.celestial[:1]))[0], caustic.order)
+    if is_shapeless(caustic):
+        draw_mark(ax, caustic, wrapped(np.degrees(caustic.celestial[:1]))[0])
         return
     line = wrapped(np.degrees(whole_line(caustic.celestial, caustic.closed)))
     linewidth = width if caustic.circuits < 2 else narrow
     ax.plot(*line.T, linewidth=linewidth, **style.order_line(caustic.order), **settings)
+
+
+def caustics_on_sphere(ax: Axes, caustics: CausticSet) -> Axes:
+    """Caustics on axes of the whole celestial sphere, none of them torn.
+
+    Those that go round less than once are whole: phi' runs about the middle of the largest of them, and farther where
+    another one needs it. Those that go round more often run from border to border.
+    """
+    whole = [caustic for caustic in caustics if caustic.circuits < 1]
+    if ax.get_xlabel() != _SPHERE_NAME and whole:
+        largest = max(whole, key=lambda caustic: caustic.phi_extent)
+        middle = _near(_middle_phi(largest), 0.0)
+        low, high = zip(*(_reach(caustic, middle) for caustic in whole), strict=True)
+        celestial_sphere_axes(ax, middle=middle)
+        ax.set_xlim(min(*low, middle - 180), max(*high, middle + 180))
+    left, right = celestial_sphere_axes(ax).get_xlim()
+    for caustic in caustics:
+        _draw_at_turns(ax, caustic, left, right)
+    return ax
+
+
+def _draw_at_turns(ax: Axes, caustic: Caustic, left: float, right: float) -> None:
+    """A caustic, wherever between two azimuths a part of it lies."""
+    phi, theta = np.degrees(whole_line(caustic.celestial, caustic.closed)[:, ::-1]).T
+    if is_shapeless(caustic):
+        draw_mark(ax, caustic, np.array([_near(_middle_phi(caustic), (left + right) / 2), theta[0]]))
+        return
+    name = style.order_name(caustic.order) + (", unresolved" if caustic.kind == "unresolved" else "")
+    line: dict[str, Any] = {"linewidth": 1.1 if caustic.circuits < 2 else 0.7, **style.order_line(caustic.order)}
+    centre = _near(_middle_phi(caustic), (left + right) / 2)
+    point_out(ax, caustic, np.array([centre, theta.mean()]))
+    for i, turn in enumerate(_turns(phi, centre - _middle_phi(caustic), left, right)):
+        line["label"] = "_" * bool(i) + name
+        ax.plot(phi + turn, theta, **line)
+
+
+def _turns(phi: Float[Array, " n"], nearest: float, left: float, right: float) -> list[float]:
+    """By how many degrees a line is moved to be seen between two azimuths: the nearest turn alone if that is whole."""
+    if left <= phi.min() + nearest and phi.max() + nearest <= right:
+        return [nearest]
+    first, last = math.ceil((left - phi.max()) / 360), math.floor((right - phi.min()) / 360)
+    return [360.0 * turn for turn in range(first, last + 1)]
+
+
+def _middle_phi(caustic: Caustic) -> float:
+    return math.degrees(caustic.phi_min + caustic.phi_max) / 2
+
+
+def _near(phi: float, middle: float) -> float:
+    """An azimuth, degrees, by whole turns within half a turn of another one."""
+    return middle + 180 - (middle + 180 - phi) % 360
+
+
+def _reach(caustic: Caustic, middle: float) -> tuple[float, float]:
+    """Least and largest phi' of a caustic, degrees, next to a middle, with a little room."""
+    centre, half = _near(_middle_phi(caustic), middle), math.degrees(caustic.phi_extent) / 2 + 5
+    return centre - half, centre + half
 
 
 def wrapped(celestial: Float[Array, "n 2"]) -> Float[Array, "m 2"]:
@@ -113,16 +201,18 @@ def _crossings(start: Float[Array, "2"], end: Float[Array, "2"]) -> list[tuple[f
 
 def draw_places(ax: Axes, surface: End, places: Float[Array, "n 2"], **settings: Any) -> Axes:
     """Draw places on a surface as points on its axes."""
-    ax.plot(*on_axes(surface, places), **{"linestyle": "none", "color": "black", **settings})
-    return source_axes(ax, surface)
+    source_axes(ax, surface)
+    ax.plot(*on_axes(ax, surface, places), **{"linestyle": "none", "color": "black", **settings})
+    return ax
 
 
 def draw_totals(ax: Axes, surface: End, places: Float[Array, "n 2"], total: Int[Array, " n"]) -> Axes:
     """Draw places on a surface, coloured by how many images each has."""
+    source_axes(ax, surface)
     colours = ListedColormap(colormaps["viridis"](np.linspace(0.05, 0.95, 16)))
-    points = ax.scatter(*on_axes(surface, places), c=total, s=12, cmap=colours)
+    points = ax.scatter(*on_axes(ax, surface, places), c=total, s=12, cmap=colours)
     ax.figure.colorbar(points, ax=ax, label="images")
-    return source_axes(ax, surface)
+    return ax
 
 
 def source_axes(ax: Axes, surface: End) -> Axes:
@@ -132,7 +222,7 @@ def source_axes(ax: Axes, surface: End) -> Axes:
 
 def from_above(ax: Axes) -> Axes:
     """Name the axes of a picture seen along the spin axis, y upward."""
-    ax.set(xlabel="x (GM/c²)", ylabel="y (GM/c²)", aspect="equal")
+    ax.set(xlabel="x (M)", ylabel="y (M)", aspect="equal")
     return ax
 
 
@@ -144,19 +234,24 @@ def in_plane(places: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Float[Arr
 def draw_from_above(ax: Axes, caustic: Caustic, **settings: Any) -> None:
     """Draw a caustic in the plane as far as 20 M."""
     near = np.where(caustic.place[:, :1] < REACH, caustic.place, np.nan)
-    ax.plot(*in_plane(whole_line(near, caustic.closed)), **style.order_line(caustic.order), **settings)
+    line = rounded(whole_line(near, caustic.closed))
+    ax.plot(*in_plane(line), **{**style.order_line(caustic.order), **settings})
 
 
-def level_in_words(surface: End, level: float) -> str:
-    """The first coordinate of a place on a surface: "θ′ = 80 deg", "r = 6"."""
-    return f"θ′ = {math.degrees(level):.12g} deg" if is_sphere(surface) else f"r = {level:.12g}"
+def rounded(places: Float[Array, "n 2"]) -> Float[Array, "m 2"]:
+    """A line of radii and azimuths with further places on steps of many degrees, which are arcs rather than chords."""
+    parts = np.nan_to_num(np.abs(np.diff(places[:, 1])) / _LONGEST_ARC)
+    number = np.concatenate([[0.0], np.cumsum(np.maximum(np.ceil(parts), 1))])
+    fine = np.arange(number[-1] + 1)
+    return np.stack([np.interp(fine, number, column) for column in places.T], axis=-1)
 
 
-def on_axes(surface: End, places: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """x and y of places on the axes of a surface; phi' in [-180, 180) degrees."""
+def on_axes(ax: Axes, surface: End, places: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """x and y of places on the axes of a surface; phi' in degrees, within a turn from the left border."""
     if not is_sphere(surface):
         return in_plane(places)
-    return np.degrees((places[:, 1] + math.pi) % (2 * math.pi) - math.pi), np.degrees(places[:, 0])
+    left = ax.get_xlim()[0]
+    return (np.degrees(places[:, 1]) - left) % 360 + left, np.degrees(places[:, 0])
 
 
 def is_sphere(surface: End) -> bool:

@@ -1,4 +1,8 @@
-"""Plots of results on the camera sky and on the celestial sphere."""
+"""Plots of results on the camera sky and on the surface of the sources.
+
+On the camera sky all have one zero, the middle of the shadow. Images, tracks and events bring the curves that explain
+them, unless the axes hold something already.
+"""
 
 from collections.abc import Iterable
 from typing import Any
@@ -8,25 +12,28 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from kerrcaustics.beams.beam import Rays
-from kerrcaustics.beams.ends import SKY, End
+from kerrcaustics.beams.ends import SKY
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
+from kerrcaustics.curves.caustic_search import caustics as caustics_of
 from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import count_map_axes
 from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
-from kerrcaustics.draw.projection import about_hole, whole_line
+from kerrcaustics.draw.projection import about_shadow, azimuthal_equidistant, whole_line
 from kerrcaustics.draw.sky_axes import (
+    caustics_on_sphere,
     celestial_sphere_axes,
     draw_from_above,
     draw_places,
     draw_totals,
-    draw_wrapped,
     from_above,
+    is_shapeless,
     is_sphere,
     name_sky_axes,
     on_axes,
     source_axes,
 )
-from kerrcaustics.draw.tracks import stretches
+from kerrcaustics.draw.titles import viewer_in_words
+from kerrcaustics.draw.tracks import stretches, tracks_legend, tracks_on_sky
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.scenes.catalogue import StarCatalogue
@@ -37,7 +44,7 @@ from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_angle
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.circles import CircleCurve, CircleImages
-from kerrcaustics.tracks.events import PairEvent
+from kerrcaustics.tracks.events import PairEvent, PairEvents
 from kerrcaustics.tracks.following import FollowedStar
 from kerrcaustics.tracks.isoradials import Isoradial
 from kerrcaustics.tracks.light_curves import SpotEvent
@@ -46,6 +53,9 @@ from kerrcaustics.tracks.tracks import StarTracks, Track
 
 Array = np.ndarray
 
+_EDGE_POINTS = 720
+# Rows: against e_x, along e_y, along e_z.
+_BASIS = np.diag([-1.0, 1.0, 1.0])
 # x and y of the corners of a picture, the first of them twice, in parts of its width and height.
 _CORNERS = [[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]]
 
@@ -54,30 +64,41 @@ def one_caustic(ax: Axes, caustic: Caustic, *, zoom: bool | None = None) -> Axes
     """On its surface; zoom, which is usual on spheres for one below 10 degrees: in its true shape about its middle."""
     if is_sphere(caustic.surface):
         zoom = is_small(caustic) if zoom is None else zoom
-        draw = primary_zoom if zoom and caustic.kind != "point" else celestial_sphere
+        draw = primary_zoom if zoom and not is_shapeless(caustic) else celestial_sphere
         draw(ax, caustic)
     else:
         draw_from_above(from_above(ax), caustic)
-    ax.set_title(f"{style.order_name(caustic.order)} caustic")
+    ax.set_title(f"{style.order_name(caustic.order)} caustic\n{viewer_in_words(caustic.camera)}")
     return ax
 
 
 def caustic_set(ax: Axes, caustics: CausticSet, *, sky: str = "celestial") -> Axes:
-    """The caustics on their surface, phi' wrapped; sky="camera": the critical curves round the shadow."""
+    """The caustics on their surface, none of them torn; sky="camera": the critical curves round the shadow."""
     if sky not in ("celestial", "camera"):
         raise ValueError(f"Argument `sky` must be celestial or camera, but is {sky!r}.")
     if sky == "camera":
         shadow(ax, caustics.camera)
-        for caustic in caustics:
-            line = style.order_line(caustic.order)
-            _on_sky(ax, whole_line(caustic.sky, caustic.closed), label=style.order_name(caustic.order), **line)
-        return _legend(ax)
+        _critical_curves(ax, caustics)
+    else:
+        caustics_on_surface(ax, caustics)
+    return _legend(ax)
+
+
+def caustics_on_surface(ax: Axes, caustics: CausticSet) -> Axes:
+    """Caustics on their surface, none of them torn."""
+    if is_sphere(caustics.surface):
+        return caustics_on_sphere(ax, caustics)
     for caustic in caustics:
-        if is_sphere(caustics.surface):
-            draw_wrapped(ax, caustic, 1.1, 0.7, label=style.order_name(caustic.order))
-        else:
-            draw_from_above(ax, caustic, label=style.order_name(caustic.order))
-    return _legend(source_axes(ax, caustics.surface))
+        draw_from_above(ax, caustic, label=style.order_name(caustic.order))
+    return from_above(ax)
+
+
+def _critical_curves(ax: Axes, caustics: CausticSet) -> None:
+    """Critical curves on the camera sky, one colour an order."""
+    for caustic in caustics:
+        line = style.order_line(caustic.order)
+        curve = whole_line(caustic.sky, caustic.closed)
+        _on_sky(ax, caustics.camera, curve, label=f"{style.order_name(caustic.order)} critical curve", **line)
 
 
 def cusp_place(ax: Axes, cusp: Cusp) -> Axes:
@@ -85,19 +106,20 @@ def cusp_place(ax: Axes, cusp: Cusp) -> Axes:
     return draw_places(ax, SKY, cusp.celestial[None], marker="o")
 
 
-def event_places(ax: Axes, events: Iterable[PairEvent]) -> Axes:
-    """Places of the source, relative to the camera, at creations (up) and annihilations (down), one colour an order."""
-    surface: End = SKY
+def event_places(ax: Axes, events: PairEvents) -> Axes:
+    """Places of the source at creations (up) and annihilations (down), one colour an order, on the caustics."""
+    if events and not ax.has_data():
+        caustics_on_surface(ax, caustics_of(events.camera, max(event.order for event in events), end=events.surface))
     for event in events:
-        surface = event.surface
-        mark = {"marker": style.EVENTS.get(event.kind, "o"), "color": style.order_colour(event.order)}
-        draw_places(ax, surface, np.array([event.star]), label=f"{event.kind}, order {event.order}", **mark)
-    return _legend(source_axes(ax, surface))
+        one_event(ax, event)
+    return _legend(source_axes(ax, events.surface))
 
 
 def one_event(ax: Axes, event: PairEvent) -> Axes:
-    """The place of the source at the event."""
-    return event_places(ax, [event])
+    """The place of the source, relative to the camera, at the event."""
+    mark = {**style.event_mark(event.kind), "markeredgecolor": style.order_colour(event.order)}
+    label = f"{event.kind}, order {event.order}"
+    return _legend(draw_places(ax, event.surface, np.array([event.star]), label=label, **mark))
 
 
 def ray_ends(ax: Axes, rays: Rays) -> Axes:
@@ -124,45 +146,57 @@ def star_counts(ax: Axes, counts: ImageCounts) -> Axes:
     return draw_totals(ax, counts.surface, counts.stars, counts.total)
 
 
-def image_places(ax: Axes, images: StarImages) -> Axes:
-    """On the camera sky about the hole: one colour an index, areas that grow with the magnification."""
+def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = None) -> Axes:
+    """On the camera sky, with shadow and critical curves: one colour an index, larger where more magnified.
+
+    caustics: of the same camera and surface, where they are known.
+    """
+    if not ax.has_data():
+        shadow(ax, images.camera)
+        curves = caustics or caustics_of(images.camera, images.max_index + 1, end=images.surface)
+        _critical_curves(ax, curves)
     brightness = np.nan_to_num(images.magnification, nan=0.0, posinf=1e9)
     size = 6 + 5 * np.log10(np.clip(brightness / max(brightness.max(initial=0), 1e-300), 1e-4, 1)) / 4
-    for k in np.unique(images.index).tolist():
-        for place, large in zip(images.sky[images.index == k], size[images.index == k], strict=True):
-            mark = {"marker": "o", "markersize": float(large), "color": style.order_colour(k + 1)}
-            _on_sky(ax, place[None], linestyle="none", label=f"index {k}", **mark)
+    indices = images.index.tolist()
+    for i, (place, k, large) in enumerate(zip(images.sky, indices, size.tolist(), strict=True)):
+        mark = {"marker": "o", "markersize": large, "color": style.index_colour(k), "zorder": 2.5}
+        label = {"label": f"index {k}"} if k not in indices[:i] else {}
+        _on_sky(ax, images.camera, place[None], linestyle="none", **label, **mark)
     return _legend(ax)
 
 
 def followed_images(ax: Axes, star: FollowedStar) -> Axes:
-    """The images at all cameras, darker from camera to camera."""
+    """The images at all cameras, darker from camera to camera, with the last camera's shadow."""
+    if star.images and not ax.has_data():
+        shadow(ax, star.images[-1].camera)
     for part, images in zip(np.linspace(0.15, 1, len(star.images)).tolist(), star.images, strict=True):
-        _on_sky(ax, images.sky, linestyle="none", marker="o", markersize=3, color="black", alpha=part)
+        mark = {"linestyle": "none", "marker": "o", "markersize": 3, "color": "black", "alpha": part}
+        _on_sky(ax, images.camera, images.sky, **mark)
     return ax
 
 
 def one_track(ax: Axes, track: Track) -> Axes:
-    """On the camera sky about the hole, one colour an index."""
+    """On the camera sky, one colour an index."""
     for k, which in stretches(track):
-        _on_sky(ax, track.sky[which], label=f"index {k}", **style.order_line(k + 1))
+        _on_sky(ax, track.camera, track.sky[which], label=f"index {k}", **style.index_line(k))
     for event in track.events:
-        _on_sky(ax, event.sky[None], linestyle="none", marker=style.EVENTS.get(event.kind, "o"), color="black")
+        _on_sky(ax, track.camera, event.sky[None], **style.event_mark(event.kind))
     return _legend(ax)
 
 
 def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
-    """All tracks round the shadow; triangles are creations (up) and annihilations (down)."""
-    shadow(ax, tracks.camera)
-    for track in tracks.tracks:
-        one_track(ax, track)
-    return _legend(ax)
+    """All tracks, with shadow and critical curves; triangles are creations (up) and annihilations (down)."""
+    bare = not ax.has_data()
+    curves = caustics_of(tracks.camera, tracks.max_index + 1, end=tracks.surface) if bare else ()
+    tracks_on_sky(ax, tracks, curves, shadow_edge(tracks.camera, _EDGE_POINTS))
+    ax.legend(handles=tracks_legend([tracks], bool(curves)), loc="best", fontsize="small", handlelength=1.5)
+    return ax
 
 
 def circle_curve(ax: Axes, curve: CircleCurve) -> Axes:
-    """On the camera sky about the hole."""
-    line = style.order_line(curve.index + 1)
-    return _on_sky(ax, whole_line(curve.sky, curve.closed), label=f"index {curve.index}", **line)
+    """On the camera sky."""
+    line = style.index_line(curve.index)
+    return _on_sky(ax, curve.camera, whole_line(curve.sky, curve.closed), label=f"index {curve.index}", **line)
 
 
 def circle_curves(ax: Axes, circle: CircleImages) -> Axes:
@@ -174,47 +208,56 @@ def circle_curves(ax: Axes, circle: CircleImages) -> Axes:
 
 
 def line_crossings(ax: Axes, crossings: LineCrossings) -> Axes:
-    """On the camera sky about the hole."""
-    return _on_sky(ax, crossings.sky, linestyle="none", marker="o", markersize=3, color="black")
+    """On the camera sky, one colour an index."""
+    for sky, k in zip(crossings.sky, crossings.index.tolist(), strict=True):
+        mark = {"linestyle": "none", "marker": "o", "markersize": 3, "color": style.index_colour(k)}
+        _on_sky(ax, crossings.camera, sky[None], label=f"index {k}", **mark)
+    return _legend(ax)
 
 
 def isoradial(ax: Axes, curve: Isoradial) -> Axes:
-    """The curve on the camera sky about the hole."""
+    """The curve on the camera sky."""
     return isoradials(ax, [curve])
 
 
 def isoradials(ax: Axes, curves: Iterable[Isoradial]) -> Axes:
     """The images of circles round the hole, one colour a crossing of the plane."""
     for curve in curves:
-        line = style.order_line(max(curve.crossing, 1))
-        _on_sky(ax, whole_line(curve.sky, curve.closed), label=f"crossing {curve.crossing}", **line)
+        line, name = style.crossing_line(curve.crossing), f"crossing {curve.crossing}"
+        _on_sky(ax, curve.camera, whole_line(curve.sky, curve.closed), label=name, **line)
     return _legend(ax)
 
 
 def spot_event(ax: Axes, event: SpotEvent) -> Axes:
     """The place of the event on the camera sky."""
-    return _on_sky(ax, event.sky[None], linestyle="none", marker=style.EVENTS.get(event.kind, "o"), color="black")
+    return _on_sky(ax, event.camera, event.sky[None], **style.event_mark(event.kind))
 
 
 def shadow(ax: Axes, camera: Viewer) -> Axes:
     """The shadow of the hole."""
-    edge = shadow_edge(camera, 400)
-    name_sky_axes(ax, edge)
-    ax.fill(*about_hole(edge).T, label="shadow", **style.SHADOW)
-    return ax
+    outline = about_shadow(camera, shadow_edge(camera, _EDGE_POINTS))
+    ax.fill(*outline.T, label="shadow", **style.SHADOW)
+    return name_sky_axes(ax, camera.sky_unit)
 
 
-def picture_border(ax: Axes, view: Raster) -> Axes:
-    """The border of the picture on the viewer's sky."""
+def picture_border(ax: Axes, view: Raster, *, camera: Viewer | None = None) -> Axes:
+    """The border of the picture on a viewer's sky, with the shadow; on no viewer's, about the direction -e_x."""
     turn, last = np.linspace(0, 4, 801), np.array([view.width, view.height]) - 0.5
     x, y = (
         np.interp(turn, range(5), np.where(corners, end, -0.5)) for corners, end in zip(_CORNERS, last, strict=True)
     )
     sky = view.places(x, y)
+    if camera is not None:
+        shadow(ax, camera)
+    places = azimuthal_equidistant(sky, _BASIS) if camera is None else about_shadow(camera, sky)
     if sky.shape[-1] == 3:
-        # Through the direction away from the hole, which is a whole circle here, no line is drawn.
-        sky[1:][np.linalg.norm(np.diff(about_hole(sky), axis=0), axis=1) > 90] = np.nan
-    return _on_sky(ax, sky, color="black", label="border of the picture")
+        # Through the direction away from the middle, which is a whole circle here, no line is drawn.
+        places[1:][np.linalg.norm(np.diff(places, axis=0), axis=1) > 90] = np.nan
+    ax.plot(*places.T, color="black", label="border of the picture")
+    name_sky_axes(ax, "rad" if sky.shape[-1] == 3 else "")
+    if camera is None and sky.shape[-1] == 3:
+        ax.set(xlabel="right of −e_x (deg)", ylabel="above −e_x (deg)")
+    return ax
 
 
 def catalogue(ax: Axes, catalogue: StarCatalogue, *, brightest: int = 3000) -> Axes:
@@ -231,15 +274,14 @@ def _stars(ax: Axes, catalogue: StarCatalogue, orientation: Float[Array, "3 3"],
     chosen = np.argsort(catalogue.magnitude)[:brightest]
     places = _angles(catalogue.direction[chosen] @ orientation.T)
     size = 10 ** (-0.2 * (catalogue.magnitude[chosen] - 2)) * 6
-    ax.scatter(*on_axes(SKY, places), s=size, color="black", linewidths=0)
-    return celestial_sphere_axes(ax)
-
-
-def _on_sky(ax: Axes, sky: Float[Array, "n k"], **settings: Any) -> Axes:
-    """A line, or points, on the camera sky: degrees to the right and up from the hole; of an Observer alpha, beta."""
-    name_sky_axes(ax, sky)
-    ax.plot(*about_hole(sky).T, **settings)
+    celestial_sphere_axes(ax).scatter(*on_axes(ax, SKY, places), s=size, color="black", linewidths=0)
     return ax
+
+
+def _on_sky(ax: Axes, camera: Viewer, sky: Float[Array, "n k"], **settings: Any) -> Axes:
+    """A line, or points, on the camera sky."""
+    ax.plot(*about_shadow(camera, sky).T, **settings)
+    return name_sky_axes(ax, camera.sky_unit)
 
 
 def _legend(ax: Axes) -> Axes:

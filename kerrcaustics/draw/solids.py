@@ -157,11 +157,11 @@ def rays_model(camera: Viewer, paths: RayPaths, reach: float = 12.0) -> Model:
         if index >= 0 and len(part) > 1:
             lines.append(_ray(part, int(index), bool(lost)))
     indices = sorted({int(k) for k in paths.index[(paths.index >= 0) & ~captured]})
-    key = [(f"index {k}", style.order_colour(k + 1)) for k in indices]
+    key = [(f"index {k}", style.index_colour(k)) for k in indices]
     key += [("captured", CAPTURED_COLOUR)] * bool(captured.any())
     key += [_ERGOSPHERE, _HORIZON]
     title = f"Rays of one viewer, {_by(camera)}"
-    return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.1 * reach)
+    return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=0.8 * reach)
 
 
 def _within(radius: Float[Array, " n"], reach: float) -> slice:
@@ -174,7 +174,7 @@ def _within(radius: Float[Array, " n"], reach: float) -> slice:
 def _ray(points: Float[Array, "n 3"], index: int, captured: bool) -> SpaceCurve:
     if captured:
         return SpaceCurve("captured ray", points, CAPTURED_COLOUR, 1.0)
-    return SpaceCurve(f"ray of index {index}", points, style.order_colour(index + 1), 2.0)
+    return SpaceCurve(f"ray of index {index}", points, style.index_colour(index), 2.0)
 
 
 def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays"], rims: tuple[float, float]) -> Model:
@@ -198,10 +198,10 @@ def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays
     for position, number in zip(paths.position, crossing, strict=True):
         ray = _until_plane(position, int(number))
         ray = ray[np.linalg.norm(ray, axis=1) <= reach]
-        lines.append(SpaceCurve(f"ray to crossing {number}", ray, style.order_colour(number), 2.5))
-        lines += [SpaceCurve("end", dot, style.order_colour(number), 7.0) for dot in _cross(ray[-1], 0.008 * reach)]
+        lines.append(SpaceCurve(f"ray to crossing {number}", ray, style.crossing_colour(number), 2.5))
+        lines += [SpaceCurve("end", dot, style.crossing_colour(number), 7.0) for dot in _cross(ray[-1], 0.008 * reach)]
     names = {1: "first", 2: "second", 3: "third"}
-    key = [(f"{names.get(n, f'{n}th')} crossing", style.order_colour(n)) for n in sorted({int(n) for n in crossing})]
+    key = [(f"{names.get(n, f'{n}th')} crossing", style.crossing_colour(n)) for n in sorted({int(n) for n in crossing})]
     key += [("disk", DISK_RIM_COLOUR), _ERGOSPHERE, _HORIZON]
     title = f"Rays that end on a disk, {_by(camera)}"
     return Model(title, surfaces, tuple(lines), tuple(key), (-62.0, 24.0), extent=0.72 * reach)
@@ -218,7 +218,7 @@ def _until_plane(points: Float[Array, "n 3"], crossing: int) -> Float[Array, "m 
 def trapped_model(orbit: SpacePoints) -> Model:
     """A photon's orbit on its sphere: radius and angles drawn as if they were spherical coordinates (JTFT fig 11)."""
     radius = float(orbit.radius[0])
-    colour = style.order_colour(2)
+    colour = style.PALETTE[1]
     places = 1.004 * radius * orbit.direction
     surfaces = (Surface("sphere of the orbit", radius * _sphere(_FINE), "#c9d8e6", 0.8),)
     least = float(orbit.theta.min())

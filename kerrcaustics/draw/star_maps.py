@@ -13,6 +13,7 @@ from matplotlib.patheffects import withStroke
 
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
+from kerrcaustics.draw.palettes import INDEX_ON_BLACK
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
@@ -24,9 +25,6 @@ from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.tracks.tracks import StarTracks
 
 Array = np.ndarray
-
-INDEX_COLOURS = ("#ff6b5e", "#ffd447", "#8fe08f", "#8fd3ff")
-"""Of tracks of index 0, 1, 2, 3 on black: red for primary images and yellow for secondary ones, as in JTFT."""
 
 CURVE_COLOUR = "#c58cff"
 """Of critical curves on black: violet, as in JTFT."""
@@ -56,9 +54,9 @@ def tracks_on_stars(
 ) -> Float[Array, "3 3"]:
     """Tracks with arrows of motion, critical curves and shadow over a sky, to `reach` degrees; the axes (3, 3) of it.
 
-    Tracks have one of `INDEX_COLOURS` each, critical curves are violet and dashed.
+    Tracks have one of `INDEX_ON_BLACK` each, critical curves are violet and dashed.
     """
-    axes, camera = view_axes(caustics, edge), caustics.camera
+    axes, camera = view_axes(caustics.camera, edge), caustics.camera
     assert isinstance(camera, Camera)
     sky_behind(ax, camera, axes, reach, sky)
     ax.add_patch(Polygon(azimuthal_equidistant(edge, axes), facecolor="none", edgecolor="#9a9a9a", linewidth=0.7))
@@ -67,7 +65,7 @@ def tracks_on_stars(
     for star in stars:
         for track in star.tracks:
             for index, line in moving_lines(star, track, azimuthal_equidistant(track.sky, axes)):
-                colour = INDEX_COLOURS[index]
+                colour = style.index_colour(index, on_black=True)
                 ax.plot(*line.T, color=colour, linewidth=0.8, scalex=False, scaley=False)
                 draw_motion(ax, line, colour, spacing=0.35)
     return axes
@@ -76,6 +74,6 @@ def tracks_on_stars(
 def star_map_legend(max_index: int) -> list[Line2D]:
     """Handles for a legend of `tracks_on_stars`, drawn for a white page."""
     names = [f"{style.order_name(k + 1)} images (index {k})" for k in range(3)] + ["images of index 3"]
-    pairs = zip(names[: max_index + 1], INDEX_COLOURS, strict=False)
+    pairs = zip(names[: max_index + 1], INDEX_ON_BLACK, strict=False)
     lines = [Line2D([], [], color=colour, linewidth=2, label=name) for name, colour in pairs]
     return [*lines, Line2D([], [], label="critical curves", **{**_CURVES, "linewidth": 1.6})]

@@ -1,4 +1,4 @@
-"""The look of every plot: fonts, sizes, one colour for each order, letters and crosses."""
+"""The look of every plot: fonts, sizes, colours and lines of orders and indices, letters and crosses."""
 
 import math
 import string
@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullLocator
 from scipy.interpolate import Akima1DInterpolator
+
+from kerrcaustics.draw import palettes
 
 PAGE_WIDTH = 7.0
 """Width in inches of a picture that fills a journal page."""
@@ -20,11 +23,14 @@ LETTER_DISTANCE = 7.0
 
 SHADOW = {"facecolor": "#e4e4e4", "edgecolor": "#8c8c8c", "linewidth": 0.6}
 GUIDE_COLOUR = "#c8c8c8"
+CRITICAL: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 0.7, "linestyle": (0, (3, 2))}
+"""Critical curves of all orders, behind tracks."""
+
 # Marks of pairs of images that are created and annihilated.
 EVENTS = {"creation": "^", "annihilation": "v"}
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Colours of Okabe and Ito that colour-blind readers can distinguish; the yellow is too pale for lines."""
+"""Colours of Okabe and Ito, which colour-blind readers can distinguish: for what is no order and no index."""
 
 DASHES = ("-", (0, (4, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1.2, 1.5)))
 
@@ -71,14 +77,38 @@ _STEPS = (
 _NAMES = ("primary", "secondary", "tertiary")
 
 
-def order_colour(order: int | np.integer) -> str:
-    """Colour of an order (1, 2, 3, ...), the same in every plot; repeats after the palette's seven."""
-    return PALETTE[(order - 1) % len(PALETTE)]
+def order_colour(order: int | np.integer, on_black: bool = False) -> str:
+    """Colour of critical curves and caustics of an order (1, 2, 3, ...), the same in every plot."""
+    palette = palettes.ORDER_ON_BLACK if on_black else palettes.ORDER
+    return palette[(order - 1) % len(palette)]
 
 
-def order_line(order: int | np.integer) -> dict[str, Any]:
+def index_colour(index: int | np.integer, on_black: bool = False) -> str:
+    """Colour of images of a Morse index (0, 1, 2, ...), the same in every plot."""
+    palette = palettes.INDEX_ON_BLACK if on_black else palettes.INDEX
+    return palette[index % len(palette)]
+
+
+def crossing_colour(crossing: int | np.integer) -> str:
+    """Colour of what is seen at a crossing of the plane (1, 2, 3, ...): that of images of one index less."""
+    return index_colour(max(crossing, 1) - 1)
+
+
+def order_line(order: int | np.integer, on_black: bool = False) -> dict[str, Any]:
     """Line settings of an order: its colour, and its dashes, which differ where colours repeat."""
-    return {"color": order_colour(order), "linestyle": DASHES[(order - 1) // len(PALETTE) % len(DASHES)]}
+    dashes = DASHES[(order - 1) // len(palettes.ORDER) % len(DASHES)]
+    return {"color": order_colour(order, on_black), "linestyle": dashes}
+
+
+def index_line(index: int | np.integer, on_black: bool = False) -> dict[str, Any]:
+    """Line settings of an index: its colour, and its dashes, which differ where colours repeat."""
+    dashes = DASHES[index // len(palettes.INDEX) % len(DASHES)]
+    return {"color": index_colour(index, on_black), "linestyle": dashes}
+
+
+def crossing_line(crossing: int | np.integer) -> dict[str, Any]:
+    """Line settings of a crossing of the plane."""
+    return index_line(max(crossing, 1) - 1)
 
 
 def order_name(order: int | np.integer) -> str:
@@ -96,10 +126,10 @@ def tick_step(span: float, most: int) -> float:
     return next((step for step in _STEPS if span / step <= most), _STEPS[-1])
 
 
-def draw_cross(ax: Axes, point: Float[np.ndarray, "2"], order: int | np.integer) -> None:
-    """A cross at a point (2,), for a caustic that is one."""
+def draw_cross(ax: Axes, point: Float[np.ndarray, "2"], order: int | np.integer, remark: str = "") -> None:
+    """A cross at a point (2,), for a caustic that is one; remark: what its name goes on with."""
     cross: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 7, "markeredgewidth": 1.4}
-    ax.plot(*point[:, None], clip_on=False, color=order_colour(order), label=order_name(order), **cross)
+    ax.plot(*point[:, None], clip_on=False, color=order_colour(order), label=order_name(order) + remark, **cross)
 
 
 def draw_computed(ax: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], log: str = "", **line: Any) -> None:
@@ -149,3 +179,10 @@ def event_mark(kind: str) -> dict[str, Any]:
     """The mark of a pair event of a kind: the settings of a line."""
     edge = {"color": "black", "markerfacecolor": "white", "markeredgewidth": 0.9}
     return {"marker": EVENTS.get(kind, "o"), "markersize": 5.5, "linestyle": "none", "zorder": 3, **edge}
+
+
+def log_axis(ax: Axes, low: float, high: float, ticks: int) -> None:
+    """A logarithmic vertical axis with few ticks."""
+    ax.set(yscale="log", ylim=(low, high))
+    ax.yaxis.set_major_locator(LogLocator(numticks=ticks))
+    ax.yaxis.set_minor_locator(NullLocator())

@@ -50,8 +50,6 @@ _DIGITS = 4
 # Lines and type are made for pictures so many pixels high, and grow with them.
 _HEIGHT = 720
 _DARK = withStroke(linewidth=2.2, foreground="black", alpha=0.75)
-# Tracks of images of index 0, 1, ...; again after the last.
-_TRACKS = ("white", "#F0E442", "#8CE6C8")
 # {name} or {name:.2f} in a caption: a name, and the format of a number of at most 99 places.
 _BLANK = re.compile(r"\{(\w+)(?::([<>^]?[-+ ]?0?[0-9]{0,2},?(?:\.[0-9]{1,2})?[eEfFgG%]?))?\}")
 _IN_BRACES = re.compile(r"\{[^}]*\}?|\}")
@@ -93,10 +91,10 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> No
         lines.append(Line2D([], [], label="shadow edge", **_EDGE_LINE))
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves)
-        show_critical_curves(ax, view, curves, linewidth=1.6)
+        show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6)
         for curve in (caustic for caustic in curves if _in_view(view, caustic.sky)):
             label = f"{style.order_name(curve.order)} critical curve"
-            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(curve.order)))
+            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(curve.order, on_black=True)))
             if overlays.labels == "beside":
                 _name(ax, view, curve.sky, curve.order, overlays)
     if overlays.labels is True and lines:
@@ -129,10 +127,10 @@ def _name(ax: Axes, view: Raster, sky: Float[Array, "n axes"], order: int, overl
     if not room.max(initial=-np.inf) > -np.inf:
         return
     best = int(np.argmax(room))
-    colour, rightward = style.order_colour(order), bool(ends[best, 0] > points[best, 0])
+    colour, rightward = style.order_colour(order, on_black=True), bool(ends[best, 0] > points[best, 0])
     look: dict[str, Any] = {"fontsize": size, "va": "center", "ha": "left" if rightward else "right"}
     leader = {"arrowstyle": "-", "color": colour, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
-    rim = [withStroke(linewidth=0.3 * size, foreground="white", alpha=0.85)]
+    rim = [withStroke(linewidth=0.3 * size, foreground=_behind(colour), alpha=0.85)]
     ax.annotate(name, tuple(points[best]), tuple(ends[best]), arrowprops=leader, color=colour, path_effects=rim, **look)
 
 
@@ -171,7 +169,7 @@ def _inside(view: Raster, places: Float[Array, "n 2"]) -> Bool[Array, " n"]:
 
 
 def _track_line(index: int) -> dict[str, Any]:
-    return {"color": _TRACKS[index % len(_TRACKS)], "linewidth": 0.9, "path_effects": [_DARK]}
+    return {**style.index_line(index, on_black=True), "linewidth": 0.9, "path_effects": [_DARK]}
 
 
 def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, view: Raster) -> None:
@@ -185,7 +183,7 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, 
                 ax.plot(*places.T, **_track_line(index))
     ax.set(xlim=limits[0], ylim=limits[1])
     for index, places in lines:
-        draw_motion(ax, places, _TRACKS[index % len(_TRACKS)], spacing=0.35, size=20)
+        draw_motion(ax, places, style.index_colour(index, on_black=True), spacing=0.35, size=20)
 
 
 def _write(ax: Axes, text: str, overlays: OverlaysTable) -> None:

@@ -52,19 +52,11 @@ def shadow_edge(camera: Viewer, n: int = 360) -> np.ndarray:
 def shadow_axes(camera: Viewer, edge: np.ndarray) -> np.ndarray:
     """Forward to the middle of the shadow, right and up; rows (3, 3), components on the camera sky.
 
-    Parameters: edge (n, 3), as `shadow_edge` gives it; the middle is the direction of its vector area.
+    Parameters: edge (n, 3), as `shadow_edge` gives it, with the shadow on the right of its way; the middle is the
+    direction of its vector area: the mean of all directions in the shadow, be that more than half of the sky.
     """
     area = np.cross(edge, np.roll(edge, -1, axis=0)).sum(axis=0)
-    return upright_axes(camera, area / np.linalg.norm(area) * math.copysign(1, area @ straight_out(camera)))
-
-
-def straight_out(camera: Viewer) -> np.ndarray:
-    """Direction N (3,) of light that comes straight out of the hole: every critical curve encloses it."""
-    return sky_from_fido(camera.frame(), np.array([1.0, 0.0, 0.0]))
-
-
-def upright_axes(camera: Viewer, forward: np.ndarray) -> np.ndarray:
-    """A direction (3,) on the camera sky, right and up of the spin axis (-e_theta) about it; rows (3, 3)."""
+    forward = area / np.linalg.norm(area)
     e_theta = np.asarray(camera.frame().basis)[:, 1]
     up = -e_theta + (e_theta @ forward) * forward
     up /= np.linalg.norm(up)

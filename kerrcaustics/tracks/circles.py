@@ -181,7 +181,7 @@ def circle_images(
         normal=angles,
         curves=tuple(curves),
         per_index={k: sum(curve.index == k for curve in curves) for k in range(len(sheets.sheets))},
-        events=PairEvents(in_time(e for e in events if e.order <= max_index), not remarks, remarks),
+        events=PairEvents(in_time(e for e in events if e.order <= max_index), camera, surface, not remarks, remarks),
         certified=not remarks,
         remarks=remarks,
     )

@@ -79,6 +79,8 @@ class PairEvents(Items[PairEvent]):
     """Pair events in the order of time: a sequence."""
 
     events: tuple[PairEvent, ...] = quantity("event", "", "the events", column="")
+    camera: Viewer = quantity("", "", "who sees the images", json="", column="")
+    surface: End = quantity("", "", "where the source lies", json="", column="")
     certified: bool = quantity("", "1", "True when nothing is in doubt")
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
 
@@ -146,14 +148,14 @@ def _events_on(domain: Domain, camera: Viewer, surface: End, level: float, max_i
     events = pair_events_of(camera, surface, found, level, angular_velocity)
     chosen = [(event, known) for event, known in zip(events, found.known, strict=True) if event.order <= max_index]
     sure = not found.remarks and all(known for _, known in chosen)
-    return PairEvents(in_time(event for event, _ in chosen), sure, found.remarks)
+    return PairEvents(in_time(event for event, _ in chosen), camera, surface, sure, found.remarks)
 
 
 @_events_on.register
 def _events_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, max_index: int) -> PairEvents:
     arcs = arcs_of(domain, level)
     events = [event for event in arc_events(camera, arcs, surface).values() if event.order <= max_index]
-    return PairEvents(in_time(events), not arcs.remarks, arcs.remarks)
+    return PairEvents(in_time(events), camera, surface, not arcs.remarks, arcs.remarks)
 
 
 def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
