@@ -1,12 +1,16 @@
 """A recorded session with the explorer in headless Chromium."""
 
 import json
+from itertools import pairwise
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 from exploring import browser, needs_browser, served, settled, until
+from PIL import Image, ImageSequence
 
 import kerrcaustics as kc
+from kerrcaustics.explorer.lessons import LESSONS, TERMS
 from kerrcaustics.explorer.state import ExplorerState
 
 
@@ -121,7 +125,7 @@ def test_what_cannot_be_is_said(page, address):
 def test_page_without_a_program(chromium, tmp_path):
     from kerrcaustics.explorer.still_page import CAMERAS, write_page
 
-    write_page(tmp_path / "explorer.html", CAMERAS[:2], [70.0, 90.0])
+    write_page(tmp_path / "explorer.html", CAMERAS[:2], [70.0, 90.0], LESSONS[1:3])
     page = chromium.new_page(viewport={"width": 1400, "height": 900})
     wrong, asked = [], []
     page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
@@ -152,5 +156,70 @@ def test_page_without_a_program(chromium, tmp_path):
     assert counts == list(images.per_index.values())
     page.keyboard.press("Space")
     until(page, "explorer.playing() && explorer.orbit() !== null")
+    page.get_by_role("button", name="A tour of 2 steps").click()
+    for lesson in LESSONS[1:3]:
+        until(page, f"document.querySelector('.kc-lesson h2').textContent === '{lesson.name}'")
+        settled(page)
+        assert page.evaluate("explorer.counts()") == list(lesson.per_index) and page.evaluate("explorer.certified()")
+        page.evaluate("document.querySelector('[aria-label=\"Next step of the tour\"]').click()")
+    page.get_by_role("button", name="A quiz: how many images?").click()
+    until(page, "explorer.kept() !== null")
+    assert page.evaluate("explorer.images()") == []
     page.close()
     assert wrong == [] and all(url.startswith(("file:", "blob:", "data:")) for url in asked)
+
+
+@pytest.mark.slow
+def test_the_tour_shows_its_lessons_and_terms_say_what_they_mean(page, address):
+    page.goto(f"{address}#orders=1")
+    settled(page)
+    page.get_by_role("button", name="A tour of 6 steps").click()
+    for lesson in LESSONS[:2]:
+        settled(page)
+        assert page.evaluate("explorer.counts()") == list(lesson.per_index) and page.evaluate("explorer.certified()")
+        assert lesson.look_for in page.get_by_label("Tour", exact=True).inner_text()
+        page.get_by_role("button", name="Next step of the tour").focus()
+        page.keyboard.press("Enter")
+    term = page.locator(".kc-lesson dfn[data-term=caustic]").first
+    term.focus()
+    assert TERMS["caustic"] in page.get_by_role("tooltip").inner_text()
+    page.keyboard.press("Escape")
+    assert page.get_by_role("tooltip").count() == 0
+
+
+@pytest.mark.slow
+def test_the_quiz_hides_images_until_an_answer(page, address):
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(f"{address}#orders=2&spin=0.9")
+    settled(page)
+    page.get_by_role("button", name="A quiz: how many images?").click()
+    until(page, "explorer.kept() !== null")
+    hidden, state = page.evaluate("[explorer.kept(), explorer.state()]")
+    images = kc.star_images(ExplorerState.of(state).camera(), ExplorerState.of(state).star(), 1)
+    assert hidden == list(images.per_index.values()) and images.certified
+    assert page.evaluate("explorer.images()") == [] and "certified" not in page.inner_text("header")
+    page.get_by_role("spinbutton", name="How many images").fill(str(sum(hidden)))
+    page.keyboard.press("Enter")
+    verdict = page.get_by_label("Quiz", exact=True).inner_text()
+    assert "Right." in verdict and "1 of 1 right" in verdict
+    assert page.evaluate("explorer.counts()") == hidden
+    # Another star, which somebody moves before an answer.
+    page.get_by_role("button", name="Another star").click()
+    until(page, "explorer.kept() !== null")
+    page.get_by_label("Star θ′ (°)", exact=True).fill("120")
+    settled(page)
+    assert page.evaluate("explorer.kept()") is None and sum(page.evaluate("explorer.counts()")) > 0
+
+
+@pytest.mark.slow
+def test_an_orbit_is_recorded_as_a_gif(page, address):
+    page.goto(f"{address}#orders=1&spin=0.5&theta=80")
+    settled(page)
+    page.get_by_label("Speed of the orbit").select_option("4")
+    with page.expect_download(timeout=120_000) as download:
+        page.get_by_role("button", name="Record one orbit as a GIF").click()
+    with Image.open(download.value.path()) as film:
+        frames = [np.asarray(frame.convert("L"), float) for frame in ImageSequence.Iterator(film)]
+    assert len(frames) == 48 and frames[0].shape == (640, 1240) and film.info["duration"] == 80
+    # The star moves in all frames: each differs from the one before.
+    assert min(np.abs(a - b).max() for a, b in pairwise(frames)) > 50

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.explorer.backdrops import Window, backdrop_of, checked_window
+from kerrcaustics.explorer.lessons import lessons
 from kerrcaustics.explorer.limits import allowed, nearest
 from kerrcaustics.explorer.page_data import QUALITIES, Message, finite, view_of
 from kerrcaustics.explorer.state import PRESETS, ExplorerState
@@ -43,10 +44,11 @@ class NoState(ValueError):
 
 
 def greeting() -> Message:
-    """The first message to the page: the state to begin with, what is allowed, and the presets."""
+    """The first message to the page: the state to begin with, what is allowed, presets, lessons and terms."""
     presets = [{"name": name, "state": state.record()} for name, state in PRESETS.items()]
     usual = ExplorerState()
-    return Message({"kind": "greeting", "state": usual.record(), "allowed": allowed(usual), "presets": presets}, {})
+    record = {"kind": "greeting", "state": usual.record(), "allowed": allowed(usual), "presets": presets}
+    return Message({**record, **lessons()}, {})
 
 
 Question = tuple[int, str, ExplorerState, Window | None]

@@ -106,6 +106,7 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
         arrays["edge"] = shadow_edge(camera, _EDGE)
         record["axes"] = shadow_axes(camera, arrays["edge"]).tolist()
         record["palettes"] = THEMES
+        record["motion"] = _motion(camera)
     if quality == "draft":
         with stage("coarse_curves"):
             _add_coarse(record, arrays, camera, state.orders)
@@ -124,6 +125,12 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
 def curves_of(state: ExplorerState) -> CausticSet:
     """The caustics of a state's camera, kept for the next."""
     return _kept.of((state.camera(), state.orders))[0]
+
+
+def _motion(camera: Camera) -> list[float] | None:
+    """Direction N in which a camera moves past the fiducial observer, None at rest (JTFT A.1: e_y = B)."""
+    speed = camera.fido_velocity()[2]
+    return [0.0, math.copysign(1.0, speed), 0.0] if speed else None
 
 
 class _Kept:

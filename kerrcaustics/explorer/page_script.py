@@ -2,15 +2,17 @@
 
 from kerrcaustics.explorer.state import PAGE
 
-LOGIC = ("numbers", "state", "answers", "questions", "freshness")
-"""Files of `page/parts` that need no page: numbers, the state, answers, questions, and what is old."""
+LOGIC = ("numbers", "state", "style", "answers", "questions", "freshness", "quiz_stars", "gif")
+"""Files of `page/parts` that need no page: numbers, the state, answers, questions, what is old, lessons, GIF files."""
 
 PARTS = (
     *LOGIC,
     # What panels draw.
-    *("style", "pens", "sky_panel", "celestial_map", "celestial_globe", "source_panel", "strip"),
+    *("pens", "words", "sky_panel", "celestial_map", "celestial_globe", "source_panel", "strip"),
     # What users see and touch.
-    *("elements", "canvases", "screen", "controls", "tables", "playback", "pointers", "exports", "status", "page"),
+    *("elements", "terms", "canvases", "screen", "controls", "tables", "playback", "pointers", "exports", "status"),
+    # Lessons.
+    *("tour", "quiz", "recording", "page"),
     *("shown", "explorer", "start"),
 )
 """Files of `page/parts` in the order in which they are joined."""

@@ -8,13 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from kerrcaustics.explorer.answers import orbit_of
+from kerrcaustics.explorer.lessons import LESSONS, Lesson, lessons
 from kerrcaustics.explorer.page_data import Message, view_of
 from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 from kerrcaustics.files import writing
 
 CAMERAS = tuple(
-    ExplorerState(spin=spin, radius=radius, theta=76.0, phi=330.0, orders=2)
+    ExplorerState(spin=spin, radius=radius, theta=76.0, phi=330.0, orders=3 if spin == 0.5 else 2)
     for spin, radius in ((0.999, 6.03), (0.0, 6.03), (0.5, 6.03), (0.9, 6.03), (0.999, 2.6), (0.9, 2.6))
 )
 THETAS = (30.0, 60.0, 70.0, 76.0, 80.0, 84.0, 88.0, 90.0, 100.0, 120.0, 150.0)
@@ -22,16 +23,27 @@ THETAS = (30.0, 60.0, 70.0, 76.0, 80.0, 84.0, 88.0, 90.0, 100.0, 120.0, 150.0)
 _MOMENTS = 240
 
 
-def write_page(path: Path, cameras: Sequence[ExplorerState] = CAMERAS, thetas: Sequence[float] = THETAS) -> None:
-    """Write the page of some cameras on circular orbits, and stars at some heights (degrees) and all longitudes."""
+def write_page(
+    path: Path,
+    cameras: Sequence[ExplorerState] = CAMERAS,
+    thetas: Sequence[float] = THETAS,
+    tour: Sequence[Lesson] = LESSONS,
+) -> None:
+    """Write the page of some cameras on circular orbits, stars at some heights (degrees), and a tour."""
     states = {
         "views": [_text(view_of(camera)) for camera in cameras],
         "thetas": list(thetas),
         "orbits": [[_text(orbit_of(replace(camera, theta=theta), _MOMENTS)) for theta in thetas] for camera in cameras],
         "presets": [{"name": f"a = {one.spin:g}, r = {one.radius:g}", "state": one.record()} for one in cameras],
+        "lessons": [_star(lesson.state) for lesson in tour],
+        "words": lessons(tour),
     }
     with writing(path) as file:
         file.write(_page(json.dumps(states)).encode())
+
+
+def _star(state: ExplorerState) -> dict[str, str | None]:
+    return {"view": _text(view_of(state)), "orbit": _text(orbit_of(state, _MOMENTS)) if state.has_orbit else None}
 
 
 def _page(states: str) -> str:

@@ -16,15 +16,25 @@ function stillChannel(states) {
     Math.abs(Math.log(1.0002 - view.state.spin) - Math.log(1.0002 - state.spin)) +
     4 * Math.abs(Math.log(view.state.radius / state.radius));
 
+  // Stars of lessons are held as they are, with all longitudes where their camera circles the spin axis.
+  const lessons = states.lessons.map(({ view, orbit }) => ({ view: kept(view), message: orbit && kept(orbit) }));
+  const lessonOf = (state) => lessons.find(({ view }) => orbitKey(view.state) === orbitKey(state));
+  const isStarOf = ({ view }, state) => starKey(view.state) === starKey(state);
+
+  function closest(state) {
+    const i = nearest(views, unlike(state)),
+      j = nearest(states.thetas, (theta) => Math.abs(theta - state.theta));
+    return { view: views[i], message: (orbits[i][j] ??= kept(states.orbits[i][j])) };
+  }
   function answered({ id, want, state }) {
     if (want === "backdrop") return { kind: "backdrop", id, want, state, arrays: {} };
-    const i = nearest(views, unlike(state)),
-      view = views[i];
-    const j = nearest(states.thetas, (theta) => Math.abs(theta - state.theta));
-    const message = (orbits[i][j] ??= kept(states.orbits[i][j])),
-      orbit = orbitOf(message);
+    const lesson = lessonOf(state);
+    if (lesson && want !== "orbit" && isStarOf(lesson, state))
+      return { ...lesson.view, id, want, quality: "full", state: { ...lesson.view.state, chart: state.chart } };
+    const { view, message } = lesson?.message ? lesson : closest(state);
+    const orbit = orbitOf(message);
     const frame = orbit.frames[nearest(orbit.frames, ({ phi }) => Math.abs(mod(phi - state.phi + 180, TURN) - 180))];
-    const shown = { ...view.state, theta: states.thetas[j], phi: frame.phi, chart: state.chart, backdrop: "none" };
+    const shown = { ...view.state, theta: message.state.theta, phi: frame.phi, chart: state.chart, backdrop: "none" };
     if (want === "orbit") return { ...message, id, want, state: shown };
     const list = frame.images,
       none = list.map(() => null),
@@ -45,7 +55,7 @@ function stillChannel(states) {
     };
     return { ...view, id, want, quality: "full", state: shown, images };
   }
-  setTimeout(() => tell({ kind: "greeting", presets: [], allowed: views[0].allowed }), 0);
+  setTimeout(() => tell({ kind: "greeting", presets: [], allowed: views[0].allowed, ...states.words }), 0);
   return {
     state: { ...views[0].state, ...stateOf(location.hash) },
     offered: { cameras: views.map((view) => view.state), thetas: states.thetas },

@@ -94,8 +94,13 @@ class MapChart {
       for (const theta of model.heights) this.across(pen, f, theta, { stroke: look.colours.star, dash: [1, 5] });
       for (const curve of [...model.curves].reverse()) this.caustic(pen, curve, f, look, bright);
       if (model.orbit) this.orbit(pen, f, model, look, bright);
+      this.words(pen, f, model, bright ? COLOURS.dark : look.colours);
     });
     pen.line(box(f.x, f.y, f.w, f.h), { stroke: look.colours.edge, width: 1, closed: true });
+  }
+  words(pen, f, { state }, { soft, halo }) {
+    for (const [x, y] of this.spots(behindHole(state), f))
+      pen.text(x, y + 24, "behind the hole", { fill: soft, size: 12, halo });
   }
   // As many as have room for their labels.
   longitudes(width) {

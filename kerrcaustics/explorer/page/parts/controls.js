@@ -17,6 +17,13 @@ const SLIDERS = {
   phi: { ...ANGLE, label: "Star φ′ (°)", high: 360, place: (phi) => mod(phi, TURN) },
 };
 
+// The words of a label; the first of those that need it says what it means.
+function labelOf(name, label) {
+  const meaning = { spin: "spin", radius: "radius", inclination: "inclination", velocity: "velocity", orders: "order" };
+  const [word, ...rest] = label.split(" ");
+  return meaning[name] ? [term(meaning[name], word), ` ${rest.join(" ")}`] : [label];
+}
+
 // A slider that stops at a few values.
 function stopping(slider, stops) {
   const gap = (x) => (i) => Math.abs(stops[i] - x);
@@ -44,7 +51,8 @@ class Slider {
     this.number.addEventListener("input", () => this.say(""));
     this.number.addEventListener("change", (e) => this.type(e));
     this.number.addEventListener("blur", () => this.follow(this.state));
-    this.element = h("label", { class: "kc-slider" }, h("span", {}, label), this.number, this.range, this.note);
+    const words = h("span", {}, ...labelOf(name, label));
+    this.element = h("label", { class: "kc-slider" }, words, this.number, this.range, this.note);
   }
   allow(limits) {
     this.allowed = limits;
@@ -106,7 +114,7 @@ class Choice {
       changed({ [name]: as(value) }, "full");
     });
     this.note = noteOf();
-    this.element = h("label", { class: "kc-choice" }, h("span", {}, label), this.select, this.note);
+    this.element = h("label", { class: "kc-choice" }, h("span", {}, ...labelOf(name, label)), this.select, this.note);
   }
   follow(state) {
     this.select.value = String(state[this.name]);

@@ -27,6 +27,7 @@ class Explorer {
     this.tables = new Tables(() => this.screen.colours);
     this.playback = new Playback(this);
     this.exports = new Exports(this);
+    [this.tour, this.quiz, this.recording] = [new Tour(this), new Quiz(this), new Recording(this)];
     this.status = new Status(this);
     this.page = new Page(this);
   }
@@ -64,8 +65,10 @@ class Explorer {
     this.questions.next(kind);
     this.redraw(question);
   }
-  greet({ presets, allowed }) {
-    this.page.offer(presets);
+  greet({ presets, allowed, lessons = [], terms = {} }) {
+    this.page.offer(presets, lessons);
+    this.tour.learn(lessons);
+    this.page.explain(terms);
     this.controls.allow(allowed);
     this.questions.begin();
     this.status.find();
@@ -79,6 +82,7 @@ class Explorer {
   }
   refuse({ line }, kind, question) {
     this.status.complain(line);
+    if (kind === "orbit") this.recording.stop();
     if (kind === "orbit") return this.playback.stop();
     if (kind === "backdrop" || this.shown.view || this.onceRefused) return;
     // What an address asks for may not exist; the usual state does.
@@ -112,7 +116,8 @@ class Explorer {
     if (orbitKey(question.state) === orbitKey(this.request())) {
       this.shown.showOrbit({ ...answer, state: question.state });
       this.playback.show(this.model.orbit);
-    } else if (this.playback.running) this.ask("orbit");
+      this.recording.start();
+    } else if (this.playback.isWaiting) this.ask("orbit");
   }
   dropOldOrbit() {
     const { orbit } = this.model;
@@ -148,6 +153,7 @@ class Explorer {
   }
   change(changes, want, since) {
     Object.assign(this.state, changes);
+    this.quiz.leaveTo();
     this.dropOldOrbit();
     if (this.model.behind && this.model.behind !== backdropKey(this.request())) this.shown.dropBackdrop();
     this.follow();
@@ -161,6 +167,7 @@ class Explorer {
   }
   show(wanted) {
     this.playback.stop();
+    this.recording.stop();
     this.wantedVelocity = wanted.velocity ?? this.wantedVelocity;
     this.sky.reset();
     this.source.reset();
@@ -204,6 +211,7 @@ class Explorer {
     this.ask("star");
   }
   showMoment(part) {
+    this.quiz.leaveTo();
     const news = this.shown.showMoment(part);
     this.controls.follow(this.state);
     this.playback.tell(part, this.model.orbit.period);

@@ -17,7 +17,9 @@ class Exports {
     ];
     const link = button("Copy link", "Copy a link to this state", () => this.copyLink());
     const theme = button("◐", "Light or dark", () => explorer.screen.switchTheme());
-    this.element = h("div", { class: "kc-exports" }, ...this.takers, link, theme);
+    const hidden = !document.fullscreenEnabled;
+    const screen = button("Full screen", "Full screen", () => this.fullScreen(), { hidden });
+    this.element = h("div", { class: "kc-exports" }, ...this.takers, link, theme, screen);
   }
   // Only what belongs together is taken away.
   allow(isWhole) {
@@ -39,11 +41,28 @@ class Exports {
     pen.group(630, 40, () => source.draw(pen, 600, 590, model, look));
   }
   png() {
-    const canvas = h("canvas");
-    const pen = sized(canvas, EXPORT_WIDTH, EXPORT_HEIGHT, 2);
-    pen.line(box(0, 0, EXPORT_WIDTH, EXPORT_HEIGHT), { fill: this.explorer.screen.look().colours.paper, closed: true });
-    this.picture(pen);
+    const { canvas, draw } = this.paper(2);
+    draw();
     canvas.toBlob((blob) => this.deliver(blob, "png"), "image/png");
+  }
+  // A canvas for the picture, as it is each time that it is drawn.
+  paper(ratio) {
+    const canvas = h("canvas");
+    // Kept where pixels are read.
+    canvas.getContext("2d", { willReadFrequently: true });
+    const [w, height] = [EXPORT_WIDTH * ratio, EXPORT_HEIGHT * ratio];
+    const draw = () => {
+      const pen = sized(canvas, EXPORT_WIDTH, EXPORT_HEIGHT, ratio);
+      const fill = this.explorer.screen.look().colours.paper;
+      pen.line(box(0, 0, EXPORT_WIDTH, EXPORT_HEIGHT), { fill, closed: true });
+      this.picture(pen);
+      return pen;
+    };
+    return { canvas, w, height, draw, pixels: () => draw().c.getImageData(0, 0, w, height).data };
+  }
+  fullScreen() {
+    if (document.fullscreenElement) document.exitFullscreen();
+    else this.explorer.page.root.requestFullscreen();
   }
   svg() {
     const pen = new SvgPen(EXPORT_WIDTH, EXPORT_HEIGHT, FONTS);

@@ -1,6 +1,6 @@
 // The elements of the page, and what users do with them.
 
-const PRESET_TITLE = "Presets: figures of JTFT …";
+const PRESET_TITLE = "Presets …";
 const HELP =
   "Drag the star; drag or pinch elsewhere to move and zoom. Keys: arrows move the star (with Shift a tenth), [ and ] " +
   "change the spin, space plays. Filled images have even parity. Errors are estimates, and counts are certified when " +
@@ -11,9 +11,11 @@ class Page {
     this.explorer = explorer;
     this.tip = new Tip();
     this.presets = [];
+    this.help = h("p", { class: "kc-help" }, HELP);
     this.preset = select("Presets", [["", PRESET_TITLE]], (name) => this.choosePreset(name));
     this.makePanels();
     this.root = this.layout();
+    this.terms = new Terms(this.root, this.tip);
   }
   makePanels() {
     const { explorer } = this;
@@ -21,9 +23,9 @@ class Page {
     this.charts = select("Chart of the celestial sphere", charts, (chart) => explorer.chooseChart(chart));
     const left = canvasOf("camera", "The camera sky");
     const right = canvasOf("celestial", "The celestial sphere, with the star");
-    this.left = panelOf("camera", "Camera sky", left, this.zooms(explorer.sky, left));
+    this.left = panelOf("camera", term("camera sky", "Camera sky"), left, this.zooms(explorer.sky, left));
     const tools = [this.charts, ...this.zooms(explorer.source, right)];
-    this.right = panelOf("celestial", "Celestial sphere", right, tools);
+    this.right = panelOf("celestial", term("celestial sphere", "Celestial sphere"), right, tools);
   }
   zooms(panel, canvas) {
     const zoom = (factor) => () => {
@@ -38,12 +40,15 @@ class Page {
     return [button("−", "Zoom out", zoom(1 / 1.5)), button("+", "Zoom in", zoom(1.5)), button("⤢", "Show all", all)];
   }
   layout() {
-    const { controls, tables, playback, exports, status } = this.explorer;
+    const { controls, tables, playback, exports, status, tour, quiz, recording } = this.explorer;
+    playback.bar.append(recording.button);
     const panels = h("div", { class: "kc-panels" }, status.work, this.left.element, this.right.element);
-    const parts = [panels, playback.bar, playback.stripBox, tables.live, tables.element, tables.details];
-    const stage = h("div", { class: "kc-stage" }, ...parts, h("p", { class: "kc-help" }, HELP));
+    const words = [tables.live, tables.element, tables.details];
+    const parts = [tour.element, quiz.element, panels, playback.bar, playback.stripBox, ...words];
+    const stage = h("div", { class: "kc-stage" }, ...parts, this.help);
     const title = h("h1", {}, "Kerr caustics");
-    const head = h("header", { class: "kc-head" }, title, this.preset, status.badge, exports.element);
+    const teaching = [tour.button, quiz.button];
+    const head = h("header", { class: "kc-head" }, title, this.preset, ...teaching, status.badge, exports.element);
     const body = h("div", { class: "kc-body" }, controls.element, stage);
     return h("div", { class: "kc-explorer" }, head, status.banner, body, this.tip.element);
   }
@@ -65,15 +70,27 @@ class Page {
     this.keys.leave();
     this.explorer.status.leave();
   }
-  offer(presets) {
+  offer(presets, lessons) {
     this.presets = presets;
-    this.preset.hidden = !presets.length;
-    const names = presets.map(({ name }) => h("option", { value: name }, name));
-    this.preset.replaceChildren(h("option", { value: "" }, PRESET_TITLE), ...names);
+    this.preset.hidden = !presets.length && !lessons.length;
+    const group = (label, list) => {
+      const names = list.map(({ name }) => h("option", { value: name }, name));
+      return list.length ? [h("optgroup", { label }, ...names)] : [];
+    };
+    const groups = [...group("Ideas", lessons), ...group("Cameras and stars", presets)];
+    this.preset.replaceChildren(h("option", { value: "" }, PRESET_TITLE), ...groups);
+  }
+  explain(meanings) {
+    this.terms.meanings = meanings;
+    this.help.replaceChildren(...this.terms.marked(HELP));
   }
   choosePreset(name) {
-    const chosen = this.presets.find((preset) => preset.name === name);
-    if (chosen) this.explorer.show(chosen.state);
+    const { explorer, presets } = this;
+    const step = explorer.tour.lessons.findIndex((lesson) => lesson.name === name);
+    const chosen = presets.find((preset) => preset.name === name);
     this.preset.value = "";
+    if (step >= 0) return explorer.tour.show(step);
+    explorer.tour.close();
+    if (chosen) explorer.show(chosen.state);
   }
 }

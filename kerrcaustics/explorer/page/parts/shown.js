@@ -14,18 +14,25 @@ class Shown {
   }
   showCurves(answer, request) {
     const [edge, curves] = [rows(answer.arrays.edge), curvesOf(answer)];
-    Object.assign(this.model, { edge, curves, axes: answer.axes });
+    Object.assign(this.model, { edge, curves, axes: answer.axes, motion: answer.motion });
     this.view = { answer, request };
     this.version += 1;
     this.explorer.fit();
   }
   // Coarse curves have no images.
   showImages(answer, request) {
+    if (this.explorer.quiz.keeps(answer, request)) return;
     const images = answer.images ? imagesOf(answer) : [];
     const news = sameCamera(this.images, request) ? this.flash(images, answer.state.orders) : "";
     this.model.images = images;
     this.images = answer.images ? { answer, request, ...answer.images } : null;
     if (answer.images) this.explorer.say(news);
+  }
+  hideImages() {
+    this.model.images = [];
+    this.images = null;
+    this.explorer.tables.forget();
+    this.explorer.page.left.canvas.setAttribute("aria-label", "The camera sky, without the images");
   }
   // A moment of the orbit that is played.
   showMoment(part) {

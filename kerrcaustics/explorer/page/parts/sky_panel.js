@@ -83,6 +83,7 @@ class SkyPanel {
       pen.line(this.path(sky, axes, f, closed), { stroke: colours.soft, width: 1, alpha: 0.6 });
     for (const curve of model.curves) this.curve(pen, curve, axes, f, look, bright);
     for (const event of orbit?.events ?? []) this.event(pen, event, axes, f, look);
+    skyWords(pen, this, f, model, bright ? COLOURS.dark : colours);
     this.legend(pen, model, f.height, bright ? COLOURS.dark : colours, bright);
   }
   picture(pen, f, { lensed, window: [x, y, field] }) {

@@ -26,6 +26,7 @@ function mount(element, channel, options) {
     latencies: () => explorer.screen.latencies,
     frames: () => explorer.screen.drawn,
     flashed: () => explorer.screen.flashes.length,
+    kept: () => explorer.quiz.hidden?.images.per_index ?? null,
     line: () => explorer.status.line,
     curves: () => explorer.model.curves.map(({ celestial }) => celestial),
     windows: () => ({ source: source.chart.window ?? null, picture: explorer.model.window }),

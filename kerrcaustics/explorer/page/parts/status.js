@@ -7,7 +7,7 @@ const PATIENCE = 700;
 class Status {
   constructor(explorer) {
     this.explorer = explorer;
-    this.badge = h("span", { class: "kc-badge" });
+    this.badge = h("span", { class: "kc-badge", tabindex: "0", "data-term": "certified" });
     this.work = h("p", { class: "kc-work", role: "status", hidden: true });
     this.banner = h("p", { class: "kc-banner", role: "alert", hidden: true });
     Object.assign(this, { complaint: "", lost: "", notice: "" });

@@ -1,7 +1,20 @@
 // Numbers and words: tables, commands, and what a pointer reads.
 
-const IMAGE_TITLES = ["index", "parity", "brightness", "ν/ν₀", "error (°)"];
-const CAUSTIC_TITLES = ["order", "circuits", "θ′ extent (°)", "φ′ extent (°)", "cusps", "error (°)", ""];
+const IMAGE_TITLES = () => [
+  term("Morse index", "index"),
+  term("parity"),
+  term("magnification"),
+  term("redshift", "ν/ν₀"),
+  term("error", "error (°)"),
+];
+const CAUSTIC_TITLES = () => [
+  term("order"),
+  term("circuits"),
+  ...["θ′ extent (°)", "φ′ extent (°)"],
+  term("cusp", "cusps"),
+  term("error", "error (°)"),
+  "",
+];
 
 const parityOf = (index) => (index % 2 ? "−" : "+");
 
@@ -20,12 +33,12 @@ class Tables {
     this.caustics = h("table", { class: "kc-caustics" });
     this.code = h("pre", { class: "kc-code", tabindex: "0" });
     this.live = h("p", { class: "kc-said", role: "status", "aria-live": "polite" });
-    const section = (title, table) => h("section", {}, h("h2", {}, title), h("div", { class: "kc-scroll" }, table));
+    const section = (title, table) => h("section", {}, h("h2", {}, ...title), h("div", { class: "kc-scroll" }, table));
     this.element = h(
       "div",
       { class: "kc-tables" },
-      section("Images of the star", this.images),
-      section("Caustics", this.caustics),
+      section([term("image", "Images"), " of the star"], this.images),
+      section([term("caustic", "Caustics")], this.caustics),
     );
     const summary = h("summary", {}, "The same on the command line and in Python");
     this.details = h("details", {}, summary, this.code);
@@ -40,7 +53,7 @@ class Tables {
       [this.mark(index), ` ${index}`],
       ...[parityOf(index), short(magnification), short(redshift), short(error, 2)],
     ];
-    this.images.replaceChildren(...tableOf(IMAGE_TITLES, images.map(line)));
+    this.images.replaceChildren(...tableOf(IMAGE_TITLES(), images.map(line)));
   }
   writeCaustics(curves, zoom) {
     const line = (curve) => [
@@ -49,7 +62,12 @@ class Tables {
       ...[String(curve.cusps.length), short(curve.error, 2)],
       button("show", `Zoom to the ${NAMES[curve.order]} caustic`, () => zoom(curve)),
     ];
-    this.caustics.replaceChildren(...tableOf(CAUSTIC_TITLES, curves.map(line)));
+    this.caustics.replaceChildren(...tableOf(CAUSTIC_TITLES(), curves.map(line)));
+  }
+  // What tells of images, for the quiz.
+  forget() {
+    this.images.replaceChildren();
+    this.live.textContent = "";
   }
   writeCode({ commands, python }) {
     this.code.textContent = `${commands.join("\n")}\n\n${python}`;
@@ -74,7 +92,7 @@ function aboutImage({ index, magnification, redshift, azimuth, sky, error }) {
   const ray = redshift === undefined ? [] : [`ν/ν₀ ${short(redshift, 6)}`, `φ′ of the ray ${short(azimuth, 7)}°`];
   const title = `Image of index ${index}, parity ${parityOf(index)}`;
   const direction = `N = (${sky.map((x) => x.toFixed(6)).join(", ")})`;
-  return [title, `brightness ${short(magnification)}`, ...ray, direction, `error ${short(error, 2)}°`];
+  return [title, `magnification ${short(magnification)}`, ...ray, direction, `error ${short(error, 2)}°`];
 }
 
 function aboutEvent({ kind, order, part, phi, error, at_cusp }) {
