@@ -32,6 +32,7 @@ from kerrcaustics.explorer.answers import LONGEST_QUESTION, NoState, answer, que
 from kerrcaustics.explorer.backdrops import backdrop_of, checked_window, window_view
 from kerrcaustics.explorer.limits import allowed
 from kerrcaustics.explorer.page_data import view_of
+from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PRESETS, ExplorerState
 from kerrcaustics.explorer.token import kept_token
 from kerrcaustics.explorer.work import FIRST, Work
@@ -448,7 +449,7 @@ def test_the_token_is_for_the_user_alone(tmp_path):
     assert not page.exists()
 
 
-def test_views_hand_over_the_palettes():
-    colours = view_of(ExplorerState(orders=1), "draft").record["palettes"]
+def test_the_page_has_the_palettes_of_plots():
+    colours = json.loads(script().split(";", 1)[0].removeprefix("const PALETTES = "))
     assert set(colours) == {"light", "dark"}
     assert colours["light"]["order"][0] == style.order_colour(1) and colours["dark"]["index"][1] == INDEX_ON_BLACK[1]

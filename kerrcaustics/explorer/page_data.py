@@ -15,7 +15,6 @@ from kerrcaustics.beams.ends import SKY
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.curves.critical_points import Points, Search
-from kerrcaustics.draw.palettes import THEMES
 from kerrcaustics.explorer.limits import allowed
 from kerrcaustics.explorer.state import ExplorerState
 from kerrcaustics.images.images import StarImages, images_of
@@ -105,7 +104,6 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
     if quality != "star":
         arrays["edge"] = shadow_edge(camera, _EDGE)
         record["axes"] = shadow_axes(camera, arrays["edge"]).tolist()
-        record["palettes"] = THEMES
         record["motion"] = _motion(camera)
     if quality == "draft":
         with stage("coarse_curves"):

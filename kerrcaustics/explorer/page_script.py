@@ -1,5 +1,8 @@
 """The script of the page: plain files joined in order, one script for browsers, notebooks and saved pages."""
 
+import json
+
+from kerrcaustics.draw.palettes import THEMES
 from kerrcaustics.explorer.state import PAGE
 
 LOGIC = ("numbers", "state", "style", "answers", "questions", "freshness", "quiz_stars", "gif")
@@ -19,6 +22,7 @@ PARTS = (
 
 
 def script(ending: str | None = None, parts: tuple[str, ...] = PARTS) -> str:
-    """Parts of the script, and the file of `page` that starts them."""
+    """The palettes of all pictures, parts of the script, and the file of `page` that starts them."""
     files = [f"parts/{part}.js" for part in parts] + ([f"{ending}.js"] if ending else [])
-    return "\n".join((PAGE / file).read_text(encoding="utf-8") for file in files)
+    texts = [(PAGE / file).read_text(encoding="utf-8") for file in files]
+    return "\n".join([f"const PALETTES = {json.dumps(THEMES)};", *texts])

@@ -60,7 +60,7 @@ class GlobeChart {
     pen.disk(f.cx, f.cy, f.R, { stroke: colours.edge, width: 1 });
     pen.within(...this.clip(f), () => {
       this.grid(pen, f, colours);
-      for (const curve of [...model.curves].reverse()) this.caustic(pen, curve, f, colours.order[curve.order]);
+      for (const curve of [...model.curves].reverse()) this.caustic(pen, curve, f, orderColour(colours, curve.order));
     });
   }
   // What lies behind is faint.

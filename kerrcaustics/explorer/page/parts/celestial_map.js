@@ -168,7 +168,7 @@ class MapChart {
         pen.line(cross(at), { stroke: bright ? "#fff" : look.colours.ink, width: 1.6 });
   }
   caustic(pen, curve, f, look, bright) {
-    const stroke = (bright ? COLOURS.dark : look.colours).order[curve.order];
+    const stroke = orderColour(bright ? COLOURS.dark : look.colours, curve.order);
     const style = { stroke, width: look.draft ? 1.1 : 1.6, dash: DASHES[curve.order], alpha: look.draft ? 0.75 : 1 };
     const [low, high] = span(curve.celestial.map(([, phi]) => phi));
     for (const turn of this.copies(low, high)) {

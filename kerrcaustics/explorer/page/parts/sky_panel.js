@@ -108,7 +108,7 @@ class SkyPanel {
         [30, y],
       ];
       if (bright) pen.line(line, OUTLINE);
-      pen.line(line, { stroke: colours.order[order], width: 1.8, dash: DASHES[order] });
+      pen.line(line, { stroke: orderColour(colours, order), width: 1.8, dash: DASHES[order] });
       pen.text(36, y, NAMES[order], { fill: colours.ink, size: 11.5, align: "left", halo: colours.halo });
     });
   }
@@ -127,7 +127,7 @@ class SkyPanel {
   curve(pen, curve, axes, f, look, bright) {
     const colours = bright ? COLOURS.dark : look.colours;
     const style = {
-      stroke: colours.order[curve.order],
+      stroke: orderColour(colours, curve.order),
       width: look.draft ? 1.2 : 1.8,
       dash: DASHES[curve.order],
       alpha: look.draft ? 0.75 : 1,
@@ -136,7 +136,7 @@ class SkyPanel {
     if (bright) pen.line(line, OUTLINE);
     pen.line(line, style);
     for (const cusp of curve.cusps)
-      pen.disk(...this.spot(cusp.sky, axes, f), 2.4, { fill: colours.order[curve.order] });
+      pen.disk(...this.spot(cusp.sky, axes, f), 2.4, { fill: orderColour(colours, curve.order) });
   }
   event(pen, event, axes, f, look) {
     const [x, y] = this.spot(event.sky, axes, f);
@@ -154,7 +154,7 @@ class SkyPanel {
   image(pen, image, axes, f, look) {
     let [x, y] = this.spot(image.sky, axes, f);
     const colours = look.backdrop && look.hasPicture ? COLOURS.dark : look.colours,
-      colour = colours.order[image.index];
+      colour = indexColour(colours, image.index);
     const inside = x > 8 && x < f.w - 8 && y > 8 && y < f.height - 8;
     if (!inside) {
       this.away(pen, image, x, y, f, colours);
@@ -193,7 +193,7 @@ class SkyPanel {
       py = cy + (y - cy) * reach,
       turn = Math.atan2(y - cy, x - cx);
     const corner = (a, r) => [px + r * Math.cos(turn + a), py + r * Math.sin(turn + a)];
-    const colour = colours.order[image.index];
+    const colour = indexColour(colours, image.index);
     pen.line([corner(0, 11), corner(2.4, 9), corner(-2.4, 9)], { fill: colour, closed: true });
     pen.text(...corner(Math.PI, 15), String(image.index), { fill: colour, size: 11, weight: 700, halo: colours.halo });
   }

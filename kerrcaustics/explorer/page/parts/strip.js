@@ -60,7 +60,7 @@ class Strip {
             [x, f.y + f.h],
           ],
           {
-            stroke: colours.order[event.order] ?? colours.soft,
+            stroke: orderColour(colours, event.order),
             width: 1.4,
             dash: event.kind === "creation" ? [] : [3, 3],
             alpha: 0.8,
@@ -93,7 +93,7 @@ class Strip {
             [f.x + f.w * (shift + turn), y(m)],
             [f.x + f.w * (shift + turn + step), y(n)],
           ],
-          { stroke: colours.order[Math.max(index, other)] ?? colours.soft, width: 1.6 },
+          { stroke: indexColour(colours, Math.max(index, other)), width: 1.6 },
         );
     }
   }

@@ -1,30 +1,30 @@
 // Colours, dashes and names of what is drawn.
 
-// Colours of Okabe and Ito: told apart by colour-blind readers. Index k has the colour of the critical curve of order k.
+// Curves, images and stars have the colours that they have in all other pictures: PALETTES (draw/palettes.py).
 const COLOURS = {
   light: {
-    order: ["#b07400", "#0072b2", "#c44e00", "#00795a", "#a8467d"],
+    ...PALETTES.light,
     ink: "#1c2330",
     soft: "#68748a",
     grid: "#d8dee8",
     shadow: "#dfe3ea",
     edge: "#8791a3",
     paper: "#ffffff",
-    star: "#e69f00",
     halo: "#ffffff",
   },
   dark: {
-    order: ["#f2c14e", "#56b4e9", "#ff8a3d", "#2fd0a0", "#ec9fce"],
+    ...PALETTES.dark,
     ink: "#eef2f8",
     soft: "#97a3b8",
     grid: "#293142",
     shadow: "#04060a",
     edge: "#5c677c",
     paper: "#10151f",
-    star: "#ffc83d",
     halo: "#10151f",
   },
 };
+const orderColour = ({ order }, k) => order[(k - 1) % order.length];
+const indexColour = ({ index }, k) => index[k % index.length];
 const DASHES = [[], [], [9, 3], [2.5, 2.5], [9, 3, 2, 3]];
 const NAMES = ["", "primary", "secondary", "tertiary", "4th order"];
 // Behind curves a picture is as bright as this, and curves have a dark outline.

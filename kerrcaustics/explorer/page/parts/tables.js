@@ -43,21 +43,21 @@ class Tables {
     const summary = h("summary", {}, "The same on the command line and in Python");
     this.details = h("details", {}, summary, this.code);
   }
-  mark(k) {
+  mark(colour) {
     const mark = h("span", { class: "kc-mark" }, "●");
-    mark.style.color = this.look().order[k];
+    mark.style.color = colour;
     return mark;
   }
   writeImages(images) {
     const line = ({ index, magnification, redshift, error }) => [
-      [this.mark(index), ` ${index}`],
+      [this.mark(indexColour(this.look(), index)), ` ${index}`],
       ...[parityOf(index), short(magnification), short(redshift), short(error, 2)],
     ];
     this.images.replaceChildren(...tableOf(IMAGE_TITLES(), images.map(line)));
   }
   writeCaustics(curves, zoom) {
     const line = (curve) => [
-      [this.mark(curve.order), ` ${curve.order}`],
+      [this.mark(orderColour(this.look(), curve.order)), ` ${curve.order}`],
       ...[short(curve.circuits), short(curve.theta_extent, 5), short(curve.phi_extent, 6)],
       ...[String(curve.cusps.length), short(curve.error, 2)],
       button("show", `Zoom to the ${NAMES[curve.order]} caustic`, () => zoom(curve)),
