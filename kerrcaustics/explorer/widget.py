@@ -103,13 +103,13 @@ def _widget_class() -> Any:
             work = Work()
             with work.reported(self._reply):
                 message, data = work.answered(asked)
-            self._keep(message.record)
+            self._adopt(message.record)
             self._deliver(data)
 
         def _reply(self, message: Message) -> None:
             self._deliver(message.encoded())
 
-        def _keep(self, record: dict[str, Any]) -> None:
+        def _adopt(self, record: dict[str, Any]) -> None:
             if record["kind"] == "view":
                 self.state = record["state"]
                 self.numbers = self.numbers | {k: record[k] for k in ("images", "caustics") if k in record}
