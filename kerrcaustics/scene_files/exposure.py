@@ -1,6 +1,6 @@
 """Exposures of a scene's frames: as its file says, or by the light of the frames."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import msgspec
@@ -67,14 +67,28 @@ def keyframes(frames: int, light: Callable[[int], Light], moment: Callable[[int]
     light: of a frame, in small; moment: its time.
     """
     numbers = sorted({round(float(number)) for number in np.linspace(0, frames - 1, min(frames, _KEYFRAMES))})
-    values = []
-    for number in numbers:
-        picture = light(number)
-        if picture.any():
-            values.append(ValueAt(time=moment(number), value=exposure_of(picture, table)))
-    if len(values) < 2:
-        return values[0].value if values else 1.0
-    return tuple(values)
+    pictures = ((moment(number), light(number)) for number in numbers)
+    keys = [(time, exposure_of(picture, table)) for time, picture in pictures if picture.any()]
+    if len(keys) < 2:
+        return keys[0][1] if keys else 1.0
+    times, values = zip(*keys, strict=True)
+    # A star that flashes on a caustic must not darken the seconds about it.
+    return tuple(ValueAt(time=time, value=value) for time, value in zip(times, without_flashes(values), strict=True))
+
+
+def without_flashes(values: Sequence[float]) -> list[float]:
+    """Running medians of three; at each end of the end, its neighbour, and what the two next to it lead to.
+
+    References: Tukey 1977, Exploratory Data Analysis, ch. 7.
+    """
+    if len(values) < 3:
+        return list(values)
+    inner = [float(np.median(values[i : i + 3])) for i in range(len(values) - 2)]
+    if len(inner) < 2:
+        inner = inner * 2
+    first = float(np.median([values[0], inner[0], inner[0] ** 3 / inner[1] ** 2]))
+    last = float(np.median([values[-1], inner[-1], inner[-1] ** 3 / inner[-2] ** 2]))
+    return [first, *inner[: len(values) - 2], last]
 
 
 def is_auto(table: LightTable) -> bool:
