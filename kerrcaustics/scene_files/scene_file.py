@@ -144,7 +144,9 @@ class SceneFile:
             replaced = msgspec.structs.replace
             view = replaced(contents.view, width=width, height=height)
             halos = contents.light.flare
-            flare = tuple(halo if halo.width is None else replaced(halo, width=scale * halo.width) for halo in halos)
+            flare = halos and tuple(
+                halo if halo.width is None else replaced(halo, width=scale * halo.width) for halo in halos
+            )
             contents = replaced(contents, view=view, light=replaced(contents.light, flare=flare))
             scene = SceneFile(contents, self.folder, self.name, self.files)
             scene._check()
