@@ -46,10 +46,9 @@ def light_of(sky: np.ndarray, star: kc.skies.StarField) -> np.ndarray:
     return np.array(found)
 
 
-def panel(ax: Axes, values: list[np.ndarray], labels: list[str]) -> None:
+def panel(ax: Axes, values: list[np.ndarray], labels: list[str], widths: tuple[float, float]) -> None:
     moved = [shift(frame)[0] for frame in range(FRAMES)]
-    # The first one shows behind the second one where they are the same.
-    for number, (value, label, width) in enumerate(zip(values, labels, (3.2, 1.1), strict=True)):
+    for number, (value, label, width) in enumerate(zip(values, labels, widths, strict=True)):
         ax.plot(moved, value, **style.index_line(number), lw=width, label=label)
     ax.set_xlim(-1.5, 1.5)
     ax.set_xlabel("turn of the camera (pixels)")
@@ -65,11 +64,12 @@ def main(output: Path) -> list[Path]:
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 3.2), layout="constrained")
         total, middle = figure.subplots(1, 2)
-        panel(total, [100 * np.abs(part[:, 0] / part[:, 0].mean() - 1) for part in light], labels)
+        panel(total, [100 * np.abs(part[:, 0] / part[:, 0].mean() - 1) for part in light], labels, (1.1, 1.1))
         total.axhline(2, color="#555555", linewidth=0.9, linestyle=(0, (4, 2)))
         total.annotate("bound of JTFT", (0, 2), (0, -4), textcoords="offset points", ha="center", va="top")
-        total.set(yscale="log", ylim=(1e-5, 5), ylabel="change of the light of all pixels (%)")
-        panel(middle, [100 * part[:, 1] / part[:, 0].mean() for part in light], labels)
+        total.set(yscale="log", ylim=(1e-8, 5), ylabel="change of the light of all pixels (%)")
+        # The first one shows behind the second one, which is the same.
+        panel(middle, [100 * part[:, 1] / part[:, 0].mean() for part in light], labels, (3.2, 1.1))
         middle.set(ylim=(0, None), ylabel="light that one pixel gets (%)")
         figure.legend(*total.get_legend_handles_labels(), loc="outside lower center", ncols=2)
         theta, phi = (style.number(math.degrees(angle), ".1f") for angle in STAR)
