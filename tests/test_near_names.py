@@ -115,7 +115,7 @@ DEGREES = {
     "kc.star_images(CAMERA, (80, 60))": "but is (80, 60) (80 degrees are 1.39626 radians).",
     "kc.image_counts(CAMERA, [(1.0, 2.0), (80, 60)])": "(0 to 180 degrees) (80 degrees are 1.39626 radians).",
     "kc.star_tracks(CAMERA, 84)": "but is 84 (84 degrees are 1.46608 radians).",
-    "kc.pictures.View(8, 8, 60)": "for a pinhole, but is 60 (60 degrees are 1.0472 radians).",
+    "kc.pictures.View(8, 8, 60)": "for a pinhole picture of 8 x 8 pixels, but is 60 (60 degrees are 1.0472 radians).",
 }
 
 

@@ -242,7 +242,7 @@ def _check_field(angle: float, width: int, height: int, projection: str) -> None
     widest = widest_field(projection, width, height)
     if angle > widest * (1 + 1e-12):
         shape = f"a {projection} picture of {width} x {height} pixels"
-        limit, value = (f"{radians:.6g} radians ({math.degrees(radians):.6g} degrees)" for radians in (widest, angle))
+        limit = f"{widest:.6g} radians ({math.degrees(widest):.6g} degrees)"
         raise ValueError(
-            f"Argument `field_of_view` must be at most {limit} for {shape}, but is {value}{if_degrees(angle, widest)}"
+            f"Argument `field_of_view` must be at most {limit} for {shape}, but is {angle:g}{if_degrees(angle, widest)}"
         )
