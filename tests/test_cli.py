@@ -45,7 +45,13 @@ def test_json_on_standard_output_is_alone_there(capsys):
     assert "astroid" in err
 
 
-@pytest.mark.parametrize("place", [("--star", 80, 170), ("--plane", 1, "--star", 8, 45, "--inclination", 60)])
+@pytest.mark.parametrize(
+    "place",
+    [
+        ("--star", 80, 170),
+        pytest.param(("--plane", 1, "--star", 8, 45, "--inclination", 60), marks=pytest.mark.slow),
+    ],
+)
 def test_images_are_drawn_and_the_file_is_named_beside_the_json(capsys, tmp_path, place):
     picture = tmp_path / "images.svg"
     where = ("--spin", 0.5, "--radius", 6, "--max-index", 0)

@@ -292,6 +292,8 @@ def test_templates_are_films_by_name(capsys, monkeypatch):
         return FilmResult(path, frames_folder(path), film.frames, 0, film.frames, (), 0.0)
 
     monkeypatch.setattr("kerrcaustics.films.film.make_film", filmed)
+    # Which is a minute of drawing; test_tones.py has it.
+    monkeypatch.setattr("kerrcaustics.scene_files.scene_file.SceneFile.with_exposures", lambda scene: scene)
     for name in ("star_field", "left_edge", "approach"):
         assert run(capsys, "film", name)[0] == 0
     assert [path for path, _ in made] == ["star_field.mp4", "left_edge.mp4", "approach.mp4"]
