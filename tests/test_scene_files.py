@@ -847,3 +847,14 @@ def test_tracks_and_critical_curves_are_drawn(scene):
     assert np.array_equal(drawn.picture(0), scene(PLAIN, *away).picture(0))
     with pytest.raises(ValueError, match=r"overlays.tracks must orbit the spin axis"):
         scene(PLAIN, "overlays.tracks=[80]", "camera.velocity=[0.1, 0, 0]")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("sky", "brightness"), [("stars", 600), ("checkerboard", 1)])
+def test_a_disk_of_no_brightness_shows_before_its_sky(scene, sky, brightness):
+    text, kind = PLAIN + DISK, f"sky.kind='{sky}'"
+    left_out, given = (scene(text, kind, *more).rendering(0) for more in ((), (f"disk.brightness={brightness}",)))
+    assert np.array_equal(left_out.light, given.light)
+    picture = scene(text, kind).picture(0)
+    lit = left_out.light.max(axis=2) > np.quantile(left_out.light, 0.9)
+    assert picture[lit].mean() > 60

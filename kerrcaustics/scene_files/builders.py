@@ -5,7 +5,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from msgspec.structs import asdict
+from msgspec.structs import asdict, replace
 
 from kerrcaustics.scene_files import contents as tables
 from kerrcaustics.scene_files.validation import about, reject
@@ -24,6 +24,9 @@ from kerrcaustics.scenes.star_field import StarField
 
 Array = np.ndarray
 Files = tuple[tuple[str, str], ...]
+
+# Of a disk before stars, which then both show in one exposure.
+_BEFORE_STARS = 600.0
 
 _THERMAL = {tables.BlackBodyTable: BlackBody, tables.PowerLawTable: PowerLaw, tables.PageThorneTable: PageThorne}
 
@@ -57,6 +60,13 @@ def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
     return StarField(catalogue, turn, table.band, table.white, response=response)
 
 
+def before(sky: tables.SkyTable, disk: tables.DiskTable) -> tables.DiskTable:
+    """The disk with a brightness: left out, one that shows before the sky."""
+    if disk.brightness is not None:
+        return disk
+    return replace(disk, brightness=_BEFORE_STARS if isinstance(sky, tables.StarsTable) else 1.0)
+
+
 @lru_cache(maxsize=4)
 def disk_of(table: tables.DiskTable, spin: float, folder: Path, files: Files, response: str = "cie") -> Disk:
     """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
@@ -69,8 +79,8 @@ def disk_of(table: tables.DiskTable, spin: float, folder: Path, files: Files, re
     if isinstance(emission, Wisps):
         opacity, slant = emission.opacity if opacity is None else opacity, bool(slant)
     with about("disk"):
-        opacity = 1.0 if opacity is None else opacity
-        return Disk(table.inner, table.outer, emission, opacity, table.motion, slant is not False, table.brightness)
+        opacity, brightness = 1.0 if opacity is None else opacity, 1.0 if table.brightness is None else table.brightness
+        return Disk(table.inner, table.outer, emission, opacity, table.motion, slant is not False, brightness)
 
 
 def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path, response: str) -> Emission:

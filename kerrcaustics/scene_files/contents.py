@@ -228,7 +228,10 @@ EmissionTable = (
 
 
 class DiskTable(SceneTable, kw_only=True, frozen=True):
-    """The disk; opacity and slant left out are 1 and true, and for wisps those of the gas itself."""
+    """The disk; opacity and slant left out are 1 and true, and for wisps those of the gas itself.
+
+    brightness left out is that of a disk that shows before the sky.
+    """
 
     inner: float
     outer: float
@@ -236,7 +239,7 @@ class DiskTable(SceneTable, kw_only=True, frozen=True):
     opacity: float | None = None
     slant: bool | None = None
     motion: DiskMotion = "circular"
-    brightness: float = 1.0
+    brightness: float | None = None
 
 
 class FlareTable(SceneTable, kw_only=True, frozen=True):
