@@ -55,6 +55,7 @@ class Explorer {
     if (answer.kind === "greeting") return this.greet(answer);
     if (answer.kind === "progress") this.questions.works(answer);
     else this.take(answer);
+    this.status.look();
     this.status.tell();
   }
   take(answer) {

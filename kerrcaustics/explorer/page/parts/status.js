@@ -34,13 +34,14 @@ class Status {
   look() {
     const { questions, channel } = this.explorer;
     const { silence } = questions;
-    const isSilent = silence > SILENCE;
+    const isSilent = silence > SILENCE,
+      wasLost = this.lost;
     if (isSilent)
       this.lost = `The program has not answered for ${Math.floor(silence / 1000)} s: it is stopped, or very busy.`;
     else if (this.silent) this.lost = "";
     this.silent = isSilent;
     if (silence > RENEWAL) channel.renew?.();
-    if (questions.busy || isSilent || this.lost) this.tell();
+    if (questions.busy || wasLost || this.lost) this.tell();
   }
   // What is pending, in words; the clock of an orbit has its own.
   tell() {
