@@ -123,7 +123,7 @@ def _tones_in_words(development: "Development | None", scene: "SceneFile") -> li
         return []
     exposure, clipped = f"{development.exposure:.6g}", f"{100 * development.clipped:.2g} %"
     chosen = " (auto)" if scene.contents.light.exposure == "auto" else ""
-    brighter = f"--set light.exposure={2 * development.exposure:.3g} makes it twice as bright"
+    brighter = f"--set light.exposure={2 * development.exposure:.3g} doubles the exposure"
     if development.clipped > _MUCH:
         brighter = "--set light.exposure=auto goes by the light" if not chosen else "light.curve = asinh keeps more"
     return [f"Exposure {exposure}{chosen}, {clipped} of the pixels are cut at white; {brighter}"]
