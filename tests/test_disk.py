@@ -186,6 +186,19 @@ def test_a_disk_far_from_the_ways_back_asks_for_no_third_crossing():
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_a_draft_has_few_beams_and_nearly_the_light_of_a_picture():
+    camera, disk = kc.Camera(0.9, 30.0, 1.3, "static"), kc.disks.Disk(3, 14, kc.disks.BlackBody(5000.0), 0.4)
+    view = kc.pictures.View.toward_hole(camera, 160, 90, 1.2)
+    draft, normal = (kc.render(camera, view, disk=disk, quality=name) for name in ("draft", "normal"))
+    assert sum(draft.crossings) < sum(normal.crossings) / 3 and len(draft.crossings) < len(normal.crossings)
+    assert len(draft.crossings) >= 3
+    off = np.abs(draft.light - normal.light).max(axis=-1) / normal.light.max()
+    # Sixteen rays in a pixel tell the third image; the fourth is left out.
+    assert np.median(off) < 1e-6 and np.quantile(off, 0.99) < 0.01 and off.max() < 0.2
+    assert draft.light.sum() == pytest.approx(normal.light.sum(), rel=2e-3)
+
+
 def test_a_uniform_disk_is_uniform():
     """Black bodies of one temperature, at rest where they are: I / nu^4 is the same on all ways."""
     disk = kc.disks.Disk(9.0, 20.0, kc.disks.BlackBody(6504), motion="static")

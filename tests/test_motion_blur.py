@@ -160,6 +160,33 @@ def test_without_motion_nothing_changes():
     assert np.array_equal(plain.light, still.light) and plain.beams == still.beams
 
 
+@pytest.mark.slow
+def test_a_draft_is_the_moment_in_the_middle():
+    middle, sky = view_of(SMALL), kc.skies.Checkerboard()
+
+    def rendered(motion):
+        """At both qualities."""
+        return [
+            kc.render(CAMERA, middle, sky, disk=DISK, delay=True, time=5.0, quality=name, motion=motion)
+            for name in ("draft", "normal")
+        ]
+
+    (still_draft, still), (draft, moving) = rendered(None), rendered(motion_of(falling, middle))
+    assert np.array_equal(draft.light, still_draft.light)
+    assert draft.crossings == still_draft.crossings and draft.beams == still_draft.beams
+    # The other quality has several moments, each with beams of its own, and other light.
+    assert moving.crossings[0] >= 2 * still.crossings[0]
+    assert differences(moving.light, still.light)[0] > 0.02
+
+
+def test_motion_that_is_none_is_refused_in_drafts_too():
+    middle = view_of(SMALL)
+    other = kc.pictures.View(24, 15, 1.4)
+    motion = kc.pictures.ShutterMotion((CAMERA, CAMERA), (other, other))
+    with pytest.raises(ValueError, match="Argument `motion` must keep width"):
+        kc.render(CAMERA, middle, motion=motion, quality="draft")
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [

@@ -7,7 +7,7 @@ from kerrcaustics.scene_files.contents import LightTable
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering, Sky, TracedView, render, trace_view
+from kerrcaustics.scenes.render import Rendering, Sky, TracedView, blurred, render, trace_view
 from kerrcaustics.spacetime.viewer import Viewer
 
 # The last map, and all that it depends on.
@@ -26,7 +26,7 @@ def rendered(
 ) -> Rendering:
     """A frame, linear light; time: in its middle."""
     options = {"beaming": light.beaming, "colour_shift": light.colour_shift, "delay": light.delay, "time": time}
-    exposure = None if motion is None else motion.about(camera, view, time)
+    exposure = None if motion is None or not blurred(quality) else motion.about(camera, view, time)
     if exposure is not None and (disk is not None or not exposure.still):
         return render(camera, view, sky, disk=disk, motion=motion, quality=quality, **options)
     traced = _traced(camera, view, sky is not None, disk, light.delay, quality)

@@ -33,6 +33,8 @@ _GRID = np.stack(np.meshgrid(*2 * [(np.arange(_STARTS) + 0.5) / _STARTS]), axis=
 # Half the diagonal of a start's part of a cell, and somewhat more.
 _PART = 1.0 / _STARTS
 _STEPS = 20
+# Searches that are made together: their patches fit in a core's cache.
+_TOGETHER = 1 << 12
 Starts = tuple[Int[Array, " s"], Float[Array, "s 2"]]
 # Images this close (pixels) are one, where cells meet; none is brighter than one so far from its critical curve.
 _SAME, _NEAREST = 0.02, 0.05
@@ -207,8 +209,19 @@ def _solved(
 
     Returns the patch (m,), the place in its cell (m, 2), and the slopes (m, 2, 3) there.
     """
+    blocks = [slice(first, first + _TOGETHER) for first in range(0, max(len(rows), 1), _TOGETHER)]
+    patch, place, columns = zip(*(_block_solved(data, target, rows[part], at[part]) for part in blocks), strict=True)
+    return np.concatenate(patch), np.concatenate(place), np.concatenate(columns)
+
+
+def _block_solved(
+    data: Float[Array, "n 12 3"], target: Float[Array, "n 3"], rows: Int[Array, " s"], at: Float[Array, "s 2"]
+) -> tuple[Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"]]:
+    """Solve for the places from some of the starts, which move there; as `_solved`."""
     keep = np.arange(len(rows))
     for _ in range(_STEPS):
+        if not len(keep):
+            break
         value, columns = _patch(data[rows[keep]], at[keep])
         # Between its corners a patch may leave the unit sphere.
         size = np.sqrt((value**2).sum(axis=-1, keepdims=True))

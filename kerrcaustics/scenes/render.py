@@ -178,9 +178,9 @@ def render(
         Of the camera, for that pattern; as coordinate time, in units of the mass. That of an observer is without the
         way to the hole, as for `Observer`.
     quality : str
-        Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005).
+        Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005); of a disk: Errors.
     motion : ShutterMotion, optional
-        Motion while the picture is exposed; left out, it shows one moment.
+        Motion while the picture is exposed; left out, and in drafts, it shows one moment, that in the middle.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -196,14 +196,15 @@ def render(
 
     Errors
     ------
-    Beams are good to 1e-7 rad. They are traced where the map of the sky is not smooth, and interpolated elsewhere;
-    that is off by `error` pixels of the result at most, twice what rays found that checked it. A pixel on a critical
-    curve counts by the strip of the sky that it is folded over. A footprint is the linear image of its pixel, filtered
-    with a deviation of half a pixel; pixels at the shadow edge, and those that see more than 0.5 rad, are supersampled
-    by 16 beams, and by 4 those that see more than 0.2. Stars are drawn where their images lie; in supersampled pixels,
-    by the footprints of the parts. Disk: the mean over the pixel, to about 1 % or 1/255 of the brightest; beams are
-    interpolated to a hundredth of a pixel, and images that no pixel shows by 1/255 are left out. Where a disk that is
-    not opaque lies over an edge of the sky, the mean of the product is that of the means.
+    Beams are good to 1e-7 rad. They are traced where the map of the sky is not smooth, and interpolated elsewhere; that
+    is off by `error` pixels of the result at most, twice what rays found that checked it. A pixel on a critical curve
+    counts by the strip of the sky that it is folded over. A footprint is the linear image of its pixel, filtered with a
+    deviation of half a pixel; pixels at the shadow edge, and those that see more than 0.5 rad, are supersampled by 16
+    beams, and by 4 those that see more than 0.2. Stars are drawn where their images lie; in supersampled pixels, by the
+    footprints of the parts. Disk: the mean over the pixel, to about 1 % or 1/255 of the brightest; beams are
+    interpolated to a hundredth of a pixel, and images that no pixel shows by 1/255 are left out; in a draft to a tenth
+    of a pixel, and images that cover no more than 1/30 of any are left out. Where a disk that is not opaque lies over
+    an edge of the sky, the mean of the product is that of the means.
 
     References
     ----------
@@ -227,8 +228,8 @@ def render(
         check_sky(sky)
         instance_of("motion", motion, ShutterMotion)
         exposure = motion.about(camera, view, _moment(time))
-        turn = exposure.turn
-        if disk is not None or not exposure.still:
+        turn = exposure.turn if blurred(quality) else 0.0
+        if blurred(quality) and (disk is not None or not exposure.still):
             return _blurred(exposure, sky, disk, Shifts(beaming, colour_shift), delay, _close(quality))
     check_sky(sky)
     _moment(time)
@@ -291,7 +292,7 @@ def trace_view(
     shape = view.height, view.width
     hidden, about, plane = np.zeros(shape, bool), None, DiskCrossings((), ())
     if disk is not None:
-        plane = _crossings(camera, view, disk, delay)
+        plane = _crossings(camera, view, disk, delay, quality)
         about = disk.inner, disk.outer, disk.opaque, delay
         if disk.opaque:
             hidden = covered(plane.cells, shape, disk.inner, disk.outer)
@@ -326,6 +327,11 @@ def _blurred(
     return Rendering(camera, view, light, visible.visible_fraction, *counts, transmission, visible.error)
 
 
+def blurred(quality: str) -> bool:
+    """True unless pictures of a quality show one moment, whatever moves."""
+    return quality != "draft"
+
+
 def _close(quality: str) -> float:
     """Largest error of patches, in pixels."""
     one_of("quality", quality, QUALITIES)
@@ -338,9 +344,10 @@ def _check_disk(disk: Disk, camera: Viewer) -> None:
 
 
 @stage("disk_map")
-def _crossings(camera: Viewer, view: Raster, disk: Disk, delay: bool) -> DiskCrossings:
+def _crossings(camera: Viewer, view: Raster, disk: Disk, delay: bool, quality: str) -> DiskCrossings:
     _check_disk(disk, camera)
-    return crossings(Lattice(camera, view, delay), disk.inner, disk.outer, disk.opaque)
+    lattice = Lattice(camera, view, delay) if blurred(quality) else Lattice.draft(camera, view, delay)
+    return crossings(lattice, disk.inner, disk.outer, disk.opaque)
 
 
 def _moment(time: float) -> float:

@@ -29,21 +29,35 @@ Array = np.ndarray
 _TOLERANCE = 1e-7
 # The finest cells are so much smaller than a pixel, and the largest ones so many pixels wide, at most.
 FINEST, _LARGEST = 16, 8
-# No cell is larger (radians): constants of the photon and travel times are linear in it.
-_WIDEST = 0.02
 # So many rays in each direction within a finest cell that is not smooth, and how they shift from cell to cell.
 _RAYS = 2
 _SHIFTS = ((0.7548776662466927, 0.5698402909980532), (0.5698402909980532, 0.7548776662466927))
-# Patches may be off by this part of a pixel, or by these: of the disk's width in 1 / r, and radians of azimuth.
-_OF_PIXEL, _OF_WIDTH, _OF_AZIMUTH = 0.0015, 1e-5, 1e-6
+# Patches may be off by this however small pixels are: of the disk's width in 1 / r, and radians of azimuth.
+_OF_WIDTH, _OF_AZIMUTH = 1e-5, 1e-6
 # Azimuths of a cell's corners lie within this of each other: they are known modulo 2 pi.
 _WIDEST_TURN = 1.5
-# A part of a pixel that a screen cannot show.
-_LEAST = 1 / 340
 # A lattice of one of several moments is halved so much less often at most; how its rays differ from moment to moment.
 _MOST_HALVINGS, _GOLDEN = 2, 0.6180339887498949
 # Rays that cross more often are too close to the shadow edge to be seen.
 MOST_CROSSINGS = 12
+
+
+class Fineness(NamedTuple):
+    """Fineness of a map.
+
+    least: size of the smallest cells, on the finest lattice, and less than a pixel; of_pixel: the part of a pixel that
+    patches may be off; widest: the size of the largest cells (radians), as constants of the photon and travel times are
+    linear in them; faintest: the part of every pixel that no later crossing covers when the map ends.
+    """
+
+    least: int
+    of_pixel: float
+    widest: float
+    faintest: float
+
+
+# The faintest part of a pixel is one that a screen cannot show.
+FINE, DRAFT = Fineness(1, 0.0015, 0.02, 1 / 340), Fineness(8, 0.02, 0.04, 1 / 30)
 
 
 class Corners(NamedTuple):
@@ -85,8 +99,8 @@ class Lattice(NamedTuple):
     """The picture's finest lattice; timed: with the travel times of rays.
 
     least: size of the smallest cells on it for images that are nowhere smooth; phase, 0 to 1: of the places of rays in
-    them. A picture that is the mean of several moments has as many rays in a pixel as one of a single moment, if their
-    least cells are larger and their phases differ.
+    them; fineness: of the map. A picture that is the mean of several moments has as many rays in a pixel as one of a
+    single moment, if their least cells are larger and their phases differ.
     """
 
     camera: Viewer
@@ -94,6 +108,12 @@ class Lattice(NamedTuple):
     timed: bool
     least: int = 1
     phase: float = 0.0
+    fineness: Fineness = FINE
+
+    @classmethod
+    def draft(cls, camera: Viewer, view: Raster, timed: bool) -> "Lattice":
+        """One of a draft."""
+        return cls(camera, view, timed, DRAFT.least, fineness=DRAFT)
 
     @classmethod
     def at_moment(cls, camera: Viewer, view: Raster, timed: bool, number: int, moments: int) -> "Lattice":
@@ -109,7 +129,7 @@ class Lattice(NamedTuple):
     def roots(self) -> Squares:
         """The largest cells, which cover the picture."""
         size = FINEST * _LARGEST
-        most = _WIDEST / self.view.pixel_angle * FINEST
+        most = self.fineness.widest / self.view.pixel_angle * FINEST
         while size > 1 and size > most:
             size //= 2
         return Squares.over(self.view.width * FINEST, self.view.height * FINEST, size)
@@ -171,7 +191,7 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Dis
             break
         # The first image that is not smooth is partly so in the finest cells; those after it are thinner, and nowhere.
         thin = bool(layers) and bool((layers[-1].cover < 1).any())
-        here = lattice if thin else lattice._replace(least=1)
+        here = lattice if thin else lattice._replace(least=lattice.fineness.least)
         cells, corners, traced = _crossing(here, crossing, Squares(x, y, size), rims, before)
         beams.append(traced)
         if crossing > 1 and not len(cells.x):
@@ -200,7 +220,7 @@ def _crossing(
         low, high = _range(corners, number, pixels)
         empty = _empty(side, low[:, 0], high[:, 0], rims)
         data = _data(corners, number, pixels)
-        good = whole & ~empty & _smooth(data, low, high, pixels, rims)
+        good = whole & ~empty & _smooth(data, low, high, pixels, rims, lattice.fineness.of_pixel)
         parts.append(_cells(corners, x, y, size, number, data, low, high, good))
         split = ~empty & ~good
         if size == lattice.least:
@@ -275,11 +295,13 @@ def _data(corners: Corners, number: Array, pixels: float) -> Float[Array, "cells
     return np.concatenate([_aligned(corners.place[number]), slope[..., 0], slope[..., 1]], axis=1)
 
 
-def _smooth(data: Array, low: Array, high: Array, pixels: float, rims: tuple[float, float]) -> Bool[Array, " cells"]:
+def _smooth(
+    data: Array, low: Array, high: Array, pixels: float, rims: tuple[float, float], of_pixel: float
+) -> Bool[Array, " cells"]:
     """True for patches that are as good as a picture needs."""
     per_pixel = np.hypot(data[:, 4:8], data[:, 8:]).max(axis=1) / pixels
     least = np.array([_OF_WIDTH * (rims[1] - rims[0]), _OF_AZIMUTH])
-    close = doubt(data) <= np.maximum(_OF_PIXEL * per_pixel, least)
+    close = doubt(data) <= np.maximum(of_pixel * per_pixel, least)
     return close.all(axis=1) & (high[:, 1] - low[:, 1] < _WIDEST_TURN)
 
 
@@ -333,7 +355,7 @@ def _faint(layers: list[DiskCells], lattice: Lattice) -> bool:
     if len(layers) < 2 or not len(layers[-2].x):
         return False
     before, last = (float((cells.cover * cells.size**2).sum()) for cells in layers[-2:])
-    return _most(layers[-1], lattice) * last / before < _LEAST
+    return _most(layers[-1], lattice) * last / before < lattice.fineness.faintest
 
 
 def _most(cells: DiskCells, lattice: Lattice) -> float:

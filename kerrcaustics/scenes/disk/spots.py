@@ -111,10 +111,11 @@ class Spots:
         # Deviations with those of the parts, whose sides are boxes.
         boxes = np.sqrt((np.moveaxis(samples.matrix, 1, 0) ** 2).sum(axis=-1) / 12)
         sizes = [np.minimum(np.hypot(self.size, box), _WIDEST * self.size) for box in boxes]
+        reaches = [_DEVIATIONS * size for size in sizes]
         time = float(np.median(samples.time))
         rates = samples.orbital(self.radius)
         for ring in self._rings(rates, time):
-            for place, spot in _pairs(self, ring, samples, time, sizes):
+            for place, spot in _pairs(self, ring, samples, time, reaches):
                 profile = self._profile(samples, place, spot, rates[spot], (sizes[0][place], sizes[1][place]))
                 bright = profile > _FAINTEST
                 place, spot, profile = place[bright], spot[bright], profile[bright]
@@ -163,11 +164,11 @@ class Spots:
 
 
 def _pairs(
-    spots: Spots, ring: _Band, samples: DiskSamples, time: float, sizes: list[Array]
+    spots: Spots, ring: _Band, samples: DiskSamples, time: float, reaches: list[Array]
 ) -> Iterator[tuple[Int[Array, " pairs"], Int[Array, " pairs"]]]:
-    """Places and spots of a ring that may be near each other."""
+    """Places and spots of a ring that may be near each other; reaches: across and along, of the spots at each place."""
     first, last = spots.radius[ring.number.min()], spots.radius[ring.number.max()]
-    across, along = (_DEVIATIONS * size for size in sizes)
+    across, along = reaches
     near = np.flatnonzero((samples.radius > first - across) & (samples.radius < last + across))
     late = samples.time[near] - time
     phase = np.mod(samples.azimuth[near] - ring.orbital * late, 2 * math.pi)
