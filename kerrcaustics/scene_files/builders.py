@@ -5,7 +5,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from msgspec.structs import asdict, replace
+from msgspec.structs import asdict
 
 from kerrcaustics.scene_files import contents as tables
 from kerrcaustics.scene_files.validation import about, reject
@@ -60,15 +60,17 @@ def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
     return StarField(catalogue, turn, table.band, table.white, response=response)
 
 
-def before(sky: tables.SkyTable, disk: tables.DiskTable) -> tables.DiskTable:
-    """The disk with a brightness: left out, one that shows before the sky."""
+def brightness_of(disk: tables.DiskTable, sky: tables.SkyTable) -> float:
+    """The brightness of a disk: left out, one that shows before the sky."""
     if disk.brightness is not None:
-        return disk
-    return replace(disk, brightness=_BEFORE_STARS if isinstance(sky, tables.StarsTable) else 1.0)
+        return disk.brightness
+    return _BEFORE_STARS if isinstance(sky, tables.StarsTable) else 1.0
 
 
 @lru_cache(maxsize=4)
-def disk_of(table: tables.DiskTable, spin: float, folder: Path, files: Files, response: str = "cie") -> Disk:
+def disk_of(
+    table: tables.DiskTable, brightness: float, spin: float, folder: Path, files: Files, response: str = "cie"
+) -> Disk:
     """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
     with about("disk"):
         check_rims(table.inner, table.outer)
@@ -79,7 +81,7 @@ def disk_of(table: tables.DiskTable, spin: float, folder: Path, files: Files, re
     if isinstance(emission, Wisps):
         opacity, slant = emission.opacity if opacity is None else opacity, bool(slant)
     with about("disk"):
-        opacity, brightness = 1.0 if opacity is None else opacity, 1.0 if table.brightness is None else table.brightness
+        opacity = 1.0 if opacity is None else opacity
         return Disk(table.inner, table.outer, emission, opacity, table.motion, slant is not False, brightness)
 
 

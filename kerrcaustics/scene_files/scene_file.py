@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from kerrcaustics.choices import Quality
-from kerrcaustics.scene_files.builders import add_glare, before, disk_of, point_spread, sky_of
+from kerrcaustics.scene_files.builders import add_glare, brightness_of, disk_of, point_spread, sky_of
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
 from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
 from kerrcaustics.scene_files.exposure import (
@@ -341,8 +341,8 @@ class SceneFile:
         table, light = self.contents.disk, self.contents.light
         if table is None:
             return None
-        table = before(self.contents.sky, table)
-        return disk_of(table, self.contents.hole.spin, self.folder, self.files, light.response)
+        brightness = brightness_of(table, self.contents.sky)
+        return disk_of(table, brightness, self.contents.hole.spin, self.folder, self.files, light.response)
 
     def _camera_view(self, time: float, scale: float = 1.0) -> tuple[Viewer, Raster]:
         if not math.isfinite(real_number("time", time)):
