@@ -4,7 +4,7 @@ A word that is none of them may be close to one: `near` says which.
 """
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 VelocityName = Literal["circular", "fiducial", "static"]
@@ -29,6 +29,15 @@ def event_kind(side: float) -> EventKind:
 
 
 def near(word: object, names: Iterable[str]) -> str:
-    """The name that a word may stand for, as the end of a sentence: "; did you mean spin?"; else its full stop."""
-    similar = difflib.get_close_matches(str(word), list(names), n=1)
-    return f"; did you mean {similar[0]}?" if similar else "."
+    """The name that a word may stand for, as the end of a sentence: "; did you mean spin?"; else its full stop.
+
+    The hyphens of options do not make two names alike.
+    """
+    bare = {name.lstrip("-"): name for name in names}
+    similar = difflib.get_close_matches(str(word).lstrip("-"), list(bare), n=1)
+    return f"; did you mean {bare[similar[0]]}?" if similar else "."
+
+
+def either(words: Sequence[str]) -> str:
+    """Words as alternatives: "circular, fiducial or static"."""
+    return " or ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)

@@ -4,12 +4,12 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import either, near
 from kerrcaustics.files import check_name, read_text
 
 Kind = TypeVar("Kind")
@@ -19,12 +19,10 @@ _LONGEST, _DEEPEST = 16_000_000, 32
 _DEEP_KEY = re.compile(rf"(?<![\w\"'-])(?:[\w\"'-]+\s*\.\s*){{{_DEEPEST}}}")
 TOO_DEEP = "it is nested too deeply"
 
-_OURS = (
-    ("object contains unknown field", "unknown key"),
-    ("object missing required field", "missing key"),
-    ("object", "table"),
-    ("array", "list"),
-)
+# Characters of a value in a message.
+_LONGEST_VALUE = 80
+_KINDS = {float: "a number", int: "a whole number", str: "a text"}
+_COUNTS = {2: "two", 3: "three"}
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
@@ -84,24 +82,59 @@ def not_finite(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
 
 
 def _plainly(message: str, table: dict[str, Any], kind: type) -> str:
-    """A message of msgspec with the path first: "spin.count: expected `int`, got `str`.", and what may be meant."""
+    """A message of msgspec as "spin.count must be a whole number, but is 'x'.", and what may be meant."""
     what, _, path = message.partition(" - at `$")
-    what = what[:1].lower() + what[1:]
-    for theirs, ours in _OURS:
-        what = what.replace(theirs, ours)
-    place, end = path.rstrip("`").lstrip("."), "."
-    if unknown := re.fullmatch("unknown key `(.*)`", what):
-        end = near(unknown[1], _keys(kind, table, place))
-    if what.startswith("invalid"):
-        types, value = _declared(kind, table, place)
-        words = [word for part in types if get_origin(part) is Literal for word in get_args(part)]
-        if any(get_origin(part) is tuple for part in types):
-            return f"{place} must be {', '.join(words)} or three numbers, but is {value!r}{near(value, words)}"
-        what, end = f"{what}, expected {' or '.join(words)}", near(value, words)
-    if re.match(r"expected `\w+` [<>]", what):
-        types, value = _declared(kind, table, place)
-        return f"{place} must {_range(next(part for part in types if get_origin(part) is Annotated))}, but is {value}."
-    return f"{place}: {what}{end}" if place else f"{what}{end}"
+    place = path.rstrip("`").lstrip(".")
+    if key := re.fullmatch("Object (contains unknown|missing required) field `(.*)`", what):
+        state = key[1].split()[-1].replace("required", "missing")
+        end = _keys_in_words(key[2], _keys(kind, table, place)) if state == "unknown" else "."
+        return f"{place}: {state} key `{key[2]}`{end}".removeprefix(": ")
+    # msgspec does not name the entry of a table whose keys may be any.
+    entry = place.removesuffix("[...]")
+    types, value = _declared(kind, table, entry)
+    must, words = _must(types)
+    return f"{entry} must {must}, but is {_in_words(value) if entry == place else 'another one'}{near(value, words)}"
+
+
+def _keys_in_words(key: str, keys: list[str]) -> str:
+    """The end of a sentence about an unknown key: the one that may be meant, else all there are."""
+    end = near(key, keys)
+    return f"; its keys are {', '.join(keys)}." if end == "." else end
+
+
+def _must(types: list[Any]) -> tuple[str, list[str]]:
+    """The condition on an entry of these types, and the words that it may be."""
+    words = [word for part in types for word in _choices(part)]
+    ranges = [_range(part) for part in types if get_origin(part) is Annotated]
+    kinds = [_kind(part) for part in types if part is not NoneType and not _choices(part)]
+    return ranges[0] if ranges else f"be {either([*words, *dict.fromkeys(kinds)])}", words
+
+
+def _choices(kind: Any) -> list[str]:
+    """The words that an entry may be, if its type is one of words, or true and false."""
+    if kind is bool:
+        return ["true", "false"]
+    return list(get_args(kind)) if get_origin(kind) is Literal else []
+
+
+def _kind(kind: Any) -> str:
+    """A type of entries, which is no choice of words."""
+    parts = get_args(kind)
+    if get_origin(kind) is dict:
+        return f"a table with {either([_kind(part) for part in _alternatives(parts[1])])} in each entry"
+    if get_origin(kind) is list or ... in parts:
+        return "a list"
+    if get_origin(kind) is not tuple:
+        return _KINDS.get(kind, "a table")
+    return f"{_COUNTS.get(len(parts), len(parts))} {'numbers' if set(parts) == {float} else 'values'}"
+
+
+def _in_words(value: Any) -> str:
+    """A value for a message, in a line that is not too long."""
+    if isinstance(value, dict):
+        return "a table"
+    text = str(value).lower() if isinstance(value, bool) else " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}..."
 
 
 def _keys(kind: Any, table: dict[str, Any], place: str) -> list[str]:

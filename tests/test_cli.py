@@ -127,7 +127,7 @@ BAD = [
     (("caustics", "--spin", "0.9", "--radius", "6", "--engine", "warp"), "--engine must be auto, closed-form or integ"),
     (("images", "--spin", "0.9", "--radius", "6", "--star", "90"), "Argument --star must be 2 numbers, but is 90."),
     (("images", "--spin", "0.9", "--radius", "6", "--star", "9", "9", "x"), "--star must be 2 numbers, but is 9 9 x."),
-    (("counts", "--spin", "0.9", "--radius", "6", "--empty-star"), "--empty-star is unknown; did you mean --star?"),
+    (("counts", "--spin", "0.9", "--radius", "6", "--empty-star"), "--empty-star is unknown; kerrcaustics counts"),
     (("counts", "--spin", "0.9", "--radius", "6", "--no-map"), "Argument --no-map is unknown; did you mean --map?"),
     (("render", "x.toml", "--empty-overrides"), "Argument --empty-overrides is unknown"),
     (("render", "x.toml", "--set"), "Argument --set must be followed by a value."),

@@ -72,6 +72,10 @@ COMMANDS = {
     ("study", "spin_radus"): "but is spin_radus; did you mean spin_radius?",
     ("scene", "--template", "dsk"): "but is dsk; did you mean disk?",
     ("scene", "--template", "zzz"): "but is zzz.",
+    ("help",): "but is help; did you mean --help?",
+    ("--verson",): "but is --verson; did you mean --version?",
+    ("explore", "--spin", "2"): "--spin is unknown; kerrcaustics explore --help lists those there are.",
+    ("scene", "--template", "disk", "a.toml"): "a.toml must be left out: kerrcaustics scene has no place for it.",
 }
 
 
@@ -86,11 +90,13 @@ KEYS = {
     "sky.column=12": "sky: unknown key `column`; did you mean columns?",
     "skys.kind=stars": "unknown key `skys`; did you mean sky?",
     "sky.kind=checkers": (
-        "sky.kind: invalid value 'checkers', expected stars or checkerboard or panorama or none; "
-        "did you mean checkerboard?"
+        "sky.kind must be stars, checkerboard, panorama or none, but is 'checkers'; did you mean checkerboard?"
     ),
-    "quality=normel": "quality: invalid enum value 'normel', expected draft or normal or high; did you mean normal?",
-    "zzz=1": "unknown key `zzz`.",
+    "quality=normel": "quality must be draft, normal or high, but is 'normel'; did you mean normal?",
+    "zzz=1": (
+        "unknown key `zzz`; its keys are hole, camera, title, quality, definitions, view, sky, disk, light, film, "
+        "overlays."
+    ),
 }
 
 

@@ -3,6 +3,8 @@
 import json
 import math
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -107,6 +109,14 @@ def test_the_view_must_be_of_the_viewer(picture):
         picture(DISTANT, 24.0)
     with pytest.raises(ValueError, match=r"^Argument `camera` must be a Camera or an Observer, but is Screen\.$"):
         picture(SCREEN, DISTANT)
+
+
+def test_the_view_must_be_of_the_viewer_where_no_screen_was_made_before():
+    code = (
+        "import kerrcaustics as kc; v = kc.pictures.View(4, 3, 1.0); kc.render(kc.Observer(spin=0.9, inclination=1), v)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "Argument `view` must be a Screen for an Observer, but is a View." in ended.stderr
 
 
 def test_a_picture_without_the_hole_is_of_a_camera():
@@ -414,21 +424,21 @@ def test_a_film_of_an_observer_who_stays_has_one_map(scene_of, monkeypatch):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (["view={width=64}"], "view.size must be given where the radius is inf, but is left out."),
+        (["view={width=64}"], "view.size must be given where camera.radius is inf, but is left out."),
         (["camera.radius=nan"], "camera.radius must be a finite number, but is nan."),
         (["camera.radius=-inf"], "camera.radius must be a finite number, but is -inf."),
         (["hole.spin=inf"], "hole.spin must be a finite number, but is inf."),
         (["camera.radius=1.2"], "camera.radius must be larger than the horizon radius 1.4"),
         (["view.size=0"], "view.size must be a positive, finite number (of M), but is 0.0."),
         (["view.size='t - 1'"], "view.size must be a positive, finite number (of M), but is -1.0."),
-        (["view.centre=[1, 2, 3]"], "view.centre: expected `list` of length 2, got 3"),
-        (["view.look=forward"], "view.look must be left out where there is a view.size, but is 'forward'."),
-        (["view.projection=pinhole"], "view.projection must be left out where there is a view.size"),
-        (["view.yaw_deg=0"], "view.yaw_deg must be left out where there is a view.size"),
-        (["camera.velocity=circular"], "camera.velocity must be fiducial where there is a view.size: observers are at"),
+        (["view.centre=[1, 2, 3]"], "view.centre must be two values, but is [1, 2, 3]."),
+        (["view.look=forward"], "view.look must be left out where view.size is given, but is 'forward'."),
+        (["view.projection=pinhole"], "view.projection must be left out where view.size is given"),
+        (["view.yaw_deg=0"], "view.yaw_deg must be left out where view.size is given"),
+        (["camera.velocity=circular"], "camera.velocity must be left out or fiducial where view.size is given (for a"),
         (
             ["camera={path={kind='geodesic', radius=9}}"],
-            "camera.path.kind must be another one where there is a view.size: observers are at rest, but is",
+            "camera.path.kind must be keyframes, expressions or csv where view.size is given (for a fiducial observer)",
         ),
         (
             ["camera={path={kind='keyframes', keyframes=[{time=0, radius=inf}, {time=1, radius=9}]}}"],
@@ -436,7 +446,7 @@ def test_a_film_of_an_observer_who_stays_has_one_map(scene_of, monkeypatch):
         ),
         (
             ["view={centre=[0, 0]}", "camera.radius=10"],
-            "view.centre must be left out where there is no",
+            "view.centre must be left out where view.size is left out",
         ),
     ],
 )

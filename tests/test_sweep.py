@@ -73,22 +73,22 @@ def test_scene_file_says_all(tmp_path):
 
 
 BAD = {
-    "spin = {from = 0, to = 1, count = 'x'}\nradius = 3": "spin.count: expected `int`, got `str`",
+    "spin = {from = 0, to = 1, count = 'x'}\nradius = 3": "spin.count must be a whole number, but is 'x'.",
     "spin = {from = 0, count = 2}\nradius = 3": "spin: missing key `to`",
     "spin = {from = 0, to = 0.5, count = 2, by = 1}\nradius = 3": "spin: unknown key `by`",
-    "spin = {from = 0, to = 0.5, count = 2, spacing = 'even'}\nradius = 3": "spin.spacing: invalid enum value 'even', "
-    "expected linear or log",
-    "spin = 'fast'\nradius = 3": "spin: expected `float | table | list`, got `str`",
-    "spin = [0.1, 'fast']\nradius = 3": "spin[1]: expected `float`, got `str`",
+    "spin = {from = 0, to = 0.5, count = 2, spacing = 'even'}\nradius = 3": "spin.spacing must be linear or log, "
+    "but is 'even'.",
+    "spin = 'fast'\nradius = 3": "spin must be a number, a list or a table, but is 'fast'.",
+    "spin = [0.1, 'fast']\nradius = 3": "spin[1] must be a number, but is 'fast'.",
     "spin = 0.5": "missing key `radius`",
     "spin = 0.5\nradius = 3\ncolour = 1": "unknown key `colour`",
-    "spin = 0.5\nradius = 3\norders = 2.5": "orders: expected `int`, got `float`",
+    "spin = 0.5\nradius = 3\norders = 2.5": "orders must be a whole number, but is 2.5.",
     "spin = 0.5\nradius = 3\norders = 0": "orders must be from 1 to 10, but is 0",
     "spin = 0.5\nradius = 3\norders = 8\ncompute = ['counts']": "orders must be 7 at most where counts are computed",
-    "spin = 0.5\nradius = 3\ncompute = ['mass']": "compute[0]: invalid enum value 'mass', expected geometry or cusps",
+    "spin = 0.5\nradius = 3\ncompute = ['mass']": "compute[0] must be geometry, cusps, areas",
     "spin = 0.5\nradius = 3\ncompute = []": "compute must be a list of different quantities",
     "spin = 0.5\nradius = 3\ncompute = ['areas', 'areas']": "compute must be a list of different quantities",
-    "spin = 0.5\nradius = 3\nvelocity = 'warp'": "velocity: invalid enum value 'warp', expected circular",
+    "spin = 0.5\nradius = 3\nvelocity = 'warp'": "velocity must be circular, fiducial or static, but is 'warp'.",
     "spin = 0.5\nradius = 3\ntolerance = 1": "tolerance must be in [1e-14, 1e-2], but is 1",
     "spin = 0.5\nradius = 3\nblock = 0": "block must be from 1 to 10000, but is 0",
     "spin = [0.5, 1.0]\nradius = 3": "spin must be in [0, 1), but is 1.0",

@@ -1,11 +1,12 @@
 """Errors of usage of the command line, as one line that names the argument and what it must be."""
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 import cyclopts
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import either, near
 
 _WORDS = {int: "a whole number", float: "a number", bool: "true or false"}
 
@@ -24,7 +25,8 @@ def _command(error: cyclopts.CycloptsError) -> str:
 def _unknown_command(error: Any) -> str:
     names = [name for name in error.app if not name.startswith("-")]
     word = error.unused_tokens[0]
-    return f"Argument COMMAND must be one of {', '.join(names)}, but is {word}{near(word, names)}"
+    # An option may be meant: help, --verson.
+    return f"Argument COMMAND must be one of {', '.join(names)}, but is {word}{near(word, error.app)}"
 
 
 def _unknown_option(error: Any) -> str:
@@ -67,7 +69,7 @@ def _too_many(error: Any) -> str:
     before = tokens[: tokens.index(extra)] if extra in tokens else []
     place = next((i for i in reversed(range(len(before))) if before[i].startswith("--")), None)
     option = None if place is None else next((a for a in _arguments(error) if before[place] in a.names), None)
-    if place is None or option is None or not _count(option) or not before[place + 1 :]:
+    if place is None or option is None or _takes_text(option) or not _count(option) or not before[place + 1 :]:
         return f"Argument {extra} must be left out: {_command(error)} has no place for it."
     return f"Argument {before[place]} must be {_values(option)}, but is {' '.join([*before[place + 1 :], extra])}."
 
@@ -112,6 +114,12 @@ def _count(argument: Any) -> int:
     return argument.token_count()[0]
 
 
+def _takes_text(argument: Any) -> bool:
+    """True if any single word is a value of the argument: what follows that belongs to no argument."""
+    kinds = set(get_args(argument.hint) or [argument.hint]) - {type(None)}
+    return kinds <= {str, Path}
+
+
 def _values(argument: Any) -> str:
     """The values of an argument, in words."""
     count = _count(argument)
@@ -124,8 +132,7 @@ def _values(argument: Any) -> str:
 
 def _choices(kind: Any) -> str:
     """The words that a choice is between."""
-    words = [str(word) for word in get_args(kind)] if get_origin(kind) is Literal else []
-    return " or ".join(part for part in (", ".join(words[:-1]), *words[-1:]) if part)
+    return either([str(word) for word in get_args(kind)]) if get_origin(kind) is Literal else ""
 
 
 _LINES: dict[type[cyclopts.CycloptsError], Any] = {

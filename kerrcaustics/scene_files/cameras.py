@@ -57,10 +57,10 @@ class CameraPath:
         """The camera, or the observer, at a time, and its place."""
         low, high = self.motion.span
         if not low <= time <= high:
-            reject("camera.path", f"reach to the time {time:.12g}", f"from {low:.12g} to {high:.12g}")
+            reject("camera.path", f"reach t = {time:.12g}", f"given from {low:.12g} to {high:.12g}")
         place = self.motion.place(time)
         if not 0 <= place.theta <= math.pi:
-            words = f"{math.degrees(place.theta):g} at {time:g}"
+            words = f"{math.degrees(place.theta):g} at t = {time:g}"
             reject("camera.path", "keep the inclination in [0, 180] degrees", words)
         try:
             if self.distant:

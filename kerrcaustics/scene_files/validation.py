@@ -4,9 +4,10 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from typing import Any, NoReturn, get_args
 
-from kerrcaustics.scene_files.contents import CAMERA_VIEW, SCREEN, Contents, GeodesicTable
+from kerrcaustics.choices import VelocityName, either
+from kerrcaustics.scene_files.contents import CAMERA_VIEW, SCREEN, Contents, GeodesicTable, PathTable
 from kerrcaustics.spacetime.checks import quoted
 
 # Names of arguments that are keys under another name, in degrees.
@@ -62,9 +63,10 @@ def check_contents(contents: Contents) -> None:
     if camera.path is not None:
         for key in ("inclination_deg", "azimuth_deg"):
             if getattr(camera, key) is not None:
-                reject(f"camera.{key}", "be left out where there is a camera.path", getattr(camera, key))
+                reject(f"camera.{key}", "be left out where camera.path is given", getattr(camera, key))
     elif camera.velocity == "path":
-        reject("camera.velocity", "be another one where there is no camera.path", "'path'")
+        must = f"be {either([*get_args(VelocityName), 'three numbers'])} where camera.path is left out"
+        reject("camera.velocity", must, "'path'")
     _check_viewer(contents)
     look = contents.view.look
     if look is not None and not isinstance(look, str) and not any(look):
@@ -81,18 +83,19 @@ def _check_viewer(contents: Contents) -> None:
     camera, view = contents.camera, contents.view
     infinite = math.inf in (camera.radius, getattr(camera.path, "radius", None))
     if infinite and view.size is None:
-        reject("view.size", "be given where the radius is inf", "left out")
-    other, where = (SCREEN, "no view.size") if view.size is None else (CAMERA_VIEW, "a view.size")
+        reject("view.size", "be given where camera.radius is inf", "left out")
+    other, where = (SCREEN, "left out") if view.size is None else (CAMERA_VIEW, "given")
     for key in other:
         if getattr(view, key) is not None:
-            reject(f"view.{key}", f"be left out where there is {where}", quoted(getattr(view, key)))
+            reject(f"view.{key}", f"be left out where view.size is {where}", quoted(getattr(view, key)))
     if view.size is None:
         return
-    at_rest = "where there is a view.size: observers are at rest"
+    where = "where view.size is given (for a fiducial observer)"
     if camera.velocity not in (None, "fiducial"):
-        reject("camera.velocity", f"be fiducial {at_rest}", quoted(camera.velocity))
+        reject("camera.velocity", f"be left out or fiducial {where}", quoted(camera.velocity))
     if isinstance(camera.path, GeodesicTable):
-        reject("camera.path.kind", f"be another one {at_rest}", "'geodesic'")
+        paths = [str(part.__struct_config__.tag) for part in get_args(PathTable) if part is not GeodesicTable]
+        reject("camera.path.kind", f"be {either(paths)} {where}", "'geodesic'")
 
 
 def _check_either(entry: str, table: Any, one: str, other: str) -> None:

@@ -98,7 +98,11 @@ def check_picture(camera: object, view: object) -> None:
     if not isinstance(view, Raster):
         raise ValueError(f"Argument `view` must be a View or a Screen, but is {name}.")
     if not isinstance(camera, view.viewer):
-        right = next(kind.__name__ for kind in Raster.__subclasses__() if isinstance(camera, kind.viewer))
+        # They are subclasses of the class above.
+        from kerrcaustics.scenes.screen import Screen
+        from kerrcaustics.scenes.view import View
+
+        right = next(kind.__name__ for kind in (View, Screen) if isinstance(camera, kind.viewer))
         raise ValueError(f"Argument `view` must be a {right} for {_article(camera)}, but is a {name}.")
 
 
