@@ -65,7 +65,9 @@ BAD = [
     (lambda: kc.render(CAMERA, VIEW, time="x"), "`time` must be a finite number, but is 'x'."),
     (lambda: kc.light_curve(CAMERA, 6.0, 0), "`times` must be a whole number from 1 to 1000000, but is 0."),
     (lambda: kc.light_curve(CAMERA, 6.0, "x"), "`times` must be a whole number, or finite times, but is 'x'."),
-    (lambda: kc.light_curve(CAMERA, math.inf), "`orbit` must be finite and larger than the horizon radius"),
+    (lambda: kc.light_curve(CAMERA, math.inf), "`orbit` must be a finite number, but is inf."),
+    (lambda: kc.light_curve(CAMERA, "isco"), "`orbit` must be a finite number, but is 'isco'."),
+    (lambda: kc.caustics(0.9, 10.0), "`camera` must be a Camera or an Observer, but is float."),
     (lambda: kc.save(".", CAMERA), "`path` must name a file, but '.' is a folder."),
 ]
 

@@ -82,8 +82,8 @@ def caustics(
     >>> primary.kind, len(primary.cusps), primary.error < 1e-9
     ('astroid', 4, True)
     """
-    check_orders(orders)
     check_request(camera, engine, tolerance)
+    check_orders(orders)
     surface = end_of(camera, end)
     began = time.perf_counter()
     search_map = SearchMap.of(camera, surface, engine, tolerance)

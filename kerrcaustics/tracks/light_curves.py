@@ -26,7 +26,7 @@ from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.spacetime.viewer import Viewer, finite_number
 from kerrcaustics.tracks.arc_tracks import node_errors
 from kerrcaustics.tracks.events import arc_events
 from kerrcaustics.tracks.isoradials import arcs_seen, check_circles
@@ -213,7 +213,7 @@ def _checked_spot(camera: Viewer, orbit: float, size: float, motion: str, power:
         raise ValueError(f"Argument `power` must be a finite number, but is {quoted(power)}.")
     if not 0 < real_number("size", size) < math.inf:
         raise ValueError(f"Argument `size` must be a positive, finite length, but is {quoted(size)}.")
-    radius = float(check_circles(camera, "orbit", real_number("orbit", orbit))[0])
+    radius = float(check_circles(camera, "orbit", finite_number("orbit", orbit))[0])
     emitter = EMITTERS[motion](camera.spin, radius, 0.0)
     if not emitter.slowness > 0:
         raise ValueError(f"Argument `orbit` must be the radius of a circular orbit, but is {radius:g}.")
