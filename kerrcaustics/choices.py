@@ -1,9 +1,10 @@
 """Words that arguments are chosen from, as types: the command line knows them before anything heavy is loaded.
 
-A word that is none of them may be close to one: `near` says which.
+A word that is none of them may be close to one: `near` says which. Degrees may be radians: `if_radians` says so.
 """
 
 import difflib
+import math
 from collections.abc import Iterable, Sequence
 from typing import Literal
 
@@ -36,6 +37,19 @@ def near(word: object, names: Iterable[str]) -> str:
     bare = {name.lstrip("-"): name for name in names}
     similar = difflib.get_close_matches(str(word).lstrip("-"), list(bare), n=1)
     return f"; did you mean {bare[similar[0]]}?" if similar else "."
+
+
+# Twelfths of pi that people write in radians: pi/6 to 2 pi. Rounded to three digits, pi/2 and pi are as far off.
+_TWELFTHS, _AS_ROUNDED = (2, 3, 4, 6, 8, 9, 10, 12, 18, 24), 1e-3
+
+
+def if_radians(name: str, degrees: float) -> str:
+    """A line about an angle in degrees that is probably one in radians, a simple multiple of pi; empty for others."""
+    parts = [n for n in _TWELFTHS if math.isclose(abs(degrees), n * math.pi / 12, rel_tol=_AS_ROUNDED)]
+    if not parts:
+        return ""
+    meant = math.copysign(15 * parts[0], degrees)
+    return f"{name} is in degrees, but {degrees:.12g} looks like radians: those are {meant:g} degrees."
 
 
 def either(words: Sequence[str]) -> str:

@@ -69,16 +69,21 @@ def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path) -> Kind
         raise ValueError(f"Scene {path}: {_plainly(str(error), table, kind)}") from None
 
 
-def not_finite(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
-    """Entries that are no finite numbers, each with its path."""
+def numbers_in(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
+    """Entries that are numbers with a point, each with its path: camera.path.keyframes[2].radius."""
     if isinstance(value, dict):
         for key, part in value.items():
-            yield from not_finite(part, f"{place}.{key}" if place else key)
-    elif isinstance(value, list):
+            yield from numbers_in(part, f"{place}.{key}" if place else key)
+    elif isinstance(value, list | tuple):
         for i, part in enumerate(value):
-            yield from not_finite(part, f"{place}[{i}]")
-    elif isinstance(value, float) and not math.isfinite(value):
+            yield from numbers_in(part, f"{place}[{i}]")
+    elif isinstance(value, float):
         yield place, value
+
+
+def not_finite(table: dict[str, Any]) -> Iterator[tuple[str, float]]:
+    """Entries that are no finite numbers, each with its path."""
+    return ((place, value) for place, value in numbers_in(table) if not math.isfinite(value))
 
 
 def _plainly(message: str, table: dict[str, Any], kind: type) -> str:

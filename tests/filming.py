@@ -22,6 +22,7 @@ class MovingBar:
     kills: tuple[int, ...] = ()
     size: tuple[int, int] = (96, 48)
     name: str = "bar.toml"
+    remarks: tuple[str, ...] = ()
     drawn: list[int] = field(default_factory=list)
 
     def resized(self, width: int, height: int) -> "MovingBar":

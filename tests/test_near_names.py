@@ -1,8 +1,8 @@
 """Names that are close to one that exists, and angles that were given in the wrong unit, are told."""
 
 import copy
-import math
 import pickle
+import tomllib
 
 import numpy as np
 import pytest
@@ -10,7 +10,10 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics import scripts
+from kerrcaustics.choices import if_radians
 from kerrcaustics.results.declared import Shown
+from kerrcaustics.scene_files import templates
+from kerrcaustics.toml_files import numbers_in
 
 CAMERA = kc.Camera(0.9, 10.0)
 ATTRIBUTES = {
@@ -133,10 +136,24 @@ def test_degrees_in_the_place_of_radians_are_told(code):
 
 
 @pytest.mark.parametrize(
-    ("inclination", "told"), [("1.5708", True), ("1.57", True), ("1.5", False), (str(math.pi / 2), True)]
+    ("inclination", "told"), [("1.5708", True), ("1.047", True), ("1.5", False), ("1.05", False), ("3", False)]
 )
 def test_radians_in_the_place_of_degrees_are_noted(inclination, told, capsys):
     # The wrong velocity ends the command before anything is traced.
     arguments = ("caustics", "--spin", "0.9", "--radius", "10", "--inclination", inclination, "--velocity", "circular")
     _, _, err = run(capsys, *arguments)
     assert ("Note: --inclination is in degrees" in err) == told
+
+
+def test_radians_in_the_place_of_degrees_are_a_remark_on_a_scene(tmp_path):
+    (tmp_path / "scene.toml").write_text(
+        "hole = {spin = 0.9}\ncamera = {radius = 10, inclination_deg = 1.5708, azimuth_deg = 1.5}\n"
+        "view = {width = 8, field_of_view_deg = 1.05, tilt_deg = -0.785}\nsky = {kind = 'checkerboard', gap = 0.785}\n"
+    )
+    assert kc.SceneFile.read(tmp_path / "scene.toml").remarks == (
+        "camera.inclination_deg is in degrees, but 1.5708 looks like radians: those are 90 degrees.",
+        "view.tilt_deg is in degrees, but -0.785 looks like radians: those are -45 degrees.",
+    )
+    for template in templates.first_lines():
+        table = tomllib.loads(templates.template_text(template))
+        assert not any(if_radians(*entry) for entry in numbers_in(table))

@@ -13,7 +13,7 @@ from kerrcaustics.cli.options import COMMON, HERE, CommonOptions, FileName, Flag
 from kerrcaustics.cli.outputs import check_film
 from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.sizes import AS_IT_IS, SizeOptions
-from kerrcaustics.cli.terminal import console, one_line_errors, plain_errors, progress, say
+from kerrcaustics.cli.terminal import console, note, one_line_errors, plain_errors, progress, say
 from kerrcaustics.interrupts import NOTHING_LEFT, on_interrupt
 from kerrcaustics.results.stages import in_words
 
@@ -166,6 +166,8 @@ def _scene_film(path: Path, quality: Quality | None, resizing: SizeOptions) -> "
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):
             raise BadInput(f"Argument NAME must be a scene to be shown, but {path} says what to sweep over.")
+        for line in scene.remarks:
+            note(line)
         return scene_film(resizing.applied(scene, even=True).with_exposures(), quality)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import cyclopts
 from rich.console import Console
 
-from kerrcaustics.choices import VelocityName
+from kerrcaustics.choices import VelocityName, if_radians
 from kerrcaustics.cli.app import BadInput
 from kerrcaustics.cli.outputs import check_outputs, write_json
 from kerrcaustics.cli.terminal import console, note, plain_errors, say
@@ -52,8 +52,6 @@ def _file_name(_type: type, tokens: Sequence[cyclopts.Token]) -> Path:
     return Path(tokens[0].value)
 
 
-# 1.57 to 1.571: pi/2 with the digits that people write.
-_NEAR_EQUATOR = 1e-3
 _HIGHEST_INDEX = "Highest Morse index, 0 to 6: how often a beam of light was focused to a line on its way."
 
 Flag = Annotated[bool, cyclopts.Parameter(negative=())]
@@ -123,10 +121,9 @@ class CameraOptions:
             return Observer(spin=self.spin, radius=self.radius, inclination=math.radians(self.inclination))
 
     def _note_radians(self) -> None:
-        """Say so where the inclination looks like that of the equator in radians."""
-        if abs(self.inclination - math.pi / 2) < _NEAR_EQUATOR:
-            angle = f"{self.inclination:.12g}"
-            note(f"--inclination is in degrees: {angle} lies close to the axis, and 90 is the equator.")
+        """Say so where the inclination looks like one in radians."""
+        if line := if_radians("--inclination", self.inclination):
+            note(line)
 
 
 @cyclopts.Parameter(name="*")

@@ -35,6 +35,11 @@ class FilmedScene(Protocol):
         """Frames a second."""
         ...
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Lines on what the author may not have meant."""
+        ...
+
     def resized(self, width: int, height: int) -> "FilmedScene":
         """The same scene in another size, pixels."""
         ...

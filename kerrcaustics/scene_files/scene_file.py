@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from kerrcaustics.choices import Quality
+from kerrcaustics.choices import Quality, if_radians
 from kerrcaustics.scene_files.builders import add_glare, brightness_of, disk_of, point_spread, sky_of
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
 from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
@@ -37,7 +37,7 @@ from kerrcaustics.scenes.turned_sky import TurnedSky
 from kerrcaustics.scenes.view import View, widest_field
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.toml_files import as_struct, not_finite, read_toml
+from kerrcaustics.toml_files import as_struct, not_finite, numbers_in, read_toml
 
 if TYPE_CHECKING:
     from kerrcaustics.spacetime.camera import Camera
@@ -180,7 +180,9 @@ class SceneFile:
     def remarks(self) -> tuple[str, ...]:
         """Lines on what the author may not have meant."""
         black = isinstance(self.contents.sky, NoSky) and self.contents.disk is None
-        return (_BLACK,) if black else ()
+        numbers = numbers_in(msgspec.to_builtins(self.contents))
+        lines = (if_radians(entry, number) for entry, number in numbers if entry.endswith("_deg"))
+        return (*((_BLACK,) if black else ()), *filter(None, lines))
 
     def record(self) -> dict[str, Any]:
         """All that the frames depend on, as plain data that JSON can hold; files that it names by what is in them."""
