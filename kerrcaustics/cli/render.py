@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 from time import perf_counter as clock
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import cyclopts
 
@@ -59,13 +59,8 @@ def render(
         Set an entry otherwise than the file does, as --set camera.radius=5; may be repeated.
     """
     path = output or Path(f"{scene.stem}.png")
-    check_picture(path)
-    resizing.check()
-    if preview and resizing != AS_IT_IS:
-        raise BadInput("Argument --preview must be left out where --size or --scale is given.")
+    _check_options(scene, path, preview, resizing)
     common.check({"--output": path})
-    if scene.absolute() == path.absolute():
-        raise BadInput(f"Argument --output must name another file than the scene, but both are {path}.")
     began = clock()
     with progress() as report:
         with one_line_errors():
@@ -77,18 +72,12 @@ def render(
         level = quality or ("draft" if preview else file.quality)
         with stages_timed(lambda name, seconds: report(_now(name, seconds), len(seconds) / _STAGES)) as stages:
             rendering, development = _render(file, frame, level, preview, path)
-    from kerrcaustics.results.records import in_degrees
-
     entry = {
         "schema": "kerrcaustics/render/1",
         "scene": str(scene),
         "frame": frame,
         "time": file.moment(frame),
-        "spin": rendering.camera.spin,
-        "radius": rendering.camera.radius if math.isfinite(rendering.camera.radius) else None,
-        "inclination_deg": in_degrees(rendering.camera.inclination),
-        "velocity": list(rendering.camera.fido_velocity()),
-        "size": [rendering.view.width, rendering.view.height],
+        **_viewer_record(rendering),
         "quality": level,
         "exposure": development and development.exposure,
         "clipped": development and development.clipped,
@@ -106,6 +95,30 @@ def render(
     say(out, in_words(stages))
     say_all(out, [*_tones_in_words(development, file), *file.remarks])
     say(out, f"Picture: {path}")
+
+
+def _check_options(scene: Path, path: Path, preview: bool, resizing: SizeOptions) -> None:
+    """Refuse options that exclude each other, and a picture that cannot be written."""
+    check_picture(path)
+    resizing.check()
+    if preview and resizing != AS_IT_IS:
+        raise BadInput("Argument --preview must be left out where --size or --scale is given.")
+    if scene.absolute() == path.absolute():
+        raise BadInput(f"Argument --output must name another file than the scene, but both are {path}.")
+
+
+def _viewer_record(rendering: "Rendering") -> dict[str, Any]:
+    """The viewer and the size of a picture, as JSON holds them."""
+    from kerrcaustics.results.records import in_degrees
+
+    viewer = rendering.camera
+    return {
+        "spin": viewer.spin,
+        "radius": viewer.radius if math.isfinite(viewer.radius) else None,
+        "inclination_deg": in_degrees(viewer.inclination),
+        "velocity": list(viewer.fido_velocity()),
+        "size": [rendering.view.width, rendering.view.height],
+    }
 
 
 def _camera_in_words(rendering: "Rendering") -> str:
