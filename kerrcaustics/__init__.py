@@ -16,13 +16,18 @@ import sys
 if (sys.argv[:1] == ["-m"] and ("-m", "kerrcaustics") in zip(sys.orig_argv, sys.orig_argv[1:], strict=False)) or (
     [os.path.basename(name) for name in sys.orig_argv[1:2]] == ["kerrcaustics"]
 ):
-    try:
-        from kerrcaustics.interrupts import on_interrupt as _on_interrupt
+    # Python has loaded it at its start. While it loads others, it swallows KeyboardInterrupt now and then.
+    import _signal
 
-        _on_interrupt()
-    except KeyboardInterrupt:
+    def _end(*_: object) -> None:
         sys.stderr.write("kerrcaustics: Interrupted: nothing was left half-written.\n")
         os._exit(130)
+
+    _signal.signal(_signal.SIGINT, _end)
+
+    from kerrcaustics.interrupts import on_interrupt as _on_interrupt
+
+    _on_interrupt()
 
 from importlib.metadata import version
 

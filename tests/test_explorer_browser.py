@@ -187,6 +187,45 @@ def test_the_tour_shows_its_lessons_and_terms_say_what_they_mean(page, address):
     assert page.get_by_role("tooltip").count() == 0
 
 
+# Pixels by which the page, a table or the longest words of a select are wider than their place.
+_EXCESS = """() => {
+  const hidden = [document.scrollingElement, ...document.querySelectorAll(".kc-scroll")];
+  const wanted = (select) => {
+    const copy = select.parentNode.appendChild(select.cloneNode(true));
+    copy.style.width = "max-content";
+    const width = copy.offsetWidth;
+    copy.remove();
+    return width - select.offsetWidth;
+  };
+  const selects = [...document.querySelectorAll(".kc-controls select")];
+  return Math.max(...hidden.map((box) => box.scrollWidth - box.clientWidth), ...selects.map(wanted));
+}"""
+
+
+@pytest.mark.slow
+def test_nothing_is_cut_off_on_a_phone(page, address):
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(f"{address}#orders=3&spin=0.7&radius=10&velocity=static")
+    settled(page)
+    page.get_by_text("The same on the command line and in Python").click()
+    assert page.evaluate(_EXCESS) <= 0
+
+
+@pytest.mark.slow
+def test_a_refused_number_is_forgotten_at_the_next_choice(page, address):
+    page.goto(f"{address}#orders=2&spin=0.5")
+    settled(page)
+    for name, number in (("Radius r (M)", "-4"), ("Inclination (°)", "200")):
+        page.get_by_label(f"{name}, number", exact=True).fill(number)
+        page.keyboard.press("Enter")
+    notes = page.locator(".kc-note:visible")
+    assert [text.split(" is not")[0] for text in notes.all_inner_texts()] == ["-4", "200"]
+    page.get_by_label("Spin a, number", exact=True).fill("0.9")
+    page.keyboard.press("Enter")
+    settled(page)
+    assert notes.count() == 0
+
+
 @pytest.mark.slow
 def test_the_quiz_hides_images_until_an_answer(page, address):
     page.set_viewport_size({"width": 390, "height": 844})
@@ -215,9 +254,12 @@ def test_the_quiz_hides_images_until_an_answer(page, address):
 def test_an_orbit_is_recorded_as_a_gif(page, address):
     page.goto(f"{address}#orders=1&spin=0.5&theta=80")
     settled(page)
+    star = page.evaluate("explorer.state().phi")
     page.get_by_label("Speed of the orbit").select_option("4")
     with page.expect_download(timeout=120_000) as download:
         page.get_by_role("button", name="Record one orbit as a GIF").click()
+    settled(page)
+    assert page.evaluate("explorer.state().phi") == star
     with Image.open(download.value.path()) as film:
         frames = [np.asarray(frame.convert("L"), float) for frame in ImageSequence.Iterator(film)]
     assert len(frames) == 48 and frames[0].shape == (640, 1240) and film.info["duration"] == 80

@@ -147,11 +147,12 @@ def test_pairs_are_counted_by_order(counts, pairs):
 
 
 def test_stars_of_the_quiz_lie_on_the_sphere_and_near_caustics():
-    """Around a square caustic: most stars lie in its hull or close to it."""
+    """Around a square caustic: most stars lie in its hull or close to it, and none is sought in a dot."""
     curve = {"celestial": [[80, 700], [80, 740], [100, 740], [100, 700]]}
+    dot = {"celestial": [[30, 100], [30, 100.1], [30.1, 100.1], [30.1, 100]]}
     stars = evaluated(
         "let seed = 1; const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;"
-        f"return Array.from({{ length: 400 }}, () => quizStar([{curve}], random));"
+        f"return Array.from({{ length: 400 }}, () => quizStar([{curve}, {dot}], random));"
     )
     theta, phi = np.array([[star["theta"], star["phi"]] for star in stars]).T
     assert theta.min() >= 0.5 and theta.max() <= 179.5 and phi.min() >= 0 and phi.max() < 360

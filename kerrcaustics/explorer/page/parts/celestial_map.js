@@ -94,7 +94,7 @@ class MapChart {
       for (const theta of model.heights) this.across(pen, f, theta, { stroke: look.colours.star, dash: [1, 5] });
       for (const curve of [...model.curves].reverse()) this.caustic(pen, curve, f, look, bright);
       if (model.orbit) this.orbit(pen, f, model, look, bright);
-      this.words(pen, f, model, bright ? COLOURS.dark : look.colours);
+      this.words(pen, f, model, bright ? OVER_PICTURE : look.colours);
     });
     pen.line(box(f.x, f.y, f.w, f.h), { stroke: look.colours.edge, width: 1, closed: true });
   }

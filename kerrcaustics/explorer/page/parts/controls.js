@@ -59,7 +59,6 @@ class Slider {
     [this.number.min, this.number.max] = limits;
   }
   move(value, want, event) {
-    this.say("");
     const [low, high] = this.allowed ?? [value, value];
     this.changed({ [this.name]: clamp(value, low, high) }, want, event.timeStamp);
   }
@@ -109,12 +108,12 @@ class Choice {
   constructor(name, [label, about, values], changed) {
     const as = name === "orders" ? Number : same;
     this.name = name;
-    this.select = select(about, values, (value) => {
-      note(this.note, "");
-      changed({ [name]: as(value) }, "full");
-    });
+    this.select = select(about, values, (value) => changed({ [name]: as(value) }, "full"));
     this.note = noteOf();
     this.element = h("label", { class: "kc-choice" }, h("span", {}, ...labelOf(name, label)), this.select, this.note);
+  }
+  say(text) {
+    note(this.note, text);
   }
   follow(state) {
     this.select.value = String(state[this.name]);
@@ -158,6 +157,10 @@ class Controls {
       option.disabled = !!option.title;
     }
   }
+  // Takes back what was said of a choice before.
+  quiet() {
+    for (const part of [...Object.values(this.sliders), ...Object.values(this.choices)]) part.say("");
+  }
   // Says what an answer changed of a request.
   settle(asked, state) {
     if (this.offered) return;
@@ -165,7 +168,7 @@ class Controls {
     if (isMoved)
       this.sliders.radius.say(`${asked.radius} is too near to the hole: ${state.radius} M at least for this spin.`);
     const isOther = asked.velocity !== state.velocity;
-    note(this.choices.velocity.note, isOther ? `The velocity ${this.obstacles[asked.velocity]}` : "");
+    this.choices.velocity.say(isOther ? `The velocity ${this.obstacles[asked.velocity]}` : "");
   }
   follow(state) {
     for (const part of [...Object.values(this.sliders), ...Object.values(this.choices)]) part.follow(state);

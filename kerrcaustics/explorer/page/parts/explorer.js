@@ -55,7 +55,7 @@ class Explorer {
     if (answer.kind === "greeting") return this.greet(answer);
     if (answer.kind === "progress") this.questions.works(answer);
     else this.take(answer);
-    this.status.look();
+    this.status.listen();
     this.status.tell();
   }
   take(answer) {
@@ -94,7 +94,7 @@ class Explorer {
     this.ask("full", question?.since);
   }
   takeView(answer, question) {
-    if (this.shown.view || !this.onceRefused) this.status.complain("");
+    if (this.shown.view || !this.onceRefused) this.status.complaint = "";
     const isNew = sameCamera({ request: question.state }, this.request());
     this.shown.showView(answer, question.state);
     if (isNew) this.controls.allow(answer.allowed);
@@ -154,6 +154,7 @@ class Explorer {
   }
   change(changes, want, since) {
     Object.assign(this.state, changes);
+    this.controls.quiet();
     this.quiz.leaveTo();
     this.dropOldOrbit();
     if (this.model.behind && this.model.behind !== backdropKey(this.request())) this.shown.dropBackdrop();

@@ -1,11 +1,16 @@
 // Stars for the quiz, and the reason for the number of their images. No page is needed.
 
-// A star near a caustic, within its hull or a little beyond; without caustics, anywhere.
+// Degrees over which a caustic extends that is seen without zooming.
+const SEEN = 1;
+
+// A star near a caustic, within its hull or a little beyond; without caustics, anywhere. Those that are seen come first.
 function quizStar(curves, random) {
   const pick = (list) => list[Math.floor(random() * list.length)];
-  const wide = curves.filter(({ celestial }) => celestial.length > 2);
-  if (!wide.length || random() < 0.25) return rounded(Math.acos(1 - 2 * random()) / RAD, TURN * random());
-  const { celestial } = pick(wide);
+  const whole = curves.filter(({ celestial }) => celestial.length > 2);
+  const extent = ({ celestial }) => span(celestial.map(([theta]) => theta)).reduce((low, high) => high - low);
+  const seen = whole.filter((curve) => extent(curve) > SEEN);
+  if (!whole.length || random() < 0.25) return rounded(Math.acos(1 - 2 * random()) / RAD, TURN * random());
+  const { celestial } = pick(seen.length ? seen : whole);
   const [a, b] = [pick(celestial), pick(celestial)];
   const part = 1.3 * random() - 0.15;
   return rounded(...a.map((x, i) => x + part * (b[i] - x)));

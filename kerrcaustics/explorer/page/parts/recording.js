@@ -27,8 +27,8 @@ class Recording {
     this.record().finally(() => this.stop());
   }
   async record() {
-    const { playback } = this.explorer;
-    const [seconds, before] = [playback.seconds, playback.moment];
+    const { playback, state, model } = this.explorer;
+    const [seconds, before, { phi }] = [playback.seconds, playback.nearestMoment(model.orbit), state];
     const count = clamp(Math.round(FRAMES_A_SECOND * seconds), FEWEST_FRAMES, MOST_FRAMES);
     const paper = this.explorer.exports.paper(1);
     const picture = (part) => {
@@ -44,8 +44,10 @@ class Recording {
       await new Promise((resume) => setTimeout(resume, 0));
     }
     const isWhole = this.running;
-    if (this.explorer.model.orbit) playback.seek(before);
-    this.explorer.settleStar();
+    if (model.orbit) {
+      playback.seek(before);
+      this.explorer.change({ phi }, "star");
+    }
     if (isWhole) this.explorer.exports.deliver(new Blob([gif.whole()], { type: "image/gif" }), "gif");
   }
 }

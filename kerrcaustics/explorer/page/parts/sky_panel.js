@@ -83,7 +83,7 @@ class SkyPanel {
       pen.line(this.path(sky, axes, f, closed), { stroke: colours.soft, width: 1, alpha: 0.6 });
     for (const curve of model.curves) this.curve(pen, curve, axes, f, look, bright);
     for (const event of orbit?.events ?? []) this.event(pen, event, axes, f, look);
-    skyWords(pen, this, f, model, bright ? COLOURS.dark : colours);
+    skyWords(pen, this, f, model, bright ? OVER_PICTURE : colours);
     this.legend(pen, model, f.height, bright ? COLOURS.dark : colours, bright);
   }
   picture(pen, f, { lensed, window: [x, y, field] }) {
@@ -211,11 +211,14 @@ class SkyPanel {
   }
 }
 
-// Where the label of a ring is wholly on the panel and beside the legend: below the middle, or the nearest to that.
+const LABEL = 0.4 * Math.PI;
+
+// Where the label of a ring is wholly on the panel and beside the legend: below the middle and a little to the right, as
+// images lie straight below it so often, or the nearest to that.
 function labelSpot({ x, y, w, height }, radius) {
   const [side, end] = [30, 10];
   for (let i = 0; i <= 720; i++) {
-    const angle = Math.PI / 2 + (i % 2 ? 1 : -1) * Math.ceil(i / 2) * (Math.PI / 360);
+    const angle = LABEL + (i % 2 ? 1 : -1) * Math.ceil(i / 2) * (Math.PI / 360);
     const spot = [x + radius * Math.cos(angle), y + radius * Math.sin(angle)];
     const isIn = spot[0] > side && spot[0] < w - side && spot[1] > end && spot[1] < height - end;
     if (isIn && (spot[0] > 120 || spot[1] < height - 80)) return spot;

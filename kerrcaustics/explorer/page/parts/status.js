@@ -30,18 +30,22 @@ class Status {
   find() {
     this.lose("");
   }
-  // Looks whether the program still speaks.
+  // What is pending has a clock.
   look() {
+    const isSaid = this.explorer.questions.busy || this.lost;
+    this.listen();
+    if (isSaid || this.lost) this.tell();
+  }
+  // Whether the program still speaks.
+  listen() {
     const { questions, channel } = this.explorer;
     const { silence } = questions;
-    const isSilent = silence > SILENCE,
-      wasLost = this.lost;
+    const isSilent = silence > SILENCE;
     if (isSilent)
       this.lost = `The program has not answered for ${Math.floor(silence / 1000)} s: it is stopped, or very busy.`;
     else if (this.silent) this.lost = "";
     this.silent = isSilent;
     if (silence > RENEWAL) channel.renew?.();
-    if (questions.busy || wasLost || this.lost) this.tell();
   }
   // What is pending, in words; the clock of an orbit has its own.
   tell() {

@@ -29,6 +29,7 @@ const DASHES = [[], [], [9, 3], [2.5, 2.5], [9, 3, 2, 3]];
 const NAMES = ["", "primary", "secondary", "tertiary", "4th order"];
 // Behind curves a picture is as bright as this, and curves have a dark outline.
 const DIM = 0.72;
+const OVER_PICTURE = { ...COLOURS.dark, soft: COLOURS.dark.ink };
 const OUTLINE = { stroke: "#000000", width: 4.5, alpha: 0.55 };
 const FONTS = 'system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif';
 

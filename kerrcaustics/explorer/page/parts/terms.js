@@ -25,10 +25,11 @@ class Terms {
     const names = Object.keys(this.meanings).sort((a, b) => b.length - a.length);
     if (!names.length) return [text];
     const marks = new Set();
-    return text.split(new RegExp(`\\b(${names.join("|")})(?=s?\\b)`)).map((part, i) => {
-      if (i % 2 === 0 || marks.has(part)) return part;
-      marks.add(part);
-      return term(part);
+    return text.split(new RegExp(`\\b((?:${names.join("|")})s?)\\b`)).map((part, i) => {
+      const name = part in this.meanings ? part : part.slice(0, -1);
+      if (i % 2 === 0 || marks.has(name)) return part;
+      marks.add(name);
+      return term(name, part);
     });
   }
   tell(node) {

@@ -1,6 +1,6 @@
 // Words on the panels: the hole, left and right, the direction in which the camera moves.
 
-const HALF_WORD = 58;
+const HALF_WORD = 32;
 
 function skyWords(pen, panel, f, { axes, motion, edge }, { soft, ink, halo }) {
   const word = (x, y, text, more = {}) => pen.text(x, y, text, { fill: soft, size: 12, halo, ...more });
@@ -13,13 +13,13 @@ function skyWords(pen, panel, f, { axes, motion, edge }, { soft, ink, halo }) {
 
 // The point of an arrow that comes to the reader; an arrow at the rim where the direction is outside of what is shown.
 function motionMark(pen, at, f, { ink, halo }) {
-  const [x, y] = [clamp(at[0], 20, f.w - 20), clamp(at[1], 40, f.height - 40)];
+  const [x, y] = [clamp(at[0], 20, f.w - 20), clamp(at[1], 40, f.height - 52)];
   if (x === at[0] && y === at[1]) {
     pen.disk(x, y, 7, { fill: halo, stroke: ink, width: 1.6 });
     pen.disk(x, y, 2, { fill: ink });
   } else rimArrow(pen, [x, y], Math.atan2(at[1] - y, at[0] - x), { ink, halo });
   const middle = clamp(x, HALF_WORD, f.w - HALF_WORD);
-  pen.text(middle, y + 18, "direction of motion", { fill: ink, size: 12, halo });
+  ["direction", "of motion"].forEach((word, i) => pen.text(middle, y + 18 + 14 * i, word, { fill: ink, size: 12, halo }));
 }
 
 function rimArrow(pen, [x, y], turn, { ink, halo }) {
