@@ -84,9 +84,10 @@ def frame(number):
     left.set(xlim=(-60, 100), ylim=(-80, 80))
     left.get_legend().remove()
     caustics.plot(right)
-    right.plot(*np.degrees(star[::-1]), "k*")
-    left.set_title("images on the camera sky")
-    right.set_title("the star on the celestial sphere")
+    # On these axes φ′ runs from 0 to 360.
+    right.plot(math.degrees(star[1]) % 360, math.degrees(star[0]), "k*")
+    left.set_title("camera sky")
+    right.set_title("celestial sphere")
     drawn.suptitle("spin 0.999, r = 6.03")
     canvas = FigureCanvasAgg(drawn)
     canvas.draw()
