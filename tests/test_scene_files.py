@@ -12,6 +12,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from command_line import run
+from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
 from PIL import Image
 from scipy.integrate import solve_ivp
 
@@ -731,23 +733,37 @@ def test_numbers_in_captions_have_four_digits(value, told):
 
 
 @pytest.mark.parametrize("radius", [60, 250, 700])
-@pytest.mark.parametrize("order", range(1, 9))
-def test_names_beside_curves_lie_in_the_picture(radius, order):
+@pytest.mark.parametrize("direction", range(-180, 180, 45))
+@pytest.mark.parametrize("within", [False, True])
+def test_names_beside_curves_lie_in_the_picture(radius, direction, within):
     overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
-    view = kc.pictures.View(960, 540, 1.5)
+    view = SimpleNamespace(width=960, height=540, pixels=np.asarray)
     turn = np.linspace(0, 2 * math.pi, 720, endpoint=False)
     circle = [480, 270] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    points, begin, room = overlays._beside(view, circle, 16.0, 220.0, order)
+    name = overlays._Name("primary critical curve", circle, "white", direction, within)
+    points, begin, room = overlays._beside(view, name, 16.0)
+    width = 16.0 * overlays._LETTER * len(name.text)
     if radius == 700:
         # The circle is not in the picture.
         assert not np.isfinite(room).any()
         return
     best = int(np.argmax(room))
-    end = begin[best] + np.sign(begin[best] - points[best]) * [220, 0]
+    end = begin[best] + np.sign(begin[best] - points[best]) * [width, 0]
     for place in (begin[best], end):
         assert 16 < place[0] < 944 and 48 < place[1] < 492
-    # There is room beyond either curve, and thus none within it is taken.
-    assert np.hypot(*(begin[best] - [480, 270])) > radius
+    # There is room on both sides of either curve, and thus the wanted one is taken.
+    assert (np.hypot(*(begin[best] - [480, 270])) < radius) == within
+
+
+def test_the_shadow_edge_has_its_name_in_the_shadow():
+    overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
+    camera = kc.Camera(0.9, 10.0)
+    view = kc.pictures.View.toward_hole(camera, 960, 540, 1.0)
+    ax = Figure(figsize=(9.6, 5.4), dpi=100).add_axes((0, 0, 1, 1))
+    overlays._draw(ax, contents.OverlaysTable(shadow_edge=True, labels="beside"), camera, view)
+    (text,) = ax.texts
+    edge = view.pixels(kc.shadow_edge(camera, 720))
+    assert text.get_text() == "shadow edge" and Outline(edge).contains_point(text.get_position())
 
 
 def test_a_picture_in_another_size(scene, painted, tmp_path, capsys, monkeypatch):

@@ -125,6 +125,8 @@ plt.show()
 # lands; its singular vectors are the two directions.) Where does the grid land on the celestial sphere? We measure
 # there from one point of the caustic: along it, and across it.
 
+from kerrcaustics.draw.style import index_colour
+
 secondary = caustics[1]
 number = len(secondary.sky) // 5
 point, place, after = secondary.sky[number], secondary.celestial[number], secondary.celestial[number + 1]
@@ -148,9 +150,9 @@ along, across = from_place(np.arccos(there.direction[..., 2]), there.azimuth)
 
 figure, (before, landed) = plt.subplots(1, 2, figsize=(7, 3.2), layout="constrained")
 for index in (1, 2):
-    which = there.index == index
-    before.scatter(1e3 * right[which], 1e3 * up[which], s=6, label=f"index {index}")
-    landed.scatter(along[which], across[which], s=6)
+    which, look = there.index == index, {"s": 6, "color": index_colour(index)}
+    before.scatter(1e3 * right[which], 1e3 * up[which], label=f"index {index}", **look)
+    landed.scatter(along[which], across[which], **look)
 limits = landed.get_xlim(), landed.get_ylim()
 landed.plot(*from_place(*secondary.celestial.T), color="black")
 landed.set(xlim=limits[0], ylim=limits[1], xlabel="along the caustic (mrad)", ylabel="across it (mrad)")

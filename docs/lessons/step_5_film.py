@@ -84,7 +84,11 @@ def frame(number):
     left.set(xlim=(-60, 100), ylim=(-80, 80))
     left.get_legend().remove()
     caustics.plot(right)
-    right.plot(*np.degrees(star[::-1]), "k*")
+    # On these axes φ′ runs from 0 to 360.
+    right.plot(math.degrees(star[1]) % 360, math.degrees(star[0]), "k*")
+    left.set_title("camera sky")
+    right.set_title("celestial sphere")
+    drawn.suptitle("spin 0.999, r = 6.03")
     canvas = FigureCanvasAgg(drawn)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()

@@ -17,11 +17,12 @@ RADIUS, HIGHEST = 6.03, 0.999
 
 
 def film(frames: int = 240) -> Film:
-    spins = HIGHEST * np.sin(np.linspace(0, np.pi / 2, frames))
+    # To as many places as the title has.
+    spins = np.round(HIGHEST * np.sin(np.linspace(0, np.pi / 2, frames)), 4)
 
     def draw(number: int) -> np.ndarray:
         spin = float(spins[number])
         caustics = kc.caustics(kc.Camera(spin=spin, radius=RADIUS), orders=3)
-        return caustics_frame(caustics, f"The spin of the hole grows: a = {spin:.3f}. Camera at r = {RADIUS} M.")
+        return caustics_frame(caustics, f"The spin of the hole grows: a = {spin:.4f}. Camera at r = {RADIUS} M.")
 
     return Film("spin", {"radius": RADIUS, "to": HIGHEST}, frames, 24, draw)

@@ -34,6 +34,8 @@ _REACH = 110.0
 _TRAIL = 0.06
 # Caustics of fewer degrees than this are looked at closely.
 _SMALL = 10.0
+# The same number of digits while the camera moves.
+_RADIUS = ".2f"
 
 
 def caustics_frame(caustics: CausticSet, text: str) -> UInt8[Array, "height width 3"]:
@@ -55,7 +57,7 @@ def caustics_frame(caustics: CausticSet, text: str) -> UInt8[Array, "height widt
             for caustic in caustics
         ]
         figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.57, 0.265), fontsize=11.5, labelspacing=0.6)
-        figure.text(0.5, 0.993, headline(caustics), ha="center", va="top")
+        figure.text(0.5, 0.993, headline(caustics, _RADIUS), ha="center", va="top")
         figure.text(0.03, 0.1, text, fontsize=12.5, va="top", linespacing=1.35)
         return pixels(figure)
 

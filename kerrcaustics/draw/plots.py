@@ -122,7 +122,8 @@ def celestial_sphere(ax: Axes, caustic: Caustic) -> Axes:
         _draw_curve(ax, curve, caustic)
         _letter_around(ax, _cusp_angles(caustic), curve, caustic.order, flat=0.35)
     low, high = curve[:, 0].min(), curve[:, 0].max()
-    margin = max(0.055 * (high - low), (60 - (high - low)) / 2)
+    # Letters on both sides have room within the axes of a narrow picture, too.
+    margin = max(0.09 * (high - low), (60 - (high - low)) / 2)
     left, right = low - margin, high + margin
     circuits = 360 if right - left < 9000 else 3600
     for turn in range(math.ceil(left / circuits), math.floor(right / circuits) + 1):

@@ -25,6 +25,7 @@ from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.sky_axes import REACH, from_above, is_sphere
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.images.derivatives import ImageDerivatives
+from kerrcaustics.results.declared import Items
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering, TracedView
@@ -196,12 +197,20 @@ def plot(result: Any, ax: Axes | None = None, **settings: Any) -> Axes:
 
 def _titled(ax: Axes, result: Any) -> Axes:
     """Axes with the viewer of the result in their title, where they have none; with the spin where that is known."""
-    viewer = result if isinstance(result, Viewer) else getattr(result, "camera", None)
+    viewer = _viewer(result)
     if not ax.get_title() and isinstance(viewer, Viewer):
         ax.set_title(viewer_in_words(viewer))
     elif not ax.get_title() and hasattr(result, "spin"):
         ax.set_title(f"spin {result.spin:.12g}")
     return ax
+
+
+def _viewer(result: Any) -> Viewer | None:
+    """The viewer that a result is, or knows; of a sequence without one of its own, that of its items."""
+    if isinstance(result, Viewer):
+        return result
+    items = result[:1] if isinstance(result, Items) else ()
+    return getattr(result, "camera", getattr(items[0], "camera", None) if items else None)
 
 
 def small_picture(result: Any) -> Figure | None:

@@ -169,6 +169,7 @@ def followed_images(ax: Axes, star: FollowedStar) -> Axes:
     """The images at all cameras, darker from camera to camera, with the last camera's shadow."""
     if star.images and not ax.has_data():
         shadow(ax, star.images[-1].camera)
+        ax.set_title(f"the last of {len(star)} viewers:\n{viewer_in_words(star.images[-1].camera)}")
     for part, images in zip(np.linspace(0.15, 1, len(star.images)).tolist(), star.images, strict=True):
         mark = {"linestyle": "none", "marker": "o", "markersize": 3, "color": "black", "alpha": part}
         _on_sky(ax, images.camera, images.sky, **mark)

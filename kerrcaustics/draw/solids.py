@@ -23,7 +23,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-HORIZON_COLOUR = "#1a1a1a"
+HORIZON_COLOUR = "#606060"
 ERGOSPHERE_COLOUR = "#7f7fb5"
 CAPTURED_COLOUR = "#a8a8a8"
 CAMERA_COLOUR = "#000000"

@@ -3,7 +3,7 @@
 import math
 import re
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -45,6 +45,8 @@ _MARGIN, _PADDING = 0.9, 0.35
 _BESIDE, _BEYOND = (40.0, -40.0, 140.0, -140.0, 0.0, 180.0, 90.0, -90.0), 1.6
 # The width of a letter, and lines that captions take, in units of the type.
 _LETTER, _CAPTION_LINES = 0.6, 3.0
+# Opacity of what names beside curves stand on: more than behind captions, so that colours are read on bright skies.
+_PLATE = 0.8
 # Digits of numbers in captions that come without a format.
 _DIGITS = 4
 # Lines and type are made for pictures so many pixels high, and grow with them.
@@ -87,18 +89,36 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> No
         _draw_tracks(ax, overlays.tracks, most, camera, view)
         lines += [Line2D([], [], label=f"tracks, index {index}", **_track_line(index)) for index in range(most + 1)]
     if overlays.shadow_edge:
-        show_line(ax, view, whole_line(shadow_edge(camera, _EDGE_POINTS), True), **_EDGE_LINE)
+        edge = whole_line(shadow_edge(camera, _EDGE_POINTS), True)
+        show_line(ax, view, edge, **_EDGE_LINE)
         lines.append(Line2D([], [], label="shadow edge", **_EDGE_LINE))
+        if overlays.labels == "beside":
+            # Where it is dark: curves of high order lie beyond.
+            _write_name(ax, view, _Name("shadow edge", edge, _EDGE_LINE["color"], 0.0, within=True), overlays)
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves)
         show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6)
         for curve in (caustic for caustic in curves if _in_view(view, caustic.sky)):
-            label = f"{style.order_name(curve.order)} critical curve"
-            lines.append(Line2D([], [], linewidth=1.6, label=label, **style.order_line(curve.order, on_black=True)))
+            label, line = (
+                f"{style.order_name(curve.order)} critical curve",
+                style.order_line(curve.order, on_black=True),
+            )
+            lines.append(Line2D([], [], linewidth=1.6, label=label, **line))
             if overlays.labels == "beside":
-                _name(ax, view, curve.sky, curve.order, overlays)
+                direction = _BESIDE[(curve.order - 1) % len(_BESIDE)]
+                _write_name(ax, view, _Name(label, curve.sky, line["color"], direction), overlays)
     if overlays.labels is True and lines:
         _list_names(ax, lines, overlays)
+
+
+class _Name(NamedTuple):
+    """A name beside a curve, in a direction from its middle (degrees, up from the right), beyond it or within."""
+
+    text: str
+    sky: Float[Array, "n axes"]
+    colour: str
+    direction: float
+    within: bool = False
 
 
 def _type_size(ax: Axes, overlays: OverlaysTable) -> float:
@@ -119,31 +139,34 @@ def _list_names(ax: Axes, lines: list[Line2D], overlays: OverlaysTable) -> None:
         text.set_color(overlays.colour)
 
 
-def _name(ax: Axes, view: Raster, sky: Float[Array, "n axes"], order: int, overlays: OverlaysTable) -> None:
-    """The name of a critical curve beside it, in its colour, where there is room for it in the picture."""
-    name, size = f"{style.order_name(order)} critical curve", _type_size(ax, overlays)
-    letter = size * ax.figure.dpi / 72
-    points, ends, room = _beside(view, view.pixels(sky), letter, _LETTER * len(name) * letter, order)
+def _write_name(ax: Axes, view: Raster, name: _Name, overlays: OverlaysTable) -> None:
+    """The name of a curve beside it, in its colour, where there is room for it in the picture."""
+    size = _type_size(ax, overlays)
+    points, ends, room = _beside(view, name, size * ax.figure.dpi / 72)
     if not room.max(initial=-np.inf) > -np.inf:
         return
     best = int(np.argmax(room))
-    colour, rightward = style.order_colour(order, on_black=True), bool(ends[best, 0] > points[best, 0])
+    rightward = bool(ends[best, 0] > points[best, 0])
     look: dict[str, Any] = {"fontsize": size, "va": "center", "ha": "left" if rightward else "right"}
-    leader = {"arrowstyle": "-", "color": colour, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
-    rim = [withStroke(linewidth=0.3 * size, foreground=_behind(colour), alpha=0.85)]
-    ax.annotate(name, tuple(points[best]), tuple(ends[best]), arrowprops=leader, color=colour, path_effects=rim, **look)
+    leader = {"arrowstyle": "-", "color": name.colour, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+    look["arrowprops"] = {**leader, "path_effects": [_DARK]}
+    plate = {"boxstyle": f"square,pad={_PADDING / 2}", "facecolor": _behind(name.colour), "edgecolor": "none"}
+    look |= {"color": name.colour, "bbox": {**plate, "alpha": _PLATE}}
+    ax.annotate(name.text, tuple(points[best]), tuple(ends[best]), **look)
 
 
 def _beside(
-    view: Raster, places: Float[Array, "n 2"], letter: float, width: float, order: int
+    view: Raster, name: _Name, letter: float
 ) -> tuple[Float[Array, "m 2"], Float[Array, "m 2"], Float[Array, " m"]]:
-    """Points of a curve, where words of a width begin beside them, and how good that is: -inf for no room."""
+    """Points of a curve, where its name begins beside them, and how good that is: -inf for no room."""
+    places, width = view.pixels(name.sky), _LETTER * len(name.text) * letter
     middle = (np.nanmin(places, axis=0) + np.nanmax(places, axis=0)) / 2
     away = (places - middle) / np.linalg.norm(places - middle, axis=1, keepdims=True)
-    angle = math.radians(_BESIDE[(order - 1) % len(_BESIDE)])
+    angle = math.radians(name.direction)
     wanted = away @ [math.cos(angle), -math.sin(angle)]
-    # Within the curve only where there is no room beyond it.
-    ends = [places + sign * _BEYOND * letter * away for sign in (1, -1)]
+    # On the other side of the curve only where there is no room on this one.
+    sides = (-1, 1) if name.within else (1, -1)
+    ends = [places + side * _BEYOND * letter * away for side in sides]
     points, begin, score = np.tile(places, (2, 1)), np.concatenate(ends), np.concatenate([wanted, wanted - 2])
     end = begin + np.sign(begin - points) * [width, 0]
     # Beside captions, too, which have a line above or below.

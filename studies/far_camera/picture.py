@@ -73,7 +73,7 @@ def shift_panel(ax: Axes, grid: xarray.Dataset, shift: float) -> None:
     )
     ax.set(xlim=(0, None), xlabel="1 / √r", ylabel="((π − φ′) × r/a − 1) × √r")
     ax.legend()
-    ax.set_title("displacement of the primary caustic, beyond a/r")
+    ax.set_title("shift of the primary caustic, beyond a/r")
 
 
 def spin_panel(ax: Axes, found: list[Any], heads: tuple[str, str]) -> None:

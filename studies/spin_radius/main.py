@@ -11,6 +11,7 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray
@@ -84,7 +85,8 @@ def winding_panel(ax: Axes, found: list[Winding]) -> None:
     for turns in sorted({one.turns for one in found}):
         points = [(1 - one.spin, one.radius) for one in found if one.turns == turns]
         label = f"winds {'once' if turns == 1 else 'twice' if turns == 2 else f'{turns} times'}"
-        style.draw_computed(ax, *np.array(points).T, "x", label=label, color=style.PALETTE[turns])
+        dashes: Any = style.DASHES[(turns - 1) % len(style.DASHES)]
+        style.draw_computed(ax, *np.array(points).T, "x", label=label, color=style.order_colour(2), linestyle=dashes)
     ax.set(xscale="log", xlabel="1 − a", ylabel="radius of the camera (M)")
     ax.invert_xaxis()
     ax.legend()
