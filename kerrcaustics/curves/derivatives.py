@@ -92,7 +92,7 @@ class _CausticPoints:
 
 @dataclass(frozen=True)
 class _Curve:
-    """One caustic: its cusps; for each extreme Chebyshev nodes about it, and its place among them, -1 to 1.
+    """Cusps of a caustic; for each extreme Chebyshev nodes about it, and its place among them, -1 to 1.
 
     ends: extremes of phi that are ends of an open curve, on a circle in the plane; fixed: extremes that are those of
     the surface itself; unknown: those without a derivative; remarks: about both.

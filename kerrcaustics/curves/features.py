@@ -17,7 +17,7 @@ from kerrcaustics.curves.critical_points import Points, Search
 Array = np.ndarray
 
 NODES = chebyshev.chebpts1(17)
-"""Where on a piece, from -1 to 1, its points lie."""
+"""Places of the points on a piece, from -1 to 1."""
 _EXTREMES = {
     "theta_min": ("theta", -1),
     "theta_max": ("theta", 1),

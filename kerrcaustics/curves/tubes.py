@@ -146,7 +146,7 @@ def caustic_tubes(
 
 
 def _unbounded(camera: Viewer) -> CriticalCurve:
-    """What stands for the primary critical curve of an observer at infinity: the begin of all lines, on evenly many."""
+    """The primary critical curve of an observer at infinity, which is a point: the begin of evenly many lines."""
     turn = 2 * math.pi * np.arange(_FEWEST) / _FEWEST
     none, theta, azimuth = np.zeros(_FEWEST), *(np.full(_FEWEST, x) for x in (math.pi - camera.inclination, math.pi))
     direction = from_angles(theta, azimuth)

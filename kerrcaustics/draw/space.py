@@ -24,7 +24,7 @@ SIZE = (3200, 2400)
 """Pixels of a new plotter; a picture is half as large, so that its edges are smooth."""
 
 PACKAGES = ("libegl1", "libegl-mesa0", "libgl1-mesa-dri")
-"""What Debian calls the OpenGL that works without a screen."""
+"""Debian packages of the OpenGL that works without a screen."""
 
 # What a picture needs of OpenGL; without it VTK does not raise, it ends the process.
 _PROBE = """

@@ -29,7 +29,7 @@ class Lesson:
         return f"{sum(self.per_index)} images: {', '.join(images)}."
 
     def record(self) -> dict[str, Any]:
-        """What the page needs of it."""
+        """The lesson as the page gets it."""
         texts = {"name": self.name, "idea": self.idea, "look_for": self.look_for, "count": self.count}
         return {**texts, "state": self.state.record()}
 

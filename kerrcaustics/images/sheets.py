@@ -112,7 +112,7 @@ class _Cells:
 # Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius.
 _Circles = tuple[cKDTree, Int[Array, " _circles"], float]
 Starts = tuple[Num[Array, "guesses ..."], ...]
-"""Where images may lie, one entry a guess: which star, which sheet, and the direction N (n, 3) on the sky at rest."""
+"""Guesses of images, an entry each: which star, which sheet, and the direction N (n, 3) on the sky at rest."""
 
 
 @dataclass(frozen=True, eq=False)

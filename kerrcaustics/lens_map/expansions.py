@@ -16,7 +16,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 REFINED = 1e-15
-"""How well points lie on critical curves, relative to their place on the sky."""
+"""Distance of refined points from critical curves, relative to their place on the sky."""
 
 # Steps per radian of arc that leave round-off alone, and fewer, for an error of those.
 _DENSE, _SPARSE = DENSEST, 0.8 * DENSEST

@@ -35,7 +35,7 @@ class SearchSky:
     viewer: Viewer
     search_camera: Viewer
     shares_engines: ClassVar[bool] = False
-    """Whether engines trace the places of the viewer as well as those of the search camera."""
+    """True if engines trace the places of the viewer as well as those of the search camera."""
 
     @property
     def plain_camera(self) -> Camera | None:

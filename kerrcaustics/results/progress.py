@@ -27,7 +27,7 @@ _PATIENCE, _PAUSE = 1.0, 0.1
 
 
 class _Listener:
-    """Who is told about a call; of the step it is at, the name and the limits within the whole."""
+    """The listener to a call; of the step it is at, the name and the limits within the whole."""
 
     def __init__(self, tell: Progress) -> None:
         self._tell, self._done = tell, 0.0

@@ -127,7 +127,7 @@ CAMERA_VIEW: dict[str, Any] = {
 }
 """Keys of a view that a screen does not have, and what they are where they are left out."""
 SCREEN: dict[str, Any] = {"centre": (0.0, 0.0)}
-"""Those of a screen."""
+"""Keys of a screen that a view of a camera does not have, and their values where they are left out."""
 
 
 class NoSky(SceneTable, kw_only=True, frozen=True, tag="none", tag_field="kind"):

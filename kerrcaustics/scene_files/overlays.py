@@ -154,7 +154,7 @@ def _beside(
 
 
 def _behind(colour: str) -> str:
-    """What words of a colour are read on: black or white."""
+    """The ground on which words of a colour are read: black or white."""
     return "black" if np.dot(to_rgb(colour), (0.2126, 0.7152, 0.0722)) > 0.4 else "white"
 
 

@@ -30,7 +30,7 @@ class Raster(Shown):
 
     @property
     def form(self) -> tuple[Any, ...]:
-        """What stays the same while a picture is exposed."""
+        """Properties that stay the same while a picture is exposed."""
         return type(self), self.width, self.height
 
     @property

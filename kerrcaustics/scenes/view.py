@@ -108,7 +108,7 @@ class View(Raster):
 
     @property
     def form(self) -> tuple[Any, ...]:
-        """What stays the same while a picture is exposed."""
+        """Properties that stay the same while a picture is exposed."""
         return *super().form, self.projection
 
     @property

@@ -232,7 +232,7 @@ def _clock(times: ArrayLike, period: float) -> Float[Array, " t"]:
 
 
 class _Image(NamedTuple):
-    """One crossing's light: sums (times, columns) with all points and with half of them, and what else is known."""
+    """Light by a crossing: sums (times, columns) with all points and with half of them, and what else is known."""
 
     received: tuple[Array, Array]
     late_error: float

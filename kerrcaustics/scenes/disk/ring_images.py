@@ -1,4 +1,4 @@
-"""Where on a viewer's sky the image of each ring of a disk lies, one place for each ring and turn.
+"""Images of the rings of a disk on a viewer's sky, one place for each ring and turn.
 
 For sums over a disk: few beams lead to each place, and give the solid angle about it, but the viewer must lie off the
 plane, and the radius must grow outward from the middle. Whole curves of one ring, wherever the viewer is and however
