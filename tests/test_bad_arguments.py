@@ -14,6 +14,15 @@ LIGHT = np.zeros((4, 8, 3))
 BAD = [
     (lambda: kc.render(CAMERA, None, None), "`view` must be a View or a Screen, but is NoneType."),
     (lambda: kc.render(CAMERA, VIEW, "stars"), "`sky` must be a sky, with a method `light`, but is 'stars'."),
+    (
+        lambda: kc.render(CAMERA, VIEW, kc.skies.Checkerboard),
+        "`sky` must be a sky, with a method `light`, but is <class",
+    ),
+    (lambda: kc.caustic_tubes(CAMERA, radii=3), "`radii` must fall from math.inf to a radius outside the horizon, but"),
+    (
+        lambda: kc.follow_star([CAMERA], (80, 20)),
+        "but is [80.0, 20.0] (80 degrees are 1.39626 radians).",
+    ),
     (lambda: kc.render(None, VIEW), "`camera` must be a Camera or an Observer, but is NoneType."),
     (lambda: kc.pictures.trace_view(CAMERA, LIGHT), "`view` must be a View or a Screen, but is ndarray."),
     (

@@ -4,10 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
+from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.patches import doubt, weights
@@ -383,6 +385,19 @@ def test_textures_average_and_go_round():
     for turn in (0, 1, -3):
         assert light(1 - 3.5 / 16, 2 * math.pi * turn, 1e-9) == pytest.approx(seam, rel=1e-5)
     assert light(0.5, 1.0, 1e3) == pytest.approx(picture.mean(axis=(0, 1)), abs=0.1)
+
+
+# Above the middle lies, from the north, the far side at the azimuth pi, and from the south the near one at 0.
+@pytest.mark.parametrize(("inclination", "mirror", "left"), [(0.4, True, 0), (math.pi - 0.4, False, 2)])
+def test_a_texture_reads_from_the_south_and_mirrored_from_the_north(inclination, mirror, left, tmp_path):
+    halves = np.repeat([[(255, 0, 0), (0, 0, 255)]], 32, axis=1)
+    Image.fromarray(np.repeat(halves, 8, axis=0).astype(np.uint8)).save(tmp_path / "halves.png")
+    camera = kc.Camera(0.0, 100.0, inclination, "static")
+    disk = kc.disks.Disk(9.0, 20.0, kc.disks.Texture.read(tmp_path / "halves.png", mirror=mirror))
+    light = render_flat(camera, kc.pictures.View.toward_hole(camera, 40, 40, 0.5), disk=disk)
+    above = light[9:12]
+    assert above[:, 14:18, left].min() > 0.9 and above[:, 14:18, 2 - left].max() < 0.1
+    assert above[:, 22:26, 2 - left].min() > 0.9 and above[:, 22:26, left].max() < 0.1
 
 
 @pytest.mark.parametrize(

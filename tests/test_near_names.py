@@ -95,6 +95,9 @@ KEYS = {
     "sky.kind=checkers": (
         "sky.kind must be stars, checkerboard, panorama or none, but is 'checkers'; did you mean checkerboard?"
     ),
+    "view.tilt_deg=2 * azimut_deg": (
+        "view.tilt_deg must use names that are defined, but azimut_deg is not; did you mean azimuth_deg?"
+    ),
     "quality=normel": "quality must be draft, normal or high, but is 'normel'; did you mean normal?",
     "zzz=1": (
         "unknown key `zzz`; its keys are hole, camera, title, quality, definitions, view, sky, disk, light, film, "

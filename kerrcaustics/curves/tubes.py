@@ -25,7 +25,7 @@ from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
@@ -135,14 +135,15 @@ def caustic_tubes(
     """
     check_viewer(camera)
     check_orders(orders)
-    radii = usual_radii(camera.spin) if radii is None else numbers("radii", radii)
-    falling = radii.ndim == 1 and len(radii) > 1 and np.all(radii[1:] < radii[:-1])
-    if not (falling and radii[0] == math.inf and radii[-1] > kerr.horizon(camera.spin)):
-        raise ValueError("Argument `radii` must fall from math.inf to a radius outside the horizon.")
+    places = usual_radii(camera.spin) if radii is None else numbers("radii", radii)
+    falling = places.ndim == 1 and len(places) > 1 and np.all(places[1:] < places[:-1])
+    if not (falling and places[0] == math.inf and places[-1] > kerr.horizon(camera.spin)):
+        must = "fall from math.inf to a radius outside the horizon"
+        raise ValueError(f"Argument `radii` must {must}, but is {quoted(radii)}.")
     search_map = SearchMap.of(camera, SKY)
     far = (_unbounded(search_map.camera),) if search_map.domain.unbounded else ()
     curves = (*far, *curves_of(search_map, int(orders)))
-    return tuple(_tube(camera, search_map.camera, curve, radii) for curve in in_steps("tube", curves))
+    return tuple(_tube(camera, search_map.camera, curve, places) for curve in in_steps("tube", curves))
 
 
 def _unbounded(camera: Viewer) -> CriticalCurve:

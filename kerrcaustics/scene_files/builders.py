@@ -92,7 +92,7 @@ def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path,
         case tables.SwatchesTable():
             return Swatches(**asdict(table))
         case tables.TextureTable():
-            return Texture.read(folder / table.file)
+            return Texture.read(folder / table.file, mirror=table.mirror)
         case tables.SpotsTable():
             return _spots(table, disk, response)
         case tables.WispsTable():

@@ -198,9 +198,10 @@ class SwatchesTable(SceneTable, kw_only=True, frozen=True, tag="swatches", tag_f
 
 
 class TextureTable(SceneTable, kw_only=True, frozen=True, tag="texture", tag_field="kind"):
-    """A picture."""
+    """A picture, as it is seen from the south, or with mirror from the north."""
 
     file: str
+    mirror: bool = False
 
 
 class SpotsTable(SceneTable, kw_only=True, frozen=True, tag="spots", tag_field="kind"):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
+from kerrcaustics.choices import near
 from kerrcaustics.scene_files.validation import SceneError
 
 _LONGEST = 2000
@@ -161,7 +162,8 @@ def check_names(formulas: Iterable[Formula], named: dict[str, Formula], others: 
     defined = {"t", *named, *others}
     for expression in (*named.values(), *formulas):
         for name in sorted(expression.names - defined):
-            raise SceneError(f"{expression.entry} must use names that are defined, but {name} is not.")
+            end = near(name, defined)
+            raise SceneError(f"{expression.entry} must use names that are defined, but {name} is not{end}")
     try:
         TopologicalSorter({name: sorted(f.names & named.keys()) for name, f in named.items()}).prepare()
     except CycleError as error:

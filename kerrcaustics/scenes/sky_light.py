@@ -54,7 +54,7 @@ class Sky(Protocol):
 
 def check_sky(sky: Any, *, needed: bool = False) -> None:
     """Raise ValueError for an object without the light of a sky."""
-    if (needed or sky is not None) and not callable(getattr(sky, "light", None)):
+    if (needed or sky is not None) and (isinstance(sky, type) or not callable(getattr(sky, "light", None))):
         raise ValueError(f"Argument `sky` must be a sky, with a method `light`, but is {quoted(sky)}.")
 
 

@@ -262,6 +262,6 @@ def _checked_places(star: ArrayLike, cameras: list[Viewer], end: Wherever | End)
             "Argument `star` must be (theta', phi') in radians, in the plane (r, phi), or one such pair for each of "
             f"the {count} cameras."
         )
-    rows = zip(cameras, np.broadcast_to(places, (count, 2)), strict=True)
+    rows = zip(cameras, np.broadcast_to(places, (count, 2)).tolist(), strict=True)
     checked = [end_of(camera, end).checked("star", place, camera, one=True) for camera, place in rows]
     return [(float(first), float(second)) for first, second in checked]

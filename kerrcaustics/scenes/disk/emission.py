@@ -336,9 +336,13 @@ class Texture:
         return f"<Texture of {self.shape[1]} x {self.shape[0]} pixels>"
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> "Texture":
-        """The texture of a PNG, JPEG or OpenEXR file: the first two count as sRGB, OpenEXR as linear."""
-        return cls(read_picture(path))
+    def read(cls, path: str | os.PathLike[str], *, mirror: bool = False) -> "Texture":
+        """The texture of a PNG, JPEG or OpenEXR file: the first two count as sRGB, OpenEXR as linear.
+
+        Writing reads from the south, with mirror from the north.
+        """
+        picture = read_picture(path)
+        return cls(picture[:, ::-1] if mirror else picture)
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3); for a shift of colours the picture counts as lit by daylight."""
