@@ -201,6 +201,7 @@ def test_a_draft_has_few_beams_and_nearly_the_light_of_a_picture():
     assert draft.light.sum() == pytest.approx(normal.light.sum(), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_uniform_disk_is_uniform():
     """Black bodies of one temperature, at rest where they are: I / nu^4 is the same on all ways."""
     disk = kc.disks.Disk(9.0, 20.0, kc.disks.BlackBody(6504), motion="static")
