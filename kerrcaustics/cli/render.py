@@ -79,6 +79,7 @@ def render(
             rendering, development = _render(file, frame, level, preview, path)
     from kerrcaustics.results.records import in_degrees
 
+    remarks = [*file.remarks, *_dark_disk(file, rendering, development)]
     entry = {
         "schema": "kerrcaustics/render/1",
         "scene": str(scene),
@@ -92,7 +93,7 @@ def render(
         "quality": level,
         "exposure": development and development.exposure,
         "clipped": development and development.clipped,
-        "remarks": list(file.remarks),
+        "remarks": remarks,
         "beams": rendering.beams,
         "stages": stages,
         "seconds": clock() - began,
@@ -104,7 +105,7 @@ def render(
     size = f"{rendering.view.width} x {rendering.view.height} pixels"
     say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
     say(out, in_words(stages))
-    say_all(out, [*_tones_in_words(development, file), *file.remarks])
+    say_all(out, [*_tones_in_words(development, file), *remarks])
     say(out, f"Picture: {path}")
 
 
@@ -127,6 +128,16 @@ def _tones_in_words(development: "Development | None", scene: "SceneFile") -> li
     if development.clipped > _MUCH:
         brighter = "--set light.exposure=auto goes by the light" if not chosen else "light.curve = asinh keeps more"
     return [f"Exposure {exposure}{chosen}, {clipped} of the pixels are cut at white; {brighter}"]
+
+
+def _dark_disk(scene: "SceneFile", rendering: "Rendering", development: "Development | None") -> tuple[str, ...]:
+    """A line on a disk that is too dark to be seen; none for linear light."""
+    from kerrcaustics.scene_files.exposure import dark_disk
+
+    contents = scene.contents
+    if development is None:
+        return ()
+    return dark_disk(contents.disk, contents.sky, rendering.transmission, development.picture)
 
 
 def _now(stage: str, before: dict[str, float]) -> str:
