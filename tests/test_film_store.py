@@ -73,7 +73,7 @@ def test_a_film_goes_on_and_ends_up_the_same(path, whole):
     assert drawn == list(range(7, 12)) and path.read_bytes() == whole
     assert (result.frames, result.reused, result.drawn, result.failed, result.output) == (12, 7, 5, 0, path)
     # What was there before comes first, in one step: else nobody can tell the time left.
-    assert told[0] == ("7 of 12 frames", 7 / 12) and told[-1] == ("writing the film", 1.0)
+    assert told[0] == ("7 of 12 frames", 7 / 12) and told[-1] == ("done", 1.0)
     assert list(path.parent.iterdir()) == [path]
 
 
@@ -348,9 +348,10 @@ def test_lines_now_and_then_where_there_is_no_terminal(path, scenes, capsys, mon
     monkeypatch.setattr(terminal, "FIRST_LINE", 1e6)
     status, _, err = run(capsys, "film", scenes(), "--output", path)
     assert status == 0
-    # 9 s a frame, the first told after 27 s; the film is begun with the first report, after 9 s.
-    assert err.splitlines()[:2] == ["2 of 12 frames, 0:01:30 left", "5 of 12 frames, 0:01:03 left"]
-    assert err.splitlines()[-1] == "11 of 12 frames, 0:00:09 left"
+    # A report each 9 s, of which three are told before the first frame is drawn; the first line is due after 20 s.
+    lines = err.splitlines()
+    assert lines[:3] == ["0 of 12 frames", "3 of 12 frames, 0:01:21 left", "6 of 12 frames, 0:00:54 left"]
+    assert lines[3:] == ["9 of 12 frames, 0:00:27 left", "12 of 12 frames", "done"]
 
 
 def test_frames_are_pngs_that_say_what_they_are_of(path):

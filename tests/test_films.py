@@ -1,7 +1,9 @@
 """Films: written, decoded again, continued after an interruption; frames of an orbit show what happens."""
 
+import heapq
 import math
 import time
+from contextlib import nullcontext
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -18,7 +20,7 @@ from kerrcaustics.draw.caustic_films import Mapping, caustics_frame
 from kerrcaustics.draw.films import SIZE, Film, write_film
 from kerrcaustics.draw.orbit_films import Orbit
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
-from kerrcaustics.films import film as film_module
+from kerrcaustics.films import film as film_module, frame_store
 from kerrcaustics.films.film import FilmResult, FramesFailed, frames_folder, make_film
 from kerrcaustics.results.time_left import TimeLeft
 from kerrcaustics.scripts import FILMS
@@ -114,40 +116,65 @@ def test_frames_of_other_settings_are_not_taken_and_not_thrown_away(tmp_path):
     assert drawn == list(range(FRAMES))
 
 
-def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1):
-    """What is announced, and the estimates of the time left with the true ones: frames of so many seconds each."""
-    clock = SimpleNamespace(now=0.0)
-    monkeypatch.setattr(film_module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
-    order, announced, reports = [], [], []
+def test_a_film_tells_its_progress_as_other_calls_do(tmp_path, monkeypatch):
+    heard, bar_heard = [], []
+    make_film(tmp_path / "one.gif", small_film(), progress=lambda *what: heard.append(what))
+    monkeypatch.setattr("kerrcaustics.results.progress.bar", lambda _after: nullcontext(lambda *w: bar_heard.append(w)))
+    write_film(tmp_path / "two.gif", small_film(), progress=True)
+    assert heard == bar_heard and heard[0] == ("0 of 12 frames", 0.0) and heard[-1] == ("done", 1.0)
+    assert ("7 of 12 frames", 7 / 12) in heard and ("writing the film", 1.0) in heard
+    with pytest.raises(ValueError, match="Argument `progress` must be True, False or a function"):
+        make_film(tmp_path / "three.gif", small_film(), progress="yes")  # pyright: ignore[reportArgumentType]
 
-    def in_rounds(compute, numbers, _worker_failures):
-        for start in range(0, len(numbers), workers):
-            some = numbers[start : start + workers]
-            # Each process loads and compiles before its first frame, and once more later.
-            compiled = {0: 90.0, 2 * workers: 60.0}.get(start, 0.0)
-            clock.now += max(seconds(number) for number in some) + compiled
-            for number in some:
+
+def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1, late=2):
+    """What is announced, and the estimates of the time left with the true ones: frames of so many seconds each.
+
+    late: the round of frames in which the processes compile once more.
+    """
+    clock = SimpleNamespace(now=0.0, drawing=0.0)
+    monkeypatch.setattr(film_module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
+    monkeypatch.setattr(frame_store, "clock", lambda: clock.drawing)
+    order, announced, reports, costs = [], [], [], {}
+
+    def in_processes(compute, numbers, _worker_failures):
+        waiting, crew, rounds = iter(numbers), [(0.0, process, None) for process in range(workers)], [0] * workers
+        while crew:
+            clock.now, process, number = heapq.heappop(crew)
+            if number is not None:
+                if rounds[process] == 1:
+                    frame_store._WARM.clear()
                 compute(number)
                 order.append(number)
                 yield number, True
+            following = next(waiting, None)
+            if following is not None:
+                # Each process loads and compiles before its first frame, and once more later.
+                costs[following] = seconds(following) + {0: 90.0, late: 60.0}.get(rounds[process], 0.0)
+                rounds[process] += 1
+                heapq.heappush(crew, (clock.now + costs[following], process, following))
 
-    monkeypatch.setattr(film_module, "place", lambda *_: in_rounds)
+    def draw(number):
+        clock.drawing += costs[number]
+        return picture
+
+    picture = np.zeros((48, 96, 3), np.uint8)
+    monkeypatch.setattr(film_module, "place", lambda *_: in_processes)
     estimate = TimeLeft(workers)
 
     def report(_what, part):
         estimate.done(clock.now, part)
         reports.append((clock.now, estimate.left(clock.now)))
 
-    picture = np.zeros((48, 96, 3), np.uint8)
-    film = Film("still", {}, frames, 25, lambda _number: picture)
+    film = Film("still", {}, frames, 25, draw)
     options = {"workers": workers} if workers > 1 else {}
     path = tmp_path / f"still{workers}.gif"
-    make_film(path, film, report, announce=lambda *what: announced.append((clock.now, *what)), **options)
-    # The last report is about the file.
-    return order, announced, [(left, clock.now - now) for now, left in reports[:-1]], clock.now
+    make_film(path, film, progress=report, announce=lambda *what: announced.append((clock.now, *what)), **options)
+    # The last reports are about the file.
+    return order, announced, [(left, clock.now - now) for now, left in reports if now < clock.now], clock.now
 
 
-@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize("workers", [1, 2, 3])
 @pytest.mark.parametrize(
     "seconds",
     [lambda _n: 5.0, lambda n: 5 + n / 8, lambda n: 20 - n / 8, lambda n: 4 + 12 * math.sin(n / 25) ** 2],
@@ -156,13 +183,22 @@ def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1):
 def test_the_time_left_is_within_a_third_of_the_true_one(tmp_path, monkeypatch, seconds, workers):
     order, announced, times, end = timed_film(tmp_path, monkeypatch, seconds, 120, workers)
     assert sorted(order) == list(range(120)) and order != sorted(order)
-    # Said once, when a tenth of the film is drawn, and true to a third although the first frames took 90 s more.
+    # Said once, when a second frame of each process is drawn, and true to a third although the first took 90 s more.
     ((now, line, left),) = announced
-    assert sum(end - true <= now for _, true in times) <= 13
-    assert line.startswith("A frame takes about ") and "the 120 that are to be drawn" in line
-    assert len([none for none, _ in times if none is None]) <= 2 * workers
+    assert 2 * workers <= sum(0 < end - true < now + 1e-6 for _, true in times) <= 3 * workers
+    places = f" on {workers} processes" if workers > 1 else ""
+    assert line.startswith("About ") and f" a frame; 120 frames{places}: " in line
+    assert len([none for none, _ in times if none is None]) <= 2 * workers + 2
     known = [(left, true) for left, true in times[8 * workers :] if true > 30]
     assert len(known) > 60 and all(2 / 3 < left / true < 4 / 3 for left, true in known)
+    assert 2 / 3 < left / (end - now) < 4 / 3
+
+
+@pytest.mark.parametrize("workers", [1, 2, 3])
+def test_an_announcement_is_mended_where_the_second_frame_compiled_too(tmp_path, monkeypatch, workers):
+    _, announced, _, end = timed_film(tmp_path, monkeypatch, lambda _n: 5.0, 120, workers, late=1)
+    (_, first, far_off), (now, mended, left) = announced
+    assert far_off > 10 * left and first.startswith("About 65 s a frame") and mended.startswith("About 5 s a frame")
     assert 2 / 3 < left / (end - now) < 4 / 3
 
 
@@ -187,8 +223,8 @@ def test_the_time_of_a_measured_film_is_within_a_third(tmp_path):
         estimate.done(now, part)
         reports.append((now, estimate.left(now)))
 
-    make_film(tmp_path / "still.gif", Film("still", {}, 60, 25, draw), report)
-    end = reports[60][0]
+    make_film(tmp_path / "still.gif", Film("still", {}, 60, 25, draw), progress=report)
+    end = next(now for now, left in reports if left == 0.0)
     known = [(left, end - now) for now, left in reports[4:50]]
     assert all(2 / 3 < left / true < 4 / 3 for left, true in known)
 
@@ -287,7 +323,7 @@ def test_command_makes_a_film(tmp_path, scripts_at, capsys):
 def test_templates_are_films_by_name(capsys, monkeypatch):
     made = []
 
-    def filmed(path, film, report, **options):
+    def filmed(path, film, **options):
         made.append((path.name, film))
         return FilmResult(path, frames_folder(path), film.frames, 0, film.frames, (), 0.0)
 

@@ -163,6 +163,23 @@ def test_a_scene_with_nothing_to_see_says_so(scene_of, tmp_path, capsys):
     assert scene_of(FILM).remarks == ()
 
 
+def test_a_disk_that_is_too_dark_beside_its_sky_is_named(scene_of, tmp_path, capsys):
+    scene_of(
+        STARS.replace("320", "64").replace("180", "36")
+        + "disk = {inner = 6, outer = 14, emission = {kind = 'black-body', peak = 6000}}"
+    )
+    command = ["render", tmp_path / "scene.toml", "--quality", "draft", "--output", tmp_path / "disk.png"]
+    remark = "The disk, with disk.brightness = 1, is nearly black beside its sky; without that key it has 600"
+    for overrides, said in (
+        ((), False),
+        (("--set", "disk.brightness=1"), True),
+        (("--set", "disk.brightness=300"), False),
+    ):
+        _, words, _ = run(capsys, *command, *overrides, "--json", tmp_path / "a.json")
+        remarks = json.loads((tmp_path / "a.json").read_text())["remarks"]
+        assert (remark in words) == said and [each.startswith(remark) for each in remarks] == [True] * said
+
+
 def test_the_exposure_is_printed_and_kept(scene_of, tmp_path, capsys):
     text = FILM.replace("film = {frames = 25, end = 24}", "")
     scene = scene_of(text)

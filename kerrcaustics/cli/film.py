@@ -36,8 +36,8 @@ def film(
 ) -> None:
     """Make a film of a scene file, of a template, or of a script (in the folder figures/films/ of a checkout).
 
-    It takes minutes; how many, it says when its first frames are drawn. An interrupted film resumes when it is started
-    again.
+    It takes minutes; how many, it says when each process has drawn two frames. An interrupted film resumes when it is
+    started again.
 
     Parameters
     ----------
@@ -78,11 +78,14 @@ def _make(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult"
     """Make a film; every error is one line."""
     from kerrcaustics.films.film import frames_folder, make_film
 
+    def announce(line: str, _left: float) -> None:
+        say(console(stderr=True), line)
+
     folder = frames_folder(path)
     on_interrupt(lambda: _left_in(folder))
     kept = f"Frames that are drawn are kept in {folder}; start again to go on."
     with one_line_errors(lambda reason: f"The film {path} cannot be written: {reason}. {kept}"), plain_errors():
-        return make_film(path, film, report, announce=lambda line, _left: say(console(stderr=True), line), **options)
+        return make_film(path, film, progress=report, announce=announce, **options)
 
 
 def _left_in(folder: Path) -> str:

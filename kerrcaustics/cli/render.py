@@ -72,6 +72,7 @@ def render(
         level = quality or ("draft" if preview else file.quality)
         with stages_timed(lambda name, seconds: report(_now(name, seconds), len(seconds) / _STAGES)) as stages:
             rendering, development = _render(file, frame, level, preview, path)
+    remarks = [*file.remarks, *_dark_disk(file, rendering, development)]
     entry = {
         "schema": "kerrcaustics/render/1",
         "scene": str(scene),
@@ -81,7 +82,7 @@ def render(
         "quality": level,
         "exposure": development and development.exposure,
         "clipped": development and development.clipped,
-        "remarks": list(file.remarks),
+        "remarks": remarks,
         "beams": rendering.beams,
         "stages": stages,
         "seconds": clock() - began,
@@ -93,7 +94,7 @@ def render(
     size = f"{rendering.view.width} x {rendering.view.height} pixels"
     say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
     say(out, in_words(stages))
-    say_all(out, [*_tones_in_words(development, file), *file.remarks])
+    say_all(out, [*_tones_in_words(development, file), *remarks])
     say(out, f"Picture: {path}")
 
 
@@ -140,6 +141,16 @@ def _tones_in_words(development: "Development | None", scene: "SceneFile") -> li
     if development.clipped > _MUCH:
         brighter = "--set light.exposure=auto goes by the light" if not chosen else "light.curve = asinh keeps more"
     return [f"Exposure {exposure}{chosen}, {clipped} of the pixels are cut at white; {brighter}"]
+
+
+def _dark_disk(scene: "SceneFile", rendering: "Rendering", development: "Development | None") -> tuple[str, ...]:
+    """A line on a disk that is too dark to be seen; none for linear light."""
+    from kerrcaustics.scene_files.exposure import dark_disk
+
+    contents = scene.contents
+    if development is None:
+        return ()
+    return dark_disk(contents.disk, contents.sky, rendering.transmission, development.picture)
 
 
 def _now(stage: str, before: dict[str, float]) -> str:

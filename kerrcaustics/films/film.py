@@ -4,10 +4,12 @@ An interrupted film resumes: each frame is a file of its own beside the film unt
 """
 
 import time
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from kerrcaustics.files import remove_abandoned
@@ -15,16 +17,16 @@ from kerrcaustics.films import frame_store
 from kerrcaustics.films.frame_store import Draw, FrameStore
 from kerrcaustics.films.video import check_film_path, write_pictures
 from kerrcaustics.results.declared import Shown, derived, quantity, result
-from kerrcaustics.results.progress import Progress, listening
+from kerrcaustics.results.progress import Progress, listening, report, with_progress
 from kerrcaustics.results.stages import stage, with_stages
-from kerrcaustics.results.time_left import TimeLeft, in_round_words
+from kerrcaustics.results.time_left import in_round_words
 from kerrcaustics.workers.places import Run, check_answer, check_place, place
 from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailures
 
-# A film that is done in fewer seconds, or has fewer frames to draw, needs no estimate.
+# A film that is done in fewer seconds needs no estimate, and one with fewer frames to draw has them in their order.
 _WORTH_SAYING, _SPREAD_FROM = 10.0, 24
-# Frames of each process after which it is announced: one loads and compiles, and the others differ.
-_ROUNDS = 4
+# Frames of each process after its first, after which their time is announced, and checked: one of them may compile too.
+_ANNOUNCED_AFTER, _MOST_OFF = (1, 4), 1 / 3
 # Frames that failed, besides the first, that are named in a line.
 _MOST_NAMED = 10
 _STAGES = "seconds of frames and encoding, by these names; those of its pictures too if one process draws"
@@ -89,9 +91,7 @@ class FramesFailed(RuntimeError):
     """Frames of a film could not be drawn; the others are kept."""
 
 
-def write_film(
-    path: str | Path, film: Film, progress: Progress = lambda _what, _part: None, *, restart: bool = False
-) -> Path:
+def write_film(path: str | Path, film: Film, *, progress: Progress | bool | None = None, restart: bool = False) -> Path:
     """Draw the frames that are not there yet, write the film and return its path.
 
     Parameters and notes as for `make_film`.
@@ -101,22 +101,23 @@ def write_film(
     FramesFailed
         Frames could not be drawn; the others were, and are kept.
     """
-    film_result = make_film(path, film, progress, restart=restart)
+    film_result = make_film(path, film, progress=progress, restart=restart)
     if film_result.output is None:
         raise FramesFailed(film_result.complaint)
     return film_result.output
 
 
+@with_progress
 @with_stages
 def make_film(
     path: str | Path,
     film: Film,
-    progress: Progress = lambda _what, _part: None,
     *,
     frames: range | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     restart: bool = False,
+    progress: Progress | bool | None = None,
     announce: Progress = lambda _line, _seconds: None,
 ) -> FilmResult:
     """Draw the frames that are not there yet, and write the film where all could be drawn.
@@ -130,8 +131,6 @@ def make_film(
     path : str or path
         Ends in .mp4 (H.264, yuv420p: plays everywhere) or .gif (256 colours a frame, plays for ever).
     film : Film
-    progress : callable
-        Called with a line on the work at hand, and the part of all frames that is done.
     frames : range
         A clip: these frames alone.
     workers : int
@@ -140,9 +139,12 @@ def make_film(
         Instead: address of a Dask scheduler whose workers see the same file system, such as "tcp://host:8786".
     restart : bool
         Frames that are there already are thrown away.
+    progress : callable or bool, optional
+        As for `caustics`; the part is that of the frames that are done.
     announce : callable
-        Called once, when four frames of each process are drawn (the first one loads and compiles too), with a line on
-        how long a frame and the film take, and the seconds left; not for films of a few seconds.
+        Called with a line on how long a frame and the film take, and the seconds left, when each process has drawn the
+        frame with which it loads and compiles, and another; the second frame is from the middle of the film. Called
+        once more if three frames later that was off by more than a third; not for films of a few seconds.
 
     Returns
     -------
@@ -173,42 +175,47 @@ def make_film(
         store = frame_store.open_frames(folder, frame_store.film_record(film.name, film.frames, film.settings), restart)
         remove_abandoned(path.resolve().parent, path.resolve().name)
         missing = [number for number in numbers if not store.has(number)]
+        reused = len(numbers) - len(missing)
         store.make_room(missing)
         draw = frame_store.draw_frame if scheduler is None else frame_store.draw_frame_again
         job = partial(draw, str(folder.absolute()), store.mark, film.draw)
+        # The time left goes by the first part that is reported, and stages report too.
+        report(f"{reused} of {len(numbers)} frames", reused / len(numbers))
         with stage("frames"):
-            report = _announcing(progress, announce, len(numbers), len(missing), workers or 1)
-            _draw(store, job, _spread(missing), len(numbers), place(workers, scheduler, _one_by_one), report)
+            drawn_one = _announcing(announce, store, len(missing), workers)
+            _draw(store, job, _spread(missing), len(numbers), place(workers, scheduler, _one_by_one), drawn_one)
         reasons = {number: store.failure(number) for number in missing}
         failures = tuple(f"frame {number}: {reason}" for number, reason in reasons.items() if reason)
         if not failures:
-            progress("writing the film", 1.0)
+            report("writing the film", 1.0)
             with stage("encoding"):
                 write_pictures(path, map(store.read, numbers), film.rate)
             if len(numbers) == film.frames:
                 frame_store.discard(folder)
-    reused, drawn = len(numbers) - len(missing), len(missing) - len(failures)
-    output = None if failures else path
+    drawn, output = len(missing) - len(failures), None if failures else path
     return FilmResult(output, folder, len(numbers), drawn, reused, failures, time.perf_counter() - began)
 
 
-def _draw(store: FrameStore, job: Compute, missing: list[int], total: int, run: Run, progress: Progress) -> None:
+def _draw(
+    store: FrameStore, job: Compute, missing: list[int], total: int, run: Run, drawn_one: Callable[[int], None]
+) -> None:
     """Draw the missing frames of so many; store the reason for each that cannot be drawn."""
     done = total - len(missing)
 
-    def report(more: str = "") -> None:
-        progress(f"{done} of {total} frames{more}", done / total)
+    def tell(more: str = "") -> None:
+        report(f"{done} of {total} frames{more}", done / total)
 
-    report()
+    tell()
     if not missing:
         return
-    worker_failures = WorkerFailures(lambda what: report(f", {what}"), "film")
+    worker_failures = WorkerFailures(lambda what: tell(f", {what}"), "film")
     with closing(run(job, missing, worker_failures)) as finished:
         for number, drawn in finished:
             if not drawn:
                 store.fail(number, _DIED)
             done += 1
-            report()
+            tell()
+            drawn_one(number)
 
 
 def _spread(numbers: list[int]) -> list[int]:
@@ -219,23 +226,40 @@ def _spread(numbers: list[int]) -> list[int]:
     return [numbers[place] for place in sorted(range(len(numbers)), key=lambda place: f"{place:0{bits}b}"[::-1])]
 
 
-def _announcing(progress: Progress, announce: Progress, total: int, missing: int, at_once: int) -> Progress:
-    """Progress that is announced once too, as the time of a frame and of all that are missing."""
-    estimate, waiting = TimeLeft(at_once), True
+def _announcing(announce: Progress, store: FrameStore, missing: int, workers: int | None) -> Callable[[int], None]:
+    """Take the frames as they are drawn; announce the time of one and of all, and mend it once if it was far off."""
+    times: list[float] = []
+    announced, drawn = [], 0
 
-    def report(what: str, part: float) -> None:
-        nonlocal waiting
-        progress(what, part)
-        now = time.perf_counter()
-        estimate.done(now, part)
-        whole, left = estimate.whole(), estimate.left(now)
-        if waiting and estimate.rounds >= _ROUNDS and whole is not None and left is not None:
-            waiting, seconds = False, whole / total * missing
-            if seconds >= _WORTH_SAYING:
-                each = f"A frame takes about {in_round_words(whole / total)}"
-                announce(f"{each}, the {missing} that are to be drawn {in_round_words(seconds)}", left)
+    def drawn_one(number: int) -> None:
+        nonlocal drawn
+        drawn += 1
+        took = store.seconds(number)
+        times.extend([] if took is None else [took])
+        # Of a cluster the processes are known by their first frames.
+        processes = workers or max(drawn - len(times), 1)
+        if took is None or len(times) not in [processes * each for each in _ANNOUNCED_AFTER]:
+            return
+        frame = _without_longest(times)
+        left = frame * (missing - drawn) / processes
+        if left >= _WORTH_SAYING and not (announced and abs(announced[-1] / frame - 1) < _MOST_OFF):
+            announced.append(frame)
+            announce(_time_in_words(frame, missing, processes), left)
 
-    return report
+    return drawn_one
+
+
+def _without_longest(times: list[float]) -> float:
+    """The mean without the longest quarter, which may have compiled."""
+    return fmean(sorted(times)[: len(times) - len(times) // 4])
+
+
+def _time_in_words(frame: float, missing: int, processes: int) -> str:
+    """How long a frame takes, and all that are missing."""
+    where = f" on {processes} processes" if processes > 1 else ""
+    return (
+        f"About {in_round_words(frame)} a frame; {missing} frames{where}: {in_round_words(frame * missing / processes)}"
+    )
 
 
 def _one_by_one(compute: Compute, numbers: list[int], _worker_failures: WorkerFailures) -> Finished:

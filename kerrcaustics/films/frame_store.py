@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from io import BytesIO
 from pathlib import Path
+from time import perf_counter as clock
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ Array = np.ndarray
 Draw = Callable[[int], UInt8[Array, "height width 3"]]
 
 _RECORD = "film.json"
-_TEXT_KEY = "kerrcaustics"
+_TEXT_KEY, _SECONDS_KEY = "kerrcaustics", "seconds"
 # The names in a store: frames, why they failed, and what was being written when a process was killed.
 _FRAME, _NOTE = re.compile(r"\d{6,}\.png"), re.compile(r"\d{6,}\.failed")
 _HALF = re.compile(rf"\.({_FRAME.pattern}|{_NOTE.pattern}|{re.escape(_RECORD)})\..+\.part")
@@ -38,6 +39,8 @@ _HALF = re.compile(rf"\.({_FRAME.pattern}|{_NOTE.pattern}|{re.escape(_RECORD)})\
 _MOST_NAMED, _LONGEST = 3, 40
 # What drew the last frame for `draw_frame_again`, by the mark of its film.
 _LAST: dict[str, Draw] = {}
+# The marks of films of which this process has drawn a frame.
+_WARM: set[str] = set()
 
 
 @dataclass(frozen=True)
@@ -62,9 +65,16 @@ class FrameStore:
             raise RuntimeError(f"Frame {number} was lost while the film was written; start again to draw it anew.")
         return picture
 
-    def write(self, number: int, picture: Array) -> None:
-        """Keep the picture of a frame."""
-        write_frame(self.path(number), picture, {_TEXT_KEY: f"{self._name(number)} {_pixel_hash(picture)}"})
+    def write(self, number: int, picture: Array, seconds: float | None = None) -> None:
+        """Keep the picture of a frame, and how long it took."""
+        texts = {_TEXT_KEY: f"{self._name(number)} {_pixel_hash(picture)}"}
+        write_frame(self.path(number), picture, texts if seconds is None else {**texts, _SECONDS_KEY: f"{seconds:.3f}"})
+
+    def seconds(self, number: int) -> float | None:
+        """How long a frame took that was drawn just now; None for the first of a process, and for one that failed."""
+        with suppress(Exception), Image.open(self.path(number), formats=["PNG"]) as image:
+            return float(image.info[_SECONDS_KEY])
+        return None
 
     def make_room(self, numbers: list[int]) -> None:
         """Remove what is in the places of frames and is no file; raise OSError for a folder with something in it."""
@@ -178,7 +188,7 @@ def _remove(folder: Path, *names: re.Pattern[str]) -> None:
 
 def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
     """Draw a frame and store it, or the reason why it could not be drawn: the job of a worker."""
-    store = FrameStore(Path(folder), mark)
+    store, began = FrameStore(Path(folder), mark), clock()
     try:
         picture = draw(number)
     except Exception as error:
@@ -187,7 +197,10 @@ def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
         # One frame never costs the others.
         store.fail(number, f"{type(error).__name__}: {' '.join(str(error).split())}")
         return
-    store.write(number, picture)
+    # The first one loads and compiles, too, and does not tell what others take.
+    seconds = clock() - began if mark in _WARM else None
+    _WARM.add(mark)
+    store.write(number, picture, seconds)
 
 
 def draw_frame_again(folder: str, mark: str, draw: Draw, number: int) -> None:

@@ -7,8 +7,9 @@ import msgspec
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from kerrcaustics.scene_files.builders import brightness_of
 from kerrcaustics.scene_files.cameras import CameraPath, value_at, varied
-from kerrcaustics.scene_files.contents import LightTable, ValueAt, Varied
+from kerrcaustics.scene_files.contents import DiskTable, LightTable, SkyTable, ValueAt, Varied
 from kerrcaustics.scene_files.expressions import Formula, Moment
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.tones import AUTO, auto_exposure, clipped_fraction, tone_mapped
@@ -19,6 +20,9 @@ Light = Float[Array, "height width 3"]
 _ENTRY = "light.exposure"
 # A film has its exposures from so many frames, in small: the whole of it costs little beside its frames.
 _KEYFRAMES = 9
+# A disk is seen alone where it lets through less than this of the sky; it is nearly black if almost all of that has
+# less than this of a byte.
+_ALONE, _ALMOST_ALL, _SEEN = 1e-3, 0.99, 24
 # Beyond it single precision ends.
 _BRIGHTEST = 1e30
 
@@ -89,6 +93,21 @@ def without_flashes(values: Sequence[float]) -> list[float]:
     first = float(np.median([values[0], inner[0], inner[0] ** 3 / inner[1] ** 2]))
     last = float(np.median([values[-1], inner[-1], inner[-1] ** 3 / inner[-2] ** 2]))
     return [first, *inner[: len(values) - 2], last]
+
+
+def dark_disk(disk: DiskTable | None, sky: SkyTable, transmission: Array | None, picture: Array) -> tuple[str, ...]:
+    """A line on an opaque disk that a picture without overlays shows nearly black, where its brightness is given.
+
+    transmission: part (height, width) of the light behind that the disk lets through.
+    """
+    alone = np.zeros(picture.shape[:2], bool) if transmission is None else transmission < _ALONE
+    if disk is None or disk.brightness is None or not alone.any():
+        return ()
+    usual = brightness_of(msgspec.structs.replace(disk, brightness=None), sky)
+    if disk.brightness >= usual or np.quantile(picture[alone].max(axis=-1), _ALMOST_ALL) >= _SEEN:
+        return ()
+    hint = f"without that key it has {usual:g} (--set disk.brightness={usual:g})"
+    return (f"The disk, with disk.brightness = {disk.brightness:g}, is nearly black beside its sky; {hint}",)
 
 
 def is_auto(table: LightTable) -> bool:
