@@ -17,6 +17,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.scenes import show_picture
+from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.scenes.disk.flat import render_flat
 
 CAMERA = kc.Camera(spin=0.6, radius=70, inclination=math.radians(90 - 180 / 46), velocity="static")
@@ -37,6 +38,7 @@ def main(output: Path) -> list[Path]:
         for ax, (name, light) in zip(figure.subplots(2, 1), lights.items(), strict=True):
             show_picture(ax, VIEW, kc.pictures.tone_mapped(light, EXPOSURE, curve="asinh", softening=20))
             ax.set_title(name)
+        figure.suptitle(f"{viewer_in_words(CAMERA)}; disk from r = {DISK.inner:g} to {DISK.outer:g} M")
     return [write_picture(figure, output / "disk_side_by_side.png")]
 
 

@@ -19,6 +19,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.scenes import show_picture
+from kerrcaustics.draw.titles import viewer_in_words
 
 CAMERA = kc.Camera(spin=0.6, radius=74.1, inclination=math.radians(80), velocity="static")
 VIEW = kc.pictures.View(560, 320, math.radians(38))
@@ -89,11 +90,12 @@ def main(output: Path) -> list[Path]:
         "thick torus": kc.pictures.render_volume(CAMERA, VIEW, volume, SKY, **LIGHT).light,
     }
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 2.5), layout="constrained")
+        figure = Figure(figsize=(style.PAGE_WIDTH, 2.7), layout="constrained")
         for ax, (name, light) in zip(figure.subplots(1, 2, sharey=True), lights.items(), strict=True):
             show_picture(ax, VIEW, kc.pictures.tone_mapped(light, EXPOSURE, curve="asinh", softening=6))
             ax.set_title(name)
             ax.label_outer()
+        figure.suptitle(viewer_in_words(CAMERA))
     return [write_picture(figure, output / "disk_volume.png")]
 
 
