@@ -140,9 +140,9 @@ def test_templates_are_scenes(name, scene):
         assert read.camera(time).radius > 1 and read.view(time, 0.1).width == round(read.size[0] / 10)
 
 
-def test_the_scene_of_the_readme_is_one(scene):
-    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-    assert scene(re.findall(r"```toml\n(.*?)```", readme, re.DOTALL)[0]).size == (960, 540)
+def test_the_example_of_the_page_is_a_scene(scene):
+    page = (Path(__file__).parents[1] / "docs" / "scene_files.md").read_text(encoding="utf-8")
+    assert scene(re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0]).size == (960, 540)
 
 
 def test_all_keys_are_told():
