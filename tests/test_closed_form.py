@@ -83,7 +83,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", [pytest.param(c, marks=[pytest.mark.slow] * ("equat" in c)) for c in CASES])
+@pytest.mark.parametrize("case", [pytest.param(c, marks=[pytest.mark.slow] * ("equat" in c or "polar" in c)) for c in CASES])
 def test_special_rays(case):
     spin, inclination, sky = CASES[case]
     camera = Camera(spin, 6.03, inclination, "fiducial")

@@ -88,6 +88,7 @@ def test_events_on_the_equator_do_not_feel_which_side_the_viewer_is_on():
         assert np.abs(one - signs * other).max() < 4 * error * np.abs(one).max()
 
 
+@pytest.mark.slow
 def test_events_of_other_paths_are_refused():
     camera = kc.Camera(0.999, 6.03)
     circle = kc.circle_images(camera, (0.3, 0.1), 2)

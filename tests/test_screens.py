@@ -141,6 +141,7 @@ def patch_of(camera, observer, screen):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("centre", [(9.0, 3.0), (-7.5, -1.0), (1.0, 12.0), (-60.0, 20.0)])
 def test_an_observer_at_a_finite_radius_sees_what_a_camera_sees_there(centre):
     """Pixel by pixel: sky, disk and volume, with all shifts; small pictures, on which both maps are linear."""

@@ -124,6 +124,7 @@ def test_the_zero_of_the_camera_sky_is_the_middle_of_the_shadow(camera):
         np.testing.assert_allclose(line @ axes, edge, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_plots_of_one_camera_have_one_shadow():
     camera = kc.Camera(0.9, 10.0, math.radians(60), "static")
     caustics = kc.caustics(camera, 1)

@@ -18,6 +18,7 @@ def light_of(camera, star, view):
     return study.received(kc.render(camera, view, study.one_star(star)))
 
 
+@pytest.mark.slow
 def test_an_image_that_its_footprint_misses_is_drawn():
     """Magnification 0.0501, where a pixel sees 0.2 rad of the sky; the images of index 0 and 2 lie outside."""
     star = 1.171385974087865, -0.7258046670745755

@@ -163,6 +163,7 @@ def test_a_scene_with_nothing_to_see_says_so(scene_of, tmp_path, capsys):
     assert scene_of(FILM).remarks == ()
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_too_dark_beside_its_sky_is_named(scene_of, tmp_path, capsys):
     scene_of(
         STARS.replace("320", "64").replace("180", "36")
