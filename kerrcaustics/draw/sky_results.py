@@ -57,6 +57,10 @@ _EDGE_POINTS = 720
 # Rows: against e_x, along e_y, along e_z.
 _BASIS = np.diag([-1.0, 1.0, 1.0])
 # x and y of the corners of a picture, the first of them twice, in parts of its width and height.
+# Words of a legend can be read where a curve runs behind them.
+_LEGEND: dict[str, Any] = {
+    "loc": "best", "fontsize": "small", "handlelength": 1.5, "frameon": True, "framealpha": 0.85, "edgecolor": "none"
+}  # fmt: skip
 _CORNERS = [[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]]
 
 
@@ -190,7 +194,7 @@ def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
     bare = not ax.has_data()
     curves = caustics_of(tracks.camera, tracks.max_index + 1, end=tracks.surface) if bare else ()
     tracks_on_sky(ax, tracks, curves, shadow_edge(tracks.camera, _EDGE_POINTS))
-    ax.legend(handles=tracks_legend([tracks], bool(curves)), loc="best", fontsize="small", handlelength=1.5)
+    ax.legend(handles=tracks_legend([tracks], bool(curves)), **_LEGEND)
     return ax
 
 
@@ -290,7 +294,7 @@ def _legend(ax: Axes) -> Axes:
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     if once:
-        ax.legend(once.values(), once.keys(), loc="best", fontsize="small", handlelength=1.5)
+        ax.legend(once.values(), once.keys(), **_LEGEND)
     return ax
 
 
