@@ -83,7 +83,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", [pytest.param(c, marks=[pytest.mark.slow] * ("equat" in c or "polar" in c)) for c in CASES])
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[pytest.mark.slow] * ("equat" in case or "polar" in case)) for case in CASES]
+)
 def test_special_rays(case):
     spin, inclination, sky = CASES[case]
     camera = Camera(spin, 6.03, inclination, "fiducial")
