@@ -202,7 +202,7 @@ def test_frames_of_a_light_curve_show_the_images_that_are_there():
         between = (time - begin) % found.period < (end - begin) % found.period
         assert [len(images[crossing][0]) for crossing in (1, 2)] == [1, 3 if between else 1]
         for crossing, (places, bright) in images.items():
-            view = View(1000, 500, math.radians(22), "fisheye")
+            view = View.toward_hole(camera, 1000, 500, math.radians(22), "fisheye")
             x, y = np.radians(places * [1, -1]).T / view.pixel + [[499.5], [249.5]]
             beams = kc.trace_beams(camera, view.directions(x, y)[0], end=kc.EquatorialPlane(crossing), time=True)
             np.testing.assert_allclose(beams.radius, 6, rtol=1e-2)
