@@ -87,6 +87,7 @@ def runge_kutta_step(force: np.ndarray, path: np.ndarray, h: np.ndarray) -> np.n
     return path + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("event", FAST + SLOW, ids=str)
 def test_capture_against_integration(event):
     spin, radius, inclination = event[0], event[1], math.radians(event[2])

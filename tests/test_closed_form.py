@@ -83,9 +83,8 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize(
-    "case", [pytest.param(case, marks=[pytest.mark.slow] * ("equat" in case or "polar" in case)) for case in CASES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
 def test_special_rays(case):
     spin, inclination, sky = CASES[case]
     camera = Camera(spin, 6.03, inclination, "fiducial")

@@ -201,7 +201,9 @@ def area_on_sky(sheets, index: int, lines: int, points: int) -> float:
     return float((per_line * spread).sum() * 2 * math.pi / lines)
 
 
-@pytest.mark.parametrize("camera", [FAR, kc.Camera(0.9, 8.0, math.radians(50))], ids=str)
+@pytest.mark.parametrize(
+    "camera", [pytest.param(FAR, marks=pytest.mark.slow), kc.Camera(0.9, 8.0, math.radians(50))], ids=str
+)
 def test_counts_fill_the_area_that_the_sheets_cover(camera):
     sheets = sheets_of(camera, 2)
     for index in range(3):

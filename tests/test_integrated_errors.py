@@ -125,15 +125,9 @@ BEYOND = {
 }
 
 
-# Beams to a sphere have a program of their own, which takes long to compile.
-LIMITS = [
-    pytest.param(known, id=name, marks=[pytest.mark.slow] * (known.end < math.inf or "fast" in name))
-    for name, known in KNOWN.items()
-]
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-10, 1e-14])
-@pytest.mark.parametrize("known", LIMITS)
+@pytest.mark.parametrize("known", KNOWN.values(), ids=KNOWN)
 def test_errors_hold_at_the_limits(known, tolerance):
     """Within twice what is reported, of beams and of rays traced alone."""
     for trace in (kc.trace_rays, kc.trace_beams) if known.end == math.inf else (kc.trace_beams,):

@@ -47,6 +47,7 @@ def integrated(viewer, sky, end):
     return np.stack([ray.time for ray in rays]), np.stack([ray.time_error for ray in rays])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", CELLS)
 def test_times_are_those_of_integrated_rays(cell):
     viewer, parts = parity.viewer_named(cell.viewer), parts_of(parity.CALLS[cell.analysis](cell))
