@@ -8,8 +8,9 @@ enters the secondary caustic at A, where two of its images are created, and leav
 (b) The primary caustic, too small to be seen in (a), in its true shape. Remakes JTFT figure 5.
 
 The paper's: hole, camera, A and B, and the star, 18 degrees above the equatorial plane: θ′ = 0.392 π, which JTFT counts
-from the other pole as 0.608 π. Ours: the places of A and B, to the error of the caustic. For 42 of its 360 degrees the star is inside the secondary caustic and has two images more, one of index
-1 and one of index 2. It does not come near the primary one.
+from the other pole as 0.608 π. Ours: the places of A and B, to the error of the caustic. For 42 of its 360 degrees the
+star is inside the secondary caustic and has two images more, one of index 1 and one of index 2. It does not come near
+the primary one.
 """
 
 import math

@@ -9,8 +9,8 @@ import kerrcaustics as kc
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 
 NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
-# The star of figures 5 and 6, 18 degrees above the plane (following JTFT, whose polar angle of 0.608 pi grows upward), and
-# that of the counts at the flat edge.
+# The star of figures 5 and 6, 18 degrees above the plane (following JTFT, whose polar angle of 0.608 pi grows upward),
+# and that of the counts at the flat edge.
 STAR = 0.392 * math.pi
 COUNTED = math.pi / 2, math.radians(141)
 

@@ -2,9 +2,9 @@
 All tracks of a star
 ====================
 
-All images of index 0 to 3 of a star at θ′ = 0.4 π (JTFT, fig 7 and the third clip: 0.6 π, from the other pole) run along their tracks
-while a camera at r = 6.03 goes once round a hole of spin 0.999. A track leads through the critical curves from one
-index to the next: its images are born and die in pairs.
+All images of index 0 to 3 of a star at θ′ = 0.4 π (JTFT, fig 7 and the third clip: 0.6 π, from the other pole) run
+along their tracks while a camera at r = 6.03 goes once round a hole of spin 0.999. A track leads through the critical
+curves from one index to the next: its images are born and die in pairs.
 """
 
 import math
