@@ -3,16 +3,16 @@ All tracks of one star
 ======================
 
 Every image of index 0 to 3 of one star over a whole orbit, for a = 0.999 and a circular orbit at r = 6.03: for a star
-18 degrees off the equatorial plane (a), and for one 1.8 degrees off it (b). Left: on the camera sky; right: with the
-distance to the shadow edge drawn out, where the tracks that hug the shadow come apart. Arrows point the way the
-images move; triangles are the creations and annihilations of pairs, all of them on critical curves. Remakes JTFT
-figure 7.
+18 degrees above the equatorial plane (a), and for one 1.8 degrees above it (b). Left: on the camera sky; right: with
+the distance to the shadow edge drawn out, where the tracks that hug the shadow come apart. Arrows point the way the
+images move; triangles are the creations and annihilations of pairs, all of them on critical curves. Remakes JTFT figure
+7.
 
-The paper's: hole, camera, two stars, at θ′ = 0.6 π and 0.51 π (following JTFT), labels ε. Ours: the drawn-out view
-and the colours, by Morse index. Each connected track belongs to one order ε, the number of times its rays cross the
-equatorial plane: that of order 0 stays outside the primary critical curve, that of order 1 crosses the secondary
-curve and comes back, that of order 2 does so with the tertiary one, and so on: one critical curve each. The closer
-the star is to the plane, the closer its tracks follow the critical curves.
+The paper's: hole, camera, two stars, at θ′ = 0.4 π and 0.49 π (JTFT counts them from the other pole, as 0.6 π and 0.51
+π), labels ε. Ours: the drawn-out view and the colours, by Morse index. Each connected track belongs to one order ε, the
+number of times its rays cross the equatorial plane: that of order 0 stays outside the primary critical curve, that of
+order 1 crosses the secondary curve and comes back, that of order 2 does so with the tertiary one, and so on: one
+critical curve each. The closer the star is to the plane, the closer its tracks follow the critical curves.
 """
 
 import math
@@ -32,10 +32,10 @@ from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unroll
 from kerrcaustics.tracks.tracks import StarTracks
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
-STARS = {"(a)": 0.6 * math.pi, "(b)": 0.51 * math.pi}
+STARS = {"(a)": 0.4 * math.pi, "(b)": 0.49 * math.pi}
 MAX_INDEX = 3
 # Position angle and distance in degrees where there is room for the name of an order.
-LABELS = {0: (270, 65), 1: (85, 4.5), 2: (270, 0.3), 3: (115, 0.006)}
+LABELS = {0: (90, 65), 1: (275, 4.5), 2: (90, 0.3), 3: (245, 0.006)}
 
 
 def main(output: Path) -> list[Path]:

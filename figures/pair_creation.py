@@ -7,10 +7,11 @@ camera sky (left) beside the celestial sphere (right), where the star crosses th
 orbit at r = 6.03. On the track of the images of order ε = 1, which cross the equatorial plane once, lie #1, #2 and #3.
 Remakes JTFT figure 6.
 
-The paper's: hole, camera, the star at θ′ = 0.608 π (following JTFT), the moments after the creation and before the
-annihilation, the numbers. Ours: the first row, a time of 1 M from the events, and one colour an index on the tracks. #1
+The paper's: hole, camera, the star 18 degrees above the equatorial plane (θ′ = 0.392 π; JTFT counts it from the other
+pole, as 0.608 π), the moments after the creation and before the annihilation, the numbers, the track just below the
+shadow. Ours: the first row, a time of 1 M from the events, and one colour an index on the tracks. #1
 is there all the time. At the creation #2 and #3 spring up together, #2 inside the secondary critical curve (index 2)
-and #3 outside (index 1). #2 then moves round the shadow counter-clockwise, #1 and #3 clockwise. At the other side #2
+and #3 outside (index 1). #2 then moves along the track counter-clockwise, #1 and #3 clockwise. At the other side #2
 meets #1, both vanish, and #3 has taken the place of #1. The primary image, of order 0, is behind the camera at these
 times.
 """
@@ -36,7 +37,7 @@ from kerrcaustics.draw.tracks import draw_motion, moving_lines, number_images, t
 from kerrcaustics.tracks.tracks import StarTracks
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
-STAR = 0.608 * math.pi
+STAR = 0.392 * math.pi
 # How long before and after an event, units of M.
 SOON = 1.0
 VIEW = 70.0

@@ -7,9 +7,10 @@ hole of spin 0.999, and the dashed path of a star that moves, relative to the ca
 enters the secondary caustic at A, where two of its images are created, and leaves it at B, where two are annihilated.
 (b) The primary caustic, too small to be seen in (a), in its true shape. Remakes JTFT figure 5.
 
-The paper's: hole, camera, the star at θ′ = 0.608 π (following JTFT), A and B. Ours: the places of A and B, to the error
-of the caustic. For 42 of its 360 degrees the star is inside the secondary caustic and has two images more, one of index
-1 and one of index 2. It does not come near the primary one.
+The paper's: hole, camera, A and B, and the star, 18 degrees above the equatorial plane: θ′ = 0.392 π, which JTFT counts
+from the other pole as 0.608 π. Ours: the places of A and B, to the error of the caustic. For 42 of its 360 degrees the
+star is inside the secondary caustic and has two images more, one of index 1 and one of index 2. It does not come near
+the primary one.
 """
 
 import math
@@ -31,7 +32,7 @@ from kerrcaustics.draw.titles import headline
 from kerrcaustics.tracks.events import PairEvents
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
-STAR = 0.608 * math.pi
+STAR = 0.392 * math.pi
 LETTERS = {"creation": ("A", (11, 7)), "annihilation": ("B", (-11, 7))}
 
 

@@ -9,8 +9,9 @@ import kerrcaustics as kc
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 
 NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
-# The star of figures 5 and 6 (following JTFT), and that of the counts at the flat edge.
-STAR = 0.608 * math.pi
+# The star of figures 5 and 6, 18 degrees above the plane (following JTFT, whose polar angle of 0.608 pi grows upward),
+# and that of the counts at the flat edge.
+STAR = 0.392 * math.pi
 COUNTED = math.pi / 2, math.radians(141)
 
 
@@ -35,12 +36,14 @@ def test_without_spin_a_star_has_one_image_on_each_side_of_the_ring():
 
 
 def test_counts_of_one_star_at_the_flat_edge_are_those_of_the_paper():
-    """2, 3 and 8 images between the critical curves, but two pairs of them are not in the equatorial plane."""
+    """2, 3 and 8 images between the critical curves; two pairs are not in the equatorial plane, one is on the right."""
     images = kc.star_images(NEAR, COUNTED, max_index=2)
     assert images.certified and images.per_index == {0: 2, 1: 3, 2: 8}
     in_plane = np.abs(images.sky[:, 2]) < 1e-9
     assert [int(in_plane[images.index == k].sum()) for k in range(3)] == [2, 1, 6]
     np.testing.assert_allclose(images.sky[~in_plane, 2].sum(), 0, atol=1e-9)
+    right = azimuthal_equidistant(images.sky, view_axes(NEAR, kc.shadow_edge(NEAR, 2000)))[:, 0] > 0
+    assert images.index[right].tolist() == [0]
 
 
 @pytest.mark.parametrize(("velocity", "part"), [("static", 1.24), ("fiducial", 0.87), ("circular", 0.45)])
@@ -89,21 +92,33 @@ def test_life_of_the_star_of_figures_5_and_6():
     assert numbers == {"before": [1], "between": [1, 1, 2], "after": [1]}
 
 
+def counter_clockwise(line):
+    """A closed curve (n, 2) in its counter-clockwise sense, by the sign of its area."""
+    right, up = line.T
+    return line if np.sum(right * np.roll(up, -1) - up * np.roll(right, -1)) > 0 else line[::-1]
+
+
 @pytest.mark.slow
 def test_senses_in_which_the_images_of_that_star_move():
-    """#2, born inside the secondary critical curve, goes one way round the shadow, #1 and #3 the other."""
+    """Along the track, which is just below the shadow: #2 counter-clockwise, #1 and #3 clockwise."""
     tracks = kc.star_tracks(FAR, STAR, max_index=2)
     born, died = tracks.events
-    axes = view_axes(FAR, kc.shadow_edge(FAR, 2000))
-    turned = {}
+    edge = kc.shadow_edge(FAR, 2000)
+    axes = view_axes(FAR, edge)
+    # That of the images of order 1: closed, and not round the shadow.
+    line = counter_clockwise(azimuthal_equidistant(tracks.tracks[1].sky, axes))
+    shadow = azimuthal_equidistant(edge, axes)
+    assert winding(line) == 0 and line[:, 1].max() < 0
+    # Degrees from the shadow edge, whose radius is about 30.
+    away = np.linalg.norm(line[:, None] - shadow, axis=2).min(axis=1)
+    assert away.min() < 1.0 and away.max() < 17.0
+    along = {}
     for time in np.linspace(born.moment + 0.3, died.moment - 0.3, 8):
         images = tracks.images_at(float(time))
         shown = images.crossings == 1
-        right, up = azimuthal_equidistant(images.sky[shown], axes).T
         # Of index 1 are #1 at the prograde edge on the left, and #3 on the right.
-        for index, angle, left in zip(images.index[shown], np.arctan2(up, right), right < 0, strict=True):
-            name = "2" if index == 2 else "1" if left else "3"
-            turned.setdefault(name, []).append(angle)
-    senses = {name: np.sign(np.diff(angles)) for name, angles in turned.items()}
-    assert sorted(senses) == ["1", "2", "3"] and all(len(sense) == 7 for sense in senses.values())
-    assert (senses["2"] == 1).all() and (senses["1"] == -1).all() and (senses["3"] == -1).all()
+        for index, place in zip(images.index[shown], azimuthal_equidistant(images.sky[shown], axes), strict=True):
+            name = "2" if index == 2 else "1" if place[0] < 0 else "3"
+            along.setdefault(name, []).append(np.linalg.norm(line - place, axis=1).argmin() / len(line))
+    senses = {name: np.sign(np.diff(np.unwrap(parts, period=1.0))) for name, parts in along.items()}
+    assert {name: set(sense) for name, sense in senses.items()} == {"1": {-1.0}, "2": {1.0}, "3": {-1.0}}
