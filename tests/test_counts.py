@@ -147,13 +147,14 @@ def test_most_circles_are_seen_once_straight_above_the_shadow_and_below_it(name)
     """Percent of random circles, by the signs of their heights along the line; docs/open_questions.md has them."""
     camera = kc.Camera(0.999, 2.6)
     caustics = kc.caustics(camera, orders=3)
-    line = lines_of_counts(caustics)[name]
-    beams = trace_beams(camera, places_on_line(kc.circle_images(camera, (0.5, 0.0), 2), line, 1000))
+    line = places_on_line(kc.circle_images(camera, (0.5, 0.0), 2), lines_of_counts(caustics)[name], 100_001)
+    # Closer together toward the shadow.
+    beams = trace_beams(camera, line[np.unique(np.geomspace(1, len(line), 800).astype(int)) - 1])
     normals = np.random.default_rng(4).normal(size=(20_000, 3))
-    for index, shares in ((1, [23, 65, 12]), (2, [11, 75, 14])):
+    for index, shares in ((1, [23, 64, 13]), (2, [11, 75, 14])):
         above = normals @ beams.direction[beams.index == index].T > 0
         crossings = (above[:, 1:] != above[:, :-1]).sum(axis=1)
-        assert [100 * np.mean(crossings == count) for count in range(3)] == pytest.approx(shares, abs=1.5)
+        assert [100 * np.mean(crossings == count) for count in range(3)] == pytest.approx(shares, abs=1.0)
 
 
 @pytest.mark.slow
