@@ -43,6 +43,7 @@ CLIPS = {
     "descent": Clip(96, 960, 30),
     "mapping": Clip(96, 960, 30),
     "star_field": Clip(60, 640, 34),
+    "galactic_plane": Clip(120, 960, 32),
 }
 
 

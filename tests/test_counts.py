@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +13,15 @@ from scipy.spatial import cKDTree
 
 import kerrcaustics as kc
 from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.draw import style
+from kerrcaustics.draw.circles import CircleOrbit, circle_figure, counts_in_words, lines_of_counts
 from kerrcaustics.draw.count_map import count_map_axes
+from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_places, view_axes
 from kerrcaustics.draw.sky_axes import wrapped
+from kerrcaustics.scenes.catalogue import galactic_axes
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.lines import places_on_line
 
 CAMERA = kc.Camera(0.9, 6.0)
 NORMAL = (math.radians(60), math.radians(-30))
@@ -115,6 +121,62 @@ def test_curves_are_the_contours_of_a_grid(camera, normal, grid):
         # Every contour runs along a curve, and every curve along a contour, but for the grid's and the curves' steps.
         assert farthest(np.concatenate(lines), curves) < apart
         assert farthest(np.concatenate(curves), lines) < apart
+
+
+@pytest.mark.parametrize("on_axes", [0, 1])
+def test_figure_shows_the_curves_and_what_a_line_crosses(circle, on_axes):
+    """Each point of a curve and each crossing is drawn where the camera sees it, in the colour of its index."""
+    crossings = kc.crossings_of_line(circle, 0.4)
+    figure = circle_figure(circle, kc.caustics(CAMERA, 3), {0.4: crossings})
+    view, edge = view_axes(CAMERA, kc.shadow_edge(CAMERA, 2000)), kc.shadow_edge(CAMERA, 2000)
+    place = (lambda sky: azimuthal_equidistant(sky, view), lambda sky: unrolled_places(sky, view, edge))[on_axes]
+    for index in range(3):
+        lines = [line for line in figure.axes[on_axes].lines if line.get_color() == style.index_colour(index)]
+        drawn, dots = (line.get_xydata() for line in lines)
+        for curve in circle.curves:
+            if curve.index == index:
+                assert max(np.nanmin(np.abs(drawn - point).sum(axis=1)) for point in place(curve.sky)) < 1e-9
+        np.testing.assert_allclose(dots, place(crossings.sky[crossings.index == index]), rtol=0, atol=1e-9)
+    assert figure.get_suptitle().endswith(counts_in_words("the line at 22.9183 deg", crossings))
+    assert "NOT certified" not in figure.get_suptitle()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["above", "below"])
+def test_most_circles_are_seen_once_straight_above_the_shadow_and_below_it(name):
+    """Percent of random circles, by the signs of their heights along the line; docs/open_questions.md has them."""
+    camera = kc.Camera(0.999, 2.6)
+    caustics = kc.caustics(camera, orders=3)
+    line = places_on_line(kc.circle_images(camera, (0.5, 0.0), 2), lines_of_counts(caustics)[name], 100_001)
+    # Closer together toward the shadow.
+    beams = trace_beams(camera, line[np.unique(np.geomspace(1, len(line), 800).astype(int)) - 1])
+    normals = np.random.default_rng(4).normal(size=(20_000, 3))
+    for index, shares in ((1, [23, 64, 13]), (2, [11, 75, 14])):
+        above = normals @ beams.direction[beams.index == index].T > 0
+        crossings = (above[:, 1:] != above[:, :-1]).sum(axis=1)
+        assert [100 * np.mean(crossings == count) for count in range(3)] == pytest.approx(shares, abs=1.0)
+
+
+@pytest.mark.slow
+def test_frames_of_an_orbit_count_the_images_of_the_circle_that_turns():
+    """A quarter of an orbit later the circle has turned back by as much; what is not certified is said."""
+    camera, normal = kc.Camera(0.999, 2.6), (math.radians(25), math.radians(-150))
+    sky = kc.skies.StarField()
+    np.testing.assert_allclose(sky.orientation @ galactic_axes()[2], from_angles(*normal), atol=1e-12)
+    orbit = CircleOrbit(camera, normal, 2, 4)
+    captions = []
+    for number in (0, 1):
+        orbit.frame(number)
+        captions.append(next(text.get_text() for text in orbit.figure.texts if "dashed" in text.get_text()))
+        turned = kc.circle_images(camera, (normal[0], normal[1] - number * math.pi / 2), max_index=2)
+        left = kc.crossings_of_line(turned, 0.0)
+        assert counts_in_words("left edge", left) in captions[-1]
+        assert turned.certified and left.certified and ", certified:" in captions[-1]
+    assert "left edge: 1 of index 0, 4 of index 1, 11 of index 2" in captions[0]
+    assert "above: 1 of index 1, 1 of index 2\nbelow: 0 of index 1, 1 of index 2" in captions[0]
+    assert captions[0] != captions[1]
+    doubtful = replace(turned, certified=False, remarks=("two curves are one",))
+    assert "NOT certified (two curves are one)" in orbit.caption(0.0, doubtful, {"left edge": left})
 
 
 @pytest.mark.slow
@@ -279,10 +341,11 @@ def test_counts_map_with_its_figure(capsys, tmp_path):
     assert np.array(entry["counts"]).shape == (12, 24, 2) and len(entry["phi_deg"]) == 24
 
 
-def test_counts_of_a_circle(capsys):
-    options = ("--circle", 60, -30, "--line", 90, "--json", "-", "--points")
-    status, out, err = run(capsys, "counts", *PLACE, *options)
+def test_counts_of_a_circle_with_its_figure(capsys, tmp_path):
+    options, picture = ("--circle", 60, -30, "--line", 90, "--json", "-", "--points"), tmp_path / "circle.png"
+    status, out, err = run(capsys, "counts", *PLACE, *options, "--figure", picture)
     entry = json.loads(out)
+    assert picture.read_bytes()[:4] == b"\x89PNG" and str(picture) in err
     assert status == 0 and entry["certified"] and "the line at 90 deg crosses" in err
     assert entry["line"]["per_index"] == entry["line"]["expected"]
     assert len(entry["curves"][0]["sky"]) == len(entry["curves"][0]["longitude_deg"]) > 10
@@ -301,7 +364,7 @@ BAD = [
     (("counts", *PLACE, "--stars", "nowhere.csv"), "--stars must name a file that can be read"),
     (("counts", *PLACE, "--map", "--rows", "0"), "--rows must be a whole number from 1 to 4096"),
     (("counts", *PLACE, "--map", "--line", "0"), "--line must come with --circle."),
-    (("counts", *PLACE, "--star", "9", "9", "--figure", "x.png"), "--figure must come with --map."),
+    (("counts", *PLACE, "--star", "9", "9", "--figure", "x.png"), "--figure must come with --map or --circle."),
     (("counts", *PLACE, "--circle", "9", "9", "--points"), "--points must come with --json."),
     (("counts", *PLACE, "--circle", "9", "9", "--line", "nan"), "--line must be a finite number of degrees"),
 ]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
+from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_places, view_axes
+from kerrcaustics.draw.tracks import stretches
 
 NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
 # The star of figures 5 and 6, 18 degrees above the plane (following JTFT, whose polar angle of 0.608 pi grows upward),
@@ -90,6 +91,49 @@ def test_life_of_the_star_of_figures_5_and_6():
         images = tracks.images_at(time)
         numbers[name] = sorted(images.index[images.crossings == 1].tolist())
     assert numbers == {"before": [1], "between": [1, 1, 2], "after": [1]}
+
+
+# Index: trips; distance from the shadow edge at first and last, degrees; latitude at first, least and last.
+SINKING = {1: (1.16, (38.4, 6.91), (25.3, 4.46, 13.1)), 2: (4.38, (5.30, 0.795), (22.4, 2.90, 6.80))}
+
+
+@pytest.mark.slow
+def test_images_at_the_flat_edge_sink_with_each_prograde_trip():
+    """Toward the shadow, on either side of the plane; their latitude grows toward a critical curve, falls behind it."""
+    edge = kc.shadow_edge(NEAR, 2000)
+    axes = view_axes(NEAR, edge)
+    tracks = kc.star_tracks(NEAR, math.radians(85), max_index=2)
+    assert tracks.certified
+    for index, (trips, ends, latitudes) in SINKING.items():
+        track = tracks.tracks[index]
+        which = next(which for k, which in stretches(track) if k == index)
+        azimuth = np.unwrap(track.azimuth[which])
+        # In the order of time: the azimuth falls, by a turn for each further prograde trip of the light.
+        order = np.argsort(-azimuth)
+        which, azimuth = which[order], azimuth[order]
+        angle, away = unrolled_places(track.sky[which], axes, edge).T
+        first = np.where(np.abs(angle - 180) < 90, away, 0).argmax()
+        sky, away = track.sky[which[first:]], away[first:]
+        latitude = np.degrees(np.arcsin(sky[:, 2]))
+        assert (np.sign(latitude) == (-1) ** index).all()
+        assert (np.diff(away) < 0).all()
+        assert np.ptp(azimuth[first:]) / (2 * math.pi) == pytest.approx(trips, abs=0.01)
+        lowest = np.abs(latitude).argmin()
+        assert (np.diff(np.abs(latitude[: lowest + 1])) < 0).all() and (np.diff(np.abs(latitude[lowest:])) > 0).all()
+        assert away[[0, -1]] == pytest.approx(ends, rel=0.01)
+        assert np.abs(latitude[[0, lowest, -1]]) == pytest.approx(latitudes, rel=0.03)
+
+
+@pytest.mark.slow
+def test_at_one_moment_each_image_at_the_flat_edge_has_made_one_trip_more_than_the_one_above_it():
+    """The same by a search for the images of one star: five of them, of index 1 and 2, ever nearer to the shadow."""
+    images = kc.star_images(NEAR, (math.radians(85), math.pi), max_index=2)
+    edge = kc.shadow_edge(NEAR, 2000)
+    angle, away = unrolled_places(images.sky, view_axes(NEAR, edge), edge).T
+    beside = np.flatnonzero((np.abs(angle - 180) < 30) & (images.index > 0))
+    beside = beside[np.argsort(-away[beside])]
+    assert images.certified and images.index[beside].tolist() == [1, 2, 2, 2, 2]
+    np.testing.assert_allclose(np.diff(images.azimuth[beside]), -2 * math.pi, rtol=0, atol=1e-9)
 
 
 def counter_clockwise(line):

@@ -95,12 +95,14 @@ def counts(
         With --circle: count the crossings with the line straight away from the shadow edge at this parameter, degrees:
         0 at the prograde edge, 180 at the retrograde one.
     figure
-        With --map: draw the map with the caustics into this file: .png, .pdf or .svg.
+        With --map: draw the map with the caustics into this file: .png, .pdf or .svg. With --circle: its images, the
+        crossings with --line, and the circle among the caustics.
     points
         With --circle: put the points of the curves into the JSON too.
     """
     kind = _one_kind({"--star": star, "--stars": stars, "--map": map_ or None, "--circle": circle})
-    _only_with(kind, "--map", {"--figure": figure, "--rows": None if rows == _ROWS else rows})
+    _only_with(kind, "--map", {"--rows": None if rows == _ROWS else rows})
+    _only_with(kind, "--map or --circle", {"--figure": figure})
     _only_with(kind, "--circle", {"--line": line, "--points": points or None})
     if line is not None and not math.isfinite(line):
         raise BadInput(f"Argument --line must be a finite number of degrees, but is {line:g}.")
@@ -114,7 +116,7 @@ def counts(
     began = time.perf_counter()
     with plain_errors({"stars": kind[2:]}), progress() as report:
         if circle:
-            entry, certified, print_on = _circle(seen_from, places[0], max_index, end, line, points)
+            entry, certified, print_on = _circle(seen_from, places[0], max_index, end, line, points, figure)
         elif map_:
             entry, certified, print_on = _map(seen_from, max_index, rows, end, figure, report)
         else:
@@ -164,16 +166,17 @@ def _circle(
     end: "Wherever",
     degrees: float | None,
     points: bool,
+    figure: Path | None,
 ) -> Counted:
     from kerrcaustics.results.records import in_degrees, record
     from kerrcaustics.tracks.circles import circle_images
     from kerrcaustics.tracks.lines import crossings_of_line
 
     circle = circle_images(camera, normal, max_index, end=end)
-    entry, lines = record(circle, points=points), []
+    entry, lines, crossed = record(circle, points=points), [], {}
     if degrees is not None:
         turn = math.radians(degrees)
-        crossings = crossings_of_line(circle, turn)
+        crossed[turn] = crossings = crossings_of_line(circle, turn)
         inner = record(crossings)
         del inner["schema"]
         entry["certified"] &= crossings.certified
@@ -181,6 +184,11 @@ def _circle(
         entry["line"] = {"turn_deg": in_degrees(turn), **inner}
         total = f"{index_counts(crossings.per_index)}: {verdict(crossings.certified)}"
         lines.append(f"the line at {degrees:zg} deg crosses images of the circle: {total}")
+    if figure is not None:
+        from kerrcaustics.curves.caustic_search import caustics
+        from kerrcaustics.draw.circles import circle_figure
+
+        write_figure(circle_figure(circle, caustics(camera, max_index + 1, end=end), crossed), figure)
     lines = [*entry["remarks"], *lines, f"curves {verdict(circle.certified)}"]
     return entry, entry["certified"], partial(_print_circle, circle, lines)
 
@@ -196,7 +204,7 @@ def _one_kind(given: dict[str, Any]) -> str:
 
 def _only_with(kind: str, needed: str, given: dict[str, Any]) -> None:
     for name, value in given.items():
-        if value is not None and kind != needed:
+        if value is not None and kind not in needed.split(" or "):
             raise BadInput(f"Argument {name} must come with {needed}.")
 
 

@@ -1,7 +1,7 @@
 """Frames of films that are drawn as figures; `kerrcaustics.films` joins them.
 
-The pictures themselves: caustics in `caustic_films`, a star over an orbit in `orbit_films`, a spot in
-`light_curves`.
+The pictures themselves: caustics in `caustic_films`, a star over an orbit in `orbit_films`, a great circle in
+`circles`, a spot in `light_curves`.
 """
 
 from collections.abc import Sequence

@@ -25,6 +25,8 @@ _ROUND_OFF = 5e-14
 TURNS = (-360, 0, 360)
 """Degrees by which a line is moved to be seen throughout: the unrolled camera sky shows a little more than a turn."""
 
+# Degrees on a picture of the camera sky; a longer step runs round the back of it.
+_LONGEST = 90.0
 # Points of the shadow edge, for its middle to a ten-thousandth of a degree.
 _EDGE_POINTS = 720
 # Curves of so many points are smoothed: fewer are drawn as they are, more need it not.
@@ -81,6 +83,12 @@ def azimuthal_equidistant(
 def about_shadow(camera: Viewer, sky: Float[Array, "*batch k"]) -> Float[Array, "*batch 2"]:
     """Degrees to the right of the shadow's middle and above it of directions; places (alpha, beta) as they are."""
     return azimuthal_equidistant(sky, view_axes(camera, shadow_edge(camera, _EDGE_POINTS)))
+
+
+def broken(line: Float[Array, "n 2"]) -> Float[Array, "m 2"]:
+    """A line on a picture of the camera sky, degrees, with gaps where it runs round the back of it."""
+    far = np.flatnonzero(np.hypot(*np.diff(line, axis=0).T) > _LONGEST) + 1
+    return np.insert(line, far, np.nan, axis=0)
 
 
 def position_angle(directions: Float[Array, "*batch axes"], axes: Float[Array, "..."]) -> Float[Array, "*batch"]:

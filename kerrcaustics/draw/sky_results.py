@@ -18,7 +18,7 @@ from kerrcaustics.curves.caustic_search import caustics as caustics_of
 from kerrcaustics.draw import style
 from kerrcaustics.draw.count_map import count_map_axes
 from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
-from kerrcaustics.draw.projection import about_shadow, azimuthal_equidistant, whole_line
+from kerrcaustics.draw.projection import about_shadow, azimuthal_equidistant, broken, whole_line
 from kerrcaustics.draw.sky_axes import (
     caustics_on_sphere,
     celestial_sphere_axes,
@@ -200,13 +200,20 @@ def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
 
 def circle_curve(ax: Axes, curve: CircleCurve) -> Axes:
     """On the camera sky."""
-    line = style.index_line(curve.index)
-    return _on_sky(ax, curve.camera, whole_line(curve.sky, curve.closed), label=f"index {curve.index}", **line)
+    line, unit = about_shadow(curve.camera, whole_line(curve.sky, curve.closed)), curve.camera.sky_unit
+    ax.plot(*(broken(line) if unit == "rad" else line).T, label=f"index {curve.index}", **style.index_line(curve.index))
+    return name_sky_axes(ax, unit)
 
 
-def circle_curves(ax: Axes, circle: CircleImages) -> Axes:
-    """The images of the great circle round the shadow, one colour an index."""
-    shadow(ax, circle.camera)
+def circle_curves(ax: Axes, circle: CircleImages, *, caustics: CausticSet | None = None) -> Axes:
+    """The images of the great circle, one colour an index, with shadow and critical curves.
+
+    caustics: of the same camera and surface, where they are known.
+    """
+    if not ax.has_data():
+        shadow(ax, circle.camera)
+        curves = caustics or caustics_of(circle.camera, circle.max_index + 1, end=circle.surface)
+        _critical_curves(ax, curves)
     for curve in circle.curves:
         circle_curve(ax, curve)
     return _legend(ax)

@@ -191,6 +191,13 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     )
 
 
+@usual_warnings
+def places_on_line(images: CircleImages, line: float | ArrayLike, points: int = 200) -> Float[Array, "points axes"]:
+    """Places on the viewer's sky along a line of `crossings_of_line`, from its start; parameters as there."""
+    sheets = checked_sheets(images.camera, max(images.per_index), images.surface)
+    return search_sky(images.camera).shown(_SkyLine(sheets, images, line).sky(np.linspace(0, 1, points)))
+
+
 def _along_curves(images: CircleImages, path: _SkyLine) -> dict[int, int]:
     """Crossings of each index, counted along the curves of the circle."""
     total, sky = dict.fromkeys(images.per_index, 0), search_sky(images.camera)
