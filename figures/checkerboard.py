@@ -11,8 +11,9 @@ move. Remakes JTFT figure 10.
 The paper's: hole, camera, swatches with hue by φ′ and gaps, dashed tracks, names of the curves. Ours: how many
 swatches, their colours, and the projections: longitude and latitude for the whole sky in (b); degrees of (c) count from
 the middle of (b), the middle of the shadow. On a critical curve a small beam is flattened to a line on the celestial
-sphere: there the swatches are stretched along one direction, and across the curve the picture is mirrored. Next to the
-shadow the whole sphere is seen again and again, between each curve and the next.
+sphere: there the swatches are stretched along one direction, for the primary curve along the curve itself (within 0.6
+degrees), and across the curve the picture is mirrored. Next to the shadow the whole sphere is seen again and again,
+between each curve and the next.
 """
 
 import math

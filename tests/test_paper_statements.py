@@ -63,6 +63,42 @@ def test_velocities_of_the_cameras_of_figure_12():
     assert (static - circular) / (1 - static * circular) == pytest.approx(-0.813, abs=5e-4)
 
 
+@pytest.mark.parametrize(
+    ("velocity", "latitude", "depth"), [("fiducial", 27.0, 2.8), ("static", 22.0, 4.7), ("circular", None, None)]
+)
+def test_notch_in_the_flat_edge(velocity, latitude, depth):
+    """Up to this latitude (degrees) the edge bends toward the shadow; for the circular camera nowhere on the left."""
+    edge = kc.shadow_edge(kc.Camera(0.999, 2.6, velocity=velocity), 20_000)
+    ahead, behind = np.roll(edge, -1, axis=0), np.roll(edge, 1, axis=0)
+    # Positive where three points in a row turn the way in which the curve runs round the shadow.
+    bend = (np.cross(behind, edge) * ahead).sum(axis=1)[: len(edge) // 8]
+    if latitude is None:
+        assert (bend > 0).all()
+        return
+    last = int(np.argmax(bend > 0))
+    assert (bend[:last] < 0).all() and (bend[last : 2 * last] > 0).all()
+    assert math.degrees(math.asin(edge[last, 2])) == pytest.approx(latitude, abs=0.1)
+    # Of the great circle through both ends, a meridian: from it to the prograde end in the plane.
+    meridian = [math.degrees(math.atan2(x, y)) for x, y in edge[[0, last], :2]]
+    assert meridian[0] - meridian[1] == pytest.approx(depth, abs=0.1)
+
+
+@pytest.mark.slow
+def test_images_are_stretched_along_the_primary_curve():
+    """To within 0.6 degrees of its tangent; across it 2.1 times as thin on the left, 15.7 times on the right."""
+    sky = kc.caustics(NEAR, orders=1)[0].sky
+    tangent = np.roll(sky, -1, axis=0) - np.roll(sky, 1, axis=0)
+    along = np.stack([(tangent * axis).sum(axis=1) for axis in kc.tangent_basis(sky)], axis=1)
+    _, diameters, axes = np.linalg.svd(kc.trace_beams(NEAR, sky).jacobian)
+    assert (diameters[:, 1] < 1e-9 * diameters[:, 0]).all()
+    # A small star is drawn out in the direction that the map flattens.
+    part = np.abs((along * axes[:, 1]).sum(axis=1)) / np.linalg.norm(along, axis=1)
+    assert np.degrees(np.arccos(part.clip(max=1))).max() < 0.6
+    across = azimuthal_equidistant(sky, view_axes(NEAR, kc.shadow_edge(NEAR, 2000)))[:, 0]
+    thin = diameters[[across.argmin(), across.argmax()], 0]
+    np.testing.assert_allclose(thin, [2.09, 15.71], rtol=2e-3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("theta", "outside", "inside"), [(10, 1, -1), (170, -1, 1)])
 def test_senses_in_which_images_circle_the_poles(theta, outside, inside):
