@@ -84,6 +84,21 @@ def test_notch_in_the_flat_edge(velocity, latitude, depth):
 
 
 @pytest.mark.slow
+def test_a_ray_outside_the_flat_edge_winds_and_leaves():
+    """That of figure 11: 23 turns, 18 of them close to the orbit of constant r; on these it turns back in latitude."""
+    edge = kc.shadow_edge(NEAR, 2000)
+    outward = np.cross(edge[21] - edge[19], edge[20])
+    ray = kc.ray_paths(NEAR, edge[20] + 1e-4 * outward / np.linalg.norm(outward), n=4000)
+    # Against the light, which goes forward.
+    assert (np.diff(ray.azimuth) < 0).all() and ray.status == kc.Status.ESCAPED
+    turns = -ray.azimuth / (2 * math.pi)
+    assert turns[-1] == pytest.approx(23.0, abs=0.01)
+    close = np.flatnonzero(np.abs(ray.radius / 1.0584 - 1) < 0.05)
+    assert (np.diff(close) == 1).all() and np.ptp(turns[close]) == pytest.approx(18.1, abs=0.05)
+    assert np.count_nonzero(np.diff(np.sign(np.diff(ray.theta[close])))) == 3
+
+
+@pytest.mark.slow
 def test_images_are_stretched_along_the_primary_curve():
     """To within 0.6 degrees of its tangent; across it 2.1 times as thin on the left, 15.7 times on the right."""
     sky = kc.caustics(NEAR, orders=1)[0].sky
@@ -121,11 +136,16 @@ def test_life_of_the_star_of_figures_5_and_6():
     assert tracks.certified and [event.kind for event in tracks.events] == ["creation", "annihilation"]
     born, died = tracks.events
     assert born.order == died.order == 2
-    numbers = {}
+    axes = view_axes(FAR, kc.shadow_edge(FAR, 2000))
+    numbers, places = {}, {}
     for name, time in (("before", born.moment - 1), ("between", born.moment + 1), ("after", died.moment + 1)):
         images = tracks.images_at(time)
-        numbers[name] = sorted(images.index[images.crossings == 1].tolist())
+        shown = images.crossings == 1
+        numbers[name] = sorted(images.index[shown].tolist())
+        places[name] = azimuthal_equidistant(images.sky[shown], axes)[:, 0]
     assert numbers == {"before": [1], "between": [1, 1, 2], "after": [1]}
+    # The pair that dies is on the left: the third image, on the right, is left over.
+    assert places["before"][0] < 0 and azimuthal_equidistant(died.sky[None], axes)[0, 0] < 0 < places["after"][0]
 
 
 def counter_clockwise(line):
