@@ -3,14 +3,18 @@ The caustic line without spin
 =============================
 
 Rays in the plane of a hole without spin, of the camera at r = 6.03 (square) and of a star, on the Schwarzschild
-coordinates r, φ; and in space. The primary caustic is the line behind the hole, from the horizon outward: at each
-place of it rays of a whole cone meet, and a star there is seen as a ring. A star beside it is seen twice: its primary
-ray passes the hole on one side, its secondary ray on the other. In the plane sources are infinitely far away, and the
-dashed rays that meet on the line are parallel; in space they are at r = 12. Remakes JTFT figure 3.
+coordinates r, φ; what the camera sees of them; and both in space. The primary caustic is the line behind the hole, from
+the horizon outward: at each place of it rays of a whole cone meet, and a star there is seen as the Einstein ring. A
+star beside it is seen twice: its primary ray passes the hole on one side, and is seen outside the ring, its secondary
+ray on the other side, and is seen inside. In the plane sources are infinitely far away, and the dashed rays that meet
+on the line are parallel; in space the celestial sphere is drawn at r = 12, where the sources are. Remakes JTFT figure
+3.
 
-The paper's: the caustic line, the cone of rays to it, a star with its primary and its secondary ray, in space. Ours:
-the camera's radius, at which place the star is; in the plane the secondary caustic, too, the line behind the camera,
-whose rays turn through 360 degrees. The cones have the impact parameters 6.4936 and 5.2540, the shadow 5.1962.
+The paper's: the caustic line, the cone of rays to it, the ring on the camera's local sky, a star with its primary and
+its secondary ray, the celestial sphere, in space. Ours: the camera's radius, at which place the star is; in the plane
+the secondary caustic, too, the line behind the camera, whose rays turn through 360 degrees. The cones have the impact
+parameters 6.4936 and 5.2540, the shadow 5.1962. In space the local sky is a small sphere of the camera at rest, which
+in these coordinates is flatter along r: rays leave the camera where it shows their images.
 
 Writes pictures (PNG, PDF), a model (glTF) and a page to turn with the mouse (HTML).
 """
@@ -30,6 +34,8 @@ from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.palettes import STAR_COLOUR
 from kerrcaustics.draw.picture_files import write_line_art
+from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes, whole_line
+from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line
 from kerrcaustics.draw.solids import CAMERA_COLOUR, HORIZON_COLOUR, Model, SpaceCurve, Surface
 from kerrcaustics.draw.space import write_model
 from kerrcaustics.draw.titles import headline
@@ -39,13 +45,14 @@ from kerrcaustics.spacetime.sphere import from_angles
 CAMERA = kc.Camera(spin=0.0, radius=6.03, velocity="fiducial")
 # The star of the rays, degrees from the camera round the hole; where rays leave the picture; rays of the cone.
 STAR, FAR, CONE = 150.0, 13.5, 24
-# In space: radius of the sources, and angle between the plane of the star's rays and the horizontal, radians.
-SOURCES, TURN = 12.0, 0.5
-VIOLET, PALE = "#8a2be2", "#b9a3d6"
+# In space: radius of the sources, radius of the local sky, and angle between the plane of the star's rays and the
+# horizontal, radians.
+SOURCES, LOCAL, TURN = 12.0, 1.4, 0.5
+VIOLET, PALE, SKY_COLOUR, GRID_COLOUR = "#8a2be2", "#b9a3d6", "#a9cbe8", "#d8d8d8"
 LABELS = {
     "camera": (6.5, -1.6),
     "primary\ncaustic": (-12.5, 0.6),
-    "secondary\ncaustic": (9.4, 0.6),
+    "secondary\ncaustic": (8.0, 0.6),
     "to the star": (-5.6, 12.3),
 }
 
@@ -53,8 +60,10 @@ LABELS = {
 def main(output: Path) -> list[Path]:
     caustics = kc.caustics(CAMERA, orders=2)
     with rc_context(style.RC):
-        figure = Figure(figsize=(5.0, 5.2), layout="constrained")
-        draw_rays(figure.add_subplot(), caustics).set_title("rays of a star (solid) and of the rings (dashed)")
+        figure = Figure(figsize=(style.PAGE_WIDTH, 4.3), layout="constrained")
+        plane, sky = figure.subplots(1, 2)
+        draw_rays(plane, caustics).set_title("rays of a star (solid) and of the rings (dashed)")
+        draw_local_sky(sky, caustics).set_title("the camera's local sky")
         figure.suptitle(headline(caustics))
     return [*write_line_art(figure, output, "caustic_line"), *write_model(in_space(), output, "space_caustic_line")]
 
@@ -67,7 +76,7 @@ def draw_rays(ax: Axes, caustics: CausticSet) -> Axes:
         ax.plot([math.copysign(2, far), far], [0, 0], color=colour, linewidth=4, alpha=0.25)
         for side in (-1, 1):
             ax.plot(*ray(caustic.sky[0], side), color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
-    images = kc.star_images(CAMERA, (math.pi / 2, math.radians(STAR)), max_index=1)
+    images = star_seen()
     names = "primary ray", "secondary ray"
     for line_of_sight, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
         path, colour = ray(line_of_sight, math.copysign(1, azimuth)), style.index_colour(index)
@@ -75,30 +84,77 @@ def draw_rays(ax: Axes, caustics: CausticSet) -> Axes:
     ax.plot(CAMERA.radius, 0, "ks", markersize=4)
     for text, place in LABELS.items():
         ax.annotate(text, place, fontsize=style.SMALLEST_TEXT)
-    ax.legend(loc="lower left")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2)
     ax.set(xlim=(-FAR, FAR), ylim=(-FAR, FAR), aspect="equal", xlabel="r cos φ (M)", ylabel="r sin φ (M)")
     return ax
 
 
+def draw_local_sky(ax: Axes, caustics: CausticSet) -> Axes:
+    """The shadow, the rings and the two images of the star, as the camera sees them."""
+    edge = kc.shadow_edge(CAMERA, 400)
+    axes = view_axes(CAMERA, edge)
+    ax.fill(*azimuthal_equidistant(edge, axes).T, **style.SHADOW)
+    names = "Einstein ring (primary)", "secondary ring"
+    for caustic, name in zip(caustics, names, strict=True):
+        line = {**style.order_line(caustic.order), "linestyle": (0, (4, 2))}
+        ax.plot(*critical_line(caustic, axes).T, label=name, **line)
+    images = star_seen()
+    for index, name in enumerate(("primary image", "secondary image")):
+        place = azimuthal_equidistant(images.sky[images.index == index], axes)
+        ax.plot(*place.T, "o", color=style.index_colour(index), markeredgecolor="black", label=name)
+    ax.set(xlim=(-90, 90), ylim=(-90, 90), aspect="equal")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2)
+    return camera_sky_axes(ax, 30)
+
+
+def star_seen(end: float = math.inf) -> kc.StarImages:
+    """The primary and the secondary image of the star, on a sphere of sources."""
+    return kc.star_images(CAMERA, (math.pi / 2, math.radians(STAR)), max_index=1, end=end)
+
+
 def in_space() -> Model:
-    """Horizon, caustic line, the cone of rays to a place on it, and the two rays to a star beside it."""
-    theta, phi = np.meshgrid(np.linspace(0, math.pi, 48), np.linspace(0, 2 * math.pi, 96), indexing="ij")
-    cone = in_plane(*ray(kc.caustics(CAMERA, orders=1, end=SOURCES)[0].sky[0], 1, SOURCES))
-    lines = [SpaceCurve("caustic line", np.array([[-2.0, 0, 0], [-1.25 * SOURCES, 0, 0]]), VIOLET, 7.0)]
+    """Horizon, caustic line, the cone of rays to a place on it, the two rays to a star beside it, and both skies."""
+    ring = kc.caustics(CAMERA, orders=1, end=SOURCES)[0].sky
+    cone = in_plane(*ray(ring[0], 1, SOURCES))
+    lines = [SpaceCurve("caustic line", np.array([[-2.0, 0, 0], [-SOURCES, 0, 0]]), VIOLET, 7.0)]
     lines += [SpaceCurve("ray of the cone", turned(cone, 2 * math.pi * k / CONE), PALE, 1.5) for k in range(CONE)]
-    images = kc.star_images(CAMERA, (math.pi / 2, math.radians(STAR)), max_index=1, end=SOURCES)
+    lines += [SpaceCurve("celestial sphere", SOURCES * line, GRID_COLOUR, 1.0) for line in grid()]
+    lines.append(SpaceCurve("Einstein ring", local(whole_line(ring, True)), VIOLET, 5.0))
+    marks = [(np.array([CAMERA.radius, 0, 0]), CAMERA_COLOUR, 0.2), (cone[-1], VIOLET, 0.3)]
+    images = star_seen(SOURCES)
     for line_of_sight, azimuth, index in zip(images.sky, images.azimuth, images.index, strict=True):
         # Turned out of the plane, so that it is seen from above.
         path = turned(in_plane(*ray(line_of_sight, math.copysign(1, azimuth), SOURCES)), TURN)
         lines.append(SpaceCurve("ray of the star", path, style.index_colour(index), 5.0))
-    marks = {CAMERA_COLOUR: np.array([CAMERA.radius, 0, 0]), STAR_COLOUR: path[-1], VIOLET: cone[-1]}
-    lines += [SpaceCurve("mark", place + bar, colour, 6.0) for colour, place in marks.items() for bar in crosses(0.3)]
+        marks.append((turned(local(line_of_sight), TURN), style.index_colour(index), 0.2))
+    marks.append((path[-1], STAR_COLOUR, 0.3))
+    lines += [SpaceCurve("mark", place + bar, colour, 6.0) for place, colour, size in marks for bar in crosses(size)]
     key = (("primary caustic, a line", VIOLET), ("rays that meet at a place on it", PALE),
            ("primary ray to a star", style.index_colour(0)), ("secondary ray", style.index_colour(1)),
-           ("the star", STAR_COLOUR), ("camera", CAMERA_COLOUR), ("horizon", HORIZON_COLOUR))  # fmt: skip
-    title = f"Caustic line, spin 0, camera at r = {CAMERA.radius:g} M, sources at r = {SOURCES:g} M"
-    surfaces = (Surface("horizon", 2 * from_angles(theta, phi), HORIZON_COLOUR),)
-    return Model(title, surfaces, tuple(lines), key, (-72.0, 20.0), extent=10.5)
+           ("the star", STAR_COLOUR), ("camera", CAMERA_COLOUR), ("its local sky with the Einstein ring", "#5f8fb8"),
+           (f"celestial sphere, drawn at r = {SOURCES:g} M", "#9a9a9a"), ("horizon", HORIZON_COLOUR))  # fmt: skip
+    title = f"Caustic line, spin 0, camera at r = {CAMERA.radius:g} M"
+    around = sphere()
+    surfaces = Surface("horizon", 2 * around, HORIZON_COLOUR), Surface("local sky", local(around), SKY_COLOUR, 0.3)
+    return Model(title, surfaces, tuple(lines), key, (-72.0, 20.0), extent=11.8)
+
+
+def sphere() -> np.ndarray:
+    """Points (48, 96, 3) of the unit sphere."""
+    return from_angles(*np.meshgrid(np.linspace(0, math.pi, 48), np.linspace(0, 2 * math.pi, 96), indexing="ij"))
+
+
+def grid() -> list[np.ndarray]:
+    """Meridians and parallels of the unit sphere, every 30 degrees."""
+    half, whole = np.linspace(0, math.pi, 91), np.linspace(0, 2 * math.pi, 181)
+    meridians = [from_angles(half, np.full_like(half, phi)) for phi in np.radians(np.arange(0, 360, 30))]
+    return meridians + [from_angles(np.full_like(whole, theta), whole) for theta in np.radians(np.arange(30, 180, 30))]
+
+
+def local(sky: np.ndarray) -> np.ndarray:
+    """Places (..., 3) of directions on the local sky: lengths along r are shorter by sqrt(1 - 2/r) in coordinates."""
+    shape = np.array([math.sqrt(1 - 2 / CAMERA.radius), 1.0, 1.0])
+    return np.array([CAMERA.radius, 0.0, 0.0]) + LOCAL * shape * np.asarray(sky)
 
 
 def in_plane(right: np.ndarray, up: np.ndarray) -> np.ndarray:

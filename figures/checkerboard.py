@@ -2,16 +2,18 @@
 A checkerboard sky at r = 2.6
 =============================
 
-(a) A celestial sphere of paint swatches, whose hue runs with φ′ and whose brightness alternates. (b) What a camera on
-a circular orbit at r = 2.6 round a hole of spin 0.999 sees of it: its whole sky, with the primary and the secondary
-critical curve, 1cc and 2cc. (c) The flat left edge of the shadow, with the tertiary one, 3cc. Dashed lines run in the
-gaps between rows of swatches, at constant θ′: along them stars move. Remakes JTFT figure 10.
+(a) A celestial sphere of paint swatches, whose hue runs with φ′ and whose brightness alternates. (b) What a camera on a
+circular orbit at r = 2.6 round a hole of spin 0.999 sees of it: its whole sky, with the primary and the secondary
+critical curve, 1cc and 2cc. (c) Its left part blown up, from the primary curve to the flat edge of the shadow, with all
+three curves, 1cc, 2cc and 3cc. Dashed lines run in the gaps between rows of swatches, at constant θ′: along them stars
+move. Remakes JTFT figure 10.
 
 The paper's: hole, camera, swatches with hue by φ′ and gaps, dashed tracks, names of the curves. Ours: how many
-swatches, their colours, and the projections: longitude and latitude for the whole sky in (b); degrees of (c) count
-from the middle of (b), the middle of the shadow. On a critical curve a small beam is flattened to a line on the
-celestial sphere: there the swatches are stretched along one direction, and across the curve the picture is mirrored.
-Next to the shadow the whole sphere is seen again and again, between each curve and the next.
+swatches, their colours, and the projections: longitude and latitude for the whole sky in (b); degrees of (c) count from
+the middle of (b), the middle of the shadow. On a critical curve a small beam is flattened to a line on the celestial
+sphere: there the swatches are stretched along one direction, for the primary curve along the curve itself (within 0.6
+degrees), and across the curve the picture is mirrored. Next to the shadow the whole sphere is seen again and again,
+between each curve and the next.
 """
 
 import math
@@ -36,18 +38,18 @@ from kerrcaustics.tracks.tracks import StarTracks
 CAMERA = kc.Camera(spin=0.999, radius=2.6)
 SKY = kc.skies.Checkerboard(rows=15, columns=32, colours=HUES, along="longitude")
 DASHED = {"color": "black", "linewidth": 0.6, "linestyle": (0, (4, 2))}
-# Of (c).
-FIELD = math.radians(44)
+# Of (c): from left to right, and what of it lies to the left of the prograde end of the shadow edge, radians.
+FIELD, LEFT = math.radians(68), math.radians(60)
 
 
-def flat_edge(pixels: int) -> kc.pictures.View:
-    """The view that has the prograde end of the shadow edge two thirds to the right."""
-    middle = kc.pictures.View.toward_hole(CAMERA, pixels, pixels, FIELD)
+def flat_edge(width: int, height: int) -> kc.pictures.View:
+    """The view of the equatorial plane from the primary critical curve to the prograde end of the shadow edge."""
+    middle = kc.pictures.View.toward_hole(CAMERA, width, height, FIELD)
     left = kc.shadow_edge(CAMERA, 4)[0]
-    outward = np.cross(np.cross(left, middle.forward), left)
-    away = -FIELD / 5
-    forward = left * math.cos(away) + outward / np.linalg.norm(outward) * math.sin(away)
-    return kc.pictures.View(pixels, pixels, FIELD, forward=forward, up=middle.up)
+    inward = np.cross(np.cross(left, middle.forward), left)
+    away = LEFT - FIELD / 2
+    forward = left * math.cos(away) - inward / np.linalg.norm(inward) * math.sin(away)
+    return kc.pictures.View(width, height, FIELD, forward=forward, up=middle.up)
 
 
 def celestial_panel(ax: Axes) -> None:
@@ -87,14 +89,14 @@ def main(output: Path) -> list[Path]:
     middle = kc.pictures.View.toward_hole(CAMERA, 800, 800, 1.0)
     whole = kc.pictures.View(1440, 720, 2 * math.pi, "equirectangular", middle.forward, middle.up)
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 7.0), layout="constrained")
-        grid = figure.add_gridspec(2, 2, height_ratios=[1, 1.25])
-        celestial_panel(figure.add_subplot(grid[0, 0]))
-        wide = seen(figure.add_subplot(grid[1, :]), whole, caustics[:2], stars, None)
-        show_curve_names(wide, whole, caustics, {1: 110, 2: 172}).set_title("(b) camera sky, all of it")
-        close = flat_edge(700)
-        near = seen(figure.add_subplot(grid[0, 1]), close, caustics, stars, whole)
-        show_curve_names(near, close, caustics, {2: 75, 3: 60}).set_title("(c) left edge of the shadow")
+        figure = Figure(figsize=(style.PAGE_WIDTH, 10.2), layout="constrained")
+        celestial, wide, near = figure.subplots(3, 1, height_ratios=[0.8, 1.2, 1.2])
+        celestial_panel(celestial)
+        seen(wide, whole, caustics[:2], stars, None).set_title("(b) camera sky, all of it")
+        show_curve_names(wide, whole, caustics, {1: 110, 2: 172})
+        close = flat_edge(1400, 660)
+        seen(near, close, caustics, stars, whole).set_title("(c) left edge of the shadow")
+        show_curve_names(near, close, caustics, {1: 165, 2: 40, 3: 22})
         handles = [*near.get_legend_handles_labels()[0], Line2D([], [], label="tracks of stars", **DASHED)]
         figure.legend(handles=handles, loc="outside lower center", ncols=4)
         figure.suptitle(headline(caustics))

@@ -2,12 +2,13 @@
 A thin disk and its images
 ==========================
 
-A disk of gas at 4500 K, in wisps that let about half of the light through, round a hole of spin 0.999 before the
-stars; camera and disk are those of the swatches. Remakes JTFT figure 14. Light is not shifted: what differs is how
-deep the gas is, how often a ray meets it, and where. Over the front of the disk its bottom face shines through.
+A disk of gas at 4500 K round a hole of spin 0.999 before the stars; camera and disk are those of the swatches. The
+wisps of the gas are ours: they are random numbers, and let about half of the light through, where the paper's disk has
+a texture of its own that is not published. Remakes JTFT figure 14. Light is not shifted: what differs is how deep the
+gas is, how often a ray meets it, and where. Over the front of the disk its bottom face shines through.
 
 The paper's: the spin, rims and camera, one temperature (following JTFT), a thin disk that is barely opaque, stars
-behind it. Ours: the wisps, which are random, their depth of 0.8, and the stars of Hipparcos.
+behind it. Ours: the wisps, their depth of 0.8, and the stars of Hipparcos.
 """
 
 import math
@@ -21,12 +22,13 @@ VIEW = kc.pictures.View(1600, 900, math.radians(40))
 GAS = kc.disks.Wisps(4500, inner=9.26, outer=18.70, depth=0.8, contrast=1.1)
 # Light of the sky, in stars of magnitude 0 per steradian, that becomes as white as a black body of 6504 K by itself.
 WHITE = 4e4
+NOTE = "After JTFT figure 14. The wisps of the gas are random ones of kerrcaustics, not the paper's texture."
 
 
 def main(output: Path) -> list[Path]:
     disk = kc.disks.Disk(GAS.inner, GAS.outer, GAS, opacity=GAS.opacity, slant=False, brightness=WHITE)
     light = kc.render(CAMERA, VIEW, kc.skies.StarField(), disk=disk).light
-    save_picture(output / "disk_images.png", kc.pictures.tone_mapped(light, exposure=4.5 / WHITE))
+    save_picture(output / "disk_images.png", kc.pictures.tone_mapped(light, exposure=4.5 / WHITE), NOTE)
     return [output / "disk_images.png"]
 
 

@@ -41,8 +41,8 @@ STAR = 0.392 * math.pi
 # How long before and after an event, units of M.
 SOON = 1.0
 VIEW = 70.0
-# Offsets of the numbers, points of type.
-OFFSETS = {"#0": (0, 11), "#1": (-12, 0), "#2": (6, -12), "#3": (12, 2)}
+# From the dots to the middle of their numbers, points of type; and from where on dots push numbers away, degrees.
+BESIDE, CLOSE = 12.0, 15.0
 
 
 def main(output: Path) -> list[Path]:
@@ -79,7 +79,10 @@ def draw_tracks(ax: Axes, tracks: StarTracks, axes: np.ndarray) -> None:
 
 
 def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
-    """The images at one moment as dots with their numbers, which follow from index and side."""
+    """The images at one moment as dots with their numbers, which follow from index and side.
+
+    That of #2 stands by its dot within the shadow, the others by theirs outside.
+    """
     first = images.crossings <= 1
     places = azimuthal_equidistant(images.sky[first], axes)
     # Of those of index 1, #1 is on the left from one event to the other.
@@ -89,8 +92,18 @@ def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
     for place in places[seen]:
         ax.plot(*place, "o", markersize=5, color="black", zorder=4)
     shown = [name for name, here in zip(names, seen, strict=True) if here]
-    number_images(ax, places[seen], shown, np.array([OFFSETS[name] for name in shown]))
+    number_images(ax, places[seen], shown, BESIDE * sides_of_numbers(places[seen], shown))
     return ax
+
+
+def sides_of_numbers(places: np.ndarray, names: list[str]) -> np.ndarray:
+    """Unit vectors (n, 2) from dots at places (n, 2) to their numbers: away from the shadow, and from other dots."""
+    outward = places / np.linalg.norm(places, axis=1, keepdims=True)
+    gaps = places[:, None] - places
+    distance = np.linalg.norm(gaps, axis=2)[..., None] + np.eye(len(places))[..., None]
+    pushed = (gaps / distance * np.minimum(CLOSE / distance, 1)).sum(axis=1)
+    side = pushed + outward * np.where([name == "#2" for name in names], -1, 1)[:, None]
+    return side / np.linalg.norm(side, axis=1, keepdims=True)
 
 
 def draw_star(ax: Axes, tracks: StarTracks, time: float, caustics: CausticSet) -> Axes:

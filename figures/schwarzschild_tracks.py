@@ -2,21 +2,22 @@
 Star tracks without spin
 ========================
 
-A star field seen from a circular orbit round a hole without spin. Two stars are picked out, a bright one (white
-circles) and a dim one (blue diamonds), each seen twice, outside the Einstein ring (violet) and inside it, on opposite
-sides of the shadow: the dashed line of the same colour joins the two images of a star through the direction of the
-hole. The lines are the tracks of both stars over an orbit, with arrows in the sense in which images move. Remakes JTFT
-figure 2.
+The stars of the Hipparcos-2 catalogue seen from a circular orbit round a hole without spin. Two of them are picked out,
+a bright one (red circles; Capella, of magnitude 0.2) and a dim one (yellow diamonds; 24 Lyncis, of magnitude 5.0), each
+seen twice, outside the Einstein ring (violet) and inside it, on opposite sides of the shadow: the dashed line of the
+same colour joins the two images of a star through the direction of the hole. The lines are the tracks of both stars
+over an orbit, one colour a star, with arrows in the sense in which images move. Remakes JTFT figure 2.
 
-The paper's: no spin, the camera's radius of 30 (following JTFT), two stars with two images each in marks of this shape,
-the ring, tracks that close along the shadow. Ours: which stars these are, and the stars of the field, those of the
+The paper's: no spin, the camera's radius of 30 (following JTFT), two stars with two images each in marks of this shape
+and colour, the ring, tracks that close along the shadow. Ours: which stars these are, and that the field is of the
 Hipparcos-2 catalogue. The camera's speed of 0.19 c crowds the sky on the right, so that the joining lines, straight for
 a camera at rest, bend a little. Images outside the ring stream past the hole; those inside come out of one side of the
-shadow, swing round it in the opposite sense, and go down on the other side.
+shadow, swing round it in the opposite sense, and go down on the other side. The film of the same name shows one orbit.
 """
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -26,38 +27,57 @@ from matplotlib.lines import Line2D
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
+from kerrcaustics.draw.palettes import INDEX_ON_BLACK
 from kerrcaustics.draw.picture_files import write_line_art
 from kerrcaustics.draw.projection import azimuthal_equidistant
-from kerrcaustics.draw.star_maps import star_map_legend, tracks_on_stars
+from kerrcaustics.draw.star_maps import curve_handle, tracks_on_stars
 from kerrcaustics.draw.titles import headline
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_fido
 
 CAMERA = kc.Camera(spin=0.0, radius=30)
-# Name, marker, colour, theta' and phi' relative to the camera, degrees.
-STARS = (("bright star", "o", "#ffffff", 77, 165), ("dim star", "D", "#8fd3ff", 104, 168))
+SKY = kc.skies.StarField()
+# Name, number in the catalogue, which is sorted by brightness, marker and colour.
+STARS = (("bright star", 6, "o", INDEX_ON_BLACK[0]), ("dim star", 1439, "D", INDEX_ON_BLACK[1]))
 VIEW = 45.0
 
 
 def main(output: Path) -> list[Path]:
     caustics, edge = kc.caustics(CAMERA, orders=1), kc.shadow_edge(CAMERA, 2000)
-    tracks = [kc.star_tracks(CAMERA, math.radians(theta), max_index=1) for _, _, _, theta, _ in STARS]
+    stars = [star_angles(number) for _, number, _, _ in STARS]
+    tracks = [kc.star_tracks(CAMERA, theta, max_index=1) for theta, _ in stars]
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 6.9), layout="constrained")
         ax = figure.add_subplot()
-        axes = tracks_on_stars(ax, tracks, caustics, edge, kc.skies.StarField(), VIEW)
-        marks = [draw_star(ax, axes, *star) for star in STARS]
-        figure.legend(handles=[*star_map_legend(1), *marks], loc="outside lower center", ncols=3)
-        figure.suptitle(f"stars at θ′ = {' and '.join(str(star[3]) for star in STARS)} deg; {headline(caustics)}")
+        axes = tracks_on_stars(ax, tracks, caustics, edge, SKY, VIEW, colours=[colour for *_, colour in STARS])
+        marks = []
+        for (name, number, marker, colour), star in zip(STARS, stars, strict=True):
+            draw_star(ax, axes, star, marker, colour)
+            label = f"{name}, magnitude {SKY.catalogue.magnitude[number]:.1f}: images and tracks"
+            marks.append(Line2D([], [], label=label, color=colour, **mark(marker)))
+        handles = [*marks, curve_handle("Einstein ring")]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, labelspacing=0.9)
+        angles = " and ".join(f"{math.degrees(theta):.1f}" for theta, _ in stars)
+        figure.suptitle(f"stars at θ′ = {angles} deg; {headline(caustics)}")
     return write_line_art(figure, output, "schwarzschild_tracks")
 
 
-def draw_star(ax: Axes, axes: np.ndarray, name: str, marker: str, colour: str, theta: float, phi: float) -> Line2D:
-    """The two images of a star and the line that joins them; a handle for the legend."""
-    images = kc.star_images(CAMERA, (math.radians(theta), math.radians(phi)), max_index=1)
+def star_angles(number: int) -> tuple[float, float]:
+    """theta' and phi' of a star of the catalogue as it stands on the sky; phi' counts from the camera."""
+    x, y, z = SKY.orientation @ SKY.catalogue.direction[number]
+    return math.acos(z), math.atan2(y, x)
+
+
+def mark(marker: str) -> dict[str, Any]:
+    """An open mark, in which the image of the star is seen."""
+    return {"marker": marker, "markersize": 10, "markerfacecolor": "none", "markeredgewidth": 1.6}
+
+
+def draw_star(ax: Axes, axes: np.ndarray, star: tuple[float, float], marker: str, colour: str) -> None:
+    """The two images of a star and the line that joins them."""
+    images = kc.star_images(CAMERA, star, max_index=1)
     ax.plot(*azimuthal_equidistant(joined(images.sky), axes).T, color=colour, linewidth=1.0, linestyle=(0, (2, 2)))
-    look = {"marker": marker, "markersize": 8, "color": colour, "markeredgecolor": "black", "linestyle": "none"}
-    ax.plot(*azimuthal_equidistant(images.sky, axes).T, zorder=4, **look)
-    return Line2D([], [], label=f"{name}, two images", **look)
+    places = azimuthal_equidistant(images.sky, axes)
+    ax.plot(*places.T, color=colour, linestyle="none", zorder=4, **mark(marker))
 
 
 def joined(sky: np.ndarray) -> np.ndarray:

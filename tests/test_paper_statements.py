@@ -64,6 +64,57 @@ def test_velocities_of_the_cameras_of_figure_12():
     assert (static - circular) / (1 - static * circular) == pytest.approx(-0.813, abs=5e-4)
 
 
+@pytest.mark.parametrize(
+    ("velocity", "latitude", "depth"), [("fiducial", 27.0, 2.8), ("static", 22.0, 4.7), ("circular", None, None)]
+)
+def test_notch_in_the_flat_edge(velocity, latitude, depth):
+    """Up to this latitude (degrees) the edge bends toward the shadow; for the circular camera nowhere on the left."""
+    edge = kc.shadow_edge(kc.Camera(0.999, 2.6, velocity=velocity), 20_000)
+    ahead, behind = np.roll(edge, -1, axis=0), np.roll(edge, 1, axis=0)
+    # Positive where three points in a row turn the way in which the curve runs round the shadow.
+    bend = (np.cross(behind, edge) * ahead).sum(axis=1)[: len(edge) // 8]
+    if latitude is None:
+        assert (bend > 0).all()
+        return
+    last = int(np.argmax(bend > 0))
+    assert (bend[:last] < 0).all() and (bend[last : 2 * last] > 0).all()
+    assert math.degrees(math.asin(edge[last, 2])) == pytest.approx(latitude, abs=0.1)
+    # Of the great circle through both ends, a meridian: from it to the prograde end in the plane.
+    meridian = [math.degrees(math.atan2(x, y)) for x, y in edge[[0, last], :2]]
+    assert meridian[0] - meridian[1] == pytest.approx(depth, abs=0.1)
+
+
+@pytest.mark.slow
+def test_a_ray_outside_the_flat_edge_winds_and_leaves():
+    """That of figure 11: 23 turns, 18 of them close to the orbit of constant r; on these it turns back in latitude."""
+    edge = kc.shadow_edge(NEAR, 2000)
+    outward = np.cross(edge[21] - edge[19], edge[20])
+    ray = kc.ray_paths(NEAR, edge[20] + 1e-4 * outward / np.linalg.norm(outward), n=4000)
+    # Against the light, which goes forward.
+    assert (np.diff(ray.azimuth) < 0).all() and ray.status == kc.Status.ESCAPED
+    turns = -ray.azimuth / (2 * math.pi)
+    assert turns[-1] == pytest.approx(23.0, abs=0.01)
+    close = np.flatnonzero(np.abs(ray.radius / 1.0584 - 1) < 0.05)
+    assert (np.diff(close) == 1).all() and np.ptp(turns[close]) == pytest.approx(18.1, abs=0.05)
+    assert np.count_nonzero(np.diff(np.sign(np.diff(ray.theta[close])))) == 3
+
+
+@pytest.mark.slow
+def test_images_are_stretched_along_the_primary_curve():
+    """To within 0.6 degrees of its tangent; across it 2.1 times as thin on the left, 15.7 times on the right."""
+    sky = kc.caustics(NEAR, orders=1)[0].sky
+    tangent = np.roll(sky, -1, axis=0) - np.roll(sky, 1, axis=0)
+    along = np.stack([(tangent * axis).sum(axis=1) for axis in kc.tangent_basis(sky)], axis=1)
+    _, diameters, axes = np.linalg.svd(kc.trace_beams(NEAR, sky).jacobian)
+    assert (diameters[:, 1] < 1e-9 * diameters[:, 0]).all()
+    # A small star is drawn out in the direction that the map flattens.
+    part = np.abs((along * axes[:, 1]).sum(axis=1)) / np.linalg.norm(along, axis=1)
+    assert np.degrees(np.arccos(part.clip(max=1))).max() < 0.6
+    across = azimuthal_equidistant(sky, view_axes(NEAR, kc.shadow_edge(NEAR, 2000)))[:, 0]
+    thin = diameters[[across.argmin(), across.argmax()], 0]
+    np.testing.assert_allclose(thin, [2.09, 15.71], rtol=2e-3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("theta", "outside", "inside"), [(10, 1, -1), (170, -1, 1)])
 def test_senses_in_which_images_circle_the_poles(theta, outside, inside):
@@ -86,11 +137,16 @@ def test_life_of_the_star_of_figures_5_and_6():
     assert tracks.certified and [event.kind for event in tracks.events] == ["creation", "annihilation"]
     born, died = tracks.events
     assert born.order == died.order == 2
-    numbers = {}
+    axes = view_axes(FAR, kc.shadow_edge(FAR, 2000))
+    numbers, places = {}, {}
     for name, time in (("before", born.moment - 1), ("between", born.moment + 1), ("after", died.moment + 1)):
         images = tracks.images_at(time)
-        numbers[name] = sorted(images.index[images.crossings == 1].tolist())
+        shown = images.crossings == 1
+        numbers[name] = sorted(images.index[shown].tolist())
+        places[name] = azimuthal_equidistant(images.sky[shown], axes)[:, 0]
     assert numbers == {"before": [1], "between": [1, 1, 2], "after": [1]}
+    # The pair that dies is on the left: the third image, on the right, is left over.
+    assert places["before"][0] < 0 and azimuthal_equidistant(died.sky[None], axes)[0, 0] < 0 < places["after"][0]
 
 
 # Index: trips; distance from the shadow edge at first and last, degrees; latitude at first, least and last.

@@ -18,6 +18,7 @@ from PIL import Image
 from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
+from kerrcaustics.draw.palettes import INDEX_ON_BLACK
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scene_files import contents, renderer, scene_file
 from kerrcaustics.scene_files.camera_motion import fido_velocity
@@ -533,6 +534,7 @@ BAD = [
     ("camera={path={kind='geodesic', radius=9, velocity='up'}}", "camera.path.velocity must be circular, fiducial,"),
     ("film={rate=3}", "film must have either frames or duration, but is neither."),
     ("overlays.colour='blurple'", "overlays.colour must be a colour, as white or #FFD700, but is 'blurple'."),
+    ("overlays.curve_colour='vilet'", "overlays.curve_colour must be a colour, as white or #FFD700, but is 'vilet'."),
     ("overlays.critical_curves=11", "overlays.critical_curves must be a whole number from 0 to 10, but is 11."),
     (
         "overlays.caption='{speed}'",
@@ -870,6 +872,27 @@ def test_tracks_and_critical_curves_are_drawn(scene):
     assert np.array_equal(drawn.picture(0), scene(PLAIN, *away).picture(0))
     with pytest.raises(ValueError, match=r"overlays.tracks must orbit the spin axis"):
         scene(PLAIN, "overlays.tracks=[80]", "camera.velocity=[0.1, 0, 0]")
+
+
+@pytest.mark.slow
+def test_images_of_the_poles_are_marked_in_the_colours_of_their_indices(scene):
+    wide = ("view.width=640", "view.height=360", "view.field_of_view_deg=300", "view.projection='fisheye'")
+    near = ("hole.spin=0.999", "camera.radius=6.03")
+    drawn = scene(PLAIN, *near, *wide, "overlays={critical_curves=2, curve_colour='#00FF00', poles=true}")
+    picture, rendering = drawn.picture(0), drawn.rendering(0)
+    marked = 0
+    for theta in (0.0, np.pi):
+        images = kc.star_images(rendering.camera, (theta, 0.0), max_index=1)
+        for place, index in zip(rendering.view.pixels(images.sky), images.index, strict=True):
+            column, row = place.round().astype(int)
+            colour = tuple(int(INDEX_ON_BLACK[index][i : i + 2], 16) for i in (1, 3, 5))
+            assert np.abs(picture[row, column].astype(int) - colour).max() < 8
+            marked += 1
+    assert marked == 4
+    # Both curves in the one colour that is given.
+    green = (picture[..., 1] > 100) & (picture[..., [0, 2]].max(axis=-1) < 60)
+    assert np.count_nonzero(np.diff(np.flatnonzero(green[180])) > 1) >= 2
+    assert not ((picture[..., 2] > 150) & (picture[..., 0] < 150)).any()
 
 
 @pytest.mark.slow

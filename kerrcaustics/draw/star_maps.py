@@ -50,11 +50,18 @@ def sky_behind(ax: Axes, camera: Camera, axes: Float[Array, "3 3"], reach: float
 
 
 def tracks_on_stars(
-    ax: Axes, stars: Sequence[StarTracks], caustics: CausticSet, edge: Float[Array, "n 3"], sky: Sky, reach: float
+    ax: Axes,
+    stars: Sequence[StarTracks],
+    caustics: CausticSet,
+    edge: Float[Array, "n 3"],
+    sky: Sky,
+    reach: float,
+    *,
+    colours: Sequence[str] = (),
 ) -> Float[Array, "3 3"]:
     """Tracks with arrows of motion, critical curves and shadow over a sky, to `reach` degrees; the axes (3, 3) of it.
 
-    Tracks have one of `INDEX_ON_BLACK` each, critical curves are violet and dashed.
+    Tracks have one of `INDEX_ON_BLACK` each, or one of `colours` for each star; critical curves are violet and dashed.
     """
     axes, camera = view_axes(caustics.camera, edge), caustics.camera
     assert isinstance(camera, Camera)
@@ -62,10 +69,10 @@ def tracks_on_stars(
     ax.add_patch(Polygon(azimuthal_equidistant(edge, axes), facecolor="none", edgecolor="#9a9a9a", linewidth=0.7))
     for caustic in caustics:
         ax.plot(*critical_line(caustic, axes).T, scalex=False, scaley=False, **_CURVES)
-    for star in stars:
+    for number, star in enumerate(stars):
         for track in star.tracks:
             for index, line in moving_lines(star, track, azimuthal_equidistant(track.sky, axes)):
-                colour = style.index_colour(index, on_black=True)
+                colour = colours[number] if colours else style.index_colour(index, on_black=True)
                 ax.plot(*line.T, color=colour, linewidth=0.8, scalex=False, scaley=False)
                 draw_motion(ax, line, colour, spacing=0.35)
     return axes
@@ -76,4 +83,9 @@ def star_map_legend(max_index: int) -> list[Line2D]:
     names = [f"{style.order_name(k + 1)} images (index {k})" for k in range(3)] + ["images of index 3"]
     pairs = zip(names[: max_index + 1], INDEX_ON_BLACK, strict=False)
     lines = [Line2D([], [], color=colour, linewidth=2, label=name) for name, colour in pairs]
-    return [*lines, Line2D([], [], label="critical curves", **{**_CURVES, "linewidth": 1.6})]
+    return [*lines, curve_handle("critical curves")]
+
+
+def curve_handle(name: str) -> Line2D:
+    """The handle of critical curves for a legend."""
+    return Line2D([], [], label=name, **{**_CURVES, "linewidth": 1.6})

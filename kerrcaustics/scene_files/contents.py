@@ -291,6 +291,8 @@ class OverlaysTable(SceneTable, kw_only=True, frozen=True):
     """Lines and words drawn onto the picture."""
 
     critical_curves: Annotated[int, Meta(ge=0, le=10)] = 0
+    curve_colour: str = ""
+    poles: bool = False
     shadow_edge: bool = False
     tracks: tuple[Inclination, ...] = ()
     labels: bool | Literal["beside"] = False

@@ -20,6 +20,7 @@ from kerrcaustics.draw.films import pixels
 from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.draw.scenes import show_critical_curves, show_line
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
+from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX
 from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
@@ -58,8 +59,9 @@ _IN_BRACES = re.compile(r"\{[^}]*\}?|\}")
 _LONGEST_CAPTION = 500
 _EDGE_POINTS = 720
 _EDGE_LINE: dict[str, Any] = {"color": "#B0B0B0", "linewidth": 1.0, "linestyle": "--", "path_effects": [_DARK]}
+_POLE: dict[str, Any] = {"marker": "*", "markersize": 16.0, "markeredgecolor": "black", "linestyle": "none"}
 # The same for all frames of a camera on a circular orbit.
-_tracks = lru_cache(maxsize=64)(star_tracks)
+_tracks, _images = lru_cache(maxsize=64)(star_tracks), lru_cache(maxsize=8)(star_images)
 
 
 def overlaid(
@@ -84,10 +86,13 @@ def overlaid(
 
 def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> None:
     lines: list[Line2D] = []
+    most = min(max(overlays.critical_curves - 1, 1), HIGHEST_INDEX)
     if overlays.tracks:
-        most = min(max(overlays.critical_curves - 1, 1), HIGHEST_INDEX)
         _draw_tracks(ax, overlays.tracks, most, camera, view)
         lines += [Line2D([], [], label=f"tracks, index {index}", **_track_line(index)) for index in range(most + 1)]
+    if overlays.poles:
+        _draw_poles(ax, most, camera, view)
+        lines.append(Line2D([], [], label="images of the poles", color=style.index_colour(0, on_black=True), **_POLE))
     if overlays.shadow_edge:
         edge = whole_line(shadow_edge(camera, _EDGE_POINTS), True)
         show_line(ax, view, edge, **_EDGE_LINE)
@@ -97,13 +102,14 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> No
             _write_name(ax, view, _Name("shadow edge", edge, _EDGE_LINE["color"], 0.0, within=True), overlays)
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves)
-        show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6)
+        one: dict[str, Any] = {"color": overlays.curve_colour} if overlays.curve_colour else {}
+        show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6, **one)
         for curve in (caustic for caustic in curves if _in_view(view, caustic.sky)):
-            label, line = (
-                f"{style.order_name(curve.order)} critical curve",
-                style.order_line(curve.order, on_black=True),
-            )
-            lines.append(Line2D([], [], linewidth=1.6, label=label, **line))
+            label = f"{style.order_name(curve.order)} critical curve"
+            line = {**style.order_line(curve.order, on_black=True), **one}
+            listed = "critical curves" if one else label
+            if listed not in {known.get_label() for known in lines}:
+                lines.append(Line2D([], [], linewidth=1.6, label=listed, **line))
             if overlays.labels == "beside":
                 direction = _BESIDE[(curve.order - 1) % len(_BESIDE)]
                 _write_name(ax, view, _Name(label, curve.sky, line["color"], direction), overlays)
@@ -209,6 +215,14 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, 
         draw_motion(ax, places, style.index_colour(index, on_black=True), spacing=0.35, size=20)
 
 
+def _draw_poles(ax: Axes, most: int, camera: Viewer, view: Raster) -> None:
+    """Five-pointed stars on the images of the two stars on the spin axis, in the colours of tracks."""
+    for theta in (0.0, math.pi):
+        images = _images(camera, (theta, 0.0), most)
+        for place, index in zip(view.pixels(images.sky), images.index, strict=True):
+            ax.plot(*place, color=style.index_colour(index, on_black=True), scalex=False, scaley=False, **_POLE)
+
+
 def _write(ax: Axes, text: str, overlays: OverlaysTable) -> None:
     """A caption; one that is wider than the picture goes on in another line."""
     up, across = overlays.caption_place.replace("centre", "center").split()
@@ -245,8 +259,9 @@ def _sensible_format(number: float) -> str:
 def check_overlays(overlays: OverlaysTable, path: CameraPath, span: tuple[float, float]) -> None:
     """Raise ValueError for captions with unknown names, and for tracks of cameras that do not circle the axis."""
     _check_caption(overlays.caption, {"time", "t", *PLACE_NAMES, *path.formulas})
-    if not is_color_like(overlays.colour) or overlays.colour == "none":
-        reject("overlays.colour", "be a colour, as white or #FFD700", quoted(overlays.colour))
+    for name, colour in (("colour", overlays.colour), ("curve_colour", overlays.curve_colour or "white")):
+        if not is_color_like(colour) or colour == "none":
+            reject(f"overlays.{name}", "be a colour, as white or #FFD700", quoted(colour))
     if overlays.tracks:
         with about("overlays", camera="overlays.tracks"):
             for time in span:
