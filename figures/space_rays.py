@@ -3,7 +3,7 @@
 
 Rays of a camera at r = 6.03 M that arrive from close to the shadow, in the equatorial plane and in a plane tilted
 against it, in the colour of their Morse index: how many conjugate points each has passed when it comes from the sky.
-Rays of the shadow, which no star sends, are left out.
+Rays of the shadow, which no star sends, are grey, and end just above the horizon.
 
 Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
 """
@@ -26,7 +26,7 @@ def main(output: Path) -> list[Path]:
         for tilt in np.radians([0.0, 70.0])
     ]
     sky = np.concatenate(fans)
-    paths = kc.ray_paths(camera, sky[kc.trace_rays(camera, sky).escaped], 600)
+    paths = kc.ray_paths(camera, sky, 600)
     return write_model(rays_model(camera, paths), output, "space_rays")
 
 

@@ -25,6 +25,7 @@ from .scenes.disk.profile import line_profile as line_profile
 from .scenes.render import render as render
 from .scenes.screen import Screen as Screen
 from .spacetime.camera import Camera as Camera
+from .spacetime.kerr import isco as isco
 from .spacetime.observer import Observer as Observer
 from .spacetime.shadow import shadow_edge as shadow_edge
 from .spacetime.sphere import tangent_basis as tangent_basis

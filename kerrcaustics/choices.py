@@ -20,6 +20,9 @@ EventKind = Literal["creation", "annihilation"]
 EngineName = Literal["auto", "closed-form", "integrated"]
 """Engines that trace rays and beams."""
 
+PlaneName = Literal["xy", "xz"]
+"""Planes of plots in space: seen along the spin axis, from the side."""
+
 Quality = Literal["draft", "normal", "high"]
 """Qualities of pictures."""
 

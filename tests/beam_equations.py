@@ -179,6 +179,37 @@ def pineault_roeder_beam(event: Event, sky) -> Ellipse:
     With xi = u + i v, eta = g + i h the equations are xi'' = -Psi_0* exp(-2 i chi) conj(eta), and its twin.
     Errors: the slopes have converged as kappa / r^3, 1e-15 here; chi as 1 / r, whose first term is added.
     """
+    light, end, final = _pineault_roeder(event, sky, FAR_RADIUS)
+    even, odd = _complex(end[9:])
+    chi = end[4] + final[4] / final[0] * end[0]
+    size = light.camera_energy
+    major = chi + (math.atan2(even.imag, even.real) + math.atan2(odd.imag, odd.real)) / 2
+    return Ellipse(size * (abs(even) + abs(odd)), size * (abs(even) - abs(odd)), orientation=major % math.pi)
+
+
+class Section(NamedTuple):
+    """A beam at a radius: its diameters as lengths, and the major axis in the fiducial observer's r, theta, phi."""
+
+    delta_plus: float
+    delta_minus: float
+    axis: np.ndarray
+
+
+def pineault_roeder_at(event: Event, sky, radius: float) -> Section:
+    """Beam by JTFT A.2 where its ray comes to a radius beyond the camera's."""
+    light, end, _ = _pineault_roeder(event, sky, radius)
+    even, odd = _complex(end[5:9])
+    major = end[4] + (math.atan2(even.imag, even.real) + math.atan2(odd.imag, odd.real)) / 2
+    at, size = Metric(event.spin, *end[:2]), light.camera_energy
+    energy = (1 - at.omega * light.b) / at.alpha
+    n = (end[2] * math.sqrt(at.delta) / (at.rho * energy), end[3] / (at.rho * energy), light.b / (at.varpi * energy))
+    first, second = np.array(_screen(n))
+    axis = math.cos(major) * first + math.sin(major) * second
+    return Section(size * (abs(even) + abs(odd)), size * (abs(even) - abs(odd)), axis)
+
+
+def _pineault_roeder(event: Event, sky, radius: float) -> tuple[Photon, np.ndarray, tuple[float, ...]]:
+    """The photon, the state and its rates where the ray comes to a radius beyond the camera's."""
     light = photon(event, sky)
     a, r, theta, _ = event
 
@@ -186,19 +217,17 @@ def pineault_roeder_beam(event: Event, sky) -> Ellipse:
         return _pineault_roeder_rates(a, light, state)
 
     def is_far(_, state):
-        return state[0] - FAR_RADIUS
+        return state[0] - radius
 
     is_far.terminal = True
     start = [r, theta, light.p_r, light.p_theta, 0.0, *[0.0] * 4, 1.0, 0.0, 0.0, 0.0]
     path = solve_ivp(rates, (0, -1e8), start, events=is_far, **ACCURACY)
     assert path.status == 1
-    end = path.y[:, -1]
-    final = rates(0, end)
-    even, odd = _complex(end[9:])
-    chi = end[4] + final[4] / final[0] * end[0]
-    size = light.camera_energy
-    major = chi + (math.atan2(even.imag, even.real) + math.atan2(odd.imag, odd.real)) / 2
-    return Ellipse(size * (abs(even) + abs(odd)), size * (abs(even) - abs(odd)), orientation=major % math.pi)
+    # The event is of lower order than the steps: the last one again, and a Taylor step onto it.
+    last = solve_ivp(rates, (path.t[-2], path.t[-1]), path.y[:, -2], **ACCURACY).y[:, -1]
+    rest = (radius - last[0]) / rates(0, last)[0]
+    last = last + rest * np.array(rates(0, last))
+    return light, last, rates(0, last)
 
 
 def _pineault_roeder_rates(a: float, light: Photon, state: np.ndarray) -> list[float]:

@@ -34,8 +34,18 @@ GIVEN = {
     kc.Screen: kc.Screen(4, 3, 24.0, centre=(1.0, -2.0), up=(0.3, 1.0)),
     Path: Path("folder/sweep.zarr"),
 }
-SIZES = {"axis": 3, "channel": 3, "angle": 2, "pair": 2, "end_axis": 2, "sky_axis": 2, "place_axis": 2, "pixel_axis": 2}
-WHOLE = {"index", "parity", "crossings", "status", "counts", "expected", "before"}
+SIZES = {
+    "axis": 3,
+    "local_axis": 3,
+    "channel": 3,
+    "angle": 2,
+    "pair": 2,
+    "end_axis": 2,
+    "sky_axis": 2,
+    "place_axis": 2,
+    "pixel_axis": 2,
+}
+WHOLE = {"index", "turning_points", "parity", "crossings", "status", "counts", "expected", "before"}
 TRUTHS = {"closed_form", "on_caustic", "certified", "followed"}
 
 

@@ -8,6 +8,7 @@ from PIL import Image
 
 import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS, redshift
+from kerrcaustics.scenes.disk.disk import disk_about
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.lighting import covered_part
@@ -401,12 +402,44 @@ def test_a_texture_reads_from_the_south_and_mirrored_from_the_north(inclination,
     assert above[:, 22:26, 2 - left].min() > 0.9 and above[:, 22:26, left].max() < 0.1
 
 
+@pytest.mark.parametrize(("motion", "radius"), [("circular", 2.3208830417618868), ("retrograde", 8.7173522796065)])
+def test_a_disk_from_the_isco_goes_with_the_hole(motion, radius):
+    """Its radius at spin 0.9 by Bardeen, Press & Teukolsky; another hole has another one."""
+    disk = kc.disks.Disk("isco", 20.0, kc.disks.BlackBody(4500), motion=motion)
+    assert disk_about(disk, kc.Camera(0.9, 40.0)).inner == pytest.approx(radius, rel=1e-13)
+    assert disk_about(disk, kc.Camera(0.0, 40.0)).inner == 6.0 and disk.inner == "isco"
+
+
+@pytest.mark.slow
+def test_a_disk_from_the_isco_is_seen_as_one_from_its_radius():
+    camera = kc.Camera(0.9, 40.0, 1.4, "static")
+    view = kc.pictures.View.toward_hole(camera, 24, 16, 0.6)
+    shown = [
+        kc.render(camera, view, disk=kc.disks.Disk(inner, 15.0, kc.disks.BlackBody(4500)), beaming=True).light
+        for inner in ("isco", kc.isco(0.9), 6.0)
+    ]
+    assert np.array_equal(shown[0], shown[1]) and not np.array_equal(shown[0], shown[2])
+    traced = kc.pictures.trace_view(camera, view, sky=False, disk=kc.disks.Disk("isco", 15.0, kc.disks.Swatches()))
+    other = kc.disks.Disk("isco", 15.0, kc.disks.BlackBody(4500))
+    assert np.array_equal(traced.show(disk=other, beaming=True).light, shown[0])
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
         (lambda: kc.disks.Disk(9.0, 8.0, kc.disks.BlackBody(4500)), "`inner` must be smaller"),
         (lambda: kc.disks.Disk(-1.0, 8.0, kc.disks.BlackBody(4500)), "`inner` must be a positive, finite radius"),
         (lambda: kc.disks.Disk(6.0, math.inf, kc.disks.BlackBody(4500)), "`outer` must be a positive, finite radius"),
+        (lambda: kc.disks.Disk("isc", 8.0, kc.disks.BlackBody(4500)), "`inner` must be a positive, finite radius"),
+        (lambda: kc.disks.Disk("isco", -1.0, kc.disks.BlackBody(4500)), "`outer` must be a positive, finite radius"),
+        (
+            lambda: kc.render(
+                NEAR,
+                kc.pictures.View(8, 8, 1.0),
+                disk=kc.disks.Disk("isco", 2.0, kc.disks.BlackBody(45), motion="retrograde"),
+            ),
+            "`inner` must be smaller than `outer`",
+        ),
         (lambda: kc.disks.Disk(6.0, 8.0, "red"), "`emission` must be"),
         (lambda: kc.disks.Disk(6.0, 8.0, kc.disks.BlackBody(4500), 1.5), "`opacity` must be"),
         (lambda: kc.disks.Disk(6.0, 8.0, kc.disks.BlackBody(4500), motion="fast"), "`motion` must be one of"),

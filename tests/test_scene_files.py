@@ -850,6 +850,18 @@ def test_a_scene_is_what_python_renders(scene):
     assert not np.array_equal(read.rendering(1).light, plain.light)
 
 
+@pytest.mark.parametrize(("motion", "prograde"), [("circular", True), ("plunging", True), ("retrograde", False)])
+def test_a_disk_may_begin_at_the_isco(scene, motion, prograde):
+    text = (
+        PLAIN + f'[disk]\ninner = "isco"\nouter = 12\nmotion = "{motion}"\nemission = {{kind = "wisps", peak = 4500}}\n'
+    )
+    read = scene(text)
+    disk = read._disk
+    assert disk.inner == disk.emission.inner == kc.isco(read.contents.hole.spin, prograde)
+    with pytest.raises(ValueError, match=r"disk\.inner must be"):
+        scene(text, "disk.inner='isc'")
+
+
 @pytest.mark.slow
 def test_another_azimuth_is_the_sky_and_the_disk_turned(scene):
     # A camera that is turned with the period of the patterns sees the same.

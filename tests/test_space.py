@@ -9,11 +9,12 @@ import struct
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import kerrcaustics as kc
-from kerrcaustics.beams.paths import SpacePoints
+from kerrcaustics.beams.paths import RayPaths, SpacePoints
 from kerrcaustics.curves.tubes import CausticTube
-from kerrcaustics.draw import solids
+from kerrcaustics.draw import solids, style
 from kerrcaustics.draw.solid_files import write_gltf, write_html
 from kerrcaustics.draw.solids import Model, SpaceCurve, Surface, in_all_space
 
@@ -53,6 +54,46 @@ def test_all_space_fits_in_the_unit_sphere():
         time_error=none,
     )
     assert np.linalg.norm(in_all_space(at, 6.0), axis=-1) == pytest.approx([1, 0.5, 0.25])
+
+
+def straight_rays() -> RayPaths:
+    """Two rays of a captured and of an escaping light, and one that never was: x = -5 with z, and along the axis."""
+    radius = np.array([[13.0, 5.0, 13.0], [8.0, 4.0, 1.5], [math.nan] * 3])
+    theta = np.array([[math.acos(12 / 13), math.pi / 2, math.acos(-12 / 13)], [0.0] * 3, [math.nan] * 3])
+    azimuth = np.array([[math.pi] * 3, [0.0] * 3, [math.nan] * 3])
+    place = {"mino_time": radius, "time": radius, "error": radius, "time_error": radius}
+    none = {name: np.empty((3, 0)) for name in ("radius", "theta", "azimuth", *place)}
+    whole = {"status": np.array([0, 1, 1]), "index": np.array([2, 0, -1]), "turning_points": np.array([1, 0, -1])}
+    conjugate = SpacePoints(spin=0.0, **none)
+    return RayPaths(spin=0.0, radius=radius, theta=theta, azimuth=azimuth, conjugate=conjugate, **place, **whole)
+
+
+def test_paths_are_drawn_from_above_and_from_the_side():
+    """Places in x and z; captured rays grey; the outline of the hole and of a disk on edge."""
+    ax = straight_rays().plot(Figure().add_subplot(), plane="xz", disk=(6.0, 10.0))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (M)", "z (M)")
+    rays = {line.get_label(): line for line in ax.lines}
+    x, z = rays["index 2"].get_data()
+    assert x == pytest.approx([-5, -5, -5]) and z == pytest.approx([12, 0, -12], abs=1e-12)
+    assert rays["index 2"].get_color() == style.index_colour(2)
+    assert rays["captured"].get_color() == solids.CAPTURED_COLOUR and rays["captured"].get_ydata()[-1] == 1.5
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["index 2", "captured"]
+    (hole,) = ax.patches
+    assert (hole.width, hole.height) == (4.0, 4.0)
+    edges = [line.get_xdata() for line in ax.lines[:2]]
+    assert np.allclose(edges, [[-6, -10], [6, 10]])
+    above = straight_rays().plot(Figure().add_subplot(), disk=(6.0, 10.0), colour="green")
+    assert above.get_ylabel() == "y (M)" and {line.get_color() for line in above.lines} == {"green"}
+    assert len(above.patches) == 2
+    with pytest.raises(ValueError, match="Argument `plane` must be one of xy, xz, but is 'yz'"):
+        straight_rays().plot(Figure().add_subplot(), plane="yz")
+
+
+def test_the_hole_is_oblate_from_the_side():
+    points = kc.trapped_orbit(0.9, 1.0, 20)
+    hole = points.plot(Figure().add_subplot(), plane="xz").patches[0]
+    horizon = 1 + math.sqrt(0.19)
+    assert hole.height == pytest.approx(2 * horizon) and hole.width == pytest.approx(2 * math.hypot(horizon, 0.9))
 
 
 OBSERVERS = [kc.Observer(spin=0.9, inclination=1.1, radius=radius) for radius in (1e5, math.inf)]

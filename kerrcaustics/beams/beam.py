@@ -1,11 +1,14 @@
 """The results of tracing: rays, and beams with their first variation."""
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.engine import Engine
 from kerrcaustics.results.declared import Shown, derived, quantity, result
+from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.sphere import tangent_basis
 
 
@@ -85,6 +88,26 @@ class Rays(Shown):
         "nothing can be static), for the plane's emitter (NaN where there is no such orbit)",
         default=None,
     )
+    impact: np.ndarray | None = quantity(
+        "ray...",
+        "GM/c^2",
+        "axial angular momentum b of the light per energy at infinity, of captured rays too; NaN where that energy is "
+        "not positive",
+        default=None,
+    )
+    impact_error: np.ndarray | None = quantity("ray...", "GM/c^2", "estimated error of impact", default=None)
+    carter: np.ndarray | None = quantity(
+        "ray...", "(GM/c^2)^2", "Carter constant q of the light per square of that energy, as impact", default=None
+    )
+    carter_error: np.ndarray | None = quantity("ray...", "(GM/c^2)^2", "estimated error of carter", default=None)
+    emission_cosine: np.ndarray | None = quantity(
+        "ray...",
+        "1",
+        "cosine of the angle, as the source measures it, between the light that it sends to the camera and the normal "
+        "of the surface of the end on that side; NaN where nothing can shine",
+        default=None,
+    )
+    emission_error: np.ndarray | None = quantity("ray...", "1", "estimated error of emission_cosine", default=None)
 
     def __repr__(self) -> str:
         """The class, the shape, and the number of rays that escaped, in one line."""
@@ -104,8 +127,123 @@ class Rays(Shown):
         return (self.status != Status.CAPTURED) & (self.status != Status.MISSED)
 
 
+class Ellipse(NamedTuple):
+    """The ellipses that beams, ellipses at the camera, have become. Arrays of one shape.
+
+    delta_plus, delta_minus: the major diameter, and the minor one with the sign of det J; position_angle, of the major
+    axis, in (-pi/2, pi/2], as that of the beams; error, of both diameters; angle_error, of the position angle in
+    radians, pi / 2 where the ellipse is a circle.
+    """
+
+    delta_plus: np.ndarray
+    delta_minus: np.ndarray
+    position_angle: np.ndarray
+    error: np.ndarray
+    angle_error: np.ndarray
+
+
+class Ellipses(Shown):
+    """Beams, by the matrix that takes displacements on the camera sky to those across the beam."""
+
+    jacobian: np.ndarray
+    jacobian_error: np.ndarray
+
+    @property
+    @derived("ray...", "1")
+    def determinant(self) -> np.ndarray:
+        """det J (...,): solid angle on the celestial sphere per solid angle on the camera sky, signed."""
+        j = self.jacobian
+        return j[..., 0, 0] * j[..., 1, 1] - j[..., 0, 1] * j[..., 1, 0]
+
+    @property
+    @derived("ray...", "1")
+    def delta_plus(self) -> np.ndarray:
+        """Major diameter (...,) of the image on the celestial sphere of a beam of unit diameter."""
+        return _diameters(*_rotations(self.jacobian))[0]
+
+    @property
+    @derived("ray...", "1")
+    def delta_minus(self) -> np.ndarray:
+        """Minor diameter (...,), with the sign of det J: it passes smoothly through zero at critical curves."""
+        return _diameters(*_rotations(self.jacobian))[1]
+
+    @property
+    @derived("ray...", "rad")
+    def position_angle(self) -> np.ndarray:
+        """Angle (...,) in radians, in (-pi/2, pi/2], from e_theta' toward e_phi' to the major axis."""
+        return _position_angle(*_rotations(self.jacobian))
+
+    def from_ellipse(self, ratio: ArrayLike, angle: ArrayLike) -> Ellipse:
+        """The ellipses that beams have become which are ellipses at the camera.
+
+        Parameters
+        ----------
+        ratio : (...,) array
+            Ratio of the diameters at the camera, 0 to 1; the major one is the unit.
+        angle : (...,) array
+            Angle in radians on the camera sky from the first to the second of the directions to which the columns of
+            `jacobian` belong: to the major axis.
+
+        Returns
+        -------
+        Ellipse
+            Arrays over the beams, broadcast with those of the arguments.
+
+        Raises
+        ------
+        ValueError
+            If an argument is invalid.
+
+        Errors
+        ------
+        `Ellipse.error` and `Ellipse.angle_error`, from `jacobian_error`.
+
+        Examples
+        --------
+        >>> import kerrcaustics as kc
+        >>> beams = kc.trace_beams(kc.Camera(spin=0.9, radius=10), [-0.6, 0.5, 0.4])
+        >>> circle = beams.from_ellipse(1.0, 0.3)
+        >>> bool(abs(circle.delta_plus - beams.delta_plus) < circle.error)
+        True
+        """
+        part, turn = numbers("ratio", ratio), numbers("angle", angle)
+        if not ((part >= 0) & (part <= 1)).all():
+            raise ValueError(f"Argument `ratio` must lie in [0, 1], but is {quoted(ratio)}.")
+        if not np.isfinite(turn).all():
+            raise ValueError(f"Argument `angle` must be finite, but is {quoted(angle)}.")
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self._become(part, np.cos(turn), np.sin(turn))
+
+    def _become(self, ratio: np.ndarray, c: np.ndarray, s: np.ndarray) -> Ellipse:
+        """The ellipses from those of a ratio, whose major axis lies along (c, s)."""
+        first, second = self.jacobian[..., 0], self.jacobian[..., 1]
+        c, s, ratio = c[..., None], s[..., None], ratio[..., None]
+        even, odd = _rotations(np.stack([c * first + s * second, ratio * (c * second - s * first)], axis=-1))
+        plus, minus = _diameters(even, odd)
+        error = self.jacobian_error * self.delta_plus + 0 * plus
+        turn = np.where(error < plus - np.abs(minus), error / (plus - np.abs(minus)), np.pi / 2)
+        return Ellipse(plus, minus, _position_angle(even, odd), error, np.where(np.isnan(plus), np.nan, turn))
+
+
+def _rotations(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices (..., 2, 2) as z -> even z + odd conj(z): a circle becomes an ellipse of semi-axes |even| +- |odd|."""
+    (a, b), (c, d) = np.moveaxis(matrix, (-2, -1), (0, 1))
+    return ((a + d) + 1j * (c - b)) / 2, ((a - d) + 1j * (c + b)) / 2
+
+
+def _diameters(even: np.ndarray, odd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The major diameter, and the minor one with the sign of the determinant."""
+    return np.abs(even) + np.abs(odd), np.abs(even) - np.abs(odd)
+
+
+def _position_angle(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
+    """The angle from the first row to the major axis, in (-pi/2, pi/2]."""
+    angle = (np.angle(even) + np.angle(odd)) / 2
+    return angle - np.pi * np.ceil(angle / np.pi - 0.5)
+
+
 @result("beams/1", kw_only=True)
-class Beams(Rays):
+class Beams(Rays, Ellipses):
     """Rays with the first variation of their end point."""
 
     jacobian: np.ndarray = quantity(
@@ -138,35 +276,6 @@ class Beams(Rays):
 
     @property
     @derived("ray...", "1")
-    def determinant(self) -> np.ndarray:
-        """det J (...,): solid angle on the celestial sphere per solid angle on the camera sky, signed."""
-        j = self.jacobian
-        return j[..., 0, 0] * j[..., 1, 1] - j[..., 0, 1] * j[..., 1, 0]
-
-    @property
-    @derived("ray...", "1")
-    def delta_plus(self) -> np.ndarray:
-        """Major diameter (...,) of the image on the celestial sphere of a beam of unit diameter."""
-        even, odd = self._rotations()
-        return np.abs(even) + np.abs(odd)
-
-    @property
-    @derived("ray...", "1")
-    def delta_minus(self) -> np.ndarray:
-        """Minor diameter (...,), with the sign of det J: it passes smoothly through zero at critical curves."""
-        even, odd = self._rotations()
-        return np.abs(even) - np.abs(odd)
-
-    @property
-    @derived("ray...", "rad")
-    def position_angle(self) -> np.ndarray:
-        """Angle (...,) in radians, in (-pi/2, pi/2], from e_theta' toward e_phi' to the major axis."""
-        even, odd = self._rotations()
-        angle = (np.angle(even) + np.angle(odd)) / 2
-        return angle - np.pi * np.ceil(angle / np.pi - 0.5)
-
-    @property
-    @derived("ray...", "1")
     def magnification(self) -> np.ndarray:
         """1 / |det J| (...,): how much brighter a small source is than in empty flat space, redshift aside."""
         with np.errstate(divide="ignore"):
@@ -186,10 +295,3 @@ class Beams(Rays):
             u, v = np.stack([d * first - b * second, a * second - c * first]) / (a * d - b * c)
             e_1, e_2 = tangent_basis(sky)
             return u[:, None] * e_1 + v[:, None] * e_2
-
-    def _rotations(self) -> tuple[np.ndarray, np.ndarray]:
-        """J as z -> even z + odd conj(z): a circle becomes an ellipse of semi-axes |even| +- |odd|."""
-        j = self.jacobian
-        even = (j[..., 0, 0] + j[..., 1, 1]) + 1j * (j[..., 1, 0] - j[..., 0, 1])
-        odd = (j[..., 0, 0] - j[..., 1, 1]) + 1j * (j[..., 1, 0] + j[..., 0, 1])
-        return even / 2, odd / 2

@@ -222,10 +222,7 @@ def conjugate_points(
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Places (ray, most) of the zeros of the area by the names of `COORDINATES`, and their number for each ray."""
     value = np.array(_area(frame.spin, bundle.constants, track))
-    # An area of exactly zero has the sign of the value before it.
-    for i in range(1, len(value)):
-        value[i] = np.where(value[i] == 0, value[i - 1], value[i])
-    crosses = value[1:] * value[:-1] < 0
+    crosses = sign_changes(value)
     index = crosses.sum(axis=0)
     points = {name: np.full((len(index), index.max(initial=0)), np.nan) for name in COORDINATES}
     number = np.cumsum(crosses, axis=0)
@@ -236,6 +233,16 @@ def conjugate_points(
         for name, values in _zero(frame, bundle, track, times, value, low).items():
             points[name][rays, k] = values[rays]
     return points, index
+
+
+def sign_changes(values: np.ndarray) -> np.ndarray:
+    """True (times - 1, rays) where values change sign from a time to the next.
+
+    One of exactly zero becomes that of the time before; at the first time it has no sign.
+    """
+    for i in range(1, len(values)):
+        values[i] = np.where(values[i] == 0, values[i - 1], values[i])
+    return values[1:] * values[:-1] < 0
 
 
 def _zero(

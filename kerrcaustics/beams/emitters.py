@@ -97,13 +97,14 @@ def redshift(
         motion = emitter(spin, *place)
         measured = 1 - motion.orbital * light[0]
         if np.any(motion.radial):
-            measured = measured - motion.radial * _radial_momentum(spin, light, place[0], outward)
+            momentum = np.where(outward, -1.0, 1.0) * radial_momentum(spin, light, place[0])
+            measured = measured - motion.radial * momentum
         return at_infinity * np.sqrt(np.where(motion.slowness > 0, motion.slowness, np.nan)) / measured
 
 
-def _radial_momentum(spin: float, light: Light, radius: Reals, outward: Flags) -> Reals:
-    """p_r of photons of unit energy, forward in time."""
+def radial_momentum(spin: float, light: Light, radius: Reals) -> Reals:
+    """The size of p_r of photons of unit energy."""
     b, q = light
     delta = radius * (radius - 2) + spin * spin
     potential = (radius * radius + spin * spin - spin * b) ** 2 - delta * (q + (b - spin) ** 2)
-    return np.where(outward, -1.0, 1.0) * np.sqrt(np.maximum(potential, 0)) / delta
+    return np.sqrt(np.maximum(potential, 0)) / delta

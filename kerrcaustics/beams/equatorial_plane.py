@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from kerrcaustics.beams.beam import Rays
-from kerrcaustics.beams.emitters import EMITTERS, Emitter
+from kerrcaustics.beams.emitters import EMITTERS, Emitter, Light
 from kerrcaustics.beams.integrator.equations import Constants
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.beams.surface import TURN, Aim, Arriving, Coordinate, End, Jacobian, Row, reliability, shape_error
@@ -79,6 +79,10 @@ class EquatorialPlane(End):
     def emitter_motion(self) -> Emitter:
         """The motion of its emitter."""
         return EMITTERS[self.emitter]
+
+    def normal_momentum(self, spin: float, light: Light, place: tuple[Reals, Reals]) -> Reals:
+        """|p_theta| / r."""
+        return np.sqrt(np.maximum(light[1], 0)) / place[0]
 
     def in_words(self) -> str:
         """The crossing with its number."""

@@ -1,6 +1,7 @@
 """Rays in space: places along each ray with their times, and its conjugate points."""
 
 import math
+from typing import Any
 
 import jax
 import numpy as np
@@ -18,11 +19,13 @@ from kerrcaustics.beams.bundles import (
     end_place,
     places,
     settled,
+    sign_changes,
 )
 from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.ends import Aim, End, Sphere, Wherever, end_of
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
 from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.beams.path_beams import PathBeams, beams_along
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
@@ -117,12 +120,22 @@ class RayPaths(SpacePoints):
         "ray... conjugate", "", "conjugate points in the order of the ray, NaN where there are no more"
     )
     index: np.ndarray = quantity("ray...", "1", "how many conjugate points there are, from the viewer on")
+    turning_points: np.ndarray = quantity(
+        "ray...", "1", "how many turning points theta has, from the viewer on; the axis is one for rays over it"
+    )
+    beams: PathBeams | None = quantity("", "", "the beams at the places; None unless requested", default=None)
 
 
 @own_settings()
 @usual_warnings
 def ray_paths(
-    camera: Viewer, sky: ArrayLike, n: int = 200, *, end: Wherever | End = math.inf, start: float = math.inf
+    camera: Viewer,
+    sky: ArrayLike,
+    n: int = 200,
+    *,
+    end: Wherever | End = math.inf,
+    start: float = math.inf,
+    beams: bool = False,
 ) -> RayPaths:
     """The rays that a viewer sees, in space: places and times along each, and its conjugate points.
 
@@ -140,6 +153,8 @@ def ray_paths(
         Radius at which places begin, on the way in; the viewer's own if that is less. Rays from infinity have no place
         at their own: there the first one lies a step on the way in, about n / pi times as far out as rays pass by the
         hole.
+    beams : bool
+        True to have the diameters of the beam at each place, and their directions: `RayPaths.beams`.
 
     Returns
     -------
@@ -156,11 +171,12 @@ def ray_paths(
     Errors
     ------
     `RayPaths.error` and `RayPaths.time_error`; of conjugate points, too, with the rate at which the beam's area passes
-    through zero there.
+    through zero there; `PathBeams.jacobian_error`.
 
     Notes
     -----
-    Close to a critical curve the last conjugate point is close to infinity, and round-off decides whether it is there.
+    Close to a critical curve the last conjugate point is close to infinity, and round-off decides whether it is there;
+    likewise for a turning point at the viewer or at the end.
 
     Examples
     --------
@@ -179,15 +195,20 @@ def ray_paths(
     directions, shape = as_vectors(camera.directions(sky))
     directions = normalised(directions)
     starts = range(0, max(len(directions), 1), _CHUNK)
-    parts = [_fields(camera, directions[i : i + _CHUNK], n, surface, begin) for i in starts]
+    parts = [_fields(camera, directions[i : i + _CHUNK], n, surface, begin, beams=beams) for i in starts]
     fields = {name: np.concatenate([part[0][name] for part in parts]) for name in parts[0][0]}
     most = max(part[1]["radius"].shape[1] for part in parts)
     points = {name: np.concatenate([_widened(part[1][name], most) for part in parts]) for name in COORDINATES}
-    fields, points = (
+    along = {name: np.concatenate([part[2][name] for part in parts]) for name in parts[0][2]}
+    fields, points, along = (
         {name: values.reshape((*shape, *values.shape[1:])) for name, values in part.items()}
-        for part in (fields, points)
+        for part in (fields, points, along)
     )
-    return RayPaths(spin=camera.spin, conjugate=SpacePoints(spin=camera.spin, **points), **fields)
+    if along:
+        along["jacobian"] = camera.by_places(np.asarray(sky, float)[..., None, :], along["jacobian"])
+    opened = PathBeams(**along) if along else None
+    paths: Any = fields | {"conjugate": SpacePoints(spin=camera.spin, **points), "beams": opened}
+    return RayPaths(spin=camera.spin, **paths)
 
 
 def _checked_start(camera: Viewer, start: object) -> float:
@@ -289,9 +310,9 @@ def _checked_orbit(spin: object, impact: object, oscillations: object) -> tuple[
 
 
 def _fields(
-    camera: Viewer, sky: np.ndarray, n: int, end: End, begin: float
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """The fields of a result, and of its conjugate points, for the rays of one chunk, or fewer."""
+    camera: Viewer, sky: np.ndarray, n: int, end: End, begin: float, *, beams: bool
+) -> tuple[dict[str, np.ndarray], ...]:
+    """The fields of a result, of its conjugate points and of its beams, for the rays of one chunk, or fewer."""
     count, frame = len(sky), camera.frame()
     # Filled up with the first ray, or any other, so that one compiled size serves all.
     sky = np.concatenate([sky, np.repeat(sky[:1] if count else np.eye(3)[:1], _CHUNK - count, axis=0)])
@@ -304,7 +325,8 @@ def _fields(
     lost, radius, theta = map(np.asarray, end_place(frame.spin, bundle, end, aim, last))
     at_infinity = np.zeros(times[shown].shape, bool)
     at_infinity[-1] = np.isinf(radius)
-    fields = places(frame, bundle, jax.tree.map(lambda leaf: leaf[shown], track), times[shown], at_infinity)
+    there = jax.tree.map(lambda leaf: leaf[shown], track)
+    fields, along = places(frame, bundle, there, times[shown], at_infinity), {}
     # The end is known beforehand: the miss shows the error of the time, close to the shadow edge.
     fields["error"][-1] += off
     # The exact first and last places.
@@ -316,12 +338,22 @@ def _fields(
     conjugate, index = conjugate_points(frame, bundle, track, times)
     unknown = np.isnan(bundle.end_time)
     fields = {name: np.where(unknown, np.nan, values).T for name, values in fields.items()}
+    if beams:
+        along = beams_along(frame, bundle, there, fields["error"].T)
+        along = {name: np.swapaxes(values, 0, 1) for name, values in along.items()}
+        along = {name: np.where(_like(unknown, values), np.nan, values) for name, values in along.items()}
     with np.errstate(invalid="ignore"):
         status = np.where(fields["error"][:, -1] > _WANTED, Status.INACCURATE, Status.ESCAPED)
     status = np.where(lost | unknown, np.where(bundle.captured, Status.CAPTURED, Status.MISSED), status)
-    fields |= {"status": status.astype(np.int8), "index": np.where(unknown, -1, index)}
-    parts = [{name: values[:count] for name, values in part.items()} for part in (fields, conjugate)]
-    return parts[0], parts[1]
+    turns = sign_changes(np.array(track.paths[0].rate[3])).sum(axis=0)
+    fields |= {"status": status.astype(np.int8)}
+    fields |= {name: np.where(unknown, -1, n) for name, n in (("index", index), ("turning_points", turns))}
+    return tuple({name: values[:count] for name, values in part.items()} for part in (fields, conjugate, along))
+
+
+def _like(flags: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Flags of the first axis of values, for all of them."""
+    return flags.reshape(-1, *[1] * (values.ndim - 1))
 
 
 def _settle(frame: Frame, bundle: Bundle, aimed: tuple[End, Aim], track: BundleState, time: int) -> np.ndarray:

@@ -55,6 +55,12 @@ class RayEnd(Generic[A]):
     time_error: A | None = None
     time_noise: A | None = None
     redshift: A | None = None
+    impact: A | None = None
+    impact_error: A | None = None
+    carter: A | None = None
+    carter_error: A | None = None
+    emission_cosine: A | None = None
+    emission_error: A | None = None
     jacobian: A | None = None
     jacobian_error: A | None = None
     index: A | None = None

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from kerrcaustics.beams.emitters import Emitter, static
+from kerrcaustics.beams.emitters import Emitter, Light, static
 from kerrcaustics.beams.integrator.equations import Constants, radial_pull
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.beams.surface import Aim, Arriving, End, reliability
@@ -69,6 +69,10 @@ class CelestialSphere(End):
     def orientation(self, photon: Photon, u_rate: Reals) -> float:
         """1: rays arrive outward."""
         return 1.0
+
+    def normal_momentum(self, spin: float, light: Light, place: tuple[Reals, Reals]) -> Reals:
+        """1: light comes straight inward."""
+        return np.ones_like(place[1])
 
     def motion(self, at: Arriving) -> float:
         """0: all motion there is outward."""

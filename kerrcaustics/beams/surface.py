@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from kerrcaustics.beams.beam import Rays
-from kerrcaustics.beams.emitters import Emitter
+from kerrcaustics.beams.emitters import Emitter, Light, radial_momentum
 from kerrcaustics.beams.integrator.equations import Constants
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.results.declared import Shown
@@ -88,6 +88,15 @@ class End(Shown):
     def emitter_motion(self) -> Emitter | None:
         """The motion of the sources there; None for sources at rest at infinity."""
         return None
+
+    def normal_momentum(self, spin: float, light: Light, place: tuple[Reals, Reals]) -> Reals:
+        """The momentum of photons of unit energy along the normal: all that move along the surface measure the same.
+
+        Parameters: light, b and q; place, radius and cosine of theta.
+        """
+        radius, cosine = place
+        sigma, delta = radius**2 + (spin * cosine) ** 2, radius * (radius - 2) + spin**2
+        return radial_momentum(spin, light, radius) * np.sqrt(delta / sigma)
 
     def bare(self) -> "End":
         """The surface without its sources: rays do not depend on them."""

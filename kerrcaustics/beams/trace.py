@@ -4,7 +4,7 @@ import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,13 +18,24 @@ from kerrcaustics.beams.engine import Engine, engine_named, in_words
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.checks import quoted, real_number
-from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
+from kerrcaustics.spacetime.frame import doppler, photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 # Rays that are checked, traced and stored together: they determine the memory beside input and result.
 _BLOCK = 1 << 15
 
+# Round-off of b and q, and of a cosine of emission, relative to their terms.
+_OF_CONSTANTS, _OF_COSINE = 1e-15, 3e-15
+
 Result = TypeVar("Result", bound=Rays)
+
+
+class _Extra(NamedTuple):
+    """Quantities that follow from the photons and their ends, beside those of the compiled programs."""
+
+    redshift: bool = False
+    constants: bool = False
+    emission: bool = False
 
 
 @usual_warnings
@@ -37,6 +48,8 @@ def trace_rays(
     end: Wherever | End = math.inf,
     time: bool = False,
     redshift: bool = False,
+    constants: bool = False,
+    emission: bool = False,
 ) -> Rays:
     """Trace rays backward from the sky of a camera, without their variation.
 
@@ -57,6 +70,9 @@ def trace_rays(
     time, redshift : bool
         True to compute the coordinate time along the ray, the frequency ratio: others cost nothing and are None in
         the result.
+    constants, emission : bool
+        True to compute the constants b and q of the light, `Rays.impact` and `Rays.carter`; the slant at which it
+        leaves the surface of the end, `Rays.emission_cosine`.
 
     Returns
     -------
@@ -70,7 +86,8 @@ def trace_rays(
 
     Errors
     ------
-    `Rays.error`, at most `tolerance` except where the status is INACCURATE; `Rays.time_error`.
+    `Rays.error`, at most `tolerance` except where the status is INACCURATE; `Rays.time_error`; `Rays.impact_error`,
+    `Rays.carter_error` and `Rays.emission_error`.
 
     References
     ----------
@@ -84,7 +101,8 @@ def trace_rays(
     >>> rays.escaped.tolist(), bool(rays.error[0] < 1e-9)
     ([True, True], True)
     """
-    return _traced(Rays, camera, sky, engine, tolerance, end, Wanted(time=time), redshift=redshift)
+    extra = _Extra(redshift=redshift, constants=constants, emission=emission)
+    return _traced(Rays, camera, sky, engine, tolerance, end, Wanted(time=time), extra)
 
 
 @usual_warnings
@@ -99,12 +117,14 @@ def trace_beams(
     index: bool = True,
     crossings: bool = True,
     redshift: bool = True,
+    constants: bool = False,
+    emission: bool = False,
 ) -> Beams:
     """Trace rays with the ellipse that each makes of a small circular beam.
 
     Parameters
     ----------
-    camera, sky, engine, tolerance, end, time, redshift
+    camera, sky, engine, tolerance, end, time, redshift, constants, emission
         As for `trace_rays`.
     index, crossings : bool
         True to compute the Morse index, the equator crossings: others are None in the result.
@@ -121,7 +141,8 @@ def trace_beams(
 
     Errors
     ------
-    `Beams.error` for the end point, `Beams.jacobian_error` for the ellipse.
+    `Beams.error` for the end point, `Beams.jacobian_error` for the ellipse; `Beams.from_ellipse` has those of beams
+    that are no circles at the camera.
 
     References
     ----------
@@ -136,7 +157,8 @@ def trace_beams(
     ([1], (1, 2, 2))
     """
     wanted = Wanted(beams=True, index=index, crossings=crossings, time=time)
-    return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=redshift)
+    extra = _Extra(redshift=redshift, constants=constants, emission=emission)
+    return _traced(Beams, camera, sky, engine, tolerance, end, wanted, extra)
 
 
 def trace_in_steps(camera: Viewer, sky: ArrayLike, engine: str, tolerance: float, end: End) -> Beams:
@@ -145,7 +167,7 @@ def trace_in_steps(camera: Viewer, sky: ArrayLike, engine: str, tolerance: float
     Parameters as for `trace_beams`, which compiles another program for few beams.
     """
     wanted = Wanted(beams=True, index=True)
-    return _traced(Beams, camera, sky, engine, tolerance, end, wanted, redshift=False, many=True)
+    return _traced(Beams, camera, sky, engine, tolerance, end, wanted, _Extra(), many=True)
 
 
 def check_request(camera: Viewer, engine: str, tolerance: float) -> tuple[Engine, float]:
@@ -165,8 +187,8 @@ def _traced(
     tolerance: float,
     end: Any,
     wanted: Wanted,
+    extra: _Extra,
     *,
-    redshift: bool,
     many: bool = False,
 ) -> Result:
     """The result, traced block by block on all cores."""
@@ -178,9 +200,7 @@ def _traced(
     def block(start: int) -> RayEnd[np.ndarray]:
         unit = normalised(directions[start : start + _BLOCK])
         ends = followed(camera, unit, chosen, tolerance, surface.bare(), wanted, many=many or count > _BLOCK)
-        if redshift:
-            ends = replace(ends, redshift=_redshift(camera, unit, surface, ends))
-        return ends.finished(tolerance)
+        return replace(ends, **_extras(extra, camera, unit, surface, ends)).finished(tolerance)
 
     first = block(0)
     ends = first.room(count)
@@ -198,6 +218,57 @@ def _traced(
         fields["jacobian"] = camera.by_places(sky, fields["jacobian"])
     result = kind(engine=chosen.value, **fields)
     return replace(result, engine=in_words(result.engines)) if result.engines else result
+
+
+def _extras(
+    extra: _Extra, camera: Viewer, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray]
+) -> dict[str, np.ndarray]:
+    """The quantities that follow from the photons and their ends, by their names in `Rays`."""
+    fields = {"redshift": _redshift(camera, sky, end, ends)} if extra.redshift else {}
+    if extra.constants or extra.emission:
+        light = _constants(camera, sky)
+        fields |= light if extra.constants else {}
+        fields |= _emission(camera.spin, end, ends, light) if extra.emission else {}
+    return fields
+
+
+def _constants(camera: Viewer, sky: np.ndarray) -> dict[str, np.ndarray]:
+    """The constants b and q of the light from directions (n, 3), with their round-off."""
+    frame = camera.frame()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        photon = photon_of(frame, tuple(sky.T))
+        scale = frame.cylindrical_scale / photon.energy_ratio
+        size = np.sqrt(np.maximum(photon.k, 0)) + frame.spin + scale
+        # Deep in the field the energy at infinity is a small difference; and a fast camera widens angles.
+        terms = 1 + (frame.lapse + frame.shift * frame.cylindrical_scale) / photon.energy_ratio
+        widening = 1 + math.sqrt(frame.slowness) / doppler(frame, tuple(sky.T))[0]
+        error = _OF_CONSTANTS * size * terms * widening
+        known = photon.energy_ratio > 0
+        values = {"impact": photon.b, "impact_error": error, "carter": photon.q, "carter_error": 4 * size * error}
+        return {name: np.where(known, value, np.nan) for name, value in values.items()}
+
+
+def _emission(spin: float, end: End, ends: RayEnd[np.ndarray], light: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The cosine of the angle at which the light leaves the end, with its error: that of each number in it."""
+    emitter, outward = end.emitter_motion(), True if ends.outward is None else ends.outward
+    radius, cosine = np.inf if ends.radius is None else ends.radius, ends.direction[:, 2]
+
+    def cosine_at(b: np.ndarray, q: np.ndarray, r: np.ndarray | float, z: np.ndarray) -> np.ndarray:
+        normal = np.asarray(end.normal_momentum(spin, (b, q), (r, z)))
+        if emitter is None:
+            return normal + 0 * z
+        return normal * np.asarray(frequency_ratio(emitter, spin, (b, q), (r, z), np.ones_like(z), outward))
+
+    exact = [light["impact"], light["carter"], radius, cosine]
+    errors = [light["impact_error"], light["carter_error"], radius * ends.error, ends.error]
+    with np.errstate(invalid="ignore"):
+        value = cosine_at(*exact)
+        error = _OF_COSINE * value
+        for i, step in enumerate(errors):
+            moved = [part + (step if i == j else 0) for j, part in enumerate(exact)]
+            error = error + np.abs(cosine_at(*moved) - value)
+        unknown = np.isnan(error) & np.isfinite(value)
+        return {"emission_cosine": np.minimum(value, 1.0), "emission_error": np.where(unknown, 1.0, error)}
 
 
 def _redshift(camera: Viewer, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray]) -> np.ndarray:

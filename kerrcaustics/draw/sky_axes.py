@@ -226,6 +226,12 @@ def from_above(ax: Axes) -> Axes:
     return ax
 
 
+def from_the_side(ax: Axes) -> Axes:
+    """Name the axes of a picture seen along y, the spin axis upward."""
+    ax.set(xlabel="x (M)", ylabel="z (M)", aspect="equal")
+    return ax
+
+
 def in_plane(places: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """x and y of radii and azimuths."""
     return places[:, 0] * np.cos(places[:, 1]), places[:, 0] * np.sin(places[:, 1])

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 # Dimensions whose places have names; the value of empty places, by kind of number.
 _NAMED = {
     "axis": ["x", "y", "z"],
+    "local_axis": ["e_r", "e_theta", "e_phi"],
     "angle": ["theta", "phi"],
     "pair": ["outer", "inner"],
     "channel": ["red", "green", "blue"],

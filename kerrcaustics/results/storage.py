@@ -28,6 +28,7 @@ HOMES = {
     "beams.spheres": "CelestialSphere Sphere",
     "beams.equatorial_plane": "EquatorialPlane",
     "beams.paths": "SpacePoints RayPaths",
+    "beams.path_beams": "PathBeams",
     "curves.caustic": "Cusp Caustic CausticSet",
     "tracks.isoradials": "Isoradial IsoradialSet",
     "tracks.light_curves": "SpotEvent LightCurve",

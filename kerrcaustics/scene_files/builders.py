@@ -5,14 +5,14 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from msgspec.structs import asdict
+from msgspec.structs import asdict, replace
 
 from kerrcaustics.scene_files import contents as tables
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.checks import check_above_horizon, check_rims
-from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.disk import Disk, inner_rim
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
 from kerrcaustics.scenes.disk.samples import Emission
 from kerrcaustics.scenes.disk.spots import Spots
@@ -72,9 +72,10 @@ def disk_of(
     table: tables.DiskTable, brightness: float, spin: float, folder: Path, files: Files, response: str = "cie"
 ) -> Disk:
     """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
+    table = replace(table, inner=inner_rim(table.inner, table.motion, spin))
     with about("disk"):
         check_rims(table.inner, table.outer)
-        check_above_horizon(table.inner, spin)
+        check_above_horizon(float(table.inner), spin)
     with about("disk.emission"):
         emission = _emission(table.emission, table, folder, response)
     opacity, slant = table.opacity, table.slant
@@ -96,7 +97,7 @@ def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path,
         case tables.SpotsTable():
             return _spots(table, disk, response)
         case tables.WispsTable():
-            return Wisps(inner=disk.inner, outer=disk.outer, **asdict(table), response=response)
+            return Wisps(inner=float(disk.inner), outer=disk.outer, **asdict(table), response=response)
 
 
 def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: str) -> Spots:
@@ -106,7 +107,8 @@ def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: str) -> S
         reject("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))
     random = np.random.default_rng(table.seed)
     square, azimuth, warmth = random.random((3, table.number))
-    radius = np.sqrt(disk.inner**2 + square * (disk.outer**2 - disk.inner**2))
+    inner = float(disk.inner)
+    radius = np.sqrt(inner**2 + square * (disk.outer**2 - inner**2))
     temperature = low + warmth * (high - low)
     return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response=response)
 

@@ -231,10 +231,10 @@ EmissionTable = (
 class DiskTable(SceneTable, kw_only=True, frozen=True):
     """The disk; opacity and slant left out are 1 and true, and for wisps those of the gas itself.
 
-    brightness left out is that of a disk that shows before the sky.
+    brightness left out is that of a disk that shows before the sky. inner may be the innermost stable circular orbit.
     """
 
-    inner: float
+    inner: float | Literal["isco"]
     outer: float
     emission: EmissionTable
     opacity: float | None = None

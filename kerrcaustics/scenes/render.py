@@ -14,7 +14,7 @@ from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice, covered, crossings
-from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion
@@ -103,7 +103,7 @@ class TracedView(Shown):
         disk: the one that the view was traced with, or another one between the same rims, and as opaque; turn: angle
         (radians) by which the sky turns about the spin axis while the picture is exposed, half of it on either side.
         """
-        began = clock()
+        began, disk = clock(), disk_about(disk, self.camera)
         shape = self.view.height, self.view.width
         light, transmission = np.zeros((*shape, 3), np.float32), None
         if sky is not None:
@@ -222,7 +222,7 @@ def render(
     >>> kc.render(observer, screen, kc.skies.Checkerboard()).view.pixel
     0.375
     """
-    turn = 0.0
+    turn, disk = 0.0, disk_about(disk, camera)
     if motion is not None:
         check_picture(camera, view)
         check_sky(sky)
@@ -286,7 +286,7 @@ def trace_view(
     >>> traced.show(kc.skies.Checkerboard()).light.shape
     (36, 64, 3)
     """
-    began = clock()
+    began, disk = clock(), disk_about(disk, camera)
     check_picture(camera, view)
     close = _close(quality)
     shape = view.height, view.width

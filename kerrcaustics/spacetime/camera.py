@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, get_args
 
 from kerrcaustics.choices import VelocityName, near
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import instance_of, quoted, real_number, refuse_traced
 from kerrcaustics.spacetime.frame import Frame
@@ -113,6 +113,16 @@ class Camera(Viewer):
             )
         orbital = 1 / (self.spin + self.radius**1.5)
         return (0.0, 0.0, varpi * (orbital - at.shift) / at.lapse)
+
+    @property
+    @derived("", "1")
+    def clock_rate(self) -> float:
+        """dt / dtau = u^t: coordinate time, that of clocks at rest far away, per time of the camera's own clock.
+
+        Errors: relative 4e-16 (1 + clock_rate).
+        """
+        frame = self.frame()
+        return 1 / (frame.lapse * math.sqrt(frame.slowness))
 
     def at_rest(self) -> "Camera":
         """The fiducial camera at the same event: same caustics, another sky."""

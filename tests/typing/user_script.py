@@ -17,6 +17,8 @@ camera = kc.Camera(spin=0.999, radius=6.03, velocity="circular")
 observer = kc.Observer(spin=0.9, inclination=1.0)
 assert_type(camera.spin, float)
 assert_type(camera.at_rest(), kc.Camera)
+assert_type(camera.clock_rate, float)
+assert_type(kc.isco(0.9, prograde=False), float)
 assert_type(camera.plot(), Axes)
 camera.spn  # wrong
 camera.spin = 0.5  # wrong

@@ -1,20 +1,38 @@
 """Thin disks: their rims, emission, opacity and motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.scenes.checks import check_above_horizon, check_brightness, check_number, check_rims
+from kerrcaustics.scenes.checks import check_above_horizon, check_brightness, check_number, check_rims, positive
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.spacetime.checks import one_of, quoted
+from kerrcaustics.spacetime.kerr import isco
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
 DiskMotion = Literal["circular", "retrograde", "static", "plunging"]
 MOTIONS: tuple[DiskMotion, ...] = get_args(DiskMotion)
+
+
+def inner_rim(inner: Any, motion: str, spin: float) -> Any:
+    """The inner rim of a disk about a hole: of "isco" the radius of the innermost stable orbit in its sense."""
+    return isco(spin, motion != "retrograde") if _is_isco(inner) else inner
+
+
+def disk_about(disk: Any, viewer: Any) -> Any:
+    """A disk with its rims as numbers, about the hole of a viewer; anything else unchanged."""
+    if not (isinstance(disk, Disk) and _is_isco(disk.inner) and isinstance(viewer, Viewer)):
+        return disk
+    return replace(disk, inner=inner_rim(disk.inner, disk.motion, viewer.spin))
+
+
+def _is_isco(inner: Any) -> bool:
+    return isinstance(inner, str) and inner == "isco"
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,8 +41,9 @@ class Disk:
 
     Parameters
     ----------
-    inner, outer : float
-        Radii of its rims, outside the horizon.
+    inner, outer : float or "isco"
+        Radii of its rims, outside the horizon. inner may be "isco", the innermost stable circular orbit about the hole
+        that it is seen with: the retrograde one for motion "retrograde", else the prograde one.
     emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or anything else with their methods
         What it shines with; both faces alike.
     opacity : float or function
@@ -57,7 +76,7 @@ class Disk:
     True
     """
 
-    inner: float
+    inner: Any
     outer: float
     emission: Emission
     opacity: Any = 1.0
@@ -67,7 +86,10 @@ class Disk:
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the disk is valid."""
-        check_rims(self.inner, self.outer)
+        if _is_isco(self.inner):
+            check_number("outer", self.outer, "be a positive, finite radius", positive)
+        else:
+            check_rims(self.inner, self.outer)
         if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
             kinds = "BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps"
             raise ValueError(f"Argument `emission` must be a {kinds}, but is {quoted(self.emission)}.")
@@ -79,7 +101,7 @@ class Disk:
 
     def check(self, spin: float) -> None:
         """Raise ValueError for a disk that reaches the horizon of a hole."""
-        check_above_horizon(self.inner, spin)
+        check_above_horizon(inner_rim(self.inner, self.motion, spin), spin)
 
     @property
     def opaque(self) -> bool:

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights, drawn
@@ -47,6 +47,7 @@ def render_flat(
     if sky is not None:
         light = light + sky.light(_footprint(camera, view, x, y), False, False)
         _draw_points(camera, view, sky, light.reshape(view.height, view.width, 3))
+    disk = disk_about(disk, camera)
     if disk is not None:
         within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
         total, transmission = np.zeros((len(x), 3)), np.zeros(len(x))
