@@ -125,6 +125,31 @@ def test_a_scene_can_be_sent_to_other_processes(scene, tmp_path):
     assert there.record() == here.record() and there.camera(0) == here.camera(0)
 
 
+def lit_at(sky, direction):
+    """Light (n, 3) of what is spread over a sky, in directions (n, 3)."""
+    count = len(direction)
+    around = kc.skies.Footprint(direction, 1e-3 * np.tile(np.eye(2), (count, 1, 1)), np.zeros(count), np.ones(count))
+    return sky.light(around, False, False)
+
+
+def test_a_picture_beside_the_stars(scene, tmp_path):
+    values = np.zeros((32, 64, 3), np.uint8)
+    values[15:17, 31:33, 0] = values[:3, :, 2] = 255
+    Image.fromarray(values).save(tmp_path / "sky.png")
+    stars = '[sky]\nkind = "stars"\nband = 0\nnebulae = {file = "sky.png"}\n'
+    plain = scene(PLAIN + stars)._sky
+    assert len(plain.points.direction) == 37622
+    middle_and_pole = np.array([[-1.0, 0, 0], [0, 0, 1.0]])
+    assert lit_at(plain, middle_and_pole) == pytest.approx(np.array([[100.0, 0, 0], [0, 0, 100.0]]), abs=5)
+    bright = scene(PLAIN + stars, "sky.nebulae.brightness=70", "sky.nebulae.orientation_deg=[0, 90, 0]")._sky
+    assert lit_at(bright, np.array([[-1.0, 0, 0], [0, 0, -1]])) == pytest.approx(
+        np.array([[0, 0, 70.0], [70.0, 0, 0]]), abs=4
+    )
+    galaxy = scene(PLAIN + stars, "sky.nebulae.frame=galaxy", "sky.galaxy_tilt_deg=40")._sky
+    assert lit_at(galaxy, -galaxy.galaxy[:, :1].T) == pytest.approx(np.array([[100.0, 0, 0]]), abs=5)
+    assert galaxy.galaxy[2, 2] == pytest.approx(math.cos(math.radians(40)))
+
+
 def test_one_word_reads_both_kinds_of_scenes(scene, tmp_path):
     scene(PLAIN)
     assert isinstance(kc.read_scene(tmp_path / "scene.toml"), kc.SceneFile)
@@ -510,6 +535,16 @@ BAD = [
     ("sky.kind=cloud", "sky.kind must be stars, checkerboard, panorama or none, but is 'cloud'."),
     ("sky={kind='checkerboard', columns=3}", "sky.columns must be an even whole number from 2 to 720, but is 3."),
     ("sky={kind='panorama', file='none.png'}", "sky.file must name a file that can be read, but 'none.png': No such"),
+    ("sky={kind='stars', nebulae={file='no.jpg'}}", "sky.nebulae.file must name a file that can be read, but 'no.jpg'"),
+    ("sky={kind='stars', nebulae={file='no.png'}}", "sky.nebulae.file must name a picture that can be read"),
+    (
+        "sky={kind='stars', nebulae={file='sky.png', brightness=-1}}",
+        "sky.nebulae.brightness must be a finite number from 0 on, but is -1.0.",
+    ),
+    (
+        "sky={kind='stars', nebulae={file='sky.png', frame='moon'}}",
+        "sky.nebulae.frame must be hole or galaxy, but is 'moon'.",
+    ),
     ("disk.inner=1.5", "disk.inner must be larger than the horizon radius 1.8, but is 1.5."),
     ("disk.inner=1.8", "disk.inner must be larger than the horizon radius 1.8, but is 1.8."),
     ("disk.inner=14", "disk.inner must be smaller than disk.outer (12), but is 14."),
@@ -554,6 +589,7 @@ BAD = [
 def test_what_cannot_be_is_told_with_file_and_key(change, words, tmp_path, assert_refused):
     (tmp_path / "scene.toml").write_text(PLAIN + DISK)
     (tmp_path / "no.png").write_text("no picture")
+    Image.new("RGB", (8, 4)).save(tmp_path / "sky.png")
     assert_refused(("render", "scene.toml", "--set", change), f"Scene scene.toml: {words}")
 
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.extras import needed
 from kerrcaustics.files import check_path, reading
-from kerrcaustics.scenes.checks import check_light, check_number
+from kerrcaustics.scenes.checks import check_brightness, check_light, check_number
 from kerrcaustics.scenes.colour import decoded, shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
 from kerrcaustics.spacetime.checks import quoted, real_array
@@ -83,7 +83,7 @@ class Panorama:
         if not _FEWEST_ROWS <= len(picture) <= _MOST_ROWS:
             raise ValueError(f"Argument `light` must have {_FEWEST_ROWS} to {_MOST_ROWS} rows, but has {len(picture)}.")
         check_light("light", picture)
-        self.orientation = _oriented(orientation, mirror)
+        self.orientation = oriented(orientation, mirror)
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
         self.rows, self.aspect = len(picture), aspect
         # Held as a chart.
@@ -95,25 +95,31 @@ class Panorama:
 
     @classmethod
     def read(
-        cls, path: str | os.PathLike[str], orientation: ArrayLike | None = None, *, mirror: bool = False
+        cls,
+        path: str | os.PathLike[str],
+        orientation: ArrayLike | None = None,
+        *,
+        mirror: bool = False,
+        brightness: float = 1.0,
     ) -> "Panorama":
         """The panorama of a PNG, JPEG or OpenEXR file, twice as wide as high, or of a FITS image of the whole sky.
 
-        A picture counts as a photograph; mirror: it is a chart, as for the class.
+        A picture counts as a photograph; mirror: it is a chart, as for the class; brightness: factor of its light.
 
         Values of PNG and JPEG count as sRGB, those of OpenEXR and FITS as linear; OpenEXR needs the package of that
         name, FITS astropy. FITS images (.fits, .fit, .fits.gz) are plate carree, of one plane (grey) or three; theta'
         and phi' are 90 degrees - latitude and longitude of whatever frame they are in, unless mirror turns them over.
         """
+        check_brightness(brightness)
         if plate_carree.is_fits(path):
-            return cls(plate_carree.read_sky(path), orientation, mirror=not mirror)
+            return cls(brightness * plate_carree.read_sky(path), orientation, mirror=not mirror)
         values = read_picture(path)
         if values.shape[1] != 2 * values.shape[0]:
             raise ValueError(
                 f"Argument `path` must name a picture twice as wide as high, but {os.fspath(path)!r} has "
                 f"{values.shape[1]} x {values.shape[0]} pixels."
             )
-        return cls(values, orientation, mirror=mirror)
+        return cls(brightness * values, orientation, mirror=mirror)
 
     @classmethod
     def from_healpix(
@@ -252,7 +258,7 @@ def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
     return value
 
 
-def _oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
+def oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
     """The matrix (3, 3) of a panorama's argument `orientation`: of angles, or as it is."""
     if value is None or np.ndim(value) == 2:
         return rotation(value)
@@ -293,7 +299,8 @@ def _smoothed(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h w 3"]:
     for i, row in enumerate(picture):
         damping = np.exp(-((deviation[i] * wave) ** 2) / 2)[:, None]
         result[i] = np.fft.irfft(np.fft.rfft(row, axis=0) * damping, n=len(row), axis=0)
-    return result
+    # A Gaussian that is no wider than pixels rings beside bright ones.
+    return np.maximum(result, 0)
 
 
 def _padded(picture: Float32[Array, "h w 3"]) -> Float32[Array, "3 h+2 w+2"]:

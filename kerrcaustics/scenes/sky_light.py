@@ -43,8 +43,8 @@ _APART = 0.5
 class Sky(Protocol):
     """A celestial sphere that can be seen.
 
-    One with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which they turn
-    about the spin axis while the picture is exposed; smooth, true if all else needs no motion blur.
+    One with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which it turns
+    about the spin axis while the picture is exposed; smooth, true if all but the points needs no motion blur.
     """
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
@@ -100,7 +100,8 @@ def sky_light(
         pieces = [piece for n in (2, PARTS) for piece in places(cells, np.flatnonzero(count == n), n)]
         footprints = [_footprint(camera, view, cells, piece, shifts) for piece in pieces]
         supersampled = [*left, *(Parts(p.place.T, p.side, f) for p, f in zip(pieces, footprints, strict=True))]
-        drift = 0.0 if getattr(sky, "smooth", False) else turn
+        sweep = turn + getattr(sky, "sweep", 0.0)
+        drift = 0.0 if getattr(sky, "smooth", False) else sweep
         for now, which, moment, share in _sweeps(cells, np.flatnonzero(count == 1), drift):
 
             def store(part: Pixels, now: SkyCells = now, moment: float = moment, share: float = share) -> None:
@@ -118,7 +119,6 @@ def sky_light(
                 np.add.at(light[:, channel], pixel, values[:, channel])
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
-            sweep = turn + getattr(sky, "sweep", 0.0)
             _StarDrawing(camera, view, search(), shifts, pool).draw(light, points, sweep)
     return light
 
