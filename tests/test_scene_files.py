@@ -150,6 +150,19 @@ def test_a_picture_beside_the_stars(scene, tmp_path):
     assert galaxy.galaxy[2, 2] == pytest.approx(math.cos(math.radians(40)))
 
 
+@pytest.mark.parametrize("kind", ["stars", "checkerboard", "panorama"])
+def test_a_sky_at_a_finite_radius(kind, scene, painted, tmp_path):
+    Image.new("RGB", (8, 4)).save(tmp_path / "sky.png")
+    file = 'file = "sky.png"' if kind == "panorama" else ""
+    for more, radius in (("", math.inf), ("radius = 80", 80.0)):
+        scene(f'{PLAIN}[sky]\nkind = "{kind}"\n{file}\n{more}\n').rendering(0)
+        assert painted[-1]["sky_radius"] == radius
+    moving = 'path = {kind = "expressions", radius = "20 + 0.5 * t", inclination_deg = 90}'
+    film = PLAIN.replace("radius = 20", moving) + "[film]\nframes = 3\nend = 15\n"
+    with pytest.raises(ValueError, match=r"sky.radius must be larger than the radius of the camera, 22.5, but is 22\."):
+        scene(f'{film}[sky]\nkind = "{kind}"\n{file}\nradius = 22\n')
+
+
 def test_one_word_reads_both_kinds_of_scenes(scene, tmp_path):
     scene(PLAIN)
     assert isinstance(kc.read_scene(tmp_path / "scene.toml"), kc.SceneFile)
@@ -545,6 +558,11 @@ BAD = [
         "sky={kind='stars', nebulae={file='sky.png', frame='moon'}}",
         "sky.nebulae.frame must be hole or galaxy, but is 'moon'.",
     ),
+    ("sky={kind='stars', radius=0}", "sky.radius must be larger than the radius of the camera, 20, but is 0."),
+    (
+        "sky={kind='checkerboard', radius=15}",
+        "sky.radius must be larger than the radius of the camera, 20, but is 15.",
+    ),
     ("disk.inner=1.5", "disk.inner must be larger than the horizon radius 1.8, but is 1.5."),
     ("disk.inner=1.8", "disk.inner must be larger than the horizon radius 1.8, but is 1.8."),
     ("disk.inner=14", "disk.inner must be smaller than disk.outer (12), but is 14."),
@@ -648,9 +666,9 @@ def painted(monkeypatch):
     """A renderer that costs nothing: what it was asked for, and a grey picture."""
     asked = []
 
-    def rendered(camera, view, sky, disk, light, time, motion, quality):
+    def rendered(camera, view, sky, disk, light, time, motion, quality, sky_radius):
         given = {"camera": camera, "view": view, "sky": sky, "disk": disk}
-        asked.append({**given, "time": time, "motion": motion, "quality": quality})
+        asked.append({**given, "time": time, "motion": motion, "quality": quality, "sky_radius": sky_radius})
         grey = np.full((view.height, view.width, 3), 0.25, np.float32)
         with stage("sky_light"):
             return scene_file.Rendering(camera, view, grey, None, 0, 7, 0.0)

@@ -22,7 +22,9 @@ from kerrcaustics.scenes.disk.wisps import Wisps
 from kerrcaustics.scenes.flare import glare_kernel, with_glare
 from kerrcaustics.scenes.panorama import Panorama, oriented, read_picture
 from kerrcaustics.scenes.render import Sky
+from kerrcaustics.scenes.seen_sky import sky_end
 from kerrcaustics.scenes.star_field import StarField
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 Files = tuple[tuple[str, str], ...]
@@ -48,9 +50,17 @@ def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: str = "
             case tables.StarsTable():
                 return _stars(table, folder, response)
             case tables.CheckerboardTable():
-                return Checkerboard(**asdict(table))
+                return Checkerboard(**{key: value for key, value in asdict(table).items() if key != "radius"})
             case tables.PanoramaTable():
                 return _panorama(table, folder, np.eye(3))
+
+
+def sky_radius_of(contents: tables.Contents, viewer: Viewer) -> float:
+    """The radius of the sphere with the sky, infinite where it is left out; ValueError unless all is within."""
+    radius, disk = getattr(contents.sky, "radius", None), contents.disk
+    rim = 0.0 if disk is None else disk.outer
+    with about("sky"):
+        return float(sky_end(viewer, math.inf if radius is None else radius, rim).radius)
 
 
 def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:

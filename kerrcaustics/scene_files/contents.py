@@ -160,6 +160,7 @@ class StarsTable(SceneTable, kw_only=True, frozen=True, tag="stars", tag_field="
     galaxy_centre_deg: float = 60.0
     tycho2: str | None = None
     nebulae: NebulaeTable | None = None
+    radius: float | None = None
 
 
 class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard", tag_field="kind"):
@@ -171,10 +172,13 @@ class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard
     colours: tuple[str, ...] = COLOURS
     gap_colour: str = GAP_COLOUR
     along: Along = "latitude"
+    radius: float | None = None
 
 
 class PanoramaTable(PictureTable, kw_only=True, frozen=True, tag="panorama", tag_field="kind"):
     """A picture of the whole sky alone."""
+
+    radius: float | None = None
 
 
 SkyTable = StarsTable | CheckerboardTable | PanoramaTable | NoSky
