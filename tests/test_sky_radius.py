@@ -106,6 +106,31 @@ def test_images_of_a_star_have_the_light_that_is_certified(coarse):
     assert shifted / plain == pytest.approx(images.redshift[0] ** 4, rel=1e-3)
 
 
+@pytest.mark.slow
+def test_motion_blur_is_the_mean_of_moments():
+    view = SIDEWAYS
+    cameras = [kc.Camera(0.9, 8 - step, velocity=(-0.3, 0, 0.2)) for step in (-0.1, 0.1)]
+    motion = kc.pictures.ShutterMotion(cameras, (view, view), (-0.05, 0.05))
+    camera, sky = kc.Camera(0.9, 8.0, velocity=(-0.3, 0, 0.2)), kc.skies.Checkerboard(rows=15, columns=30)
+    blurred = kc.render(camera, view, sky, motion=motion, sky_radius=RADIUS)
+    moments = (np.arange(16) + 0.5) / 16 - 0.5
+    mean = np.mean(
+        [
+            kc.render(
+                kc.Camera(0.9, 8 - 0.2 * moment, velocity=(-0.3, 0, 0.2)),
+                view,
+                kc.skies.TurnedSky(sky, -0.1 * moment),
+                sky_radius=RADIUS,
+            ).light
+            for moment in moments.tolist()
+        ],
+        axis=0,
+    )
+    still = kc.render(camera, view, sky, sky_radius=RADIUS).light
+    off, without = (np.abs(luminance(light - mean)).mean() / luminance(mean).mean() for light in (blurred.light, still))
+    assert off < 0.03 and off < 0.25 * without and blurred.sky_radius == RADIUS
+
+
 @pytest.mark.parametrize(
     ("viewer", "radius", "words"),
     [
