@@ -147,6 +147,9 @@ def test_a_picture_beside_the_stars(scene, tmp_path):
     )
     galaxy = scene(PLAIN + stars, "sky.nebulae.frame=galaxy", "sky.galaxy_tilt_deg=40")._sky
     assert lit_at(galaxy, -galaxy.galaxy[:, :1].T) == pytest.approx(np.array([[100.0, 0, 0]]), abs=5)
+    for spectrum, factor in (("-1", [16.0] * 3), ("[0, 1, 2]", [8.0, 4, 2]), ("[[300, 1], [2000, 1]]", [32.0] * 3)):
+        sky = scene(PLAIN + stars, f"sky.nebulae.spectrum={spectrum}")._sky.nebulae
+        assert sky._shift(np.array([2.0]), True, True) == pytest.approx(np.array([factor]), rel=1e-4)
     assert galaxy.galaxy[2, 2] == pytest.approx(math.cos(math.radians(40)))
 
 
@@ -557,6 +560,10 @@ BAD = [
     (
         "sky={kind='stars', nebulae={file='sky.png', frame='moon'}}",
         "sky.nebulae.frame must be hole or galaxy, but is 'moon'.",
+    ),
+    (
+        "sky={kind='panorama', file='sky.png', spectrum=[[700, 1], [400, 1]]}",
+        "sky.spectrum must be an exponent, three of them, or a table of growing wavelengths",
     ),
     ("sky={kind='stars', radius=0}", "sky.radius must be larger than the radius of the camera, 20, but is 0."),
     (

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec.structs import asdict
@@ -84,7 +85,8 @@ def _panorama(table: tables.PictureTable, folder: Path, frame: Array) -> Panoram
     """A picture; frame: rotation (3, 3) of the axes that its angles are about."""
     file = folder / table.file
     turn = frame @ oriented(np.radians(table.orientation_deg), table.mirror != is_fits(file))
-    return Panorama.read(file, turn, mirror=table.mirror, brightness=table.brightness)
+    look: dict[str, Any] = {"mirror": table.mirror, "brightness": table.brightness, "spectrum": table.spectrum}
+    return Panorama.read(file, turn, **look)
 
 
 def brightness_of(disk: tables.DiskTable, sky: tables.SkyTable) -> float:

@@ -141,6 +141,7 @@ class PictureTable(SceneTable, kw_only=True, frozen=True):
     mirror: bool = False
     orientation_deg: float | Vector = 0.0
     brightness: float = 1.0
+    spectrum: float | tuple[float | tuple[float, float], ...] | None = None
 
 
 class NebulaeTable(PictureTable, kw_only=True, frozen=True):
