@@ -72,6 +72,12 @@ def test_a_wide_look_up_averages_over_a_gaussian(smooth, anywhere, size):
     assert wrong.max() < 0.2 * size
 
 
+def test_no_light_is_negative(anywhere):
+    light = np.random.default_rng(4).random((64, 128, 3)) ** 9
+    light[:, ::3] = 0
+    assert kc.skies.Panorama(light).light(round_footprints(anywhere, 0.02), False, False).min() >= 0
+
+
 def test_a_turned_picture(smooth, anywhere):
     c, s = math.cos(0.7), math.sin(0.7)
     turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])

@@ -126,6 +126,47 @@ def test_a_scene_can_be_sent_to_other_processes(scene, tmp_path):
     assert there.record() == here.record() and there.camera(0) == here.camera(0)
 
 
+def lit_at(sky, direction):
+    """Light (n, 3) of what is spread over a sky, in directions (n, 3)."""
+    count = len(direction)
+    around = kc.skies.Footprint(direction, 1e-3 * np.tile(np.eye(2), (count, 1, 1)), np.zeros(count), np.ones(count))
+    return sky.light(around, False, False)
+
+
+def test_a_picture_beside_the_stars(scene, tmp_path):
+    values = np.zeros((32, 64, 3), np.uint8)
+    values[15:17, 31:33, 0] = values[:3, :, 2] = 255
+    Image.fromarray(values).save(tmp_path / "sky.png")
+    stars = '[sky]\nkind = "stars"\nband = 0\nnebulae = {file = "sky.png"}\n'
+    plain = scene(PLAIN + stars)._sky
+    assert len(plain.points.direction) == 37622
+    middle_and_pole = np.array([[-1.0, 0, 0], [0, 0, 1.0]])
+    assert lit_at(plain, middle_and_pole) == pytest.approx(np.array([[100.0, 0, 0], [0, 0, 100.0]]), abs=5)
+    bright = scene(PLAIN + stars, "sky.nebulae.brightness=70", "sky.nebulae.orientation_deg=[0, 90, 0]")._sky
+    assert lit_at(bright, np.array([[-1.0, 0, 0], [0, 0, -1]])) == pytest.approx(
+        np.array([[0, 0, 70.0], [70.0, 0, 0]]), abs=4
+    )
+    galaxy = scene(PLAIN + stars, "sky.nebulae.frame=galaxy", "sky.galaxy_tilt_deg=40")._sky
+    assert lit_at(galaxy, -galaxy.galaxy[:, :1].T) == pytest.approx(np.array([[100.0, 0, 0]]), abs=5)
+    for spectrum, factor in (("-1", [16.0] * 3), ("[0, 1, 2]", [8.0, 4, 2]), ("[[300, 1], [2000, 1]]", [32.0] * 3)):
+        sky = scene(PLAIN + stars, f"sky.nebulae.spectrum={spectrum}")._sky.nebulae
+        assert sky._shift(np.array([2.0]), True, True) == pytest.approx(np.array([factor]), rel=1e-4)
+    assert galaxy.galaxy[2, 2] == pytest.approx(math.cos(math.radians(40)))
+
+
+@pytest.mark.parametrize("kind", ["stars", "checkerboard", "panorama"])
+def test_a_sky_at_a_finite_radius(kind, scene, painted, tmp_path):
+    Image.new("RGB", (8, 4)).save(tmp_path / "sky.png")
+    file = 'file = "sky.png"' if kind == "panorama" else ""
+    for more, radius in (("", math.inf), ("radius = 80", 80.0)):
+        scene(f'{PLAIN}[sky]\nkind = "{kind}"\n{file}\n{more}\n').rendering(0)
+        assert painted[-1]["sky_radius"] == radius
+    moving = 'path = {kind = "expressions", radius = "20 + 0.5 * t", inclination_deg = 90}'
+    film = PLAIN.replace("radius = 20", moving) + "[film]\nframes = 3\nend = 15\n"
+    with pytest.raises(ValueError, match=r"sky.radius must be larger than the radius of the camera, 22.5, but is 22\."):
+        scene(f'{film}[sky]\nkind = "{kind}"\n{file}\nradius = 22\n')
+
+
 def test_one_word_reads_both_kinds_of_scenes(scene, tmp_path):
     scene(PLAIN)
     assert isinstance(kc.read_scene(tmp_path / "scene.toml"), kc.SceneFile)
@@ -511,6 +552,25 @@ BAD = [
     ("sky.kind=cloud", "sky.kind must be stars, checkerboard, panorama or none, but is 'cloud'."),
     ("sky={kind='checkerboard', columns=3}", "sky.columns must be an even whole number from 2 to 720, but is 3."),
     ("sky={kind='panorama', file='none.png'}", "sky.file must name a file that can be read, but 'none.png': No such"),
+    ("sky={kind='stars', nebulae={file='no.jpg'}}", "sky.nebulae.file must name a file that can be read, but 'no.jpg'"),
+    ("sky={kind='stars', nebulae={file='no.png'}}", "sky.nebulae.file must name a picture that can be read"),
+    (
+        "sky={kind='stars', nebulae={file='sky.png', brightness=-1}}",
+        "sky.nebulae.brightness must be a finite number from 0 on, but is -1.0.",
+    ),
+    (
+        "sky={kind='stars', nebulae={file='sky.png', frame='moon'}}",
+        "sky.nebulae.frame must be hole or galaxy, but is 'moon'.",
+    ),
+    (
+        "sky={kind='panorama', file='sky.png', spectrum=[[700, 1], [400, 1]]}",
+        "sky.spectrum must be an exponent, three of them, or a table of growing wavelengths",
+    ),
+    ("sky={kind='stars', radius=0}", "sky.radius must be larger than the radius of the camera, 20, but is 0."),
+    (
+        "sky={kind='checkerboard', radius=15}",
+        "sky.radius must be larger than the radius of the camera, 20, but is 15.",
+    ),
     ("disk.inner=1.5", "disk.inner must be larger than the horizon radius 1.8, but is 1.5."),
     ("disk.inner=1.8", "disk.inner must be larger than the horizon radius 1.8, but is 1.8."),
     ("disk.inner=14", "disk.inner must be smaller than disk.outer (12), but is 14."),
@@ -556,6 +616,7 @@ BAD = [
 def test_what_cannot_be_is_told_with_file_and_key(change, words, tmp_path, assert_refused):
     (tmp_path / "scene.toml").write_text(PLAIN + DISK)
     (tmp_path / "no.png").write_text("no picture")
+    Image.new("RGB", (8, 4)).save(tmp_path / "sky.png")
     assert_refused(("render", "scene.toml", "--set", change), f"Scene scene.toml: {words}")
 
 
@@ -614,9 +675,9 @@ def painted(monkeypatch):
     """A renderer that costs nothing: what it was asked for, and a grey picture."""
     asked = []
 
-    def rendered(camera, view, sky, disk, light, time, motion, quality):
+    def rendered(camera, view, sky, disk, light, time, motion, quality, sky_radius):
         given = {"camera": camera, "view": view, "sky": sky, "disk": disk}
-        asked.append({**given, "time": time, "motion": motion, "quality": quality})
+        asked.append({**given, "time": time, "motion": motion, "quality": quality, "sky_radius": sky_radius})
         grey = np.full((view.height, view.width, 3), 0.25, np.float32)
         with stage("sky_light"):
             return scene_file.Rendering(camera, view, grey, None, 0, 7, 0.0)

@@ -151,8 +151,54 @@ def test_band_lies_along_the_galactic_plane():
     assert (plane > 3 * away).all() and (away > 0).all()
 
 
+def picture_of(sky):
+    return kc.skies.celestial_picture(sky, 24)
+
+
+def test_nebulae_are_added_to_the_stars_and_the_band():
+    both = kc.skies.StarField(nebulae=kc.skies.Checkerboard())
+    apart = picture_of(replace(both, nebulae=None)) + picture_of(kc.skies.Checkerboard())
+    assert picture_of(both) == pytest.approx(apart, rel=1e-12)
+    turned = kc.skies.TurnedSky(both, 0.4), kc.skies.TurnedSky(kc.skies.Checkerboard(), 0.4)
+    rest = picture_of(kc.skies.TurnedSky(replace(both, nebulae=None), 0.4))
+    assert picture_of(turned[0]) == pytest.approx(rest + picture_of(turned[1]), rel=1e-12)
+
+
+def test_nebulae_turn_with_the_stars_while_a_picture_is_exposed():
+    view = kc.pictures.trace_view(CAMERA, kc.pictures.View(24, 24, 0.05, forward=(0.8, -0.36, 0.48)))
+    unseen = kc.skies.StarCatalogue(np.array([[0.0, 0.0, 1.0]]), np.full(1, 30.0), np.full(1, 0.65))
+    fine = kc.skies.Checkerboard(rows=720, columns=720)
+    sweep = 8 * view.view.pixel
+    sky = kc.skies.StarField(unseen, band=0, sweep=sweep, nebulae=fine)
+    blurred = view.show(fine, turn=sweep).light
+    assert view.show(sky).light == pytest.approx(blurred, rel=1e-5)
+    assert np.abs(blurred - view.show(fine).light).max() > 0.1 * blurred.max()
+
+
+def test_a_picture_of_the_galaxy_lies_where_its_stars_are():
+    """Its middle at Sgr A* (ICRS), its right at l = 270 degrees, in Vela, its upper edge at the galactic north pole."""
+    stars = kc.skies.StarField()
+    light = np.zeros((32, 64, 3))
+    light[15:17, 31:33, 0] = light[15:17, 47:49, 1] = light[:3, :, 2] = 1
+    picture = kc.skies.Panorama(light, stars.galaxy)
+    icrs = [(266.405, -28.936), (137.836, -48.330), (192.859, 27.128), (86.405, 28.936)]
+    alpha, delta = np.radians(icrs).T
+    seen = picture.around(from_angles(math.pi / 2 - delta, alpha) @ stars.orientation.T, np.full(4, 0.01))
+    assert seen == pytest.approx(np.concatenate([np.eye(3), np.zeros((1, 3))]), abs=0.05)
+
+
 @pytest.mark.parametrize(
-    "values", [{"catalogue": 3}, {"band": -1}, {"white": 10}, {"orientation": np.zeros((3, 3))}, {"sweep": -1}]
+    "values",
+    [
+        {"catalogue": 3},
+        {"band": -1},
+        {"white": 10},
+        {"orientation": np.zeros((3, 3))},
+        {"sweep": -1},
+        {"nebulae": 3},
+        {"nebulae": kc.skies.Checkerboard},
+        {"nebulae": kc.skies.StarField(band=0)},
+    ],
 )
 def test_star_field_refuses(values):
     with pytest.raises(ValueError, match="Argument"):

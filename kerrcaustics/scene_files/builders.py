@@ -1,12 +1,15 @@
 """The sky and the disk of a scene, from the tables that describe them."""
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec.structs import asdict, replace
 
+from kerrcaustics.astronomy.plate_carree import is_fits
 from kerrcaustics.scene_files import contents as tables
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
@@ -18,15 +21,19 @@ from kerrcaustics.scenes.disk.samples import Emission
 from kerrcaustics.scenes.disk.spots import Spots
 from kerrcaustics.scenes.disk.wisps import Wisps
 from kerrcaustics.scenes.flare import glare_kernel, with_glare
-from kerrcaustics.scenes.panorama import Panorama, read_picture
+from kerrcaustics.scenes.panorama import Panorama, oriented, read_picture
 from kerrcaustics.scenes.render import Sky
+from kerrcaustics.scenes.seen_sky import sky_end
 from kerrcaustics.scenes.star_field import StarField
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 Files = tuple[tuple[str, str], ...]
 
 # Of a disk before stars, which then both show in one exposure.
 _BEFORE_STARS = 600.0
+
+_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 _THERMAL = {tables.BlackBodyTable: BlackBody, tables.PowerLawTable: PowerLaw, tables.PageThorneTable: PageThorne}
 
@@ -44,10 +51,17 @@ def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: str = "
             case tables.StarsTable():
                 return _stars(table, folder, response)
             case tables.CheckerboardTable():
-                return Checkerboard(**asdict(table))
+                return Checkerboard(**{key: value for key, value in asdict(table).items() if key != "radius"})
             case tables.PanoramaTable():
-                turn = np.radians(table.orientation_deg)
-                return Panorama.read(folder / table.file, turn, mirror=table.mirror)
+                return _panorama(table, folder, np.eye(3))
+
+
+def sky_radius_of(contents: tables.Contents, viewer: Viewer) -> float:
+    """The radius of the sphere with the sky, infinite where it is left out; ValueError unless all is within."""
+    radius, disk = getattr(contents.sky, "radius", None), contents.disk
+    rim = 0.0 if disk is None else disk.outer
+    with about("sky"):
+        return float(sky_end(viewer, math.inf if radius is None else radius, rim).radius)
 
 
 def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
@@ -57,7 +71,22 @@ def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
     if table.tycho2 is not None:
         with about("sky", path="sky.tycho2"):
             catalogue = merged_catalogues(catalogue, tycho2(folder / table.tycho2))
-    return StarField(catalogue, turn, table.band, table.white, response=response)
+    stars = StarField(catalogue, turn, table.band, table.white, response=response)
+    if table.nebulae is None:
+        return stars
+    with about("sky.nebulae"):
+        # Longitudes of FITS files say themselves where they begin.
+        turn = stars.galaxy @ (_HALF_TURN if is_fits(table.nebulae.file) else np.eye(3))
+        picture = _panorama(table.nebulae, folder, np.eye(3) if table.nebulae.frame == "hole" else turn)
+    return replace(stars, nebulae=picture)
+
+
+def _panorama(table: tables.PictureTable, folder: Path, frame: Array) -> Panorama:
+    """A picture; frame: rotation (3, 3) of the axes that its angles are about."""
+    file = folder / table.file
+    turn = frame @ oriented(np.radians(table.orientation_deg), table.mirror != is_fits(file))
+    look: dict[str, Any] = {"mirror": table.mirror, "brightness": table.brightness, "spectrum": table.spectrum}
+    return Panorama.read(file, turn, **look)
 
 
 def brightness_of(disk: tables.DiskTable, sky: tables.SkyTable) -> float:

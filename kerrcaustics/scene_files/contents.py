@@ -10,7 +10,7 @@ from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR, Along
 from kerrcaustics.scenes.colour import DAYLIGHT, Response
 from kerrcaustics.scenes.disk.disk import DiskMotion
 from kerrcaustics.scenes.raster import MOST_PIXELS
-from kerrcaustics.scenes.star_field import BAND
+from kerrcaustics.scenes.star_field import BAND, NEBULAE
 from kerrcaustics.scenes.tones import AUTO, Curve
 from kerrcaustics.scenes.view import Projection
 
@@ -134,6 +134,23 @@ class NoSky(SceneTable, kw_only=True, frozen=True, tag="none", tag_field="kind")
     """A black sky."""
 
 
+class PictureTable(SceneTable, kw_only=True, frozen=True):
+    """A picture of the whole sky, as photographs have it, or a chart; orientation: to the right, up, clockwise."""
+
+    file: str
+    mirror: bool = False
+    orientation_deg: float | Vector = 0.0
+    brightness: float = 1.0
+    spectrum: float | tuple[float | tuple[float, float], ...] | None = None
+
+
+class NebulaeTable(PictureTable, kw_only=True, frozen=True):
+    """A picture beside the stars, of the hole's sky or of the stars' own Galaxy."""
+
+    brightness: float = NEBULAE
+    frame: Literal["hole", "galaxy"] = "hole"
+
+
 class StarsTable(SceneTable, kw_only=True, frozen=True, tag="stars", tag_field="kind"):
     """Stars and the galactic band; the catalogue of the package, with that of a Tycho-2 file where one is named."""
 
@@ -143,6 +160,8 @@ class StarsTable(SceneTable, kw_only=True, frozen=True, tag="stars", tag_field="
     galaxy_node_deg: float = -60.0
     galaxy_centre_deg: float = 60.0
     tycho2: str | None = None
+    nebulae: NebulaeTable | None = None
+    radius: float | None = None
 
 
 class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard", tag_field="kind"):
@@ -154,14 +173,13 @@ class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard
     colours: tuple[str, ...] = COLOURS
     gap_colour: str = GAP_COLOUR
     along: Along = "latitude"
+    radius: float | None = None
 
 
-class PanoramaTable(SceneTable, kw_only=True, frozen=True, tag="panorama", tag_field="kind"):
-    """A picture of the whole sky, as photographs have it, or a chart; orientation: to the right, up, clockwise."""
+class PanoramaTable(PictureTable, kw_only=True, frozen=True, tag="panorama", tag_field="kind"):
+    """A picture of the whole sky alone."""
 
-    file: str
-    mirror: bool = False
-    orientation_deg: float | Vector = 0.0
+    radius: float | None = None
 
 
 SkyTable = StarsTable | CheckerboardTable | PanoramaTable | NoSky

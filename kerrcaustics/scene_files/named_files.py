@@ -14,7 +14,8 @@ _LARGEST = 4_000_000_000
 def named_files(contents: Contents, folder: Path) -> tuple[tuple[str, str], ...]:
     """Names of files, each with the SHA-256 of its bytes; ValueError for a file that cannot be read."""
     files = [("camera.path.file", getattr(contents.camera.path, "file", None))]
-    files += [("sky.file", getattr(contents.sky, "file", None)), ("sky.tycho2", getattr(contents.sky, "tycho2", None))]
+    files += [(f"sky.{key}", getattr(contents.sky, key, None)) for key in ("file", "tycho2")]
+    files.append(("sky.nebulae.file", getattr(getattr(contents.sky, "nebulae", None), "file", None)))
     if contents.disk is not None:
         files.append(("disk.emission.file", getattr(contents.disk.emission, "file", None)))
     files += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare or ())]

@@ -31,7 +31,6 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.shadow import shadow_edge
-from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.tracks import star_tracks
 
 Array = np.ndarray
@@ -77,21 +76,22 @@ def overlaid(
         ax.set_axis_off()
         extent = (-0.5, width - 0.5, height - 0.5, -0.5)
         ax.imshow(picture, interpolation="nearest", extent=extent, aspect="auto")
-        _draw(ax, overlays, rendering.camera, rendering.view)
+        _draw(ax, overlays, rendering)
         if overlays.caption:
             _write(ax, _filled(overlays.caption, moment), overlays)
         drawing = pixels(figure)
     return drawing[:height, :width]
 
 
-def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> None:
+def _draw(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
+    camera, view = rendering.camera, rendering.view
     lines: list[Line2D] = []
     most = min(max(overlays.critical_curves - 1, 1), HIGHEST_INDEX)
     if overlays.tracks:
-        _draw_tracks(ax, overlays.tracks, most, camera, view)
+        _draw_tracks(ax, overlays.tracks, most, rendering)
         lines += [Line2D([], [], label=f"tracks, index {index}", **_track_line(index)) for index in range(most + 1)]
     if overlays.poles:
-        _draw_poles(ax, most, camera, view)
+        _draw_poles(ax, most, rendering)
         lines.append(Line2D([], [], label="images of the poles", color=style.index_colour(0, on_black=True), **_POLE))
     if overlays.shadow_edge:
         edge = whole_line(shadow_edge(camera, _EDGE_POINTS), True)
@@ -101,7 +101,7 @@ def _draw(ax: Axes, overlays: OverlaysTable, camera: Viewer, view: Raster) -> No
             # Where it is dark: curves of high order lie beyond.
             _write_name(ax, view, _Name("shadow edge", edge, _EDGE_LINE["color"], 0.0, within=True), overlays)
     if overlays.critical_curves:
-        curves = caustics(camera, overlays.critical_curves)
+        curves = caustics(camera, overlays.critical_curves, end=rendering.sky_radius)
         one: dict[str, Any] = {"color": overlays.curve_colour} if overlays.curve_colour else {}
         show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6, **one)
         for curve in (caustic for caustic in curves if _in_view(view, caustic.sky)):
@@ -201,11 +201,12 @@ def _track_line(index: int) -> dict[str, Any]:
     return {**style.index_line(index, on_black=True), "linewidth": 0.9, "path_effects": [_DARK]}
 
 
-def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, view: Raster) -> None:
+def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, rendering: Rendering) -> None:
+    view = rendering.view
     limits, lines = (ax.get_xlim(), ax.get_ylim()), []
     for i, theta in enumerate(stars):
         with about("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
-            star = _tracks(camera, math.radians(theta), most)
+            star = _tracks(rendering.camera, math.radians(theta), most, end=rendering.sky_radius)
         for track in star.tracks:
             for index, places in moving_lines(star, track, view.pixels(track.sky), view.width / 2):
                 lines.append((index, places))
@@ -215,11 +216,11 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, camera: Viewer, 
         draw_motion(ax, places, style.index_colour(index, on_black=True), spacing=0.35, size=20)
 
 
-def _draw_poles(ax: Axes, most: int, camera: Viewer, view: Raster) -> None:
+def _draw_poles(ax: Axes, most: int, rendering: Rendering) -> None:
     """Five-pointed stars on the images of the two stars on the spin axis, in the colours of tracks."""
     for theta in (0.0, math.pi):
-        images = _images(camera, (theta, 0.0), most)
-        for place, index in zip(view.pixels(images.sky), images.index, strict=True):
+        images = _images(rendering.camera, (theta, 0.0), most, end=rendering.sky_radius)
+        for place, index in zip(rendering.view.pixels(images.sky), images.index, strict=True):
             ax.plot(*place, color=style.index_colour(index, on_black=True), scalex=False, scaley=False, **_POLE)
 
 

@@ -23,26 +23,31 @@ def rendered(
     time: float,
     motion: ShutterMotion | None,
     quality: str,
+    sky_radius: float,
 ) -> Rendering:
     """A frame, linear light; time: in its middle."""
     options = {"beaming": light.beaming, "colour_shift": light.colour_shift, "delay": light.delay, "time": time}
     exposure = None if motion is None or not blurred(quality) else motion.about(camera, view, time)
     if exposure is not None and (disk is not None or not exposure.still):
-        return render(camera, view, sky, disk=disk, motion=motion, quality=quality, **options)
-    traced = _traced(camera, view, sky is not None, disk, light.delay, quality)
+        options |= {"quality": quality, "sky_radius": sky_radius}
+        return render(camera, view, sky, disk=disk, motion=motion, **options)
+    traced = _traced(camera, view, sky is not None, disk, light.delay, quality, sky_radius)
     return traced.show(sky, disk=disk, turn=0.0 if exposure is None else exposure.turn, **options)
 
 
-def _traced(camera: Viewer, view: Raster, sky: bool, disk: Disk | None, delay: bool, quality: str) -> TracedView:
+def _traced(
+    camera: Viewer, view: Raster, sky: bool, disk: Disk | None, delay: bool, quality: str, sky_radius: float
+) -> TracedView:
     """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
     rims = disk and (disk.inner, disk.outer, disk.opaque)
-    key = camera, view, sky, rims, delay, quality
+    key = camera, view, sky, rims, delay, quality, sky_radius
     # Looked at once: another thread may put its own there.
     last = next(iter(_LAST), None)
     if last is None or not same(last[0], key):
         # Two at once would be too much memory.
         last = None
         _LAST.clear()
-        last = key, trace_view(camera, view, sky=sky, disk=disk, delay=delay, quality=quality)
+        options = {"disk": disk, "delay": delay, "quality": quality, "sky_radius": sky_radius}
+        last = key, trace_view(camera, view, sky=sky, **options)
         _LAST[:] = [last]
     return last[1]

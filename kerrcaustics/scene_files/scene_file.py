@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from kerrcaustics.choices import Quality, if_radians
-from kerrcaustics.scene_files.builders import add_glare, brightness_of, disk_of, point_spread, sky_of
+from kerrcaustics.scene_files.builders import add_glare, brightness_of, disk_of, point_spread, sky_of, sky_radius_of
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
 from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
 from kerrcaustics.scene_files.exposure import (
@@ -228,7 +228,8 @@ class SceneFile:
                 sky = TurnedSky(sky, -place.phi)
             disk = None if self._disk is None else turned_disk(self._disk, -place.phi)
             motion = self._motion(time, place.phi, scale)
-            return rendered(camera, view, sky, disk, self.contents.light, time, motion, quality)
+            radius = sky_radius_of(self.contents, camera)
+            return rendered(camera, view, sky, disk, self.contents.light, time, motion, quality, radius)
 
     def _motion(self, time: float, phi: float, scale: float) -> ShutterMotion | None:
         """The motion while a frame is exposed, about its middle; phi: of the camera then."""
@@ -397,6 +398,7 @@ class SceneFile:
 
     def _check_frame(self, time: float) -> None:
         camera = self._path.camera(time)[0]
+        sky_radius_of(self.contents, camera)
         values = self._values(time)
         self._raster(camera, values, 1.0, trial=True)
         exposure = 1.0 if self._by_light else self._exposure.at(self._path.at(time))

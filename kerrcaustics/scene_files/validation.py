@@ -13,7 +13,7 @@ from kerrcaustics.spacetime.checks import quoted
 # Names of arguments that are keys under another name, in degrees.
 _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg", "forward": "look", "up": "look"}
 _KEYS |= {"tilt": "galaxy_tilt_deg", "node": "galaxy_node_deg", "centre": "galaxy_centre_deg", "spread": "file"}
-_KEYS |= {"path": "file", "light": "file", "orientation": "orientation_deg"}
+_KEYS |= {"sky_radius": "radius", "path": "file", "light": "file", "orientation": "orientation_deg"}
 
 
 class SceneError(ValueError):

@@ -2,7 +2,8 @@
 
 import math
 import re
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,6 +16,8 @@ from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 
 Array = np.ndarray
 Reals = Float[Array, "*batch"]
+Shift = Callable[[Reals, bool, bool], Float[Array, "*batch 3"]]
+"""Factors of light as `shifted_light` gives them."""
 
 Response = Literal["cie", "film"]
 RESPONSES: tuple[Response, ...] = get_args(Response)
@@ -25,6 +28,8 @@ DAYLIGHT = 6504.0
 # Second radiation constant, nm K.
 _HC_OVER_K = 1.438776877e7
 _COOLEST, _HOTTEST, _TEMPERATURES = 300.0, 1e6, 600
+# Wavelengths (nm) of tables, and the distance in ln g at which their shifted light is worked out.
+_SHORTEST, _LONGEST, _FINE = 1.0, 1e6, 0.002
 _WAVELENGTHS = np.arange(360.0, 831.0, 2.0)
 # Lobes (height, centre, width below, width above; nm) of the colour-matching functions x, y, z.
 _LOBES = (
@@ -134,11 +139,84 @@ def shifted_light(
     if not colour_shift:
         return np.repeat((np.asarray(redshift) ** 4)[..., None], 3, axis=-1)
     before = _black_body(np.broadcast_to(temperature, np.shape(redshift)), response=response)
-    after = _black_body(np.asarray(temperature) * redshift, response=response)
+    return _factor(before, _black_body(np.asarray(temperature) * redshift, response=response), beaming)
+
+
+def _factor(before: Float[Array, "*_ 3"], after: Float[Array, "*batch 3"], beaming: bool) -> Float[Array, "*batch 3"]:
+    """Factors of light whose channels were so before they were shifted; without beaming the luminance stays."""
     factor = after / before
-    if not beaming:
-        factor *= (luminance(before) / luminance(after))[..., None]
-    return factor
+    if beaming:
+        return factor
+    bright = luminance(after)[..., None]
+    kept = factor * luminance(before)[..., None]
+    return np.divide(kept, bright, out=np.zeros_like(kept), where=bright > 0)
+
+
+def shift_of(spectrum: ArrayLike | None) -> Shift:
+    """The shift of light with a spectrum, as `shifted_light` with its first three arguments.
+
+    Parameters
+    ----------
+    spectrum : float, (3,) or (n, 2) array, optional
+        An exponent alpha, or those of red, green and blue: S_nu goes as nu^alpha. Or a table: wavelengths (nm), which
+        grow, and powers per wavelength, in any unit; straight in between, and 0 beyond. Left out, that of daylight.
+
+    Raises
+    ------
+    ValueError
+        If the spectrum is invalid, or has no light that can be seen.
+
+    Notes
+    -----
+    I_nu / nu^3 is the same for all observers: a power law stays one, g^(3 - alpha) times as bright; of a table
+    I_lambda(lambda) is g^5 times that of the source at g lambda, seen by the CIE functions.
+    """
+    if spectrum is None:
+        return shifted_light
+    values = real_array("spectrum", spectrum)
+    valid = bool(np.isfinite(values).all())
+    if valid and values.shape in ((), (3,)):
+        return partial(_shifted, partial(_power_law, values))
+    wavelength, power = values.T if values.ndim == 2 and values.shape[1] == 2 else (np.zeros(0), np.zeros(0))
+    valid &= len(wavelength) > 1 and bool((np.diff(wavelength) > 0).all() and (power >= 0).all())
+    if not valid or wavelength[0] < _SHORTEST or wavelength[-1] > _LONGEST:
+        must = "be an exponent, three of them, or a table of growing wavelengths (1 to 1e6 nm) and powers from 0 on"
+        raise ValueError(f"Argument `spectrum` must {must}, but is {quoted(spectrum)}.")
+    grid, channels = _shifted_table(wavelength, power)
+    if not _tabulated(grid, channels, np.ones(())).any():
+        raise ValueError("Argument `spectrum` must have light between 360 and 830 nm.")
+    return partial(_shifted, partial(_tabulated, grid, channels))
+
+
+def _shifted(
+    seen: Callable[[Reals], Array], redshift: Reals, beaming: bool, colour_shift: bool
+) -> Float[Array, "*batch 3"]:
+    """Factors of light whose channels are `seen` with frequency ratios."""
+    if not colour_shift:
+        return shifted_light(redshift, beaming, False)
+    return _factor(seen(np.ones(())), seen(np.asarray(redshift)), beaming)
+
+
+def _power_law(exponent: Float[Array, "*_"], redshift: Reals) -> Float[Array, "*batch 3"]:
+    return redshift[..., None] ** (3 - exponent) * np.ones(3)
+
+
+def _tabulated(grid: Float[Array, " n"], channels: Float[Array, "n 3"], redshift: Reals) -> Float[Array, "*batch 3"]:
+    """Channels of a table seen with frequency ratios: 0 where nothing of it is seen."""
+    place = np.log(redshift)
+    return np.stack([np.interp(place, grid, part, 0.0, 0.0) for part in channels.T], axis=-1)
+
+
+def _shifted_table(
+    wavelength: Float[Array, " m"], power: Float[Array, " m"]
+) -> tuple[Float[Array, " n"], Float[Array, "n 3"]]:
+    """Logarithms (n,) of frequency ratios, and the channels (n, 3) of a table seen with them."""
+    ends = math.log(wavelength[0] / _WAVELENGTHS[-1]), math.log(wavelength[-1] / _WAVELENGTHS[0])
+    grid = np.linspace(*ends, math.ceil((ends[1] - ends[0]) / _FINE) + 1)
+    ratio = np.exp(grid)[:, None]
+    spectrum = ratio**5 * np.interp(ratio * _WAVELENGTHS, wavelength, power, 0.0, 0.0)
+    # As those of black bodies, by which white light is.
+    return grid, _channels(spectrum, "cie") / np.exp(_interpolated(np.asarray(DAYLIGHT), "cie"))
 
 
 def seen_black_body(
@@ -192,14 +270,18 @@ def _table(response: str) -> tuple[Float[Array, " n"], Float[Array, "3 n"]]:
     grid = np.linspace(math.log(_COOLEST), math.log(_HOTTEST), _TEMPERATURES)
     ratio = _HC_OVER_K / (_WAVELENGTHS * np.exp(grid)[:, None])
     spectrum = (_WAVELENGTHS / 560.0) ** -5 * np.exp(-ratio) / -np.expm1(-ratio)
+    return grid, np.log(_channels(spectrum, response)).T
+
+
+def _channels(spectrum: Float[Array, "n wavelengths"], response: str) -> Float[Array, "n 3"]:
+    """Linear channels (n, 3) of spectra per wavelength."""
     if response == "film":
         layers = np.stack([_lobe(1.0, centre, width, width) for centre, width in _LAYERS])
-        return grid, np.log(spectrum @ layers.T).T
+        return spectrum @ layers.T
     matching = np.stack([sum(_lobe(*lobe) for lobe in lobes) for lobes in _LOBES])
     light = spectrum @ matching.T @ _TO_SRGB.T
     # A red or blue outside what a screen shows keeps a trace, so that ratios of it stay finite.
-    grey = (light @ _LUMINANCE)[:, None]
-    return grid, np.log(np.maximum(light, 1e-3 * grey)).T
+    return np.maximum(light, 1e-3 * (light @ _LUMINANCE)[:, None])
 
 
 def _lobe(height: float, centre: float, below: float, above: float) -> Float[Array, " wavelengths"]:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.disk.crossings import FINEST, Lattice, covered, crossings
@@ -47,14 +48,14 @@ class DiskLight(NamedTuple):
 
 
 def blurred_sky(
-    exposure: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"]
+    exposure: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"], end: Spherical
 ) -> tuple[Float[Array, "h w 3"], SeenSky]:
     """The light of a sky over an exposure, and the visible sky: of its first part, with the worst errors of all.
 
-    close, hidden: as for `sky_map`.
+    close, hidden, end: as for `sky_map`.
     """
-    pieces = [exposure] if exposure.still else exposure.pieces(_pieces(exposure))
-    lights, skies = zip(*(_piece(piece, sky, shifts, close, hidden) for piece in pieces), strict=True)
+    pieces = [exposure] if exposure.still else exposure.pieces(_pieces(exposure, end))
+    lights, skies = zip(*(_piece(piece, sky, shifts, close, hidden, end) for piece in pieces), strict=True)
     fraction = np.asarray(np.mean([part.visible_fraction for part in skies], axis=0, dtype=np.float32))
     supersampled, error = (max(getattr(part, name) for part in skies) for name in ("supersampled", "error"))
     beams = sum(part.beams for part in skies)
@@ -63,26 +64,26 @@ def blurred_sky(
 
 
 def _piece(
-    piece: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"]
+    piece: Exposure, sky: Sky, shifts: Shifts, close: float, hidden: Bool[Array, "h w"], end: Spherical
 ) -> tuple[Float[Array, "h w 3"], SeenSky]:
     camera, view, _, _ = piece.middle
-    visible = seen_sky(camera, view, close, hidden, None if piece.still else piece)
+    visible = seen_sky(camera, view, close, hidden, None if piece.still else piece, end)
     turn = piece.turn if piece.still else 0.0
     moving = None if piece.still else piece
 
     def search() -> StarSearch:
-        return StarSearch(camera, view, visible.cells, visible.visible_fraction, moving)
+        return StarSearch(camera, view, visible.cells, visible.visible_fraction, moving, end)
 
-    return sky_light(camera, view, sky, visible.cells, visible.parts, search, shifts, turn), visible
+    return sky_light(camera, view, sky, visible.cells, visible.parts, search, shifts, turn, end), visible
 
 
-def _pieces(exposure: Exposure) -> int:
+def _pieces(exposure: Exposure, end: Spherical) -> int:
     """Number of pieces of an exposure, by the distances that most places of the picture move over the sky."""
     x, y = _probes(exposure)
     camera, view, _, _ = exposure.middle
     sky, steps = view.directions(x, y)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
-    first, last = (ray_directions(end, x, y) for end in (exposure.first, exposure.last))
+    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
+    first, last = (ray_directions(moment, x, y, end) for moment in (exposure.first, exposure.last))
     columns = np.swapaxes(slopes(beams, sky, steps), 1, 2)
     ways = last - first, (first + last) / 2 - beams.direction
     moved, off = (np.abs(steps_to(columns, way)).max(axis=1) for way in ways)

@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.extras import needed
 from kerrcaustics.files import check_path, reading
-from kerrcaustics.scenes.checks import check_light, check_number
-from kerrcaustics.scenes.colour import decoded, shifted_light
+from kerrcaustics.scenes.checks import check_brightness, check_light, check_number
+from kerrcaustics.scenes.colour import decoded, shift_of
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
 from kerrcaustics.spacetime.checks import quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
@@ -47,6 +47,10 @@ class Panorama:
     aspect : float
         Footprints that are longer are widened to so many times their width: fewer look-ups, for skies with little
         detail.
+    spectrum : float, (3,) or (n, 2) array, optional
+        Of the picture's light, for a shift of its colours: the exponent alpha of a power law, S_nu as nu^alpha, or
+        three, of what is shown as red, green and blue; or a table of wavelengths (nm, growing) and powers per
+        wavelength in any unit, straight in between and 0 beyond. Left out, that of daylight.
 
     Raises
     ------
@@ -75,6 +79,7 @@ class Panorama:
         aspect: float = ASPECT,
         *,
         mirror: bool = False,
+        spectrum: ArrayLike | None = None,
     ) -> None:
         """Smooth the picture at every level; see the class."""
         picture = real_array("light", light, np.float32)
@@ -83,9 +88,9 @@ class Panorama:
         if not _FEWEST_ROWS <= len(picture) <= _MOST_ROWS:
             raise ValueError(f"Argument `light` must have {_FEWEST_ROWS} to {_MOST_ROWS} rows, but has {len(picture)}.")
         check_light("light", picture)
-        self.orientation = _oriented(orientation, mirror)
+        self.orientation = oriented(orientation, mirror)
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
-        self.rows, self.aspect = len(picture), aspect
+        self.rows, self.aspect, self._shift = len(picture), aspect, shift_of(spectrum)
         # Held as a chart.
         self._levels = [_padded(level) for level in _pyramid(picture if mirror else picture[:, ::-1])]
 
@@ -95,25 +100,33 @@ class Panorama:
 
     @classmethod
     def read(
-        cls, path: str | os.PathLike[str], orientation: ArrayLike | None = None, *, mirror: bool = False
+        cls,
+        path: str | os.PathLike[str],
+        orientation: ArrayLike | None = None,
+        *,
+        mirror: bool = False,
+        brightness: float = 1.0,
+        spectrum: ArrayLike | None = None,
     ) -> "Panorama":
         """The panorama of a PNG, JPEG or OpenEXR file, twice as wide as high, or of a FITS image of the whole sky.
 
-        A picture counts as a photograph; mirror: it is a chart, as for the class.
+        A picture counts as a photograph; mirror: it is a chart, as for the class; brightness: factor of its light;
+        spectrum: as for the class.
 
         Values of PNG and JPEG count as sRGB, those of OpenEXR and FITS as linear; OpenEXR needs the package of that
         name, FITS astropy. FITS images (.fits, .fit, .fits.gz) are plate carree, of one plane (grey) or three; theta'
         and phi' are 90 degrees - latitude and longitude of whatever frame they are in, unless mirror turns them over.
         """
+        check_brightness(brightness)
         if plate_carree.is_fits(path):
-            return cls(plate_carree.read_sky(path), orientation, mirror=not mirror)
+            return cls(brightness * plate_carree.read_sky(path), orientation, mirror=not mirror, spectrum=spectrum)
         values = read_picture(path)
         if values.shape[1] != 2 * values.shape[0]:
             raise ValueError(
                 f"Argument `path` must name a picture twice as wide as high, but {os.fspath(path)!r} has "
                 f"{values.shape[1]} x {values.shape[0]} pixels."
             )
-        return cls(values, orientation, mirror=mirror)
+        return cls(brightness * values, orientation, mirror=mirror, spectrum=spectrum)
 
     @classmethod
     def from_healpix(
@@ -122,14 +135,16 @@ class Panorama:
         order: healpix.Order = "ring",
         rows: int | None = None,
         orientation: ArrayLike | None = None,
+        spectrum: ArrayLike | None = None,
     ) -> "Panorama":
         """The panorama of a HEALPix map (12 nside^2,), grey, or of three (3, 12 nside^2), linear between pixels.
 
-        order is "ring" or "nested"; rows is 4 nside when left out. theta' and phi' are those of the map. Needs the
-        package astropy-healpix.
+        order is "ring" or "nested"; rows is 4 nside when left out. theta' and phi' are those of the map; spectrum: as
+        for the class. Needs the package astropy-healpix.
         """
         light = healpix.plate_carree_of(values, order, rows)
-        return cls(np.repeat(light, 3, axis=2) if light.shape[2] == 1 else light, orientation, mirror=True)
+        light = np.repeat(light, 3, axis=2) if light.shape[2] == 1 else light
+        return cls(light, orientation, mirror=True, spectrum=spectrum)
 
     def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Float32[Array, "3 pixels"]:
         """Light (3, 12 nside^2) in HEALPix, each the mean about a pixel's centre. Needs the package astropy-healpix."""
@@ -137,9 +152,9 @@ class Panorama:
         return self.around(from_angles(theta, phi), np.full(len(theta), healpix.resolution(nside))).T
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
-        """Linear sRGB light (n, 3) of pixels; for a shift of colours the picture counts as lit by daylight."""
+        """Linear sRGB light (n, 3) of pixels; its colours shift by the spectrum."""
         light = averaged(self.around, footprint, finest=math.pi / self.rows, aspect=self.aspect)
-        return light * shifted_light(footprint.redshift, beaming, colour_shift)
+        return light * self._shift(footprint.redshift, beaming, colour_shift)
 
     def around(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
         """Light (m, 3) about directions (m, 3), averaged over neighbourhoods of sizes (m,) in radians."""
@@ -252,7 +267,7 @@ def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
     return value
 
 
-def _oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
+def oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
     """The matrix (3, 3) of a panorama's argument `orientation`: of angles, or as it is."""
     if value is None or np.ndim(value) == 2:
         return rotation(value)
@@ -293,7 +308,8 @@ def _smoothed(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h w 3"]:
     for i, row in enumerate(picture):
         damping = np.exp(-((deviation[i] * wave) ** 2) / 2)[:, None]
         result[i] = np.fft.irfft(np.fft.rfft(row, axis=0) * damping, n=len(row), axis=0)
-    return result
+    # A Gaussian that is no wider than pixels rings beside bright ones.
+    return np.maximum(result, 0)
 
 
 def _padded(picture: Float32[Array, "h w 3"]) -> Float32[Array, "3 h+2 w+2"]:

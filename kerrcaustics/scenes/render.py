@@ -8,6 +8,7 @@ from typing import Any, cast, get_args
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.choices import Quality
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
@@ -21,7 +22,7 @@ from kerrcaustics.scenes.motion import Exposure, ShutterMotion
 from kerrcaustics.scenes.motion_blur import blurred_disk, blurred_sky
 from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.raster import Raster, check_picture
-from kerrcaustics.scenes.seen_sky import seen_sky
+from kerrcaustics.scenes.seen_sky import seen_sky, sky_end
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
 from kerrcaustics.scenes.star_search import StarSearch
@@ -37,6 +38,7 @@ QUALITIES: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.002
 
 _VISIBLE = "part of each pixel that is not in the shadow; None without a sky"
 _ERROR = "largest error of the map of the sky, in pixels; NaN without a sky"
+_SKY_RADIUS = "radius of the sphere with the sky"
 _STAGES = "seconds of each stage, by its name: disk_map, sky_map, shadow_edge, sky_light, stars, disk_light"
 _BEAMS = "beams traced for the map, without those that find stars next to the shadow edge"
 _CROSSINGS = "beams traced to each crossing of the disk's plane, from the first one on"
@@ -61,6 +63,7 @@ class Rendering(Shown):
     )
     error: float = quantity("", "1", _ERROR, default=math.nan)
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
+    sky_radius: float = quantity("", "GM/c^2", _SKY_RADIUS, default=math.inf)
 
     def __repr__(self) -> str:
         """Return a line with size, camera and time."""
@@ -85,6 +88,7 @@ class TracedView(Shown):
     _sky: tuple[Array, ...] = quantity("", "", "cells that see the sky")
     _parts: list[tuple[Any, ...]] = quantity("", "", "those of supersampled pixels")
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
+    sky_radius: float = quantity("", "GM/c^2", _SKY_RADIUS, default=math.inf)
 
     @with_stages
     def show(
@@ -116,9 +120,8 @@ class TracedView(Shown):
             light = light * transmission[..., None] + glow
         seconds = self.seconds + clock() - began
         counts = self.supersampled, self.beams, seconds, self.crossings
-        return Rendering(
-            self.camera, self.view, light, self.visible_fraction, *counts, transmission, self.error, self.stages
-        )
+        more = transmission, self.error, self.stages, self.sky_radius
+        return Rendering(self.camera, self.view, light, self.visible_fraction, *counts, *more)
 
     def _check_disk(self, disk: Disk, delay: bool) -> None:
         if self._disk is None or not isinstance(disk, Disk) or (disk.inner, disk.outer, disk.opaque) != self._disk[:3]:
@@ -131,13 +134,15 @@ class TracedView(Shown):
             raise ValueError("Argument `sky` needs a view that was traced with it.")
         parts = [Parts(*part) for part in self._parts]
         cells = SkyCells(*self._sky)
-        return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts, turn)
+        end = sky_end(self.camera, self.sky_radius)
+        return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts, turn, end)
 
     @cached_property
     def _search(self) -> StarSearch:
         """For the images of stars, whichever they are."""
         assert self.visible_fraction is not None
-        return StarSearch(self.camera, self.view, SkyCells(*self._sky), self.visible_fraction)
+        end = sky_end(self.camera, self.sky_radius)
+        return StarSearch(self.camera, self.view, SkyCells(*self._sky), self.visible_fraction, end=end)
 
 
 @usual_warnings
@@ -153,6 +158,7 @@ def render(
     delay: bool = False,
     time: float = 0.0,
     quality: str = "normal",
+    sky_radius: float = math.inf,
     motion: ShutterMotion | None = None,
     progress: Progress | bool | None = None,
 ) -> Rendering:
@@ -179,6 +185,9 @@ def render(
         way to the hole, as for `Observer`.
     quality : str
         Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005); of a disk: Errors.
+    sky_radius : float
+        Boyer-Lindquist radius of the sphere with the sky, beyond the camera, the disk and all photon orbits. Its
+        sources are at rest there; the flux of a star is that in the sphere's middle, in flat space.
     motion : ShutterMotion, optional
         Motion while the picture is exposed; left out, and in drafts, it shows one moment, that in the middle.
     progress : callable or bool, optional
@@ -230,10 +239,12 @@ def render(
         exposure = motion.about(camera, view, _moment(time))
         turn = exposure.turn if blurred(quality) else 0.0
         if blurred(quality) and (disk is not None or not exposure.still):
-            return _blurred(exposure, sky, disk, Shifts(beaming, colour_shift), delay, _close(quality))
+            ends = [sky_end(one.camera, sky_radius, _rim(disk)) for one in exposure]
+            return _blurred(exposure, sky, disk, Shifts(beaming, colour_shift), delay, _close(quality), ends[1])
     check_sky(sky)
     _moment(time)
-    traced = trace_view(camera, view, sky=sky is not None, disk=disk, delay=delay, quality=quality)
+    options = {"disk": disk, "delay": delay, "quality": quality, "sky_radius": sky_radius}
+    traced = trace_view(camera, view, sky=sky is not None, **options)
     shifts = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
     return traced.show(sky, disk=disk, time=time, turn=turn, **shifts)
 
@@ -249,6 +260,7 @@ def trace_view(
     disk: Disk | None = None,
     delay: bool = False,
     quality: str = "normal",
+    sky_radius: float = math.inf,
     progress: Progress | bool | None = None,
 ) -> TracedView:
     """The map of a view, for `TracedView.show`: for films, where the sky moves and the camera does not.
@@ -269,6 +281,8 @@ def trace_view(
         Compute the travel time from the disk.
     quality : str
         As for `render`.
+    sky_radius : float
+        As for `render`.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -288,7 +302,7 @@ def trace_view(
     """
     began, disk = clock(), disk_about(disk, camera)
     check_picture(camera, view)
-    close = _close(quality)
+    close, end = _close(quality), sky_end(camera, sky_radius, _rim(disk))
     shape = view.height, view.width
     hidden, about, plane = np.zeros(shape, bool), None, DiskCrossings((), ())
     if disk is not None:
@@ -299,15 +313,16 @@ def trace_view(
     on_disk, cells = sum(plane.beams), [tuple(part) for part in plane.cells]
     if not sky:
         return TracedView(camera, view, None, 0, on_disk, math.nan, clock() - began, plane.beams, about, cells, (), [])
-    visible = seen_sky(camera, view, close, hidden)
+    visible = seen_sky(camera, view, close, hidden, end=end)
     counts = visible.supersampled, on_disk + visible.beams, visible.error, clock() - began, plane.beams
     parts = [tuple(part) for part in visible.parts]
-    return TracedView(camera, view, visible.visible_fraction, *counts, about, cells, tuple(visible.cells), parts)
+    seen = tuple(visible.cells), parts
+    return TracedView(camera, view, visible.visible_fraction, *counts, about, cells, *seen, sky_radius=end.radius)
 
 
 @with_stages
 def _blurred(
-    exposure: Exposure, sky: Sky | None, disk: Disk | None, shifts: Shifts, delay: bool, close: float
+    exposure: Exposure, sky: Sky | None, disk: Disk | None, shifts: Shifts, delay: bool, close: float, end: Spherical
 ) -> Rendering:
     """The picture of an exposure."""
     began = clock()
@@ -321,10 +336,11 @@ def _blurred(
         return Rendering(camera, view, glow, None, 0, sum(beams), clock() - began, beams, transmission)
     if getattr(sky, "sweep", 0.0):
         raise ValueError("Argument `sky` must have no `sweep` of its own where `motion` is given.")
-    light, visible = blurred_sky(exposure, sky, shifts, close, hidden)
+    light, visible = blurred_sky(exposure, sky, shifts, close, hidden, end)
     light = glow + (light if transmission is None else light * transmission[..., None])
     counts = visible.supersampled, sum(beams) + visible.beams, clock() - began, beams
-    return Rendering(camera, view, light, visible.visible_fraction, *counts, transmission, visible.error)
+    more = transmission, visible.error
+    return Rendering(camera, view, light, visible.visible_fraction, *counts, *more, sky_radius=end.radius)
 
 
 def blurred(quality: str) -> bool:
@@ -341,6 +357,11 @@ def _close(quality: str) -> float:
 def _check_disk(disk: Disk, camera: Viewer) -> None:
     instance_of("disk", disk, Disk)
     disk.check(camera.spin)
+
+
+def _rim(disk: Any) -> float:
+    """The radius of the outer rim; 0 for no disk."""
+    return disk.outer if isinstance(disk, Disk) else 0.0
 
 
 @stage("disk_map")

@@ -4,12 +4,14 @@ Those lie on the shadow edge, next to it, and where a pixel sees much of the sky
 the camera moves, at several moments.
 """
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
+from kerrcaustics.beams.ends import SKY, Sphere, Spherical
 from kerrcaustics.beams.trace import cores, trace_beams
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.footprint import Footprint, turned
@@ -17,9 +19,10 @@ from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import fill, in_chunks
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, extent_of
-from kerrcaustics.scenes.sky_light import Parts
+from kerrcaustics.scenes.sky_light import Parts, frequency_ratios
 from kerrcaustics.scenes.sky_map import TOLERANCE, sky_map, slopes
-from kerrcaustics.spacetime.frame import redshift
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.checks import apart, quoted, real_number
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -49,12 +52,37 @@ class SeenSky(NamedTuple):
     error: float
 
 
+def sky_end(viewer: Viewer, radius: float, rim: float = 0.0) -> Spherical:
+    """The sphere with the sky; ValueError unless the viewer, and a disk with an outer rim, are within."""
+    number = real_number("sky_radius", radius)
+    if number == math.inf:
+        return SKY
+    if math.isinf(viewer.radius):
+        raise ValueError(f"Argument `sky_radius` must be inf for an observer at infinity, but is {quoted(radius)}.")
+    within = {
+        "the radius of the camera": viewer.radius,
+        "that of the outermost photon orbit": kerr.photon_orbits(viewer.spin)[1],
+        "that of the disk's outer rim": rim,
+    }
+    what, least = max(within.items(), key=lambda one: one[1])
+    if not number > least:
+        shown, limit = apart(number, least)
+        shown = quoted(radius) if math.isnan(number) else shown
+        raise ValueError(f"Argument `sky_radius` must be larger than {what}, {limit}, but is {shown}.")
+    return Sphere(number)
+
+
 @stage("sky_map")
 def seen_sky(
-    camera: Viewer, view: Raster, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
+    camera: Viewer,
+    view: Raster,
+    close: float,
+    hidden: Bool[Array, "h w"],
+    exposure: Exposure | None = None,
+    end: Spherical = SKY,
 ) -> SeenSky:
     """Return the visible sky of a view; parameters as for `sky_map`."""
-    mapped = sky_map(camera, view, close, hidden, exposure)
+    mapped = sky_map(camera, view, close, hidden, exposure, end)
     visible_fraction, parts = np.zeros(hidden.shape, np.float32), []
     fill(visible_fraction, mapped.cells.x, mapped.cells.y, mapped.cells.size, 1)
     moments, counts = [ExposedMoment(camera, view, 0.0, 0.0)], mapped.parts
@@ -64,7 +92,7 @@ def seen_sky(
     chunks = [(mapped.left[part], int(counts[part[0]])) for part in in_chunks(counts, lambda _: _CHUNK)]
 
     def supersample(chunk: tuple[Array, int]) -> list[tuple[Parts, Array]]:
-        return [_supersampled_pixels(moment, *chunk) for moment in moments]
+        return [_supersampled_pixels(moment, end, *chunk) for moment in moments]
 
     with stage("shadow_edge"), ThreadPoolExecutor(cores()) as pool:
         supersampled = list(pool.map(supersample, chunks))
@@ -88,7 +116,7 @@ def _moments(exposure: Exposure) -> list[ExposedMoment]:
 
 
 def _supersampled_pixels(
-    moment: ExposedMoment, which: Int[Array, " pixels"], count: int
+    moment: ExposedMoment, end: Spherical, which: Int[Array, " pixels"], count: int
 ) -> tuple[Parts, Float[Array, "pixels h w 3"]]:
     """Parts of pixels that see the sky; n' of all of them, NaN where they do not."""
     camera, view, azimuth, _ = moment
@@ -96,13 +124,14 @@ def _supersampled_pixels(
     y, x = (place[:, None, None] for place in np.divmod(which, view.width))
     x, y = np.broadcast_arrays(x + within, y + within[:, None])
     sky, steps = view.directions(x, y)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
+    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
     columns = slopes(beams, sky, steps) / count
     inside = np.isfinite(columns[..., 0, 0])
     direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)
     some = columns[inside].transpose(2, 1, 0)
     curving = (_neighbours_curving(columns) if count > 1 else np.zeros((*columns.shape[:3], 3, 3)))[inside]
-    footprint = Footprint.of(beams.direction[inside].T, some, curving, redshift(camera.frame(), sky[inside]))
+    ratio = frequency_ratios(camera, end, sky[inside], beams.direction[inside, 2])
+    footprint = Footprint.of(beams.direction[inside].T, some, curving, ratio)
     place = np.stack([x[inside], y[inside]], axis=-1)
     return Parts(place, 1 / count, footprint.turned(azimuth)), direction
 

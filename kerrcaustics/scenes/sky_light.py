@@ -3,6 +3,7 @@
 What is spread over the sky is averaged over footprints; what comes from points is drawn where their images lie.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -11,6 +12,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shifted_light
@@ -43,8 +45,8 @@ _APART = 0.5
 class Sky(Protocol):
     """A celestial sphere that can be seen.
 
-    One with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which they turn
-    about the spin axis while the picture is exposed; smooth, true if all else needs no motion blur.
+    One with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which it turns
+    about the spin axis while the picture is exposed; smooth, true if all but the points needs no motion blur.
     """
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
@@ -87,26 +89,28 @@ def sky_light(
     search: Callable[[], StarSearch],
     shifts: Shifts,
     turn: float = 0.0,
+    end: Spherical = SKY,
 ) -> Float[Array, "h w 3"]:
     """Linear light (h, w, 3) of a picture.
 
     left: parts of pixels that no cell covers; search: for images of stars; turn: angle (radians) by which all of the
-    sky turns about the spin axis while the picture is exposed, half of it on either side.
+    sky turns about the spin axis while the picture is exposed, half of it on either side; end: the sphere with the sky.
     """
     light = np.zeros((view.height * view.width, 3), np.float32)
     beside = (cells.x < 0) | (cells.y < 0) | (cells.x >= view.width) | (cells.y >= view.height)
     count = np.where(beside, 1, parts_of(cells))
     with ThreadPoolExecutor(cores()) as pool:
         pieces = [piece for n in (2, PARTS) for piece in places(cells, np.flatnonzero(count == n), n)]
-        footprints = [_footprint(camera, view, cells, piece, shifts) for piece in pieces]
+        footprints = [_footprint(camera, view, end, cells, piece, shifts) for piece in pieces]
         supersampled = [*left, *(Parts(p.place.T, p.side, f) for p, f in zip(pieces, footprints, strict=True))]
-        drift = 0.0 if getattr(sky, "smooth", False) else turn
+        sweep = turn + getattr(sky, "sweep", 0.0)
+        drift = 0.0 if getattr(sky, "smooth", False) else sweep
         for now, which, moment, share in _sweeps(cells, np.flatnonzero(count == 1), drift):
 
             def store(part: Pixels, now: SkyCells = now, moment: float = moment, share: float = share) -> None:
                 x, y = part.place
                 inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
-                footprint = _footprint(camera, view, now, part, shifts)
+                footprint = _footprint(camera, view, end, now, part, shifts)
                 if now.moving or drift:
                     footprint = _swept(footprint, share * _motion(now, part, drift)).turned(-drift * moment)
                 light[(y * view.width + x).astype(int)[inside]] += share * sky.light(footprint, *shifts)[inside]
@@ -118,8 +122,7 @@ def sky_light(
                 np.add.at(light[:, channel], pixel, values[:, channel])
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
-            sweep = turn + getattr(sky, "sweep", 0.0)
-            _StarDrawing(camera, view, search(), shifts, pool).draw(light, points, sweep)
+            _StarDrawing(camera, view, end, search(), shifts, pool).draw(light, points, sweep)
     return light
 
 
@@ -172,17 +175,22 @@ def _root(square: Float[Array, "m 2 2"]) -> Float[Array, "m 2 2"]:
     return (square + root[:, None, None] * np.eye(2)) / np.sqrt(np.maximum(trace + 2 * root, 1e-300))[:, None, None]
 
 
-def _footprint(camera: Viewer, view: Raster, cells: SkyCells, part: Pixels, shifts: Shifts) -> Footprint:
+def _footprint(
+    camera: Viewer, view: Raster, end: Spherical, cells: SkyCells, part: Pixels, shifts: Shifts
+) -> Footprint:
     side = part.side
-    ratio = ratios(camera, view, part.place.T, shifts)
+    ratio = np.ones(len(part.cell))
+    if any(shifts):
+        ratio = frequency_ratios(camera, end, view.directions(*part.place)[0], part.direction[2])
     return Footprint.of(part.direction, part.steps * side, cells.curving[part.cell] * side**2, ratio)
 
 
-def ratios(camera: Viewer, view: Raster, place: Float[Array, "m 2"], shifts: Shifts) -> Float[Array, " m"]:
-    """nu_camera / nu_source (m,) at places of a picture; 1 where light is not shifted."""
-    if not any(shifts):
-        return np.ones(len(place))
-    return redshift(camera.frame(), view.directions(*place.T)[0])
+def frequency_ratios(
+    camera: Viewer, end: Spherical, sky: Float[Array, "m 3"], cosine: Float[Array, " m"] | float
+) -> Float[Array, " m"]:
+    """nu_camera / nu_source (m,) in directions N of sources at rest on a sphere, at cosines of theta'."""
+    ratio, emitter = redshift(camera.frame(), sky), end.emitter_motion()
+    return ratio if emitter is None else ratio * np.sqrt(emitter(camera.spin, end.radius, cosine).slowness)
 
 
 def _pieces(parts: list[Parts]) -> Iterator[Parts]:
@@ -209,6 +217,7 @@ class _StarDrawing(NamedTuple):
 
     camera: Viewer
     view: Raster
+    end: Spherical
     search: StarSearch
     shifts: Shifts
     pool: ThreadPoolExecutor
@@ -241,7 +250,8 @@ class _StarDrawing(NamedTuple):
         if any(self.shifts):
             bright = points.flux.sum(axis=1)
             temperature = np.full(len(place), np.average(points.temperature, weights=np.maximum(bright, 1e-300)))
-            ratio = ratios(self.camera, self.view, place, self.shifts)
+            # Of sources that may be anywhere: the mean square of the cosine.
+            ratio = frequency_ratios(self.camera, self.end, self.view.directions(*place.T)[0], math.sqrt(1 / 3))
             give *= shifted_light(ratio, *self.shifts, temperature, points.response)
         drawn(light, self.view, place, give)
 
@@ -252,7 +262,8 @@ class _StarDrawing(NamedTuple):
             return
         give = points.flux[images.star] * (share * images.magnification)[:, None]
         if any(self.shifts):
-            ratio = ratios(self.camera, self.view, images.place, self.shifts)
+            cosine = points.direction[images.star, 2]
+            ratio = frequency_ratios(self.camera, self.end, self.view.directions(*images.place.T)[0], cosine)
             give *= shifted_light(ratio, *self.shifts, points.temperature[images.star], points.response)
         length = np.abs(trace).max(axis=1) / _APART
         doublings = np.ceil(np.log2(np.maximum(length, 1))).astype(int)

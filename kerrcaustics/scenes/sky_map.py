@@ -1,4 +1,4 @@
-"""The map of a picture to the celestial sphere: the direction n' of every pixel, from few beams.
+"""The map of a picture to the celestial sphere, or to one of finite radius: n' of every pixel, from few beams.
 
 Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
 square cells, and patches.py joins them. Rays check the patch of each cell; cells that are off are
@@ -17,6 +17,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
 from kerrcaustics.scenes.footprint import pixel_matrix, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
@@ -95,12 +96,13 @@ class Cut(NamedTuple):
 class _SkyLattice(NamedTuple):
     """Corners of cells, in whole pixels from the upper left corner of the first one.
 
-    size: of the largest cells; margin: pixels beyond each side that cells cover too.
+    end: the sphere that is seen; size: of the largest cells; margin: pixels beyond each side that cells cover too.
     """
 
     camera: Viewer
     view: Plane
     exposure: Exposure | None
+    end: Spherical
     size: int
     margin: int
 
@@ -138,10 +140,10 @@ class _SkyLattice(NamedTuple):
         y, x = np.divmod(key, self.columns)
         x, y = self.on_picture(x, y)
         if self.exposure is None:
-            place, slope = _beams(self.camera, self.view, x, y)
+            place, slope = _beams(self.camera, self.view, x, y, self.end)
             return SkyCorners(key, place, slope, np.zeros((len(key), 0, 3)))
         # The sky is at rest, and the camera goes round.
-        first, now, last = (_columns(moment, x, y) for moment in self.exposure)
+        first, now, last = (_columns(moment, x, y, self.end) for moment in self.exposure)
         off = (first[:, :1] + last[:, :1]) / 2 - now[:, :1]
         moved = np.concatenate([last - first, off], axis=1)
         return SkyCorners(key, now[:, 0], np.swapaxes(now[:, 1:], 1, 2), moved)
@@ -152,7 +154,7 @@ class _SkyLattice(NamedTuple):
         left, top = self.on_picture(squares.x[chosen, None], squares.y[chosen, None])
         sky, _ = self.view.directions(left + x, top + y)
         azimuth = 0.0 if self.exposure is None else self.exposure.middle.azimuth
-        return turned(trace_rays(self.camera, sky, "auto", TOLERANCE).direction, azimuth)
+        return turned(trace_rays(self.camera, sky, "auto", TOLERANCE, end=self.end).direction, azimuth)
 
     def edge(self) -> tuple[Array, Array]:
         """Pixels on the shadow edge, some of them, on the lattice."""
@@ -169,22 +171,24 @@ class _SkyLattice(NamedTuple):
         return (x[near] + self.origin[0]).astype(int), (y[near] + self.origin[1]).astype(int)
 
 
-def _beams(camera: Viewer, view: Plane, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
+def _beams(
+    camera: Viewer, view: Plane, x: Array, y: Array, end: Spherical
+) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
     """n' at upper left corners of pixels, and its slopes."""
     sky, steps = view.directions(x - 0.5, y - 0.5)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False)
+    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
     return beams.direction, slopes(beams, sky, steps)
 
 
-def _columns(moment: ExposedMoment, x: Array, y: Array) -> Float[Array, "n 3 3"]:
+def _columns(moment: ExposedMoment, x: Array, y: Array, end: Spherical) -> Float[Array, "n 3 3"]:
     """n' and its two slopes (n, 3, 3), one in each row, at a moment, for a sky at rest."""
-    place, slope = _beams(moment.camera, moment.view, x, y)
+    place, slope = _beams(moment.camera, moment.view, x, y, end)
     return turned(np.concatenate([place[:, None], np.swapaxes(slope, 1, 2)], axis=1), moment.azimuth)
 
 
-def ray_directions(moment: ExposedMoment, x: ArrayLike, y: ArrayLike) -> Float[Array, "*batch 3"]:
+def ray_directions(moment: ExposedMoment, x: ArrayLike, y: ArrayLike, end: Spherical) -> Float[Array, "*batch 3"]:
     """n' (..., 3) of rays at places of a view at a moment, for a sky at rest."""
-    rays = trace_rays(moment.camera, moment.view.directions(x, y)[0], "auto", TOLERANCE)
+    rays = trace_rays(moment.camera, moment.view.directions(x, y)[0], "auto", TOLERANCE, end=end)
     return turned(rays.direction, moment.azimuth)
 
 
@@ -195,23 +199,30 @@ def slopes(
     return np.stack(polar_basis(beams.direction), axis=-1) @ pixel_matrix(beams, sky, steps)
 
 
-def chart_cells(camera: Viewer, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut) -> SkyCells:
+def chart_cells(
+    camera: Viewer, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut, end: Spherical
+) -> SkyCells:
     """Cells of the map of a chart, in all of which no more of the sky is seen than the cut allows, and their errors.
 
     The smallest cells are as good as they can be. Parameters else as for `sky_map`.
     """
-    return _mapped(_SkyLattice(camera, chart, None, cut.root, 0), close, hidden, cut.wide).cells
+    return _mapped(_SkyLattice(camera, chart, None, end, cut.root, 0), close, hidden, cut.wide).cells
 
 
 def sky_map(
-    camera: Viewer, view: Raster, close: float, hidden: Bool[Array, "h w"], exposure: Exposure | None = None
+    camera: Viewer,
+    view: Raster,
+    close: float,
+    hidden: Bool[Array, "h w"],
+    exposure: Exposure | None = None,
+    end: Spherical = SKY,
 ) -> SkyMap:
     """The map of a view, and of a pixel beyond each side of it.
 
     close: how far, in pixels, patches may be off; hidden: pixels that are left out; exposure: during which the
-    camera moves, with this view in its middle.
+    camera moves, with this view in its middle; end: the sphere that is seen.
     """
-    return _mapped(_SkyLattice(camera, view, exposure, _root_size(view), _MARGIN), close, hidden)
+    return _mapped(_SkyLattice(camera, view, exposure, end, _root_size(view), _MARGIN), close, hidden)
 
 
 def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide: float | None = None) -> SkyMap:

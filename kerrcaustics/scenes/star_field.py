@@ -1,9 +1,9 @@
-"""A sky of point stars with a galactic band."""
+"""A sky of point stars with a galactic band, and a picture of nebulae."""
 
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +15,8 @@ from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, star_tem
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.panorama import Panorama, rotation
 from kerrcaustics.scenes.points import PointLights
-from kerrcaustics.spacetime.checks import instance_of
+from kerrcaustics.scenes.sky_light import Sky
+from kerrcaustics.spacetime.checks import instance_of, quoted
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -23,6 +24,8 @@ Array = np.ndarray
 _BAND_ROWS, _BAND_ASPECT = 512, 4.0
 BAND = 0.15
 """Brightness of the galactic band in pictures, where nothing else is said."""
+NEBULAE = 100.0
+"""Light of white in pictures of nebulae beside it, likewise."""
 # Light of one star of magnitude 0 on a square degree, per steradian.
 _SQUARE_DEGREES = (180 / math.pi) ** 2
 
@@ -45,9 +48,11 @@ class StarField(Shown):
         Temperature (K) of a star that looks white.
     sweep : float
         Angle (radians) by which the stars turn about the spin axis while the picture is exposed, half of it on either
-        side: motion blur. The band is too smooth to need any.
+        side: motion blur, of nebulae too. The band is too smooth to need any.
     response : str
         "cie" or "film", as for `black_body`; the band's shifts go by the CIE functions.
+    nebulae : Panorama, Checkerboard or any other sky without points of light, optional
+        What else is spread over the sky, in the unit of the stars; white of 100 is as bright as our Milky Way.
 
     Raises
     ------
@@ -76,8 +81,7 @@ class StarField(Shown):
     white: float = DAYLIGHT
     sweep: float = 0.0
     response: str = "cie"
-
-    smooth: ClassVar[bool] = True
+    nebulae: Sky | None = None
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the star field is valid."""
@@ -87,12 +91,25 @@ class StarField(Shown):
         turn = tilted_galaxy(math.radians(25), math.radians(-60), math.radians(60))
         object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))
         black_body(DAYLIGHT, self.white, self.response)
+        _check_nebulae(self.nebulae)
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
-        """Linear sRGB light (n, 3) of pixels, stars of magnitude 0 per steradian: that of the band."""
-        if not self.band:
-            return np.zeros((len(footprint), 3))
-        return self._band.light(footprint, beaming, colour_shift)
+        """Linear sRGB light (n, 3) of pixels, stars of magnitude 0 per steradian: that of the band and the nebulae."""
+        light = self._band.light(footprint, beaming, colour_shift) if self.band else np.zeros((len(footprint), 3))
+        return light if self.nebulae is None else light + self.nebulae.light(footprint, beaming, colour_shift)
+
+    @property
+    def smooth(self) -> bool:
+        """True without nebulae: the band needs no motion blur."""
+        return self.nebulae is None
+
+    @property
+    def galaxy(self) -> Float[Array, "3 3"]:
+        """The `orientation` of a `Panorama` of the stars' own Galaxy: a rotation (3, 3).
+
+        Of a picture with the galactic centre in its middle and the galactic north pole above.
+        """
+        return self.orientation @ galactic_axes().T @ np.diag([-1.0, -1.0, 1.0])
 
     @cached_property
     def points(self) -> PointLights:
@@ -115,6 +132,14 @@ class StarField(Shown):
         light = self.band * light[..., None] * (tint / luminance(tint))
         # It has no detail that thin footprints would show.
         return Panorama(light, self.orientation @ galactic_axes().T, aspect=_BAND_ASPECT, mirror=True)
+
+
+def _check_nebulae(sky: Any) -> None:
+    """Raise ValueError unless light that is spread over the sky is valid, or there is none."""
+    shines = not isinstance(sky, type) and callable(getattr(sky, "light", None))
+    if sky is not None and not (shines and getattr(sky, "points", None) is None):
+        must = "be a sky without points of light, as a Panorama"
+        raise ValueError(f"Argument `nebulae` must {must}, but is {quoted(sky)}.")
 
 
 def milky_way(galactic: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:

@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.ndimage import binary_dilation
 
 from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.scenes.footprint import turned
@@ -92,10 +93,16 @@ class StarSearch:
     """The search for images of stars on a picture, prepared once for all stars."""
 
     def __init__(
-        self, camera: Viewer, view: Raster, cells: SkyCells, fraction: Picture, exposure: Exposure | None = None
+        self,
+        camera: Viewer,
+        view: Raster,
+        cells: SkyCells,
+        fraction: Picture,
+        exposure: Exposure | None = None,
+        end: Spherical = SKY,
     ) -> None:
-        """fraction: visible part of each pixel; exposure: during which the camera moves, if it does."""
-        self._camera, self._view, self._exposure = camera, view, exposure
+        """fraction: visible part of each pixel; exposure: while the camera moves, if it does; end: with the stars."""
+        self._camera, self._view, self._exposure, self._end = camera, view, exposure, end
         own = resolved(cells, _RESOLVED) & _even(view, cells)
         cells = SkyCells(*(part[own] for part in cells))
         self._uncovered = _uncovered(camera, view, cells, fraction)
@@ -162,7 +169,7 @@ class StarSearch:
         if not pixels.any():
             return None
         close = float(np.clip(_OF_PIXEL * self._view.pixel_angle / plane.pixel, _CLOSEST, _CLOSE))
-        cells = chart_cells(self._camera, plane, close, ~pixels, Cut(ROOT, _WIDE))
+        cells = chart_cells(self._camera, plane, close, ~pixels, Cut(ROOT, _WIDE), self._end)
         if plane is edge:
             apart = _extent_in_pixels(plane, cells, self._view.pixel_angle) <= most
             apart |= cells.y + cells.size <= edge.row(_WIDER)
@@ -215,7 +222,7 @@ class StarSearch:
         turns = _handed(images.steps[:, 0], images.steps[:, 1], star)
         parity = np.sign(turns * _handed(pixel[..., 0], pixel[..., 1], images.sky))
         same = np.flatnonzero(parity == 1 - 2 * (index % 2))
-        which, sky, _ = find_roots(self._camera, star[same], index[same], images.sky[same], _REFINEMENTS)
+        which, sky, _ = find_roots(self._camera, star[same], index[same], images.sky[same], _REFINEMENTS, end=self._end)
         near = np.linalg.norm(sky - images.sky[same[which]], axis=1) < _SAME * self._view.pixel_angle
         which, sky = same[which[near]], sky[near]
         magnification = self._beams(sky).magnification
@@ -227,12 +234,15 @@ class StarSearch:
 
     def _beams(self, sky: Float[Array, "n 3"]) -> Beams:
         """Beams as the viewer has them on its own sky."""
-        return trace_beams(self._camera, self._camera.places(sky), "auto", TOLERANCE, crossings=False, redshift=False)
+        places, options = self._camera.places(sky), {"crossings": False, "redshift": False}
+        return trace_beams(self._camera, places, "auto", TOLERANCE, **options, end=self._end)
 
     def _moving(self, images: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
         """Move images to moments of their own; none moves farther than the chart resolves."""
         assert self._exposure is not None
-        first, last = (ray_directions(end, *images.place.T) for end in (self._exposure.first, self._exposure.last))
+        x, y = images.place.T
+        moments = self._exposure.first, self._exposure.last
+        first, last = (ray_directions(one, x, y, self._end) for one in moments)
         rate = np.zeros_like(images.rate)
         rate[:, 0] = np.nan_to_num(last - first)
         trace = moved(images, -rate[:, 0])

@@ -56,7 +56,7 @@ class TurnedSky:
 
     @property
     def sweep(self) -> float:
-        """The angle by which they turn while the picture is exposed."""
+        """The angle by which it turns while the picture is exposed."""
         return getattr(self.sky, "sweep", 0.0)
 
     @property
