@@ -60,10 +60,10 @@ def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
     return StarField(catalogue, turn, table.band, table.white, response=response)
 
 
-def brightness_of(disk: tables.DiskTable, sky: tables.SkyTable) -> float:
-    """The brightness of a disk: left out, one that shows before the sky."""
-    if disk.brightness is not None:
-        return disk.brightness
+def brightness_of(matter: tables.DiskTable | tables.VolumeTable, sky: tables.SkyTable) -> float:
+    """The brightness of a disk or a volume: left out, one that shows before the sky."""
+    if matter.brightness is not None:
+        return matter.brightness
     return _BEFORE_STARS if isinstance(sky, tables.StarsTable) else 1.0
 
 

@@ -243,6 +243,31 @@ class DiskTable(SceneTable, kw_only=True, frozen=True):
     brightness: float | None = None
 
 
+class GridTable(SceneTable, kw_only=True, frozen=True):
+    """Numbers on a grid in space, an array in a .npy file."""
+
+    file: str
+
+
+Law = float | str | GridTable
+"""A number, an expression of r, theta and phi, or a grid."""
+
+
+class VolumeTable(SceneTable, kw_only=True, frozen=True):
+    """Matter in space; motion: a word, or an expression of r and theta.
+
+    brightness left out is that of a volume that shows before the sky.
+    """
+
+    inner: float
+    outer: float
+    density: Law
+    temperature: Law
+    scale: float | None = None
+    motion: str = "circular"
+    brightness: float | None = None
+
+
 class FlareTable(SceneTable, kw_only=True, frozen=True):
     """A halo of the lens, its width in pixels of the whole picture, or a point spread function from a file."""
 
@@ -312,6 +337,7 @@ class Contents(SceneTable, kw_only=True, frozen=True):
     view: ViewTable = ViewTable()
     sky: SkyTable = NoSky()
     disk: DiskTable | None = None
+    volume: VolumeTable | None = None
     light: LightTable = LightTable()
     film: FilmTable | None = None
     overlays: OverlaysTable = OverlaysTable()

@@ -1,4 +1,4 @@
-"""A disk's pattern turned about the spin axis, as a camera at another azimuth sees it."""
+"""Patterns of a disk and of a volume turned about the spin axis, as a camera at another azimuth sees them."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
+from kerrcaustics.scenes.disk.volume import Volume
 
 Array = np.ndarray
 
@@ -45,3 +46,21 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
     if callable(disk.opacity):
         opacity = lambda radius, azimuth: disk.opacity(radius, azimuth - angle)  # noqa: E731
     return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
+
+
+def turned_volume(volume: Volume, angle: float) -> Volume:
+    """A volume turned by an angle (radians, toward larger phi); one with an axis is that volume itself."""
+    angle = math.remainder(angle, 2 * math.pi)
+    if angle == 0 or volume.symmetric:
+        return volume
+    density, temperature = (_turned_law(law, angle) for law in (volume.density, volume.temperature))
+    return replace(volume, density=density, temperature=temperature)
+
+
+def _turned_law(law: Any, angle: float) -> Any:
+    """A number, a grid, or a function of radius, theta and azimuth, turned."""
+    if hasattr(law, "turned"):
+        return law.turned(angle)
+    if not callable(law):
+        return law
+    return lambda radius, theta, azimuth: law(radius, theta, azimuth - angle)

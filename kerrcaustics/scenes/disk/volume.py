@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,7 +67,7 @@ class VolumeGrid:
             raise ValueError(f"Argument `values` must have shape {shape}, but has {grid.shape}.")
         check_light("values", grid)
         check_rims(inner, outer)
-        self.inner, self.outer, self.shape = float(inner), float(outer), grid.shape
+        self.inner, self.outer, self.shape, self._turn = float(inner), float(outer), grid.shape, 0.0
         self._levels = [grid]
         while max(self._levels[-1].shape) > 1:
             self._levels.append(_halved(self._levels[-1]))
@@ -82,12 +83,23 @@ class VolumeGrid:
         lengths = [side / count for side, count in zip(sides, self.shape, strict=True) if count > 1]
         return min(lengths, default=sides[0])
 
+    @property
+    def symmetric(self) -> bool:
+        """True if it is the same all round."""
+        return self.shape[2] == 1
+
+    def turned(self, angle: float) -> "VolumeGrid":
+        """The grid turned about the spin axis by an angle (radians, toward larger phi)."""
+        grid = copy(self)
+        grid._turn += angle
+        return grid
+
     def mean(
         self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike = 0.0
     ) -> Float[Array, " n"]:
         """Values (n,) about places, averaged over the width (n,) of a beam, in units of the mass."""
         outward = np.log(radius / self.inner) / math.log(self.outer / self.inner)
-        place = outward, theta / math.pi, azimuth / (2 * math.pi) % 1.0
+        place = outward, theta / math.pi, (azimuth - self._turn) / (2 * math.pi) % 1.0
         size = np.broadcast_to(np.asarray(width) / (self.cell * radius), radius.shape)
         level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(self._levels) - 1)
         lower = level.astype(int)
@@ -212,6 +224,12 @@ class Volume:
     def check(self, spin: float) -> None:
         """Raise ValueError for a volume that reaches the horizon of a hole."""
         check_above_horizon(self.inner, spin)
+
+    @property
+    def symmetric(self) -> bool:
+        """True if it is known to be the same all round: numbers, grids with one azimuth, laws that say so."""
+        laws = self.density, self.temperature
+        return all(getattr(law, "symmetric", not callable(law)) for law in laws)
 
     @property
     def grids(self) -> tuple[VolumeGrid, ...]:
