@@ -12,6 +12,7 @@ from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.patches import doubt, weights
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
@@ -386,6 +387,42 @@ def test_textures_average_and_go_round():
     for turn in (0, 1, -3):
         assert light(1 - 3.5 / 16, 2 * math.pi * turn, 1e-9) == pytest.approx(seam, rel=1e-5)
     assert light(0.5, 1.0, 1e3) == pytest.approx(picture.mean(axis=(0, 1)), abs=0.1)
+
+
+def test_alpha_is_the_opacity_of_a_texture(tmp_path):
+    """The left half of a picture is half clear, on which light of 1 shines as 1/2; its right half is a hole."""
+    picture = np.full((8, 16, 4), 255, np.uint8)
+    picture[:, :8, 3], picture[:, 8:, 3] = 51, 0
+    for mode, alpha in (("RGBA", 51 / 255), ("RGB", None)):
+        Image.fromarray(picture[..., : len(mode)]).save(tmp_path / "cut.png")
+        texture = kc.disks.Texture.read(tmp_path / "cut.png")
+        disk = kc.disks.Disk(9.0, 20.0, texture)
+        assert (texture.cover is None) == (alpha is None) == disk.opaque and disk.slant == (alpha is None)
+    texture = kc.disks.Texture(np.ones((8, 16, 3)), picture[..., 3] / 255)
+    disk = kc.disks.Disk(9.0, 20.0, texture)
+    camera = kc.Camera(0.0, 100.0, 0.4, "static")
+    light = render_flat(camera, kc.pictures.View.toward_hole(camera, 20, 20, 0.5), disk=disk)
+    assert np.unique(light.round(2)).tolist()[-1] == 0.2
+    radius, azimuth = np.full(3, 15.0), np.array([1.0, 4.0, 4.0 + 2 * math.pi])
+    matrix, still = 1e-6 * np.eye(2)[None].repeat(3, axis=0), (np.zeros(3), np.zeros_like)
+    samples = DiskSamples(radius, azimuth, (radius - 9) / 11, matrix, np.ones(3), 11.0, 0.0, *still)
+    assert disk.transmitted(samples, np.full(3, 0.1)) == pytest.approx([0.8, 1, 1], abs=1e-6)
+    assert texture.light(samples, False, False)[:, 0] == pytest.approx([0.2, 0, 0], abs=1e-6)
+    # A wide sample sees both: what is behind shows through by as much as the light is less.
+    wide = samples._replace(matrix=1e3 * matrix / 1e-6)
+    mean = texture.light(wide, False, False)[:, 0]
+    assert disk.transmitted(wide, np.full(3, 0.1)) == pytest.approx(1 - mean, abs=1e-6)
+    assert (np.abs(mean - 0.1) < 0.08).all()
+    half = turned_disk(disk, math.pi)
+    assert half.transmitted(samples, np.full(3, 0.1)) == pytest.approx([1, 0.8, 0.8], abs=1e-6)
+    assert kc.disks.Disk(9.0, 20.0, texture, opacity=1.0).opaque
+    assert kc.disks.Disk(9.0, 20.0, kc.disks.BlackBody(4500)).slant is True
+
+
+@pytest.mark.parametrize("alpha", [np.ones((4, 4)), np.full((4, 8), 1.5), np.full((4, 8), np.nan)])
+def test_what_is_no_alpha_is_refused(alpha):
+    with pytest.raises(ValueError, match="Argument `alpha` must"):
+        kc.disks.Texture(np.ones((4, 8, 3)), alpha)
 
 
 # Above the middle lies, from the north, the far side at the azimuth pi, and from the south the near one at 0.

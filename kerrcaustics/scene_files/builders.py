@@ -81,8 +81,7 @@ def disk_of(
     if isinstance(emission, Wisps):
         opacity, slant = emission.opacity if opacity is None else opacity, bool(slant)
     with about("disk"):
-        opacity = 1.0 if opacity is None else opacity
-        return Disk(table.inner, table.outer, emission, opacity, table.motion, slant is not False, brightness)
+        return Disk(table.inner, table.outer, emission, opacity, table.motion, slant, brightness)
 
 
 def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path, response: str) -> Emission:

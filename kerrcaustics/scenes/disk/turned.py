@@ -43,7 +43,9 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
     if angle == 0:
         return disk
     opacity: Any = disk.opacity
-    if callable(disk.opacity):
+    if hasattr(opacity, "turned"):
+        opacity = opacity.turned(angle)
+    elif callable(opacity):
         opacity = lambda radius, azimuth: disk.opacity(radius, azimuth - angle)  # noqa: E731
     return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
 
