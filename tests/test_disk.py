@@ -12,6 +12,7 @@ from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.spots import quadratic_trace
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.patches import doubt, weights
 from kerrcaustics.spacetime import kerr
@@ -131,35 +132,76 @@ def test_an_orbiting_pattern_is_seen_late():
     assert not np.allclose(now.light, late.light, atol=0.1)
 
 
-def spots(count: int, size: float, streak: float) -> kc.disks.Spots:
+def spots(count: int, size: float, streak: float, fade: str = "linear", both: bool = False) -> kc.disks.Spots:
     rng = np.random.default_rng(5)
     places = rng.uniform(6, 9, count), rng.uniform(0, 2 * math.pi, count)
-    return kc.disks.Spots(*places, rng.uniform(4000, 9000, count), size, streak)
+    more = {"brightness": rng.uniform(0, 3, count), "retrograde": rng.random(count) < 0.5} if both else {}
+    return kc.disks.Spots(*places, rng.uniform(4000, 9000, count), size, streak, fade=fade, **more)
 
 
-@pytest.mark.parametrize("streak", [0.0, 6.0])
-def test_spots_are_those_that_are_near(streak):
+@pytest.mark.parametrize(
+    ("streak", "fade", "both"), [(0.0, "linear", False), (6.0, "linear", True), (6.0, "quadratic", False)]
+)
+def test_spots_are_those_that_are_near(streak, fade, both):
     """All spots at all places, one by one; the trace as a sum over its moments."""
     rng, count = np.random.default_rng(6), 400
-    some = spots(60, 0.1, streak)
+    some = spots(60, 0.1, streak, fade, both)
     radius, phi, time = rng.uniform(6, 9, count), rng.uniform(-20, 20, count), rng.uniform(50, 120, count)
-    matrix, g = rng.normal(0, 0.1, (count, 2, 2)), rng.uniform(0.5, 1.5, count)
+    matrix, (g, other) = rng.normal(0, 0.1, (count, 2, 2)), rng.uniform(0.5, 1.5, (2, count))
 
     def orbital(r):
         return 1 / (0.5 + r**1.5)
 
-    found = some.light(DiskSamples(radius, phi, radius / 9, matrix, g, 3.0, 0.5, time, orbital), True, True)
+    def against(r):
+        return 1 / (0.5 - r**1.5)
+
+    def opposite(samples):
+        return samples._replace(redshift=other, orbital=against)
+
+    place = radius, phi, radius / 9, matrix, g, 3.0, 0.5, time, orbital
+    found = some.light(DiskSamples(*place, opposite), True, True)
     across, along = (np.sqrt(0.1**2 + (matrix[:, i] ** 2).sum(axis=1) / 12) for i in range(2))
     moments = (np.arange(400) + 0.5) / 400 * streak
     wanted = np.zeros((count, 3))
-    for r, start, temperature in zip(some.radius, some.azimuth, some.temperature, strict=True):
-        turn = phi[:, None] - start - orbital(r) * (time[:, None] - moments)
+    columns = some.radius, some.azimuth, some.temperature, some.brightness, some.retrograde
+    for r, start, temperature, factor, retrograde in zip(*columns, strict=True):
+        rate = against(r) if retrograde else orbital(r)
+        turn = phi[:, None] - start - rate * (time[:, None] - moments)
         length = radius[:, None] * (np.mod(turn + math.pi, 2 * math.pi) - math.pi)
-        weight = 2 * (1 - moments / streak) / 400 if streak else np.full(400, 1 / 400)
+        power = 1 if fade == "linear" else 2
+        weight = (1 + power) * (1 - moments / streak) ** power / 400 if streak else np.full(400, 1 / 400)
         trace = np.exp(-((length / along[:, None]) ** 2) / 2) @ weight
         fall = np.exp(-(((radius - r) / across) ** 2) / 2) * 0.01 / across / along
-        wanted += (fall * trace)[:, None] * kc.pictures.black_body(temperature * g)
+        wanted += factor * (fall * trace)[:, None] * kc.pictures.black_body(temperature * (other if retrograde else g))
     assert np.abs(found - wanted).max() < 0.01 * wanted.max() and wanted.max() > 0.1
+
+
+def test_a_short_trace_that_fades_is_no_trace():
+    """From a way of nothing to one of many deviations, against a fine sum."""
+    s = (np.arange(20_000) + 0.5) / 20_000
+    behind = np.linspace(-4, 4, 9)
+    for way in (0.0, 1e-9, 0.3, 0.999, 1.001, -1.001, -2.5, 30.0):
+        expected = np.exp(-((behind[:, None] + way * s) ** 2) / 2) @ (3 * (1 - s) ** 2) / len(s)
+        found = quadratic_trace(behind, np.full(9, way))
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
+
+
+def test_spots_that_go_the_other_way_have_the_shift_of_their_motion():
+    """Of a hole without spin both senses are mirror images; the spots of a retrograde disk are those of its own."""
+    view = kc.pictures.View(24, 12, math.radians(60))
+    camera = kc.Camera(0.0, 30.0, 1.3, "static")
+    radius, azimuth = np.full(12, 8.0), np.arange(12) * math.pi / 6
+    pictures = [
+        kc.render(
+            camera, view, disk=kc.disks.Disk(6.5, 9.5, kc.disks.Spots(radius, azimuth, size=0.5, **more), 0.0, motion),
+            beaming=True, colour_shift=True,
+        ).light
+        for motion, more in (("circular", {}), ("circular", {"retrograde": True}), ("retrograde", {}))
+    ]  # fmt: skip
+    assert np.allclose(pictures[1], pictures[2], atol=1e-6 * pictures[2].max())
+    assert np.allclose(pictures[1], pictures[0][:, ::-1], atol=0.02 * pictures[0].max())
+    left, right = (half.sum() for half in np.split(pictures[0], 2, axis=1))
+    assert left > 2 * right
 
 
 @pytest.mark.slow
@@ -455,6 +497,12 @@ def test_a_texture_reads_from_the_south_and_mirrored_from_the_north(inclination,
         (lambda: kc.disks.Spots([6.0], [0.0], -5.0), "`temperature` must hold"),
         (lambda: kc.disks.Spots([6.0], [0.0], size=0), "`size` must be a positive, finite length"),
         (lambda: kc.disks.Spots([6.0], [0.0], streak=-1), "`streak` must be a finite time"),
+        (lambda: kc.disks.Spots([6.0], [0.0], fade="cubic"), "`fade` must be one of linear, quadratic"),
+        (
+            lambda: kc.disks.Spots([6.0, 7.0], [0.0, 1.0], brightness=[1, 2, 3]),
+            "`brightness` must hold one number, or 2",
+        ),
+        (lambda: kc.disks.Spots([6.0], [0.0], brightness=-1), "`brightness` must hold finite numbers"),
         (lambda: kc.disks.Texture(np.zeros((4, 4))), "`light` must have shape"),
         (lambda: kc.disks.Texture.read(__file__), "`path` must end in"),
         (lambda: kc.render(NEAR, kc.pictures.View(8, 8, 1.0), disk="thin"), "`disk` must be a Disk"),

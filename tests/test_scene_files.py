@@ -679,6 +679,16 @@ def test_stars_and_disk_shine_on_what_the_light_is_seen_by(scene, painted):
         assert (star.response, emission.response) == (response, response)
 
 
+def test_spots_may_differ_in_brightness_and_sense(scene, painted):
+    emission = "{kind = 'spots', number = 200, brightness = [1, 3], retrograde = 0.25, fade = 'quadratic', streak = 2}"
+    scene(PLAIN + DISK, f"disk.emission={emission}").rendering(0)
+    spots = painted[-1]["disk"].emission
+    assert 1 <= spots.brightness.min() < 1.2 < 2.8 < spots.brightness.max() <= 3
+    assert 25 < spots.retrograde.sum() < 75 and spots.fade == "quadratic"
+    with pytest.raises(ValueError, match=r"disk.emission.brightness must be two growing factors from 0 on"):
+        scene(PLAIN + DISK, "disk.emission={kind = 'spots', number = 2, brightness = [2, 1]}")
+
+
 VOLUME = """
 [definitions]
 height = 0.3

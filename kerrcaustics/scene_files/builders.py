@@ -107,7 +107,12 @@ def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: str) -> S
     square, azimuth, warmth = random.random((3, table.number))
     radius = np.sqrt(disk.inner**2 + square * (disk.outer**2 - disk.inner**2))
     temperature = low + warmth * (high - low)
-    return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response=response)
+    dim, bright = table.brightness
+    if not 0 <= dim <= bright:
+        reject("disk.emission.brightness", "be two growing factors from 0 on", list(table.brightness))
+    share, sense = random.random((2, table.number))
+    more = {"brightness": dim + share * (bright - dim), "retrograde": sense < table.retrograde, "fade": table.fade}
+    return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response, **more)
 
 
 def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, scale: float) -> Array:

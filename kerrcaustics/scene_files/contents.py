@@ -211,6 +211,9 @@ class SpotsTable(SceneTable, kw_only=True, frozen=True, tag="spots", tag_field="
     temperature: tuple[float, float] = (4000.0, 10000.0)
     size: float = 0.1
     streak: float = 0.0
+    fade: Literal["linear", "quadratic"] = "linear"
+    brightness: tuple[float, float] = (1.0, 1.0)
+    retrograde: Annotated[float, Meta(ge=0, le=1)] = 0.0
     seed: Seed = 0
 
 

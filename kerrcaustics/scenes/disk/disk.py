@@ -18,6 +18,15 @@ DiskMotion = Literal["circular", "retrograde", "static", "plunging"]
 MOTIONS: tuple[DiskMotion, ...] = get_args(DiskMotion)
 
 
+OPPOSITE: dict[str, DiskMotion] = {
+    "circular": "retrograde",
+    "retrograde": "circular",
+    "static": "static",
+    "plunging": "retrograde",
+}
+"""Motions of matter that circles the other way."""
+
+
 @dataclass(frozen=True, eq=False)
 class Disk:
     """An infinitely thin disk in the equatorial plane.
@@ -106,7 +115,7 @@ class Disk:
 
     def orbital(self, spin: float, radius: Array) -> Array:
         """dphi / dt (n,) at radii; 0 where nothing can circle."""
-        return np.nan_to_num(np.asarray(EMITTERS[self.motion](spin, radius, 0.0).orbital) + np.zeros_like(radius))
+        return orbital(self.motion, spin, radius)
 
     def opacity_at(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that is kept from one who looks along the axis."""
@@ -128,3 +137,8 @@ class Disk:
         with np.errstate(divide="ignore", invalid="ignore"):
             # Where nothing can move in this way, as if light came along the axis.
             return np.exp(np.log1p(-opacity) / np.where(np.isfinite(cosine), np.clip(cosine, 1e-6, 1), 1.0))
+
+
+def orbital(motion: str, spin: float, radius: Array) -> Array:
+    """dphi / dt (n,) of matter that moves so, at radii; 0 where nothing can circle."""
+    return np.nan_to_num(np.asarray(EMITTERS[motion](spin, radius, 0.0).orbital) + np.zeros_like(radius))

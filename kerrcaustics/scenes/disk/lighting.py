@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.disk.crossings import FINEST, DiskCells
-from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, orbital
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.veil import Veil
 from kerrcaustics.scenes.patches import Weights, weights
@@ -254,9 +254,17 @@ def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m
     at_infinity, b, q, outward, _ = sight.extra.T
     # Parts on a rim are lit by what lies within.
     radius = np.clip(1 / sight.place[:, 0], disk.inner, disk.outer)
-    emitter = EMITTERS[disk.motion]
-    ratio = np.asarray(redshift(emitter, looks.spin, (b, q), (radius, 0.0), at_infinity, outward > 0.5))
-    samples = _samples(disk, sight, looks, radius, ratio)
+
+    def ratio_of(motion: str) -> Array:
+        photon = (b, q), (radius, 0.0), at_infinity, outward > 0.5
+        return np.asarray(redshift(EMITTERS[motion], looks.spin, *photon))
+
+    def opposite(samples: DiskSamples) -> DiskSamples:
+        other = OPPOSITE[disk.motion]
+        return samples._replace(redshift=ratio_of(other), orbital=partial(orbital, other, looks.spin))
+
+    ratio = ratio_of(disk.motion)
+    samples = _samples(disk, sight, looks, radius, ratio)._replace(opposite=opposite)
     shining = disk.brightness * disk.emission.light(samples, looks.beaming, looks.colour_shift)
     if looks.beaming or looks.colour_shift:
         shining = np.where(np.isfinite(ratio)[:, None], shining, 0.0)
@@ -270,11 +278,11 @@ def _samples(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Arra
     along_radius = -(radius**2)[:, None] * sight.slope[:, 0]
     azimuth, along_azimuth = sight.place[:, 1], sight.slope[:, 1]
     emitted = looks.time - (sight.extra[:, 4] if looks.delay else np.zeros_like(radius))
-    orbital = disk.orbital(looks.spin, radius)
+    rate = disk.orbital(looks.spin, radius)
     if looks.delay:
-        along_azimuth = along_azimuth + orbital[:, None] * sight.late
+        along_azimuth = along_azimuth + rate[:, None] * sight.late
     if not getattr(disk.emission, "keeps_shape", False) and np.any(emitted):
-        azimuth = azimuth - orbital * emitted
+        azimuth = azimuth - rate * emitted
         step = 1e-4 * radius
         farther, nearer = (disk.orbital(looks.spin, radius + sign * step) for sign in (1, -1))
         along_azimuth = along_azimuth - ((farther - nearer) / (2 * step) * emitted)[:, None] * along_radius
