@@ -736,6 +736,13 @@ def test_a_volume_is_made_of_files(scene, tmp_path):
     read = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", "volume.scale=2")
     assert read._volume(0.0).density.shape == (3, 4, 5)
     assert "density.npy" in read.record()["files"]
+    np.save(tmp_path / "colours.npy", np.ones((3, 4, 5, 3)))
+    np.save(tmp_path / "heat.npy", 5000 * np.ones((3, 4, 5)))
+    files = [f"volume.{law}={{file = '{name}.npy'}}" for law, name in (("colour", "colours"), ("temperature", "heat"))]
+    full = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", *files)._volume(0.0)
+    assert full.colour.coloured and full.colour.weighted and full.temperature.weighted and not full.density.weighted
+    painted = scene(PLAIN + VOLUME, "volume.colour='#ff8000'")._volume(0.0)
+    assert painted.colour == pytest.approx((1, 0.2158605, 0), abs=1e-6)
     before = read.record()
     np.save(tmp_path / "density.npy", values + 1)
     after = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", "volume.scale=2")
@@ -758,9 +765,11 @@ def test_a_volume_is_made_of_files(scene, tmp_path):
         ("volume.density={file = 'none.npy'}", "volume.density.file must name a file that can be read"),
         ("volume.density={file = 'scene.toml'}", "volume.density.file must name a .npy file with an array of numbers"),
         ("volume.density={file = 'flat.npy'}", "volume.density.file must have shape"),
+        ("volume.colour='red'", "volume.colour must look like"),
+        ("volume.colour={file = 'flat.npy'}", "volume.colour.file must have shape"),
         ("volume.brightness=-1", "volume.brightness must be a finite number from 0 on"),
         ("definitions.phi=1", "definitions must have names other than r, theta and phi where there is a volume"),
-        ("volume.colour='red'", "volume: unknown key `colour`"),
+        ("volume.paint='red'", "volume: unknown key `paint`"),
     ],
 )
 def test_an_invalid_volume_is_refused_before_anything_is_traced(scene, tmp_path, change, message):
@@ -771,7 +780,9 @@ def test_an_invalid_volume_is_refused_before_anything_is_traced(scene, tmp_path,
 
 
 def test_a_volume_needs_a_scale_beside_an_expression(scene):
-    with pytest.raises(ValueError, match=r"volume.scale must be given where density or temperature is a function"):
+    with pytest.raises(
+        ValueError, match=r"volume.scale must be given where density, temperature or colour is a function"
+    ):
         scene(PLAIN + VOLUME.replace("scale = 1.5", ""))
 
 

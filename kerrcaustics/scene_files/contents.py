@@ -269,6 +269,7 @@ class VolumeTable(SceneTable, kw_only=True, frozen=True):
     scale: float | None = None
     motion: str = "circular"
     brightness: float | None = None
+    colour: str | GridTable | None = None
 
 
 class FlareTable(SceneTable, kw_only=True, frozen=True):

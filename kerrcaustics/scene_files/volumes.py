@@ -16,6 +16,7 @@ from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.expressions import CONSTANTS, Formula, check_names, formula
 from kerrcaustics.scene_files.validation import SceneError, about, reject
+from kerrcaustics.scenes.colour import from_srgb
 from kerrcaustics.scenes.disk.volume import VOLUME_MOTIONS, Volume, VolumeGrid
 
 Array = np.ndarray
@@ -141,27 +142,36 @@ def volume_of(
     response: str = "cie",
 ) -> Volume:
     """The volume; invalid numbers raise ValueError. values: as of `values_in`; files, response: as for `sky_of`."""
-    density, temperature = (_law(table, name, values, folder) for name in ("density", "temperature"))
+    density = _law(table, "density", values, folder)
+    temperature, colour = (_law(table, name, values, folder) for name in ("temperature", "colour"))
     motion = table.motion if table.motion in VOLUME_MOTIONS else SpaceLaw("volume.motion", table.motion, values)
     with about("volume"):
         rims = table.inner, table.outer
-        volume = Volume(density, temperature, *rims, table.scale, motion, brightness, response)
+        volume = Volume(density, temperature, *rims, table.scale, motion, brightness, response, colour)
         volume.check(spin)
         parts = np.random.default_rng(0).random((3, _LOOKED_AT))
         radius = table.inner * (table.outer / table.inner) ** parts[0]
-        volume.matter(radius, np.pi * parts[1], 2 * np.pi * parts[2], 0.0)
+        volume.matter(radius, np.pi * parts[1], 2 * np.pi * parts[2], np.zeros(_LOOKED_AT))
     return volume
 
 
-def _law(table: tables.VolumeTable, name: str, values: Values, folder: Path) -> float | SpaceLaw | VolumeGrid:
+def _law(table: tables.VolumeTable, name: str, values: Values, folder: Path) -> Any:
+    """Density, temperature or colour; grids beside one of the density are averaged by what their cells absorb."""
     law = getattr(table, name)
     if isinstance(law, str):
-        return SpaceLaw(f"volume.{name}", law, values)
+        if name != "colour":
+            return SpaceLaw(f"volume.{name}", law, values)
+        with about("volume"):
+            return tuple(from_srgb(law).tolist())
     if not isinstance(law, tables.GridTable):
         return law
-    entry = f"volume.{name}.file"
+    entry, weights = f"volume.{name}.file", None
+    grid = _array_in(folder / law.file, entry)
+    if name != "density" and isinstance(table.density, tables.GridTable):
+        density = _array_in(folder / table.density.file, "volume.density.file")
+        weights = density if density.shape == grid.shape[:3] else None
     with about("volume", values=entry):
-        return VolumeGrid(_array_in(folder / law.file, entry), table.inner, table.outer)
+        return VolumeGrid(grid, table.inner, table.outer, weights)
 
 
 def _array_in(path: Path, entry: str) -> Array:

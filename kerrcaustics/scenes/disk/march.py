@@ -248,6 +248,7 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, sums: t
         passing = np.exp(-density[shines] * energy * sigma * piece.half[shines])
         ratio = piece.at_infinity[shines] / energy
         glow = seen_black_body(hot, ratio, way.beaming, way.colour_shift, way.volume.response)
+        glow = glow * way.volume.tint(radius[shines], theta[shines], azimuth[shines], width[shines])
         # Each place lies before or behind the plane for itself: a step may end a little beyond it.
         beyond = (np.cos(theta) * piece.side < 0)[shines]
         layer = np.minimum(piece.crossed[shines] + beyond, way.crossings)

@@ -55,8 +55,8 @@ def turned_volume(volume: Volume, angle: float) -> Volume:
     angle = math.remainder(angle, 2 * math.pi)
     if angle == 0 or volume.symmetric:
         return volume
-    density, temperature = (_turned_law(law, angle) for law in (volume.density, volume.temperature))
-    return replace(volume, density=density, temperature=temperature)
+    laws = {name: _turned_law(getattr(volume, name), angle) for name in ("density", "temperature", "colour")}
+    return replace(volume, **laws)
 
 
 def _turned_law(law: Any, angle: float) -> Any:
