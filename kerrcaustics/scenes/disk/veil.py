@@ -64,7 +64,6 @@ def check_volume(volume: Volume | None, camera: Viewer) -> None:
         volume.check(camera.spin)
 
 
-@stage("volume")
 def veil_over(camera: Viewer, view: Raster, volume: Volume | None, shifts: Shifts, crossings: int) -> Veil | None:
     """The volume in a view; that of the last picture where it is the same, as for a camera on a circular orbit."""
     if volume is None:
@@ -76,7 +75,8 @@ def veil_over(camera: Viewer, view: Raster, volume: Volume | None, shifts: Shift
     last = next(iter(_LAST), None)
     if last is None or last[0] is not volume or not same(last[1], key):
         _LAST.clear()
-        last = volume, key, veil_of(way, view)
+        with stage("volume"):
+            last = volume, key, veil_of(way, view)
         _LAST[:] = [last]
     return last[2]
 
