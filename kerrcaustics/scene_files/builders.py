@@ -12,6 +12,7 @@ from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.checks import check_above_horizon, check_rims
+from kerrcaustics.scenes.colour import MeasuredResponse, ResponseLike
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
 from kerrcaustics.scenes.disk.samples import Emission
@@ -32,7 +33,7 @@ _THERMAL = {tables.BlackBodyTable: BlackBody, tables.PowerLawTable: PowerLaw, ta
 
 
 @lru_cache(maxsize=4)
-def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: str = "cie") -> Sky | None:
+def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: ResponseLike = "cie") -> Sky | None:
     """The sky, None for a black one.
 
     files: names and hashes, so that a file that changed is read anew; response: to light, as for `black_body`.
@@ -50,7 +51,7 @@ def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: str = "
                 return Panorama.read(folder / table.file, turn, mirror=table.mirror)
 
 
-def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
+def _stars(table: tables.StarsTable, folder: Path, response: ResponseLike) -> StarField:
     angles = table.galaxy_tilt_deg, table.galaxy_node_deg, table.galaxy_centre_deg
     turn = tilted_galaxy(*(math.radians(angle) for angle in angles))
     catalogue = hipparcos()
@@ -58,6 +59,17 @@ def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
         with about("sky", path="sky.tycho2"):
             catalogue = merged_catalogues(catalogue, tycho2(folder / table.tycho2))
     return StarField(catalogue, turn, table.band, table.white, response=response)
+
+
+@lru_cache(maxsize=4)
+def response_of(table: str | tables.GridTable, folder: Path, files: Files) -> ResponseLike:
+    """What sees the colours of black bodies; files: as for `sky_of`."""
+    if isinstance(table, str):
+        return table
+    with about(
+        "light", path="light.response.file", wavelengths="light.response.file", sensitivities="light.response.file"
+    ):
+        return MeasuredResponse.read(folder / table.file)
 
 
 def brightness_of(matter: tables.DiskTable | tables.VolumeTable, sky: tables.SkyTable) -> float:
@@ -69,7 +81,7 @@ def brightness_of(matter: tables.DiskTable | tables.VolumeTable, sky: tables.Sky
 
 @lru_cache(maxsize=4)
 def disk_of(
-    table: tables.DiskTable, brightness: float, spin: float, folder: Path, files: Files, response: str = "cie"
+    table: tables.DiskTable, brightness: float, spin: float, folder: Path, files: Files, response: ResponseLike = "cie"
 ) -> Disk:
     """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
     with about("disk"):
@@ -84,7 +96,7 @@ def disk_of(
         return Disk(table.inner, table.outer, emission, opacity, table.motion, slant, brightness)
 
 
-def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path, response: str) -> Emission:
+def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path, response: ResponseLike) -> Emission:
     match table:
         case tables.BlackBodyTable() | tables.PowerLawTable() | tables.PageThorneTable():
             return _THERMAL[type(table)](**asdict(table), response=response)
@@ -98,7 +110,7 @@ def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path,
             return Wisps(inner=disk.inner, outer=disk.outer, **asdict(table), response=response)
 
 
-def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: str) -> Spots:
+def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: ResponseLike) -> Spots:
     """Spots that are evenly spread over the disk, and so are their temperatures."""
     low, high = table.temperature
     if not 0 < low <= high:

@@ -247,7 +247,7 @@ class DiskTable(SceneTable, kw_only=True, frozen=True):
 
 
 class GridTable(SceneTable, kw_only=True, frozen=True):
-    """Numbers on a grid in space, an array in a .npy file."""
+    """Numbers in a file: a grid in space, an array in a .npy file, or curves in a text file."""
 
     file: str
 
@@ -289,7 +289,7 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
     softening: float = 30.0
     beaming: bool = False
     colour_shift: bool = False
-    response: Response = "cie"
+    response: Response | GridTable = "cie"
     delay: bool = False
     flare: tuple[FlareTable, ...] | None = None
 

@@ -17,6 +17,7 @@ def named_files(contents: Contents, folder: Path) -> tuple[tuple[str, str], ...]
     files += [("sky.file", getattr(contents.sky, "file", None)), ("sky.tycho2", getattr(contents.sky, "tycho2", None))]
     if contents.disk is not None:
         files.append(("disk.emission.file", getattr(contents.disk.emission, "file", None)))
+    files.append(("light.response.file", getattr(contents.light.response, "file", None)))
     for law in ("density", "temperature", "colour"):
         files.append((f"volume.{law}.file", getattr(getattr(contents.volume, law, None), "file", None)))
     files += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare or ())]

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from kerrcaustics.choices import Quality, if_radians
-from kerrcaustics.scene_files.builders import add_glare, brightness_of, disk_of, point_spread, sky_of
+from kerrcaustics.scene_files.builders import add_glare, brightness_of, disk_of, point_spread, response_of, sky_of
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
 from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
 from kerrcaustics.scene_files.exposure import (
@@ -29,6 +29,7 @@ from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
 from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
 from kerrcaustics.scene_files.volumes import values_in, volume_of
+from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.motion import ShutterMotion
@@ -343,15 +344,19 @@ class SceneFile:
 
     @property
     def _sky(self) -> Any:
-        return sky_of(self.contents.sky, self.folder, self.files, self.contents.light.response)
+        return sky_of(self.contents.sky, self.folder, self.files, self._response)
+
+    @property
+    def _response(self) -> ResponseLike:
+        return response_of(self.contents.light.response, self.folder, self.files)
 
     @cached_property
     def _disk(self) -> Any:
-        table, light = self.contents.disk, self.contents.light
+        table = self.contents.disk
         if table is None:
             return None
         brightness = brightness_of(table, self.contents.sky)
-        return disk_of(table, brightness, self.contents.hole.spin, self.folder, self.files, light.response)
+        return disk_of(table, brightness, self.contents.hole.spin, self.folder, self.files, self._response)
 
     def _volume(self, time: float) -> Volume | None:
         """The matter in space, as it is at a time."""
@@ -359,8 +364,8 @@ class SceneFile:
         if table is None:
             return None
         values = values_in(table, self._path, time)
-        brightness, response = brightness_of(table, contents.sky), contents.light.response
-        return volume_of(table, values, brightness, contents.hole.spin, self.folder, self.files, response)
+        brightness, spin = brightness_of(table, contents.sky), contents.hole.spin
+        return volume_of(table, values, brightness, spin, self.folder, self.files, self._response)
 
     def _camera_view(self, time: float, scale: float = 1.0) -> tuple[Viewer, Raster]:
         if not math.isfinite(real_number("time", time)):

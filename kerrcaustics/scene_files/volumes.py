@@ -16,7 +16,7 @@ from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.expressions import CONSTANTS, Formula, check_names, formula
 from kerrcaustics.scene_files.validation import SceneError, about, reject
-from kerrcaustics.scenes.colour import from_srgb
+from kerrcaustics.scenes.colour import ResponseLike, from_srgb
 from kerrcaustics.scenes.disk.volume import VOLUME_MOTIONS, Volume, VolumeGrid
 
 Array = np.ndarray
@@ -139,7 +139,7 @@ def volume_of(
     spin: float,
     folder: Path,
     files: tuple[tuple[str, str], ...],
-    response: str = "cie",
+    response: ResponseLike = "cie",
 ) -> Volume:
     """The volume; invalid numbers raise ValueError. values: as of `values_in`; files, response: as for `sky_of`."""
     density = _law(table, "density", values, folder)

@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
 from kerrcaustics.scenes.checks import check_light, check_number, positive
-from kerrcaustics.scenes.colour import check_response, from_srgb, seen_black_body, shifted_light
+from kerrcaustics.scenes.colour import ResponseLike, check_response, from_srgb, seen_black_body, shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.panorama import read_picture_with_alpha
 from kerrcaustics.spacetime import kerr
@@ -32,7 +32,7 @@ class ThermalEmission:
     """Light of a temperature that depends on the radius alone; it is smooth, so that a pixel needs no division."""
 
     peak: float
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     def __post_init__(self) -> None:
         """Raise ValueError unless temperature and response are valid."""
@@ -62,8 +62,8 @@ class BlackBody(ThermalEmission):
     ----------
     peak : float
         Kelvin. A black body of 6504 K has luminance 1, and is white.
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class BlackBody(ThermalEmission):
     """
 
     peak: float
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """The same everywhere."""
@@ -96,8 +96,8 @@ class PowerLaw(ThermalEmission):
     exponent : float
         Temperature goes as radius ** -exponent; 3/4 far out in any disk that radiates what falling in sets free.
     at : float
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
 
     Raises
     ------
@@ -115,7 +115,7 @@ class PowerLaw(ThermalEmission):
     peak: float
     exponent: float = 0.75
     at: float = 10.0
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     def __post_init__(self) -> None:
         """Raise ValueError unless temperature, law and response are valid."""
@@ -136,8 +136,8 @@ class PageThorne(ThermalEmission):
     ----------
     peak : float
         Kelvin, where the disk is hottest.
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
 
     Raises
     ------
@@ -157,7 +157,7 @@ class PageThorne(ThermalEmission):
     """
 
     peak: float
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """Kelvin: the fourth root of the flux."""

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from scipy.special import ndtr
 
 from kerrcaustics.scenes.checks import check_number, not_negative, positive
-from kerrcaustics.scenes.colour import check_response, seen_black_body
+from kerrcaustics.scenes.colour import ResponseLike, check_response, seen_black_body
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.spacetime.checks import numbers, one_of
 
@@ -53,8 +53,8 @@ class Spots:
         Deviation of a spot's profile, in units of the mass.
     streak : float
         Time over which a spot leaves a trace that fades; 0 for none.
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
     brightness : float or (n,) array
         Factor of a spot's light.
     retrograde : bool or (n,) array
@@ -84,7 +84,7 @@ class Spots:
     temperature: Any = 6504.0
     size: float = 0.1
     streak: float = 0.0
-    response: str = "cie"
+    response: ResponseLike = "cie"
     brightness: Any = 1.0
     retrograde: Any = False
     fade: str = "linear"

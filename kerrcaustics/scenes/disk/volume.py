@@ -19,7 +19,7 @@ from kerrcaustics.scenes.checks import (
     not_negative,
     positive,
 )
-from kerrcaustics.scenes.colour import check_response
+from kerrcaustics.scenes.colour import ResponseLike, check_response
 from kerrcaustics.spacetime.checks import numbers, quoted
 
 Array = np.ndarray
@@ -194,8 +194,8 @@ class Volume:
         function of radius and theta.
     brightness : float
         Factor of its light, beside a sky in another unit: some hundred before a `StarField`.
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
     colour : three numbers, function or VolumeGrid, optional
         Factors of the light in linear sRGB, of places (n, 3): paint, as of a `Texture`; left out, white.
 
@@ -223,7 +223,7 @@ class Volume:
     scale: float | None = None
     motion: str | Callable[[Array, Array], Any] = "circular"
     brightness: float = 1.0
-    response: str = "cie"
+    response: ResponseLike = "cie"
     colour: Any = None
 
     def __post_init__(self) -> None:
