@@ -1,6 +1,6 @@
 # The names of `kerrcaustics.pictures`, as in the stub file of the package.
 
-from .scenes.colour import black_body as black_body
+from .scenes.colour import MeasuredResponse as MeasuredResponse, black_body as black_body
 from .scenes.flare import glare_kernel as glare_kernel, with_glare as with_glare
 from .scenes.motion import ShutterMotion as ShutterMotion
 from .scenes.render import trace_view as trace_view

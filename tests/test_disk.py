@@ -13,6 +13,8 @@ from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.spots import quadratic_trace
+from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.patches import doubt, weights
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
@@ -131,35 +133,76 @@ def test_an_orbiting_pattern_is_seen_late():
     assert not np.allclose(now.light, late.light, atol=0.1)
 
 
-def spots(count: int, size: float, streak: float) -> kc.disks.Spots:
+def spots(count: int, size: float, streak: float, fade: str = "linear", both: bool = False) -> kc.disks.Spots:
     rng = np.random.default_rng(5)
     places = rng.uniform(6, 9, count), rng.uniform(0, 2 * math.pi, count)
-    return kc.disks.Spots(*places, rng.uniform(4000, 9000, count), size, streak)
+    more = {"brightness": rng.uniform(0, 3, count), "retrograde": rng.random(count) < 0.5} if both else {}
+    return kc.disks.Spots(*places, rng.uniform(4000, 9000, count), size, streak, fade=fade, **more)
 
 
-@pytest.mark.parametrize("streak", [0.0, 6.0])
-def test_spots_are_those_that_are_near(streak):
+@pytest.mark.parametrize(
+    ("streak", "fade", "both"), [(0.0, "linear", False), (6.0, "linear", True), (6.0, "quadratic", False)]
+)
+def test_spots_are_those_that_are_near(streak, fade, both):
     """All spots at all places, one by one; the trace as a sum over its moments."""
     rng, count = np.random.default_rng(6), 400
-    some = spots(60, 0.1, streak)
+    some = spots(60, 0.1, streak, fade, both)
     radius, phi, time = rng.uniform(6, 9, count), rng.uniform(-20, 20, count), rng.uniform(50, 120, count)
-    matrix, g = rng.normal(0, 0.1, (count, 2, 2)), rng.uniform(0.5, 1.5, count)
+    matrix, (g, other) = rng.normal(0, 0.1, (count, 2, 2)), rng.uniform(0.5, 1.5, (2, count))
 
     def orbital(r):
         return 1 / (0.5 + r**1.5)
 
-    found = some.light(DiskSamples(radius, phi, radius / 9, matrix, g, 3.0, 0.5, time, orbital), True, True)
+    def against(r):
+        return 1 / (0.5 - r**1.5)
+
+    def opposite(samples):
+        return samples._replace(redshift=other, orbital=against)
+
+    place = radius, phi, radius / 9, matrix, g, 3.0, 0.5, time, orbital
+    found = some.light(DiskSamples(*place, opposite), True, True)
     across, along = (np.sqrt(0.1**2 + (matrix[:, i] ** 2).sum(axis=1) / 12) for i in range(2))
     moments = (np.arange(400) + 0.5) / 400 * streak
     wanted = np.zeros((count, 3))
-    for r, start, temperature in zip(some.radius, some.azimuth, some.temperature, strict=True):
-        turn = phi[:, None] - start - orbital(r) * (time[:, None] - moments)
+    columns = some.radius, some.azimuth, some.temperature, some.brightness, some.retrograde
+    for r, start, temperature, factor, retrograde in zip(*columns, strict=True):
+        rate = against(r) if retrograde else orbital(r)
+        turn = phi[:, None] - start - rate * (time[:, None] - moments)
         length = radius[:, None] * (np.mod(turn + math.pi, 2 * math.pi) - math.pi)
-        weight = 2 * (1 - moments / streak) / 400 if streak else np.full(400, 1 / 400)
+        power = 1 if fade == "linear" else 2
+        weight = (1 + power) * (1 - moments / streak) ** power / 400 if streak else np.full(400, 1 / 400)
         trace = np.exp(-((length / along[:, None]) ** 2) / 2) @ weight
         fall = np.exp(-(((radius - r) / across) ** 2) / 2) * 0.01 / across / along
-        wanted += (fall * trace)[:, None] * kc.pictures.black_body(temperature * g)
+        wanted += factor * (fall * trace)[:, None] * kc.pictures.black_body(temperature * (other if retrograde else g))
     assert np.abs(found - wanted).max() < 0.01 * wanted.max() and wanted.max() > 0.1
+
+
+def test_a_short_trace_that_fades_is_no_trace():
+    """From a way of nothing to one of many deviations, against a fine sum."""
+    s = (np.arange(20_000) + 0.5) / 20_000
+    behind = np.linspace(-4, 4, 9)
+    for way in (0.0, 1e-9, 0.3, 0.999, 1.001, -1.001, -2.5, 30.0):
+        expected = np.exp(-((behind[:, None] + way * s) ** 2) / 2) @ (3 * (1 - s) ** 2) / len(s)
+        found = quadratic_trace(behind, np.full(9, way))
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
+
+
+def test_spots_that_go_the_other_way_have_the_shift_of_their_motion():
+    """Of a hole without spin both senses are mirror images; the spots of a retrograde disk are those of its own."""
+    view = kc.pictures.View(24, 12, math.radians(60))
+    camera = kc.Camera(0.0, 30.0, 1.3, "static")
+    radius, azimuth = np.full(12, 8.0), np.arange(12) * math.pi / 6
+    pictures = [
+        kc.render(
+            camera, view, disk=kc.disks.Disk(6.5, 9.5, kc.disks.Spots(radius, azimuth, size=0.5, **more), 0.0, motion),
+            beaming=True, colour_shift=True,
+        ).light
+        for motion, more in (("circular", {}), ("circular", {"retrograde": True}), ("retrograde", {}))
+    ]  # fmt: skip
+    assert np.allclose(pictures[1], pictures[2], atol=1e-6 * pictures[2].max())
+    assert np.allclose(pictures[1], pictures[0][:, ::-1], atol=0.02 * pictures[0].max())
+    left, right = (half.sum() for half in np.split(pictures[0], 2, axis=1))
+    assert left > 2 * right
 
 
 @pytest.mark.slow
@@ -389,6 +432,42 @@ def test_textures_average_and_go_round():
     assert light(0.5, 1.0, 1e3) == pytest.approx(picture.mean(axis=(0, 1)), abs=0.1)
 
 
+def test_alpha_is_the_opacity_of_a_texture(tmp_path):
+    """The left half of a picture is half clear, on which light of 1 shines as 1/2; its right half is a hole."""
+    picture = np.full((8, 16, 4), 255, np.uint8)
+    picture[:, :8, 3], picture[:, 8:, 3] = 51, 0
+    for mode, alpha in (("RGBA", 51 / 255), ("RGB", None)):
+        Image.fromarray(picture[..., : len(mode)]).save(tmp_path / "cut.png")
+        texture = kc.disks.Texture.read(tmp_path / "cut.png")
+        disk = kc.disks.Disk(9.0, 20.0, texture)
+        assert (texture.cover is None) == (alpha is None) == disk.opaque and disk.slant == (alpha is None)
+    texture = kc.disks.Texture(np.ones((8, 16, 3)), picture[..., 3] / 255)
+    disk = kc.disks.Disk(9.0, 20.0, texture)
+    camera = kc.Camera(0.0, 100.0, 0.4, "static")
+    light = render_flat(camera, kc.pictures.View.toward_hole(camera, 20, 20, 0.5), disk=disk)
+    assert np.unique(light.round(2)).tolist()[-1] == 0.2
+    radius, azimuth = np.full(3, 15.0), np.array([1.0, 4.0, 4.0 + 2 * math.pi])
+    matrix, still = 1e-6 * np.eye(2)[None].repeat(3, axis=0), (np.zeros(3), np.zeros_like)
+    samples = DiskSamples(radius, azimuth, (radius - 9) / 11, matrix, np.ones(3), 11.0, 0.0, *still)
+    assert disk.transmitted(samples, np.full(3, 0.1)) == pytest.approx([0.8, 1, 1], abs=1e-6)
+    assert texture.light(samples, False, False)[:, 0] == pytest.approx([0.2, 0, 0], abs=1e-6)
+    # A wide sample sees both: what is behind shows through by as much as the light is less.
+    wide = samples._replace(matrix=1e3 * matrix / 1e-6)
+    mean = texture.light(wide, False, False)[:, 0]
+    assert disk.transmitted(wide, np.full(3, 0.1)) == pytest.approx(1 - mean, abs=1e-6)
+    assert (np.abs(mean - 0.1) < 0.08).all()
+    half = turned_disk(disk, math.pi)
+    assert half.transmitted(samples, np.full(3, 0.1)) == pytest.approx([1, 0.8, 0.8], abs=1e-6)
+    assert kc.disks.Disk(9.0, 20.0, texture, opacity=1.0).opaque
+    assert kc.disks.Disk(9.0, 20.0, kc.disks.BlackBody(4500)).slant is True
+
+
+@pytest.mark.parametrize("alpha", [np.ones((4, 4)), np.full((4, 8), 1.5), np.full((4, 8), np.nan)])
+def test_what_is_no_alpha_is_refused(alpha):
+    with pytest.raises(ValueError, match="Argument `alpha` must"):
+        kc.disks.Texture(np.ones((4, 8, 3)), alpha)
+
+
 # Above the middle lies, from the north, the far side at the azimuth pi, and from the south the near one at 0.
 @pytest.mark.parametrize(("inclination", "mirror", "left"), [(0.4, True, 0), (math.pi - 0.4, False, 2)])
 def test_a_texture_reads_from_the_south_and_mirrored_from_the_north(inclination, mirror, left, tmp_path):
@@ -451,6 +530,12 @@ def test_a_disk_from_the_isco_is_seen_as_one_from_its_radius():
         (lambda: kc.disks.Spots([6.0], [0.0], -5.0), "`temperature` must hold"),
         (lambda: kc.disks.Spots([6.0], [0.0], size=0), "`size` must be a positive, finite length"),
         (lambda: kc.disks.Spots([6.0], [0.0], streak=-1), "`streak` must be a finite time"),
+        (lambda: kc.disks.Spots([6.0], [0.0], fade="cubic"), "`fade` must be one of linear, quadratic"),
+        (
+            lambda: kc.disks.Spots([6.0, 7.0], [0.0, 1.0], brightness=[1, 2, 3]),
+            "`brightness` must hold one number, or 2",
+        ),
+        (lambda: kc.disks.Spots([6.0], [0.0], brightness=-1), "`brightness` must hold finite numbers"),
         (lambda: kc.disks.Texture(np.zeros((4, 4))), "`light` must have shape"),
         (lambda: kc.disks.Texture.read(__file__), "`path` must end in"),
         (lambda: kc.render(NEAR, kc.pictures.View(8, 8, 1.0), disk="thin"), "`disk` must be a Disk"),

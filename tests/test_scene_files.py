@@ -675,8 +675,8 @@ def painted(monkeypatch):
     """A renderer that costs nothing: what it was asked for, and a grey picture."""
     asked = []
 
-    def rendered(camera, view, sky, disk, light, time, motion, quality, sky_radius):
-        given = {"camera": camera, "view": view, "sky": sky, "disk": disk}
+    def rendered(camera, view, sky, matter, light, time, motion, quality, sky_radius):
+        given = {"camera": camera, "view": view, "sky": sky, "disk": matter[0], "volume": matter[1]}
         asked.append({**given, "time": time, "motion": motion, "quality": quality, "sky_radius": sky_radius})
         grey = np.full((view.height, view.width, 3), 0.25, np.float32)
         with stage("sky_light"):
@@ -740,6 +740,125 @@ def test_stars_and_disk_shine_on_what_the_light_is_seen_by(scene, painted):
         star, disk = (getattr(part, name, part) for part, name in ((asked["sky"], "sky"), (asked["disk"], "disk")))
         emission = getattr(disk.emission, "emission", disk.emission)
         assert (star.response, emission.response) == (response, response)
+
+
+def test_spots_may_differ_in_brightness_and_sense(scene, painted):
+    emission = "{kind = 'spots', number = 200, brightness = [1, 3], retrograde = 0.25, fade = 'quadratic', streak = 2}"
+    scene(PLAIN + DISK, f"disk.emission={emission}").rendering(0)
+    spots = painted[-1]["disk"].emission
+    assert 1 <= spots.brightness.min() < 1.2 < 2.8 < spots.brightness.max() <= 3
+    assert 25 < spots.retrograde.sum() < 75 and spots.fade == "quadratic"
+    with pytest.raises(ValueError, match=r"disk.emission.brightness must be two growing factors from 0 on"):
+        scene(PLAIN + DISK, "disk.emission={kind = 'spots', number = 2, brightness = [2, 1]}")
+
+
+VOLUME = """
+[definitions]
+height = 0.3
+[volume]
+inner = 6
+outer = 14
+density = "0.2 * exp(-(cos(theta) / height)**2 / 2) * (1 + cos(2 * phi))"
+temperature = 6000
+scale = 1.5
+"""
+
+
+def test_a_volume_is_made_of_expressions(scene, painted):
+    read = scene(PLAIN + VOLUME, "camera.azimuth_deg=20", "volume.motion='1 / (0.6 + r**1.5)'")
+    read.rendering(0)
+    volume = painted[-1]["volume"]
+    place = np.array([7.0, 12.0]), np.array([1.5, 1.9]), np.array([0.4, 5.0])
+    expected = 0.2 * np.exp(-((np.cos(place[1]) / 0.3) ** 2) / 2) * (1 + np.cos(2 * (place[2] + math.radians(20))))
+    assert np.allclose(volume.density(*place), expected, rtol=1e-12)
+    assert np.allclose(volume.motion(*place[:2]), 1 / (0.6 + place[0] ** 1.5), rtol=1e-15)
+    assert (volume.temperature, volume.scale, volume.brightness) == (6000, 1.5, 1) and not volume.symmetric
+    assert scene(PLAIN + VOLUME, "sky.kind='stars'")._volume(0.0).brightness == 600
+    law = "min(r, 7, 9) + max(theta, phi) * sqrt(abs(-r)) - log(r) + atan(r) / tan(1) + radians(degrees(r)) * sin(pi)"
+    found = scene(PLAIN + VOLUME, f"volume.density='{law}'")._volume(0.0).density(*place)
+    r, theta, phi = place
+    assert np.allclose(
+        found,
+        np.minimum(r, 7) + np.maximum(theta, phi) * np.sqrt(r) - np.log(r) + np.arctan(r) / math.tan(1) + r * 1.2e-16,
+    )
+
+
+def test_a_volume_is_one_where_nothing_changes_with_time(scene, painted):
+    still = scene(PLAIN + VOLUME, "volume.density='0.1 * height'")
+    moving = scene(PLAIN + VOLUME, "volume.density='0.1 * height * (1 + t)'")
+    for read, one in ((still, True), (moving, False)):
+        assert (read._volume(0.0) is read._volume(1.0)) == one
+        read.rendering(0)
+    assert painted[0]["volume"] is still._volume(0.0)
+    assert moving._volume(1.0).density(np.array([7.0]), np.array([1.0]), 0.0) == pytest.approx(0.06)
+
+
+def test_a_volume_is_made_of_files(scene, tmp_path):
+    values = np.random.default_rng(2).uniform(0, 1, (3, 4, 5))
+    np.save(tmp_path / "density.npy", values)
+    read = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", "volume.scale=2")
+    assert read._volume(0.0).density.shape == (3, 4, 5)
+    assert "density.npy" in read.record()["files"]
+    np.save(tmp_path / "colours.npy", np.ones((3, 4, 5, 3)))
+    np.save(tmp_path / "heat.npy", 5000 * np.ones((3, 4, 5)))
+    files = [f"volume.{law}={{file = '{name}.npy'}}" for law, name in (("colour", "colours"), ("temperature", "heat"))]
+    full = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", *files)._volume(0.0)
+    assert full.colour.coloured and full.colour.weighted and full.temperature.weighted and not full.density.weighted
+    painted = scene(PLAIN + VOLUME, "volume.colour='#ff8000'")._volume(0.0)
+    assert painted.colour == pytest.approx((1, 0.2158605, 0), abs=1e-6)
+    before = read.record()
+    np.save(tmp_path / "density.npy", values + 1)
+    after = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", "volume.scale=2")
+    assert after.record() != before and after._volume(0.0) is not read._volume(0.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("volume.inner=1.2", "volume.inner must be larger than the horizon radius 1.8"),
+        ("volume.outer=5", "volume.inner must be smaller than `outer`|volume.inner must be smaller than volume.outer"),
+        ("volume.density='r +'", "volume.density must be made of numbers"),
+        ("volume.density='rho'", "volume.density must use names that are defined, but rho is not"),
+        ("volume.density='7 - r'", "volume.density must be finite and not negative, but is -"),
+        ("volume.temperature='log(r - 7)'", "volume.temperature must be finite and not negative"),
+        ("volume.temperature=-1", "volume.temperature must be a finite number from 0 on"),
+        ("volume.scale=0", "volume.scale must be a positive, finite length"),
+        ("volume.motion='circlar'", "volume.motion must be circular, fiducial, static or an expression"),
+        ("volume.motion='phi / 9'", "volume.motion must be the same all round"),
+        ("volume.density={file = 'none.npy'}", "volume.density.file must name a file that can be read"),
+        ("volume.density={file = 'scene.toml'}", "volume.density.file must name a .npy file with an array of numbers"),
+        ("volume.density={file = 'flat.npy'}", "volume.density.file must have shape"),
+        ("volume.colour='red'", "volume.colour must look like"),
+        ("volume.colour={file = 'flat.npy'}", "volume.colour.file must have shape"),
+        ("volume.brightness=-1", "volume.brightness must be a finite number from 0 on"),
+        ("definitions.phi=1", "definitions must have names other than r, theta and phi where there is a volume"),
+        ("volume.paint='red'", "volume: unknown key `paint`"),
+    ],
+)
+def test_an_invalid_volume_is_refused_before_anything_is_traced(scene, tmp_path, change, message):
+    np.save(tmp_path / "flat.npy", np.ones((3, 3)))
+    with pytest.raises(ValueError, match=message) as caught:
+        scene(PLAIN + VOLUME, change)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_volume_needs_a_scale_beside_an_expression(scene):
+    with pytest.raises(
+        ValueError, match=r"volume.scale must be given where density, temperature or colour is a function"
+    ):
+        scene(PLAIN + VOLUME.replace("scale = 1.5", ""))
+
+
+def test_a_volume_before_a_disk_is_rendered_and_filmed(scene, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    film = "[film]\nframes = 2\nend = 90\n"
+    read = scene(PLAIN + DISK + VOLUME + film, "view.width=16", "view.height=10")
+    assert read.remarks == ()
+    one, other = (read.rendering(number, quality="draft") for number in range(2))
+    assert one.transmission.min() < 0.9 and one.light.max() > 0 and not np.array_equal(one.light, other.light)
+    sizes = "--set", "view.width=16", "--set", "view.height=10"
+    status, _, err = run(capsys, "render", "scene.toml", "--quality", "draft", *sizes, "--output", "glow.png")
+    assert (status, err) == (0, "") and np.asarray(Image.open("glow.png")).max() > 100
 
 
 def test_overlays_leave_the_rest_of_the_picture_as_it_is(scene, painted):

@@ -191,6 +191,66 @@ def test_a_wide_beam_sees_the_mean_of_a_grid():
     assert math.isclose(float(one.mean(*(np.array([value]) for value in middle))[0]), 1.0, rel_tol=1e-9)
 
 
+def test_means_go_by_what_cells_absorb():
+    """Hot clumps in empty space: a wide beam sees their temperature, and without weights one that is much too low."""
+    rng = np.random.default_rng(8)
+    density = (rng.random((16, 32, 64)) < 0.1).astype(float)
+    heat, colour = 6000 * density, density[..., None] * [1.0, 0.5, 0.25]
+    grids = [kc.disks.VolumeGrid(values, 5.0, 22.0, weights=density) for values in (heat, colour)]
+    place = rng.uniform(6, 20, 400), rng.uniform(0.3, 2.8, 400), rng.uniform(-9, 9, 400)
+    for part in (0.0, 3.3, 16.0):
+        width = part * grids[0].cell * place[0]
+        seen = kc.disks.VolumeGrid(density, 5.0, 22.0).mean(*place, width) > 1e-9
+        assert seen.sum() > 100
+        assert np.allclose(grids[0].mean(*place, width)[seen], 6000)
+        assert np.allclose(grids[1].mean(*place, width)[seen], [1.0, 0.5, 0.25])
+    plain = kc.disks.VolumeGrid(heat, 5.0, 22.0).mean(*place, width)
+    assert plain.max() < 1500
+
+
+def test_a_beam_between_two_levels_sees_a_part_of_both():
+    grid = kc.disks.VolumeGrid(np.random.default_rng(9).uniform(0, 1, (16, 32, 64)), 5.0, 22.0)
+    place = np.array([9.0]), np.array([1.1]), np.array([2.0])
+    one, between, two = (grid.mean(*place, width=factor * grid.cell * 9.0)[0] for factor in (2, 2**1.25, 4))
+    assert between == pytest.approx(0.75 * one + 0.25 * two, rel=1e-12) and abs(one - two) > 1e-3
+
+
+def test_colours_of_a_volume():
+    """A grid of one colour is that colour, as three numbers and as a function; a shell of two is red on one side."""
+    view, even = kc.pictures.View(12, 9, math.radians(38)), np.tile([0.8, 0.4, 0.1], (3, 4, 1, 1))
+    colours = None, (0.8, 0.4, 0.1), kc.disks.VolumeGrid(even, 5.0, 22.0), lambda *_: np.array([0.8, 0.4, 0.1])
+    lights = [
+        kc.pictures.render_volume(CAMERA, view, kc.disks.Volume(0.1, 6000.0, 5.0, 22.0, 4.0, colour=colour)).light
+        for colour in colours
+    ]
+    assert np.allclose(lights[1], lights[0] * np.array([0.8, 0.4, 0.1]), rtol=1e-6) and lights[0].max() > 0.5
+    for light in lights[2:]:
+        assert np.allclose(light, lights[1], atol=1e-3 * lights[1].max())
+    sides = np.ones((1, 1, 64, 3))
+    sides[:, :, 32:, 1:] = 0
+    part = kc.disks.Volume(0.1, 6000.0, 5.0, 22.0, 1.0, colour=kc.disks.VolumeGrid(sides, 5.0, 22.0))
+    blue = kc.pictures.render_volume(CAMERA, view, part).light[..., 2]
+    # phi grows to the right of the hole, seen from phi = 0.
+    assert blue[:, 8:].sum() > 3 * blue[:, :4].sum()
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: kc.disks.VolumeGrid(np.ones((3, 3, 3, 2)), 5.0, 9.0), "`values` must have shape"),
+        (lambda: kc.disks.VolumeGrid(np.ones((3, 3, 3)), 5.0, 9.0, weights=np.ones((3, 3, 2))), "`weights` must have"),
+        (lambda: kc.disks.VolumeGrid(np.ones((3, 3, 3)), 5.0, 9.0, weights=-np.ones((3, 3, 3))), "`weights` must hold"),
+        (lambda: kc.disks.Volume(kc.disks.VolumeGrid(np.ones((3, 3, 1, 3)), 5.0, 9.0), 5e3, 5.0, 9.0), "of numbers"),
+        (lambda: kc.disks.Volume(0.1, 5e3, 5.0, 9.0, colour="red"), "`colour` must be three numbers"),
+        (lambda: kc.disks.Volume(0.1, 5e3, 5.0, 9.0, colour=(1, 1, -1)), "`colour` must hold"),
+        (lambda: kc.disks.Volume(0.1, 5e3, 5.0, 9.0, colour=lambda *_: 1.0), "`scale` must be given"),
+    ],
+)
+def test_what_is_no_grid_and_no_colour_is_refused(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
 def test_far_out_beams_are_as_wide_as_they_are_long():
     """The width at which a grid is asked for, where a ray comes to it: the larger diameter, whatever the pixel."""
 

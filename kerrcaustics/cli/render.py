@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from kerrcaustics.scenes.render import Rendering
 
 # Pixels across a preview; stages that a picture has, at most.
-_PREVIEW, _STAGES = 320, 8
+_PREVIEW, _STAGES = 320, 9
 # A picture of which more is cut at white has lost what was there.
 _MUCH = 0.02
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec.structs import asdict, replace
+from msgspec.structs import asdict, replace as with_entries
 
 from kerrcaustics.astronomy.plate_carree import is_fits
 from kerrcaustics.scene_files import contents as tables
@@ -15,6 +15,7 @@ from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.checks import check_above_horizon, check_rims
+from kerrcaustics.scenes.colour import MeasuredResponse, ResponseLike
 from kerrcaustics.scenes.disk.disk import Disk, inner_rim
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
 from kerrcaustics.scenes.disk.samples import Emission
@@ -39,7 +40,7 @@ _THERMAL = {tables.BlackBodyTable: BlackBody, tables.PowerLawTable: PowerLaw, ta
 
 
 @lru_cache(maxsize=4)
-def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: str = "cie") -> Sky | None:
+def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: ResponseLike = "cie") -> Sky | None:
     """The sky, None for a black one.
 
     files: names and hashes, so that a file that changed is read anew; response: to light, as for `black_body`.
@@ -64,7 +65,7 @@ def sky_radius_of(contents: tables.Contents, viewer: Viewer) -> float:
         return float(sky_end(viewer, math.inf if radius is None else radius, rim).radius)
 
 
-def _stars(table: tables.StarsTable, folder: Path, response: str) -> StarField:
+def _stars(table: tables.StarsTable, folder: Path, response: ResponseLike) -> StarField:
     angles = table.galaxy_tilt_deg, table.galaxy_node_deg, table.galaxy_centre_deg
     turn = tilted_galaxy(*(math.radians(angle) for angle in angles))
     catalogue = hipparcos()
@@ -89,19 +90,30 @@ def _panorama(table: tables.PictureTable, folder: Path, frame: Array) -> Panoram
     return Panorama.read(file, turn, **look)
 
 
-def brightness_of(disk: tables.DiskTable, sky: tables.SkyTable) -> float:
-    """The brightness of a disk: left out, one that shows before the sky."""
-    if disk.brightness is not None:
-        return disk.brightness
+@lru_cache(maxsize=4)
+def response_of(table: str | tables.GridTable, folder: Path, files: Files) -> ResponseLike:
+    """What sees the colours of black bodies; files: as for `sky_of`."""
+    if isinstance(table, str):
+        return table
+    with about(
+        "light", path="light.response.file", wavelengths="light.response.file", sensitivities="light.response.file"
+    ):
+        return MeasuredResponse.read(folder / table.file)
+
+
+def brightness_of(matter: tables.DiskTable | tables.VolumeTable, sky: tables.SkyTable) -> float:
+    """The brightness of a disk or a volume: left out, one that shows before the sky."""
+    if matter.brightness is not None:
+        return matter.brightness
     return _BEFORE_STARS if isinstance(sky, tables.StarsTable) else 1.0
 
 
 @lru_cache(maxsize=4)
 def disk_of(
-    table: tables.DiskTable, brightness: float, spin: float, folder: Path, files: Files, response: str = "cie"
+    table: tables.DiskTable, brightness: float, spin: float, folder: Path, files: Files, response: ResponseLike = "cie"
 ) -> Disk:
     """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
-    table = replace(table, inner=inner_rim(table.inner, table.motion, spin))
+    table = with_entries(table, inner=inner_rim(table.inner, table.motion, spin))
     with about("disk"):
         check_rims(table.inner, table.outer)
         check_above_horizon(float(table.inner), spin)
@@ -111,11 +123,10 @@ def disk_of(
     if isinstance(emission, Wisps):
         opacity, slant = emission.opacity if opacity is None else opacity, bool(slant)
     with about("disk"):
-        opacity = 1.0 if opacity is None else opacity
-        return Disk(table.inner, table.outer, emission, opacity, table.motion, slant is not False, brightness)
+        return Disk(table.inner, table.outer, emission, opacity, table.motion, slant, brightness)
 
 
-def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path, response: str) -> Emission:
+def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path, response: ResponseLike) -> Emission:
     match table:
         case tables.BlackBodyTable() | tables.PowerLawTable() | tables.PageThorneTable():
             return _THERMAL[type(table)](**asdict(table), response=response)
@@ -129,7 +140,7 @@ def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path,
             return Wisps(inner=float(disk.inner), outer=disk.outer, **asdict(table), response=response)
 
 
-def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: str) -> Spots:
+def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: ResponseLike) -> Spots:
     """Spots that are evenly spread over the disk, and so are their temperatures."""
     low, high = table.temperature
     if not 0 < low <= high:
@@ -139,7 +150,12 @@ def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: str) -> S
     inner = float(disk.inner)
     radius = np.sqrt(inner**2 + square * (disk.outer**2 - inner**2))
     temperature = low + warmth * (high - low)
-    return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response=response)
+    dim, bright = table.brightness
+    if not 0 <= dim <= bright:
+        reject("disk.emission.brightness", "be two growing factors from 0 on", list(table.brightness))
+    share, sense = random.random((2, table.number))
+    more = {"brightness": dim + share * (bright - dim), "retrograde": sense < table.retrograde, "fade": table.fade}
+    return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response, **more)
 
 
 def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, scale: float) -> Array:

@@ -229,6 +229,9 @@ class SpotsTable(SceneTable, kw_only=True, frozen=True, tag="spots", tag_field="
     temperature: tuple[float, float] = (4000.0, 10000.0)
     size: float = 0.1
     streak: float = 0.0
+    fade: Literal["linear", "quadratic"] = "linear"
+    brightness: tuple[float, float] = (1.0, 1.0)
+    retrograde: Annotated[float, Meta(ge=0, le=1)] = 0.0
     seed: Seed = 0
 
 
@@ -261,6 +264,32 @@ class DiskTable(SceneTable, kw_only=True, frozen=True):
     brightness: float | None = None
 
 
+class GridTable(SceneTable, kw_only=True, frozen=True):
+    """Numbers in a file: a grid in space, an array in a .npy file, or curves in a text file."""
+
+    file: str
+
+
+Law = float | str | GridTable
+"""A number, an expression of r, theta and phi, or a grid."""
+
+
+class VolumeTable(SceneTable, kw_only=True, frozen=True):
+    """Matter in space; motion: a word, or an expression of r and theta.
+
+    brightness left out is that of a volume that shows before the sky.
+    """
+
+    inner: float
+    outer: float
+    density: Law
+    temperature: Law
+    scale: float | None = None
+    motion: str = "circular"
+    brightness: float | None = None
+    colour: str | GridTable | None = None
+
+
 class FlareTable(SceneTable, kw_only=True, frozen=True):
     """A halo of the lens, its width in pixels of the whole picture, or a point spread function from a file."""
 
@@ -278,7 +307,7 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
     softening: float = 30.0
     beaming: bool = False
     colour_shift: bool = False
-    response: Response = "cie"
+    response: Response | GridTable = "cie"
     delay: bool = False
     flare: tuple[FlareTable, ...] | None = None
 
@@ -332,6 +361,7 @@ class Contents(SceneTable, kw_only=True, frozen=True):
     view: ViewTable = ViewTable()
     sky: SkyTable = NoSky()
     disk: DiskTable | None = None
+    volume: VolumeTable | None = None
     light: LightTable = LightTable()
     film: FilmTable | None = None
     overlays: OverlaysTable = OverlaysTable()

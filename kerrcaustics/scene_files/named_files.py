@@ -18,6 +18,9 @@ def named_files(contents: Contents, folder: Path) -> tuple[tuple[str, str], ...]
     files.append(("sky.nebulae.file", getattr(getattr(contents.sky, "nebulae", None), "file", None)))
     if contents.disk is not None:
         files.append(("disk.emission.file", getattr(contents.disk.emission, "file", None)))
+    files.append(("light.response.file", getattr(contents.light.response, "file", None)))
+    for law in ("density", "temperature", "colour"):
+        files.append((f"volume.{law}.file", getattr(getattr(contents.volume, law, None), "file", None)))
     files += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare or ())]
     return tuple((name, _hash(entry, folder, name)) for entry, name in files if name is not None)
 

@@ -6,6 +6,7 @@ from kerrcaustics.results.declared import same
 from kerrcaustics.scene_files.contents import LightTable
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.motion import ShutterMotion
+from kerrcaustics.scenes.motion_blur import Matter
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering, Sky, TracedView, blurred, render, trace_view
 from kerrcaustics.spacetime.viewer import Viewer
@@ -18,7 +19,7 @@ def rendered(
     camera: Viewer,
     view: Raster,
     sky: Sky | None,
-    disk: Disk | None,
+    matter: Matter,
     light: LightTable,
     time: float,
     motion: ShutterMotion | None,
@@ -28,11 +29,12 @@ def rendered(
     """A frame, linear light; time: in its middle."""
     options = {"beaming": light.beaming, "colour_shift": light.colour_shift, "delay": light.delay, "time": time}
     exposure = None if motion is None or not blurred(quality) else motion.about(camera, view, time)
-    if exposure is not None and (disk is not None or not exposure.still):
+    disk, volume = matter
+    if exposure is not None and not (disk is None and volume is None and exposure.still):
         options |= {"quality": quality, "sky_radius": sky_radius}
-        return render(camera, view, sky, disk=disk, motion=motion, **options)
+        return render(camera, view, sky, disk=disk, volume=volume, motion=motion, **options)
     traced = _traced(camera, view, sky is not None, disk, light.delay, quality, sky_radius)
-    return traced.show(sky, disk=disk, turn=0.0 if exposure is None else exposure.turn, **options)
+    return traced.show(sky, disk=disk, volume=volume, turn=0.0 if exposure is None else exposure.turn, **options)
 
 
 def _traced(

@@ -12,7 +12,15 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from kerrcaustics.choices import Quality, if_radians
-from kerrcaustics.scene_files.builders import add_glare, brightness_of, disk_of, point_spread, sky_of, sky_radius_of
+from kerrcaustics.scene_files.builders import (
+    add_glare,
+    brightness_of,
+    disk_of,
+    point_spread,
+    response_of,
+    sky_of,
+    sky_radius_of,
+)
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
 from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
 from kerrcaustics.scene_files.exposure import (
@@ -28,7 +36,10 @@ from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
 from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
-from kerrcaustics.scenes.disk.turned import turned_disk
+from kerrcaustics.scene_files.volumes import values_in, volume_of
+from kerrcaustics.scenes.colour import ResponseLike
+from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
+from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
@@ -51,7 +62,10 @@ _MAY_BE_INFINITE = ("camera.radius", "camera.path.radius")
 _LOOKED_AT = 100
 # Pixels across a frame from whose light a film has its exposures, as those of a preview.
 _SMALL = 320
-_BLACK = 'The scene has neither a sky nor a disk, and its picture is black: [sky] with kind = "stars" gives it one.'
+_BLACK = (
+    "The scene has neither a sky nor a disk nor a volume, and its picture is black: "
+    '[sky] with kind = "stars" gives it one.'
+)
 
 
 @dataclass(frozen=True)
@@ -179,7 +193,7 @@ class SceneFile:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Lines on what the author may not have meant."""
-        black = isinstance(self.contents.sky, NoSky) and self.contents.disk is None
+        black = isinstance(self.contents.sky, NoSky) and self.contents.disk is None and self.contents.volume is None
         numbers = numbers_in(msgspec.to_builtins(self.contents))
         lines = (if_radians(entry, number) for entry, number in numbers if entry.endswith("_deg"))
         return (*((_BLACK,) if black else ()), *filter(None, lines))
@@ -227,9 +241,11 @@ class SceneFile:
             if sky is not None and place.phi != 0:
                 sky = TurnedSky(sky, -place.phi)
             disk = None if self._disk is None else turned_disk(self._disk, -place.phi)
+            volume = self._volume(time)
+            matter = disk, None if volume is None else turned_volume(volume, -place.phi)
             motion = self._motion(time, place.phi, scale)
             radius = sky_radius_of(self.contents, camera)
-            return rendered(camera, view, sky, disk, self.contents.light, time, motion, quality, radius)
+            return rendered(camera, view, sky, matter, self.contents.light, time, motion, quality, radius)
 
     def _motion(self, time: float, phi: float, scale: float) -> ShutterMotion | None:
         """The motion while a frame is exposed, about its middle; phi: of the camera then."""
@@ -337,15 +353,28 @@ class SceneFile:
 
     @property
     def _sky(self) -> Any:
-        return sky_of(self.contents.sky, self.folder, self.files, self.contents.light.response)
+        return sky_of(self.contents.sky, self.folder, self.files, self._response)
+
+    @property
+    def _response(self) -> ResponseLike:
+        return response_of(self.contents.light.response, self.folder, self.files)
 
     @cached_property
     def _disk(self) -> Any:
-        table, light = self.contents.disk, self.contents.light
+        table = self.contents.disk
         if table is None:
             return None
         brightness = brightness_of(table, self.contents.sky)
-        return disk_of(table, brightness, self.contents.hole.spin, self.folder, self.files, light.response)
+        return disk_of(table, brightness, self.contents.hole.spin, self.folder, self.files, self._response)
+
+    def _volume(self, time: float) -> Volume | None:
+        """The matter in space, as it is at a time."""
+        table, contents = self.contents.volume, self.contents
+        if table is None:
+            return None
+        values = values_in(table, self._path, time)
+        brightness, spin = brightness_of(table, contents.sky), contents.hole.spin
+        return volume_of(table, values, brightness, spin, self.folder, self.files, self._response)
 
     def _camera_view(self, time: float, scale: float = 1.0) -> tuple[Viewer, Raster]:
         if not math.isfinite(real_number("time", time)):
@@ -401,5 +430,6 @@ class SceneFile:
         sky_radius_of(self.contents, camera)
         values = self._values(time)
         self._raster(camera, values, 1.0, trial=True)
+        self._volume(time)
         exposure = 1.0 if self._by_light else self._exposure.at(self._path.at(time))
         developed(np.zeros((1, 1, 3), np.float32), self.contents.light, exposure)

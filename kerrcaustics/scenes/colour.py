@@ -1,6 +1,7 @@
 """Light and colour: black bodies as linear sRGB, shifts of frequency, white balance."""
 
 import math
+import os
 import re
 from collections.abc import Callable
 from functools import cache, partial
@@ -10,8 +11,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.files import read_text
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.scenes.checks import check_number
+from kerrcaustics.scenes.checks import check_light, check_number
 from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 
 Array = np.ndarray
@@ -21,6 +23,76 @@ Shift = Callable[[Reals, bool, bool], Float[Array, "*batch 3"]]
 
 Response = Literal["cie", "film"]
 RESPONSES: tuple[Response, ...] = get_args(Response)
+
+
+class MeasuredResponse:
+    """Measured sensitivities of the layers of a film, or of a sensor, for the argument `response`.
+
+    Parameters
+    ----------
+    wavelengths : (n,) array
+        Nanometres, growing; between them the curves are linear, beyond them zero.
+    sensitivities : (n, 3) array
+        Of the layers that become red, green and blue, per energy of the light; in any unit, as each is divided by what
+        the white black body gives it.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> curves = np.array([[0, 0, 1], [0, 1, 0], [1, 0, 0]])
+    >>> response = kc.pictures.MeasuredResponse([450, 550, 650], curves)
+    >>> red, green, blue = kc.pictures.black_body(3000.0, response=response)
+    >>> bool(red > green > blue)
+    True
+    """
+
+    def __init__(self, wavelengths: ArrayLike, sensitivities: ArrayLike) -> None:
+        """Check the curves."""
+        self.wavelengths = real_array("wavelengths", wavelengths)
+        self.sensitivities = real_array("sensitivities", sensitivities)
+        count = len(self.wavelengths) if self.wavelengths.ndim == 1 else 0
+        if count < 2 or not (np.isfinite(self.wavelengths).all() and (np.diff(self.wavelengths) > 0).all()):
+            raise ValueError("Argument `wavelengths` must hold two growing numbers or more.")
+        if self.sensitivities.shape != (count, 3):
+            shape = self.sensitivities.shape
+            raise ValueError(f"Argument `sensitivities` must have shape ({count}, 3), but has {shape}.")
+        check_light("sensitivities", self.sensitivities)
+        if not self.on(_WAVELENGTHS).sum(axis=1).all():
+            first, last = _WAVELENGTHS[[0, -1]]
+            raise ValueError(f"Argument `sensitivities` must be above 0 somewhere in {first:g} to {last:g} nm in each.")
+
+    def __repr__(self) -> str:
+        """Return a line with the range of wavelengths."""
+        return f"<MeasuredResponse, {self.wavelengths[0]:g} to {self.wavelengths[-1]:g} nm>"
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> "MeasuredResponse":
+        """The curves of a text file: four numbers in each line, with commas or spaces, after lines with # or words.
+
+        Wavelength in nanometres; sensitivities for red, green and blue.
+        """
+        rows = [re.split(r"[,;\s]+", line.strip()) for line in read_text(path, _LONGEST_TABLE).splitlines()]
+        numbered = [row for row in rows if row[0] and re.match(r"[-+.\d]", row[0])]
+        try:
+            table = np.array(numbered, float).reshape(-1, 4) if numbered else np.empty((0, 4))
+        except ValueError:
+            raise ValueError("Argument `path` must name a file with four numbers in each line.") from None
+        return cls(table[:, 0], table[:, 1:])
+
+    def on(self, wavelengths: Float[Array, " m"]) -> Float[Array, "3 m"]:
+        """Sensitivities (3, m) at wavelengths."""
+        curves = self.sensitivities.T
+        return np.stack([np.interp(wavelengths, self.wavelengths, curve, 0.0, 0.0) for curve in curves])
+
+
+ResponseLike = str | MeasuredResponse
+"""A name of `RESPONSES`, or measured curves."""
 
 DAYLIGHT = 6504.0
 """Temperature (K) of the black body that stands for the white of sRGB."""
@@ -39,13 +111,17 @@ _LOBES = (
 )
 # Sensitivities (centre, deviation; nm) of the layers of the model film that become red, green and blue.
 _LAYERS = ((640.0, 25.0), (545.0, 25.0), (445.0, 25.0))
+# Bytes of a file of curves.
+_LONGEST_TABLE = 10_000_000
 # From XYZ to linear sRGB, IEC 61966-2-1.
 _TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 @usual_warnings
-def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = "cie") -> Float[Array, "*batch 3"]:
+def black_body(
+    temperature: ArrayLike, white: float = DAYLIGHT, response: ResponseLike = "cie"
+) -> Float[Array, "*batch 3"]:
     """Linear sRGB (..., 3) of black bodies, per area and solid angle, with a white balance.
 
     Parameters
@@ -54,9 +130,10 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
         Kelvin; below 300 and above 1e6 those are used.
     white : float
         Temperature (K) of the black body that looks white, and has luminance 1.
-    response : str
+    response : str or MeasuredResponse
         What turns a spectrum into three channels. "cie": the eye, by the CIE functions. "film": a colour film, whose
-        layers see red, green and blue alone, and whose three dyes are shown as the channels of the screen.
+        layers see red, green and blue alone, and whose three dyes are shown as the channels of the screen. Measured
+        curves likewise, in place of the model's.
 
     Returns
     -------
@@ -92,7 +169,7 @@ def black_body(temperature: ArrayLike, white: float = DAYLIGHT, response: str = 
     return _black_body(kelvin, white, response)
 
 
-def _black_body(kelvin: ArrayLike, white: float = DAYLIGHT, response: str = "cie") -> Float[Array, "*batch 3"]:
+def _black_body(kelvin: ArrayLike, white: float = DAYLIGHT, response: ResponseLike = "cie") -> Float[Array, "*batch 3"]:
     """As `black_body`, of temperatures that may be NaN."""
     channels, white_channels = (_interpolated(np.asarray(value, float), response) for value in (kelvin, white))
     return np.exp(channels - white_channels)
@@ -113,7 +190,11 @@ def star_temperature(colour_index: ArrayLike) -> Float[Array, "*batch"]:
 
 
 def shifted_light(
-    redshift: Reals, beaming: bool, colour_shift: bool, temperature: ArrayLike = DAYLIGHT, response: str = "cie"
+    redshift: Reals,
+    beaming: bool,
+    colour_shift: bool,
+    temperature: ArrayLike = DAYLIGHT,
+    response: ResponseLike = "cie",
 ) -> Float[Array, "*batch 3"]:
     """Factors (..., 3) of linear sRGB light that comes with frequency ratios g = nu_camera / nu_source (...,).
 
@@ -220,7 +301,7 @@ def _shifted_table(
 
 
 def seen_black_body(
-    temperature: Reals, redshift: Reals, beaming: bool, colour_shift: bool, response: str = "cie"
+    temperature: Reals, redshift: Reals, beaming: bool, colour_shift: bool, response: ResponseLike = "cie"
 ) -> Float[Array, "*batch 3"]:
     """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); 0 where the temperature is.
 
@@ -252,12 +333,13 @@ def encoded(light: ArrayLike) -> Float[Array, "*shape"]:
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
 
 
-def check_response(response: str) -> None:
+def check_response(response: ResponseLike) -> None:
     """Raise ValueError unless the response is valid."""
-    one_of("response", response, RESPONSES)
+    if not isinstance(response, MeasuredResponse):
+        one_of("response", response, RESPONSES)
 
 
-def _interpolated(temperature: Float[Array, "*batch"], response: str) -> Float[Array, "*batch 3"]:
+def _interpolated(temperature: Float[Array, "*batch"], response: ResponseLike) -> Float[Array, "*batch 3"]:
     """Logarithms (..., 3) of the channels."""
     grid, channels = _table(response)
     place = np.log(np.clip(temperature, _COOLEST, _HOTTEST))
@@ -265,18 +347,19 @@ def _interpolated(temperature: Float[Array, "*batch"], response: str) -> Float[A
 
 
 @cache
-def _table(response: str) -> tuple[Float[Array, " n"], Float[Array, "3 n"]]:
+def _table(response: ResponseLike) -> tuple[Float[Array, " n"], Float[Array, "3 n"]]:
     """Logarithms of temperatures (n,), and of the channels (3, n) of their black bodies."""
     grid = np.linspace(math.log(_COOLEST), math.log(_HOTTEST), _TEMPERATURES)
     ratio = _HC_OVER_K / (_WAVELENGTHS * np.exp(grid)[:, None])
     spectrum = (_WAVELENGTHS / 560.0) ** -5 * np.exp(-ratio) / -np.expm1(-ratio)
-    return grid, np.log(_channels(spectrum, response)).T
+    return grid, np.log(np.maximum(_channels(spectrum, response), 1e-300)).T
 
 
-def _channels(spectrum: Float[Array, "n wavelengths"], response: str) -> Float[Array, "n 3"]:
+def _channels(spectrum: Float[Array, "n wavelengths"], response: ResponseLike) -> Float[Array, "n 3"]:
     """Linear channels (n, 3) of spectra per wavelength."""
-    if response == "film":
-        layers = np.stack([_lobe(1.0, centre, width, width) for centre, width in _LAYERS])
+    if response != "cie":
+        model = [_lobe(1.0, centre, width, width) for centre, width in _LAYERS]
+        layers = response.on(_WAVELENGTHS) if isinstance(response, MeasuredResponse) else np.stack(model)
         return spectrum @ layers.T
     matching = np.stack([sum(_lobe(*lobe) for lobe in lobes) for lobes in _LOBES])
     light = spectrum @ matching.T @ _TO_SRGB.T

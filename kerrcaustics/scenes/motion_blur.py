@@ -1,7 +1,8 @@
-"""Motion blur: the light of a sky and of a disk while camera, view and time move.
+"""Motion blur: the light of a sky, of a disk and of a volume while camera, view and time move.
 
 What is spread over the sky is averaged over footprints that are swept along, and stars are drawn along their traces
-(sky_light.py); where the camera moves far, in pieces of the exposure. A disk is the mean of several moments.
+(sky_light.py); where the camera moves far, in pieces of the exposure. A disk and a volume are the
+mean of several moments.
 """
 
 import math
@@ -14,12 +15,15 @@ from jaxtyping import Bool, Float
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.results.stages import stage
-from kerrcaustics.scenes.disk.crossings import FINEST, Lattice, covered, crossings
+from kerrcaustics.scenes.colour import DAYLIGHT
+from kerrcaustics.scenes.disk.crossings import FINEST, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
-from kerrcaustics.scenes.disk.emission import ThermalEmission
+from kerrcaustics.scenes.disk.emission import BlackBody, Swatches, ThermalEmission
 from kerrcaustics.scenes.disk.lighting import Looks, lit
-from kerrcaustics.scenes.disk.turned import turned_disk
-from kerrcaustics.scenes.motion import Exposure
+from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
+from kerrcaustics.scenes.disk.veil import veil_over
+from kerrcaustics.scenes.disk.volume import Volume
+from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.points import steps_to
 from kerrcaustics.scenes.seen_sky import SeenSky, seen_sky
 from kerrcaustics.scenes.sky_light import Shifts, Sky, sky_light
@@ -38,8 +42,12 @@ _PROBED = (12, 8)
 _DISK_STEP, _MOST_DISKS = {True: 0.5, False: 1.0}, 32
 
 
-class DiskLight(NamedTuple):
-    """Light (h, w, 3) of a disk, the transmission (h, w), the hidden pixels (h, w), and beams of each crossing."""
+Matter = tuple[Disk | None, Volume | None]
+"""A disk, a volume, or both."""
+
+
+class MatterLight(NamedTuple):
+    """Light (h, w, 3) of matter, the transmission (h, w), the hidden pixels (h, w), and beams of each crossing."""
 
     light: Array
     transmission: Array
@@ -104,27 +112,43 @@ def _probes(exposure: Exposure) -> tuple[Float[Array, " n"], Float[Array, " n"]]
 
 
 @stage("disk_light")
-def blurred_disk(exposure: Exposure, disk: Disk, shifts: Shifts, delay: bool) -> DiskLight:
-    """The mean light of a disk over as many moments as its pattern and its rims move pixels."""
+def blurred_matter(exposure: Exposure, matter: Matter, shifts: Shifts, delay: bool) -> MatterLight:
+    """The mean light of a disk and a volume over as many moments as their patterns and rims move pixels."""
+    disk, volume = matter
     shape = exposure.middle.view.height, exposure.middle.view.width
-    count = _moments(exposure, disk)
+    count = max(_moments(exposure, one) for one in (disk, _stand_in(volume)) if one is not None)
     light, transmission = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
-    hidden, plane, beams = np.full(shape, disk.opaque), None, []
+    hidden, plane, beams = np.full(shape, disk is not None and disk.opaque), None, []
     for number in range(count):
         now = exposure.at((number + 0.5) / count - 0.5)
         if plane is None or not exposure.still:
-            # A map that all moments share is as fine as that of a still picture.
-            rays = (0, 1) if exposure.still else (number, count)
-            lattice = Lattice.at_moment(now.camera, now.view, delay, *rays)
-            plane = crossings(lattice, disk.inner, disk.outer, disk.opaque)
+            plane = _crossings(now, disk, delay, (0, 1) if exposure.still else (number, count))
             beams = [sum(counts) for counts in zip_longest(beams, plane.beams, fillvalue=0)]
-            if disk.opaque:
+            if disk is not None and disk.opaque:
                 hidden &= covered(plane.cells, shape, disk.inner, disk.outer)
         looks = Looks(now.camera.spin, *shifts, delay, now.time)
-        glow, passing = lit(turned_disk(disk, -now.azimuth), plane.cells, shape, looks)
+        turned = None if volume is None else turned_volume(volume, -now.azimuth)
+        veil = veil_over(now.camera, now.view, turned, shifts, len(plane.cells))
+        glow, passing = lit(disk and turned_disk(disk, -now.azimuth), plane.cells, shape, looks, veil)
         light += glow / count
         transmission += passing / count
-    return DiskLight(light, transmission, hidden, tuple(beams))
+    return MatterLight(light, transmission, hidden, tuple(beams))
+
+
+def _crossings(now: ExposedMoment, disk: Disk | None, delay: bool, rays: tuple[int, int]) -> DiskCrossings:
+    """The crossings of a disk at a moment; rays: its number, and that of all; a map that all share is a still one's."""
+    if disk is None:
+        return DiskCrossings((), ())
+    lattice = Lattice.at_moment(now.camera, now.view, delay, *rays)
+    return crossings(lattice, disk.inner, disk.outer, disk.opaque)
+
+
+def _stand_in(volume: Volume | None) -> Disk | None:
+    """A disk at rest between the rims of a volume, whose places move over a picture about as those of the volume."""
+    if volume is None:
+        return None
+    emission = BlackBody(DAYLIGHT) if volume.symmetric else Swatches()
+    return Disk(volume.inner, volume.outer, emission, motion="static")
 
 
 def _moments(exposure: Exposure, disk: Disk) -> int:

@@ -215,6 +215,11 @@ def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
 
     Values of PNG and JPEG count as sRGB, those of OpenEXR as linear; OpenEXR needs the package of that name.
     """
+    return read_picture_with_alpha(path)[0]
+
+
+def read_picture_with_alpha(path: str | os.PathLike[str]) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"] | None]:
+    """Linear light (h, w, 3) of a file as of `read_picture`, and the alpha channel (h, w) of a PNG file, if any."""
     name = Path(path)
     if name.suffix.lower() not in _ENDINGS:
         raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {quoted(os.fspath(path))}.")
@@ -227,10 +232,13 @@ def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
         raise ValueError(
             f"Argument `path` must name a picture that can be read: {os.fspath(path)!r}: {reason}."
         ) from None
-    return values if linear else decoded(values)
+    if linear:
+        return values, None
+    return decoded(values[..., :3]), values[..., 3] if values.shape[2] == 4 else None
 
 
-def _read_screen(path: Path) -> Float32[Array, "h w 3"]:
+def _read_screen(path: Path) -> Float32[Array, "h w channels"]:
+    """Three channels, and a fourth of a picture with alpha."""
     from PIL import Image
 
     with warnings.catch_warnings():
@@ -238,7 +246,9 @@ def _read_screen(path: Path) -> Float32[Array, "h w 3"]:
         warnings.simplefilter("ignore", Image.DecompressionBombWarning)
         try:
             with Image.open(path) as file:
-                return np.asarray(file.convert("RGB"), np.float32) / 255
+                clear = "A" in file.getbands() or "transparency" in file.info
+                mode = "RGBA" if clear else "RGB"
+                return np.asarray(file.convert(mode), np.float32) / 255
         except Image.DecompressionBombError:
             raise OSError(errno.EFBIG, _TOO_MANY) from None
 

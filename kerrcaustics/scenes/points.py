@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
+from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.footprint import bend, major_axis, turned
 from kerrcaustics.scenes.patches import weights_at
 from kerrcaustics.scenes.quadtree import in_chunks
@@ -54,7 +55,7 @@ class PointLights:
     direction: Array
     flux: Array
     temperature: Array
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     @cached_property
     def tree(self) -> KDTree:

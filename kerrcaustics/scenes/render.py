@@ -17,9 +17,11 @@ from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.lighting import Looks, lit
+from kerrcaustics.scenes.disk.veil import check_volume, veil_over
+from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion
-from kerrcaustics.scenes.motion_blur import blurred_disk, blurred_sky
+from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
 from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.seen_sky import seen_sky, sky_end
@@ -39,14 +41,15 @@ QUALITIES: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.002
 _VISIBLE = "part of each pixel that is not in the shadow; None without a sky"
 _ERROR = "largest error of the map of the sky, in pixels; NaN without a sky"
 _SKY_RADIUS = "radius of the sphere with the sky"
-_STAGES = "seconds of each stage, by its name: disk_map, sky_map, shadow_edge, sky_light, stars, disk_light"
+_STAGES = "seconds of each stage, by its name: disk_map, sky_map, shadow_edge, sky_light, stars, volume, disk_light"
+_TRANSMISSION = "part of the light behind them that disk and volume let through; None without either"
 _BEAMS = "beams traced for the map, without those that find stars next to the shadow edge"
 _CROSSINGS = "beams traced to each crossing of the disk's plane, from the first one on"
 
 
 @result("rendering/1")
 class Rendering(Shown):
-    """A sky, and a disk, as a camera or an observer sees them."""
+    """A sky, a disk and a volume, as a camera or an observer sees them."""
 
     camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
     view: Raster = quantity("", "", "the part of its sky that is seen")
@@ -58,9 +61,7 @@ class Rendering(Shown):
     beams: int = quantity("", "1", _BEAMS)
     seconds: float = quantity("", "s", "time it took")
     crossings: tuple[int, ...] = quantity("crossing", "1", _CROSSINGS, default=())
-    transmission: Array | None = quantity(
-        "row column", "1", "part of the light behind it that the disk lets through; None without a disk", default=None
-    )
+    transmission: Array | None = quantity("row column", "1", _TRANSMISSION, default=None)
     error: float = quantity("", "1", _ERROR, default=math.nan)
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
     sky_radius: float = quantity("", "GM/c^2", _SKY_RADIUS, default=math.inf)
@@ -96,13 +97,14 @@ class TracedView(Shown):
         sky: Sky | None = None,
         *,
         disk: Disk | None = None,
+        volume: Volume | None = None,
         beaming: bool = False,
         colour_shift: bool = False,
         delay: bool = False,
         time: float = 0.0,
         turn: float = 0.0,
     ) -> Rendering:
-        """A sky and a disk as they are seen in this view; parameters as for `render`.
+        """A sky, a disk and a volume as they are seen in this view; parameters as for `render`.
 
         disk: the one that the view was traced with, or another one between the same rims, and as opaque; turn: angle
         (radians) by which the sky turns about the spin axis while the picture is exposed, half of it on either side.
@@ -112,11 +114,15 @@ class TracedView(Shown):
         light, transmission = np.zeros((*shape, 3), np.float32), None
         if sky is not None:
             light = self._sky_light(sky, Shifts(beaming, colour_shift), turn)
+        cells: tuple[DiskCells, ...] = ()
         if disk is not None:
             self._check_disk(disk, delay)
+            cells = tuple(DiskCells(*parts) for parts in self._cells)
+        if not (disk is None and volume is None):
             looks = Looks(self.camera.spin, beaming, colour_shift, delay, _moment(time))
+            veil = veil_over(self.camera, self.view, volume, Shifts(beaming, colour_shift), len(cells))
             with stage("disk_light"):
-                glow, transmission = lit(disk, tuple(DiskCells(*parts) for parts in self._cells), shape, looks)
+                glow, transmission = lit(disk, cells, shape, looks, veil)
             light = light * transmission[..., None] + glow
         seconds = self.seconds + clock() - began
         counts = self.supersampled, self.beams, seconds, self.crossings
@@ -153,6 +159,7 @@ def render(
     sky: Sky | None = None,
     *,
     disk: Disk | None = None,
+    volume: Volume | None = None,
     beaming: bool = False,
     colour_shift: bool = False,
     delay: bool = False,
@@ -162,7 +169,7 @@ def render(
     motion: ShutterMotion | None = None,
     progress: Progress | bool | None = None,
 ) -> Rendering:
-    """A sky seen through the hole, and a disk round it.
+    """A sky seen through the hole, and a disk and matter in space round it.
 
     Each pixel holds the mean of the sky over the footprint of its beam, and of the disk over its own square.
 
@@ -174,6 +181,8 @@ def render(
     sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
         Left out, it is black, and no beam is traced to it.
     disk : Disk, optional
+    volume : Volume, optional
+        Before the disk, between its images and behind it, as along the ray of each pixel; see `render_volume`.
     beaming : bool
         Intensity times the fourth power of nu_camera / nu_source.
     colour_shift : bool
@@ -213,7 +222,8 @@ def render(
     footprints of the parts. Disk: the mean over the pixel, to about 1 % or 1/255 of the brightest; beams are
     interpolated to a hundredth of a pixel, and images that no pixel shows by 1/255 are left out; in a draft to a tenth
     of a pixel, and images that cover no more than 1/30 of any are left out. Where a disk that is not opaque lies over
-    an edge of the sky, the mean of the product is that of the means.
+    an edge of the sky, the mean of the product is that of the means; so it is with a volume and edges of the disk. A
+    volume: as of `render_volume` with the step 0.5.
 
     References
     ----------
@@ -238,15 +248,17 @@ def render(
         instance_of("motion", motion, ShutterMotion)
         exposure = motion.about(camera, view, _moment(time))
         turn = exposure.turn if blurred(quality) else 0.0
-        if blurred(quality) and (disk is not None or not exposure.still):
+        if blurred(quality) and not (disk is None and volume is None and exposure.still):
             ends = [sky_end(one.camera, sky_radius, _rim(disk)) for one in exposure]
-            return _blurred(exposure, sky, disk, Shifts(beaming, colour_shift), delay, _close(quality), ends[1])
+            matter, shifts = (disk, volume), Shifts(beaming, colour_shift)
+            return _blurred(exposure, sky, matter, shifts, delay, _close(quality), ends[1])
     check_sky(sky)
     _moment(time)
+    check_volume(volume, camera)
     options = {"disk": disk, "delay": delay, "quality": quality, "sky_radius": sky_radius}
     traced = trace_view(camera, view, sky=sky is not None, **options)
     shifts = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
-    return traced.show(sky, disk=disk, time=time, turn=turn, **shifts)
+    return traced.show(sky, disk=disk, volume=volume, time=time, turn=turn, **shifts)
 
 
 @usual_warnings
@@ -322,16 +334,19 @@ def trace_view(
 
 @with_stages
 def _blurred(
-    exposure: Exposure, sky: Sky | None, disk: Disk | None, shifts: Shifts, delay: bool, close: float, end: Spherical
+    exposure: Exposure, sky: Sky | None, matter: Matter, shifts: Shifts, delay: bool, close: float, end: Spherical
 ) -> Rendering:
     """The picture of an exposure."""
     began = clock()
     camera, view, _, _ = exposure.middle
     shape = view.height, view.width
     glow, transmission, hidden, beams = np.zeros((*shape, 3), np.float32), None, np.zeros(shape, bool), ()
+    disk, volume = matter
     if disk is not None:
         _check_disk(disk, camera)
-        glow, transmission, hidden, beams = blurred_disk(exposure, disk, shifts, delay)
+    check_volume(volume, camera)
+    if not (disk is None and volume is None):
+        glow, transmission, hidden, beams = blurred_matter(exposure, matter, shifts, delay)
     if sky is None:
         return Rendering(camera, view, glow, None, 0, sum(beams), clock() - began, beams, transmission)
     if getattr(sky, "sweep", 0.0):

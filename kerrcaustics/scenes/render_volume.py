@@ -1,17 +1,14 @@
 """Pictures of volumes: glowing matter in space, before a sky."""
 
-from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter as clock
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
-from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
-from kerrcaustics.results.progress import Progress, report, with_progress
+from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.scenes.checks import check_number
-from kerrcaustics.scenes.colour import luminance
-from kerrcaustics.scenes.disk.march import Marched, Marching, marched
+from kerrcaustics.scenes.disk.march import Marching
+from kerrcaustics.scenes.disk.veil import step_error, veil_of
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.render import Sky, render
@@ -21,13 +18,6 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Rays that one core marches at a time: so many fit in its cache.
-_TOGETHER = 1 << 12
-# Pixels that differ from a neighbour by more than this part of the brightest, or of the transmission, are divided into
-# so many rays in each direction.
-_ROUGH, _DIVISIONS = 1 / 24, 3
-# Pixels whose rays are marched again in half the steps, for the error.
-_SAMPLE = 256
 _LONGEST_STEP = 2.0
 
 
@@ -116,30 +106,15 @@ def render_volume(
     check_picture(camera, view)
     check_sky(sky)
     way = _checked(camera, volume, beaming, colour_shift, step)
-    y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
-    report("rays marched", 0.0)
-    first = _all_marched(way, view, x[:, None], y[:, None])
-    light, transmission, steps = first
-    brightest = max(float(luminance(light).max()), 1e-300)
-    error = _error(way, view, first, brightest)
-    rough = np.flatnonzero(_rough(luminance(light).reshape(view.height, -1) / brightest, transmission))
-    if len(rough):
-        within = (np.arange(_DIVISIONS**2) % _DIVISIONS + 0.5) / _DIVISIONS - 0.5
-        down = (np.arange(_DIVISIONS**2) // _DIVISIONS + 0.5) / _DIVISIONS - 0.5
-        report("edges refined", 0.5)
-        light[rough], transmission[rough], more = _all_marched(
-            way, view, x[rough, None] + within, y[rough, None] + down
-        )
-        steps += more
-    shape = view.height, view.width
-    light, transmission = light.reshape(*shape, 3), transmission.reshape(shape)
+    veil = veil_of(way, view)
+    error, shape = step_error(way, view, veil), (view.height, view.width)
+    light, transmission = (part.reshape(*shape, *part.shape[1:]) for part in veil.whole())
     if sky is not None:
         behind = render(camera, view, sky, beaming=beaming, colour_shift=colour_shift)
         light = light + transmission[..., None] * behind.light
-    rays = len(x) + len(rough) * _DIVISIONS**2
     seconds = clock() - began
     pictures = light.astype(np.float32), transmission.astype(np.float32)
-    return VolumeRendering(camera, view, *pictures, error, len(rough), rays, steps, seconds)
+    return VolumeRendering(camera, view, *pictures, error, *veil[2:], seconds)
 
 
 def _checked(camera: Viewer, volume: Volume, beaming: bool, colour_shift: bool, step: object) -> Marching:
@@ -148,44 +123,3 @@ def _checked(camera: Viewer, volume: Volume, beaming: bool, colour_shift: bool, 
     must = f"be a number above 0 and at most {_LONGEST_STEP:g}"
     length = check_number("step", step, must, lambda number: 0 < number <= _LONGEST_STEP)
     return Marching(camera, volume, beaming, colour_shift, length)
-
-
-def _all_marched(way: Marching, view: Raster, x: Float[Array, "n m"], y: Float[Array, "n m"]) -> Marched:
-    """Means over the m rays of n pixels, on all cores."""
-    count = max(_TOGETHER // x.shape[1], 1)
-
-    def part(start: int) -> Marched:
-        rows = slice(start, start + count)
-        sky, steps = view.directions(x[rows].ravel(), y[rows].ravel())
-        light, transmission, step_counts = marched(way, sky, steps)
-        several = len(x[rows]), x.shape[1]
-        return Marched(light.reshape(*several, 3).mean(axis=1), transmission.reshape(several).mean(axis=1), step_counts)
-
-    with ThreadPoolExecutor(cores()) as pool:
-        parts = list(pool.map(part, range(0, len(x), count)))
-    light, transmission, step_counts = zip(*parts, strict=True)
-    return Marched(np.concatenate(light), np.concatenate(transmission), sum(step_counts))
-
-
-def _error(way: Marching, view: Raster, picture: Marched, brightest: float) -> float:
-    """4/3 of the largest change that half the step makes, over a sample of the pixels that see matter."""
-    lit = np.flatnonzero((picture.transmission < 1) | picture.light.any(axis=1))
-    if not len(lit):
-        return 0.0
-    which: Int[Array, " sample"] = np.random.default_rng(0).permutation(lit)[:_SAMPLE]
-    y, x = np.divmod(which, view.width)
-    finer = Marching(way.camera, way.volume, way.beaming, way.colour_shift, way.step / 2)
-    light, transmission, _ = _all_marched(finer, view, x[:, None], y[:, None])
-    darker = np.abs(luminance(light) - luminance(picture.light[which])) / brightest
-    clearer = np.abs(transmission - picture.transmission[which])
-    return float(4 / 3 * max(darker.max(), clearer.max()))
-
-
-def _rough(grey: Float[Array, "h w"], transmission: Float[Array, " pixels"]) -> Bool[Array, "h w"]:
-    """Pixels that differ much from one beside, above or below them."""
-    mask = np.zeros(grey.shape, bool)
-    for picture in (grey, transmission.reshape(grey.shape)):
-        for axis in (0, 1):
-            edge = np.abs(np.diff(picture, axis=axis)) > _ROUGH
-            mask |= np.pad(edge, [(0, 1 - axis), (0, axis)]) | np.pad(edge, [(1 - axis, 0), (axis, 0)])
-    return mask

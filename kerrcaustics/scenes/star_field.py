@@ -11,7 +11,7 @@ from jaxtyping import Float
 from kerrcaustics.results.declared import Shown
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
 from kerrcaustics.scenes.checks import check_number, not_negative
-from kerrcaustics.scenes.colour import DAYLIGHT, black_body, luminance, star_temperature
+from kerrcaustics.scenes.colour import DAYLIGHT, ResponseLike, black_body, luminance, star_temperature
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.panorama import Panorama, rotation
 from kerrcaustics.scenes.points import PointLights
@@ -49,8 +49,8 @@ class StarField(Shown):
     sweep : float
         Angle (radians) by which the stars turn about the spin axis while the picture is exposed, half of it on either
         side: motion blur, of nebulae too. The band is too smooth to need any.
-    response : str
-        "cie" or "film", as for `black_body`; the band's shifts go by the CIE functions.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`; the band's shifts go by the CIE functions.
     nebulae : Panorama, Checkerboard or any other sky without points of light, optional
         What else is spread over the sky, in the unit of the stars; white of 100 is as bright as our Milky Way.
 
@@ -80,7 +80,7 @@ class StarField(Shown):
     band: float = BAND
     white: float = DAYLIGHT
     sweep: float = 0.0
-    response: str = "cie"
+    response: ResponseLike = "cie"
     nebulae: Sky | None = None
 
     def __post_init__(self) -> None:

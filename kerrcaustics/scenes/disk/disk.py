@@ -1,13 +1,14 @@
 """Thin disks: their rims, emission, opacity and motion."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scenes.checks import check_above_horizon, check_brightness, check_number, check_rims, positive
+from kerrcaustics.scenes.disk.emission import AlphaOpacity, Texture
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.spacetime.checks import one_of, quoted
 from kerrcaustics.spacetime.kerr import isco
@@ -19,6 +20,15 @@ DiskMotion = Literal["circular", "retrograde", "static", "plunging"]
 MOTIONS: tuple[DiskMotion, ...] = get_args(DiskMotion)
 
 
+OPPOSITE: dict[str, DiskMotion] = {
+    "circular": "retrograde",
+    "retrograde": "circular",
+    "static": "static",
+    "plunging": "retrograde",
+}
+"""Motions of matter that circles the other way."""
+
+
 def inner_rim(inner: Any, motion: str, spin: float) -> Any:
     """The inner rim of a disk about a hole: of "isco" the radius of the innermost stable orbit in its sense."""
     return isco(spin, motion != "retrograde") if _is_isco(inner) else inner
@@ -28,7 +38,8 @@ def disk_about(disk: Any, viewer: Any) -> Any:
     """A disk with its rims as numbers, about the hole of a viewer; anything else unchanged."""
     if not (isinstance(disk, Disk) and _is_isco(disk.inner) and isinstance(viewer, Viewer)):
         return disk
-    return replace(disk, inner=inner_rim(disk.inner, disk.motion, viewer.spin))
+    opacity = None if isinstance(disk.opacity, AlphaOpacity) else disk.opacity
+    return replace(disk, inner=inner_rim(disk.inner, disk.motion, viewer.spin), opacity=opacity)
 
 
 def _is_isco(inner: Any) -> bool:
@@ -48,13 +59,14 @@ class Disk:
         What it shines with; both faces alike.
     opacity : float or function
         The part of the light behind that the disk keeps from one who looks along its axis, 0 to 1: 1 - exp(-tau). It
-        does not affect the emission: a transparent disk shines too.
+        does not affect the emission: a transparent disk shines too. Left out, 1, or the alpha of a `Texture`.
     motion : str
         Of what shines, for the shifts of frequency and for the pattern as time goes by: "circular" (prograde circular
         geodesics), "retrograde", "static" (at rest in Boyer-Lindquist coordinates), "plunging" (circular down to the
         ISCO, and from there falling with its energy and angular momentum).
     slant : bool
-        Slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle.
+        Slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle. Left out, true,
+        but for the alpha of a `Texture`, whose holes are holes from all sides.
     brightness : float
         Factor of its light, beside a sky in another unit: some hundred before a `StarField`.
 
@@ -79,9 +91,9 @@ class Disk:
     inner: Any
     outer: float
     emission: Emission
-    opacity: Any = 1.0
+    opacity: Any = None
     motion: str = "circular"
-    slant: bool = True
+    slant: bool | None = None
     brightness: float = 1.0
 
     def __post_init__(self) -> None:
@@ -93,11 +105,22 @@ class Disk:
         if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
             kinds = "BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps"
             raise ValueError(f"Argument `emission` must be a {kinds}, but is {quoted(self.emission)}.")
+        self._complete()
         if not callable(self.opacity):
             must = "be a number from 0 to 1, or a function"
             check_number("opacity", self.opacity, must, lambda part: 0 <= part <= 1)
         check_brightness(self.brightness)
         one_of("motion", self.motion, MOTIONS)
+
+    def _complete(self) -> None:
+        """Fill in opacity and slant."""
+        opacity, slant = self.opacity, True if self.slant is None else self.slant
+        if opacity is None:
+            opacity = 1.0
+            if getattr(self.emission, "cover", None) is not None:
+                opacity, slant = AlphaOpacity(cast("Texture", self.emission), self.inner, self.outer), bool(self.slant)
+        object.__setattr__(self, "opacity", opacity)
+        object.__setattr__(self, "slant", slant)
 
     def check(self, spin: float) -> None:
         """Raise ValueError for a disk that reaches the horizon of a hole."""
@@ -111,11 +134,11 @@ class Disk:
     @property
     def slanting(self) -> bool:
         """True if the slant of light matters."""
-        return self.slant and (callable(self.opacity) or 0 < self.opacity < 1)
+        return bool(self.slant) and (callable(self.opacity) or 0 < self.opacity < 1)
 
     def orbital(self, spin: float, radius: Array) -> Array:
         """dphi / dt (n,) at radii; 0 where nothing can circle."""
-        return np.nan_to_num(np.asarray(EMITTERS[self.motion](spin, radius, 0.0).orbital) + np.zeros_like(radius))
+        return orbital(self.motion, spin, radius)
 
     def opacity_at(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that is kept from one who looks along the axis."""
@@ -128,9 +151,17 @@ class Disk:
 
     def transmitted(self, samples: DiskSamples, cosine: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that comes through; cosine, of the angle from the axis."""
-        opacity = self.opacity_at(samples.radius, samples.azimuth)
+        if hasattr(self.opacity, "mean"):
+            opacity = np.asarray(self.opacity.mean(samples), float)
+        else:
+            opacity = self.opacity_at(samples.radius, samples.azimuth)
         if not self.slanting:
             return 1 - opacity
         with np.errstate(divide="ignore", invalid="ignore"):
             # Where nothing can move in this way, as if light came along the axis.
             return np.exp(np.log1p(-opacity) / np.where(np.isfinite(cosine), np.clip(cosine, 1e-6, 1), 1.0))
+
+
+def orbital(motion: str, spin: float, radius: Array) -> Array:
+    """dphi / dt (n,) of matter that moves so, at radii; 0 where nothing can circle."""
+    return np.nan_to_num(np.asarray(EMITTERS[motion](spin, radius, 0.0).orbital) + np.zeros_like(radius))

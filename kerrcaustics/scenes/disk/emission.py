@@ -3,7 +3,7 @@
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -14,9 +14,9 @@ from scipy.optimize import minimize_scalar
 
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
 from kerrcaustics.scenes.checks import check_light, check_number, positive
-from kerrcaustics.scenes.colour import check_response, from_srgb, seen_black_body, shifted_light
+from kerrcaustics.scenes.colour import ResponseLike, check_response, from_srgb, seen_black_body, shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
-from kerrcaustics.scenes.panorama import read_picture
+from kerrcaustics.scenes.panorama import read_picture_with_alpha
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import real_array
 
@@ -32,7 +32,7 @@ class ThermalEmission:
     """Light of a temperature that depends on the radius alone; it is smooth, so that a pixel needs no division."""
 
     peak: float
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     def __post_init__(self) -> None:
         """Raise ValueError unless temperature and response are valid."""
@@ -62,8 +62,8 @@ class BlackBody(ThermalEmission):
     ----------
     peak : float
         Kelvin. A black body of 6504 K has luminance 1, and is white.
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class BlackBody(ThermalEmission):
     """
 
     peak: float
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """The same everywhere."""
@@ -96,8 +96,8 @@ class PowerLaw(ThermalEmission):
     exponent : float
         Temperature goes as radius ** -exponent; 3/4 far out in any disk that radiates what falling in sets free.
     at : float
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
 
     Raises
     ------
@@ -115,7 +115,7 @@ class PowerLaw(ThermalEmission):
     peak: float
     exponent: float = 0.75
     at: float = 10.0
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     def __post_init__(self) -> None:
         """Raise ValueError unless temperature, law and response are valid."""
@@ -136,8 +136,8 @@ class PageThorne(ThermalEmission):
     ----------
     peak : float
         Kelvin, where the disk is hottest.
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
 
     Raises
     ------
@@ -157,7 +157,7 @@ class PageThorne(ThermalEmission):
     """
 
     peak: float
-    response: str = "cie"
+    response: ResponseLike = "cie"
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """Kelvin: the fourth root of the flux."""
@@ -299,6 +299,9 @@ class Texture:
     ----------
     light : (h, w, 3) array
         Linear sRGB, any unit.
+    alpha : (h, w) array, optional
+        The part of the light behind that each pixel keeps, 0 to 1, and the part of its own light that it shines. A
+        `Disk` without an opacity of its own has this one. Left out, the picture says nothing of what is behind.
 
     Raises
     ------
@@ -318,8 +321,8 @@ class Texture:
     <Texture of 8 x 4 pixels>
     """
 
-    def __init__(self, light: ArrayLike) -> None:
-        """Make the pyramid."""
+    def __init__(self, light: ArrayLike, alpha: ArrayLike | None = None) -> None:
+        """Make the pyramids."""
         picture = real_array("light", light, np.float32)
         if picture.ndim != 3 or picture.shape[2] != 3 or 0 in picture.shape:
             raise ValueError(f"Argument `light` must have shape (h, w, 3), but has {picture.shape}.")
@@ -327,9 +330,9 @@ class Texture:
             raise ValueError(f"Argument `light` must have at most {_LARGEST_PICTURE} rows and columns.")
         check_light("light", picture)
         self.shape = picture.shape[:2]
-        self._levels = [picture]
-        while min(self._levels[-1].shape[:2]) >= 2:
-            self._levels.append(_halved(self._levels[-1]))
+        cover = None if alpha is None else _checked_alpha(alpha, self.shape)
+        self._levels = _pyramid(picture if cover is None else picture * cover)
+        self.cover = None if cover is None or cover.min() == 1 else _pyramid(cover)
 
     def __repr__(self) -> str:
         """Return a line with its size."""
@@ -339,28 +342,33 @@ class Texture:
     def read(cls, path: str | os.PathLike[str], *, mirror: bool = False) -> "Texture":
         """The texture of a PNG, JPEG or OpenEXR file: the first two count as sRGB, OpenEXR as linear.
 
-        Writing reads from the south, with mirror from the north.
+        Writing reads from the south, with mirror from the north. PNG files may have an alpha channel.
         """
-        picture = read_picture(path)
-        return cls(picture[:, ::-1] if mirror else picture)
+        picture, alpha = read_picture_with_alpha(path)
+        step = -1 if mirror else 1
+        return cls(picture[:, ::step], alpha if alpha is None else alpha[:, ::step])
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3); for a shift of colours the picture counts as lit by daylight."""
+        return self.mean(self._levels, samples) * shifted_light(samples.redshift, beaming, colour_shift)
+
+    def mean(self, levels: list[Array], samples: DiskSamples) -> Float[Array, "n channels"]:
+        """Values (n, channels) of a pyramid, averaged over samples."""
         rows, columns = self.shape
         half_across, half_turn = samples.box()
         size = np.maximum(2 * half_across * rows, half_turn * columns / math.pi)
-        level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(self._levels) - 1)
+        level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(levels) - 1)
         lower = level.astype(int)
         down, right = 1 - samples.across, samples.azimuth / (2 * math.pi)
-        light = np.empty((len(level), 3), np.float32)
+        values = np.empty((len(level), levels[0].shape[2]), np.float32)
         for k in np.unique(lower):
             which = lower == k
-            fine = bilinear(self._levels[k], down[which], right[which])
-            if k + 1 < len(self._levels):
+            fine = bilinear(levels[k], down[which], right[which])
+            if k + 1 < len(levels):
                 part = (level[which] - k)[:, None].astype(np.float32)
-                fine = fine + part * (bilinear(self._levels[k + 1], down[which], right[which]) - fine)
-            light[which] = fine
-        return light * shifted_light(samples.redshift, beaming, colour_shift)
+                fine = fine + part * (bilinear(levels[k + 1], down[which], right[which]) - fine)
+            values[which] = fine
+        return values
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """So many that a part is as large as a pixel of the picture, to a limit."""
@@ -368,15 +376,62 @@ class Texture:
         return np.clip(2 ** np.ceil(np.log2(np.maximum(3 * texels, 1))), 4, 2 * _PARTS).astype(int)
 
 
-def _halved(picture: Float[Array, "h w 3"]) -> Float[Array, "_h _w 3"]:
+@dataclass(frozen=True, eq=False)
+class AlphaOpacity:
+    """The alpha of a texture as the opacity of a disk between two radii; angle (radians), by which it is turned."""
+
+    texture: Texture
+    inner: float
+    outer: float
+    angle: float = 0.0
+
+    def __call__(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The part (n,) of the light behind that is kept at places."""
+        assert self.texture.cover is not None
+        across = (radius - self.inner) / (self.outer - self.inner)
+        return _part(bilinear(self.texture.cover[0], 1 - across, (azimuth - self.angle) / (2 * math.pi)))
+
+    def mean(self, samples: DiskSamples) -> Float[Array, " n"]:
+        """The same (n,), averaged over samples."""
+        assert self.texture.cover is not None
+        return _part(self.texture.mean(self.texture.cover, samples._replace(azimuth=samples.azimuth - self.angle)))
+
+    def turned(self, angle: float) -> "AlphaOpacity":
+        """The same, turned by an angle (radians, toward larger phi)."""
+        return replace(self, angle=self.angle + angle)
+
+
+def _part(values: Any) -> Float[Array, " n"]:
+    """Values (n, 1) as a part; their single precision may take them beyond 1."""
+    return np.clip(values[..., 0], 0, 1)
+
+
+def _checked_alpha(alpha: ArrayLike, shape: tuple[int, ...]) -> Float[Array, "h w 1"]:
+    cover = real_array("alpha", alpha, np.float32)
+    if cover.shape != shape:
+        raise ValueError(f"Argument `alpha` must have the shape {shape} of the picture, but has {cover.shape}.")
+    if not ((cover >= 0) & (cover <= 1)).all():
+        raise ValueError("Argument `alpha` must hold numbers from 0 to 1.")
+    return cover[..., None]
+
+
+def _pyramid(picture: Float[Array, "h w channels"]) -> list[Array]:
+    """The picture and coarser ones, each half as fine."""
+    levels = [picture]
+    while min(levels[-1].shape[:2]) >= 2:
+        levels.append(_halved(levels[-1]))
+    return levels
+
+
+def _halved(picture: Float[Array, "h w channels"]) -> Float[Array, "_h _w channels"]:
     """Means of two by two pixels; the last one of an odd number counts twice."""
     rows, columns = picture.shape[:2]
     even = np.pad(picture, ((0, rows % 2), (0, columns % 2), (0, 0)), mode="edge")
     return (even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]) / 4
 
 
-def bilinear(picture: Float[Array, "h w 3"], down: Float[Array, " n"], right: Float[Array, " n"]) -> Any:
-    """Light (n, 3) at parts of the height and of the way round."""
+def bilinear(picture: Float[Array, "h w channels"], down: Float[Array, " n"], right: Float[Array, " n"]) -> Any:
+    """Values (n, channels) at parts of the height and of the way round."""
     rows, columns = picture.shape[:2]
     y = np.clip(down * rows - 0.5, 0, rows - 1)
     x = right * columns - 0.5

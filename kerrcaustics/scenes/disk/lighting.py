@@ -15,8 +15,9 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.disk.crossings import FINEST, DiskCells
-from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, orbital
 from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.veil import Veil
 from kerrcaustics.scenes.patches import Weights, weights
 from kerrcaustics.scenes.quadtree import in_chunks
 
@@ -51,16 +52,23 @@ class _Layer(NamedTuple):
 
 
 def lit(
-    disk: Disk, crossings: tuple[DiskCells, ...], shape: tuple[int, int], looks: Looks
+    disk: Disk | None, crossings: tuple[DiskCells, ...], shape: tuple[int, int], looks: Looks, veil: Veil | None = None
 ) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"]]:
-    """Linear light of the pixels of a picture, and the part of the light behind that comes through."""
+    """Linear light of the pixels of a picture, and the part of the light behind that comes through.
+
+    veil: a volume, divided by as many crossings. Where it and the disk change within a pixel, it counts by its mean.
+    """
     light, transmission = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
+    if veil is not None:
+        light[:], transmission[:] = veil.whole()
+    if disk is None:
+        return light.reshape(*shape, 3), transmission.reshape(shape)
     parts = np.zeros(shape[0] * shape[1], np.uint8)
     layers = [_layer(disk, cells, shape, looks, parts) for cells in crossings]
 
     def store(pixels: Array) -> None:
         count = int(parts[pixels[0]])
-        light[pixels], transmission[pixels] = _chunk_lit(disk, layers, shape[1], looks, count, pixels)
+        light[pixels], transmission[pixels] = _chunk_lit(disk, layers, shape[1], looks, count, pixels, veil)
 
     with ThreadPoolExecutor(cores()) as pool:
         divided = np.flatnonzero(parts)
@@ -143,20 +151,34 @@ class _Sight(NamedTuple):
 
 
 def _chunk_lit(
-    disk: Disk, layers: list[_Layer], width: int, looks: Looks, count: int, pixels: Array
+    disk: Disk, layers: list[_Layer], width: int, looks: Looks, count: int, pixels: Array, veil: Veil | None
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
     """Light and transmission of some pixels, divided into count x count parts."""
     light = np.zeros((len(pixels) * count * count, 3))
     transmission = np.ones(len(light))
-    for layer in layers:
+    for number, layer in enumerate(layers):
+        passing_before = _matter_lit(veil, number, count, pixels, light, transmission)
         sights = [_sight(disk, layer.cells, *group, count) for group in _groups(layer, width, count, pixels)]
         if not any(len(part.target) for part in sights):
             continue
         sight = _Sight(*(np.concatenate(parts) for parts in zip(*sights, strict=True)))
         shining, passing = _parts_lit(disk, sight, looks)
-        light[sight.target] += transmission[sight.target, None] * shining
+        seen = transmission if passing_before is None else transmission * passing_before
+        light[sight.target] += seen[sight.target, None] * shining
         transmission[sight.target] *= passing
+    last = _matter_lit(veil, len(layers), count, pixels, light, transmission)
+    transmission = transmission if last is None else transmission * last
     return light.reshape(len(pixels), -1, 3).mean(axis=1), transmission.reshape(len(pixels), -1).mean(axis=1)
+
+
+def _matter_lit(
+    veil: Veil | None, number: int, count: int, pixels: Array, light: Array, transmission: Array
+) -> Float[Array, " parts"] | None:
+    """Add the light of a volume before a crossing to parts of pixels, and return the part that it lets through."""
+    if veil is None:
+        return None
+    light += transmission[:, None] * np.repeat(veil.light[number][pixels], count * count, axis=0)
+    return np.repeat(veil.transmission[number][pixels], count * count)
 
 
 def _sight(
@@ -232,9 +254,17 @@ def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m
     at_infinity, b, q, outward, _ = sight.extra.T
     # Parts on a rim are lit by what lies within.
     radius = np.clip(1 / sight.place[:, 0], disk.inner, disk.outer)
-    emitter = EMITTERS[disk.motion]
-    ratio = np.asarray(redshift(emitter, looks.spin, (b, q), (radius, 0.0), at_infinity, outward > 0.5))
-    samples = _samples(disk, sight, looks, radius, ratio)
+
+    def ratio_of(motion: str) -> Array:
+        photon = (b, q), (radius, 0.0), at_infinity, outward > 0.5
+        return np.asarray(redshift(EMITTERS[motion], looks.spin, *photon))
+
+    def opposite(samples: DiskSamples) -> DiskSamples:
+        other = OPPOSITE[disk.motion]
+        return samples._replace(redshift=ratio_of(other), orbital=partial(orbital, other, looks.spin))
+
+    ratio = ratio_of(disk.motion)
+    samples = _samples(disk, sight, looks, radius, ratio)._replace(opposite=opposite)
     shining = disk.brightness * disk.emission.light(samples, looks.beaming, looks.colour_shift)
     if looks.beaming or looks.colour_shift:
         shining = np.where(np.isfinite(ratio)[:, None], shining, 0.0)
@@ -248,11 +278,11 @@ def _samples(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Arra
     along_radius = -(radius**2)[:, None] * sight.slope[:, 0]
     azimuth, along_azimuth = sight.place[:, 1], sight.slope[:, 1]
     emitted = looks.time - (sight.extra[:, 4] if looks.delay else np.zeros_like(radius))
-    orbital = disk.orbital(looks.spin, radius)
+    rate = disk.orbital(looks.spin, radius)
     if looks.delay:
-        along_azimuth = along_azimuth + orbital[:, None] * sight.late
+        along_azimuth = along_azimuth + rate[:, None] * sight.late
     if not getattr(disk.emission, "keeps_shape", False) and np.any(emitted):
-        azimuth = azimuth - orbital * emitted
+        azimuth = azimuth - rate * emitted
         step = 1e-4 * radius
         farther, nearer = (disk.orbital(looks.spin, radius + sign * step) for sign in (1, -1))
         along_azimuth = along_azimuth - ((farther - nearer) / (2 * step) * emitted)[:, None] * along_radius

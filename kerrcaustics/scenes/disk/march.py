@@ -34,23 +34,33 @@ _MOST_STEPS = 20_000
 _NO_RETURN, _ABOVE_HORIZON = 0.25, 1e-3
 # Neighbours are so far off, in pixels: near enough for a linear map, far enough for round-off.
 _APART = 1e-4
+# A camera whose cos theta is less is in the plane.
+_IN_PLANE = 1e-12
 # Gauss's places in a step.
 _GAUSS = (0.5 - 0.75**0.5 / 3, 0.5 + 0.75**0.5 / 3)
 
 
 @dataclass(frozen=True)
 class Marching:
-    """Settings of marched rays: camera, volume, switches of `render`, and the step in scales of what changes."""
+    """Settings of marched rays: camera, volume, switches of `render`, and the step in scales of what changes.
+
+    crossings: of the equatorial plane, by the first so many of which the light of a ray is divided.
+    """
 
     camera: Viewer
     volume: Volume
     beaming: bool
     colour_shift: bool
     step: float
+    crossings: int = 0
 
 
 class Marched(NamedTuple):
-    """Light (n, 3) of n rays, the part (n,) of the light behind that comes through, and the number of steps of all."""
+    """Light (n, 3) of n rays, the part (n,) of the light behind that comes through, and the number of steps of all.
+
+    Divided by k crossings both have one more axis in front, of k + 1: light of what lies before the first crossing,
+    between it and the second, and so on; transmission up to each crossing, and in the end through all.
+    """
 
     light: Array
     transmission: Array
@@ -61,7 +71,8 @@ class _Underway(NamedTuple):
     """Rays on their way; those of a beam (m,) are the ray itself and, where widths are wanted, two neighbours.
 
     constants (5, m, n): a2, a1, a0, k, b; at_infinity (n,), nu_camera / nu_infinity; place, rate (4, m, n) of u and m;
-    psi (m, n).
+    psi (m, n); side (n,), the sign of cos theta until the next crossing of the plane; crossed (n,), how many
+    there were.
     """
 
     constants: Array
@@ -69,6 +80,8 @@ class _Underway(NamedTuple):
     place: Array
     rate: Array
     psi: Array
+    side: Array
+    crossed: Array
 
     def part(self, which: Array) -> "_Underway":
         """Some of the rays."""
@@ -77,7 +90,14 @@ class _Underway(NamedTuple):
 
 def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Marched:
     """Rays of directions N (n, 3), through the whole volume; steps, of the directions to the pixels' neighbours."""
-    light, transmission, step_count = np.zeros((len(sky), 3)), np.ones(len(sky)), 0
+    light, transmission, step_count = marched_between(way, sky, steps)
+    return Marched(light.sum(axis=0), transmission[-1], step_count)
+
+
+def marched_between(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Marched:
+    """As `marched`, divided by crossings of the plane."""
+    light, passing = np.zeros((way.crossings + 1, len(sky), 3)), np.ones((way.crossings + 1, len(sky)))
+    transmission, step_count = np.ones(len(sky)), 0
     rays = _at_camera(way, sky, steps)
     # Photons that cannot come from infinity have no unit energy to be followed with.
     number = np.flatnonzero(np.isfinite(rays.rate).all(axis=(0, 1)) & (rays.at_infinity > 0))
@@ -95,9 +115,9 @@ def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"
         within = np.flatnonzero((middle > 1 / way.volume.outer) & (middle < 1 / way.volume.inner))
         if len(within):
             piece = _piece(way.camera.spin, rays.part(within), after.part(within), h[within])
-            _light_up(way, piece, width[within], number[within], light, transmission)
+            _light_up(way, piece, width[within], number[within], (light, passing, transmission))
         rays, step_count = after, step_count + len(number)
-    return Marched(way.volume.brightness * light, transmission, step_count)
+    return Marched(way.volume.brightness * light, np.minimum.accumulate(passing), step_count)
 
 
 def _at_camera(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Underway:
@@ -111,7 +131,9 @@ def _at_camera(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3
         at_infinity = sky_redshift(way.camera.frame(), sky)
         constants = np.stack([*potential_coefficients(way.camera.spin, photon), photon.k, photon.b])
     place, rate = (np.stack(np.broadcast_arrays(*part)) for part in (photon.position, photon.rate))
-    return _Underway(constants, at_infinity, place, rate, np.zeros(directions.shape[:2]))
+    # A camera in the plane does not cross it at the start.
+    side = np.sign(np.where(np.abs(place[3, 0]) < _IN_PLANE, rate[3, 0], place[3, 0]))
+    return _Underway(constants, at_infinity, place, rate, np.zeros(directions.shape[:2]), side, np.zeros(len(sky), int))
 
 
 def _on_the_way(way: Marching, rays: _Underway) -> Bool[Array, " n"]:
@@ -122,7 +144,7 @@ def _on_the_way(way: Marching, rays: _Underway) -> Bool[Array, " n"]:
 
 
 def _step(way: Marching, rays: _Underway, width: Float[Array, " n"]) -> Float[Array, " n"]:
-    """The next step (n,) in Mino time: a part of the scale, a small arc, and no further than the next rim."""
+    """The next step (n,) in Mino time: a part of the scale, a small arc, and no further than a rim or a crossing."""
     a2, a1, a0, k, _ = rays.constants[:, 0]
     u, rate = rays.place[0, 0], rays.rate[0, 0]
     pace = np.sqrt(np.maximum(k, 0) + 3 + 3 * a1 * u)
@@ -137,6 +159,9 @@ def _step(way: Marching, rays: _Underway, width: Float[Array, " n"]) -> Float[Ar
     nearest = np.minimum(usual, _ARC * wall / np.maximum(np.abs(rate), 1e-300))
     for radius in (way.volume.outer, way.volume.inner):
         nearest = np.minimum(nearest, _arrival(u - 1 / radius, rate, pull))
+    if way.crossings:
+        z, spin = rays.place[3, 0], way.camera.spin
+        nearest = np.minimum(nearest, _arrival(z, rays.rate[3, 0], (spin**2 - k - 2 * (spin * z) ** 2) * z))
     return np.maximum(nearest, _LEAST_STEP * usual)
 
 
@@ -165,17 +190,26 @@ def _advanced(spin: float, rays: _Underway, h: Float[Array, " n"]) -> _Underway:
     first, turn = _rates(spin, rays.constants, place)
     middle, turn_within = _rates(spin, rays.constants, place + h / 2 * (rate + h / 4 * first))
     last, turn_after = _rates(spin, rays.constants, place + h * (rate + h / 2 * middle))
+    end = place + h * (rate + h / 6 * (first + 2 * middle))
+    crosses = end[3, 0] * rays.side < 0
     return rays._replace(
-        place=place + h * (rate + h / 6 * (first + 2 * middle)),
+        place=end,
         rate=rate + h / 6 * (first + 4 * middle + last),
         psi=rays.psi + h / 6 * (turn + 4 * turn_within + turn_after),
+        side=np.where(crosses, -rays.side, rays.side),
+        crossed=rays.crossed + crosses,
     )
 
 
 class _Piece(NamedTuple):
-    """A step within the volume: half of it in Mino time (n,); b, nu_camera / nu_infinity; two places in it."""
+    """A step within the volume: half of it in Mino time (n,); b, nu_camera / nu_infinity; two places in it.
+
+    side, crossed: as of the rays when it begins.
+    """
 
     half: Array
+    side: Array
+    crossed: Array
     b: Array
     at_infinity: Array
     places: tuple[tuple[Array, Array, Array], ...]
@@ -192,12 +226,16 @@ def _piece(spin: float, before: _Underway, after: _Underway, h: Float[Array, " n
         u, x, y, z = early * start[0] + late * end[0] + leaving * start[1] + arriving * end[1]
         psi = early * start[2] + late * end[2] + leaving * turns[0] + arriving * turns[1]
         places.append((1 / u, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x) + psi))
-    return _Piece(h / 2, before.constants[4, 0], before.at_infinity, tuple(places))
+    return _Piece(h / 2, before.side, before.crossed, before.constants[4, 0], before.at_infinity, tuple(places))
 
 
-def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: Array, transmission: Array) -> None:
-    """Add the light of a step, and take away what it absorbs, of the rays with some numbers."""
+def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, sums: tuple[Array, Array, Array]) -> None:
+    """Add the light of a step, and take away what it absorbs, of the rays with some numbers.
+
+    sums: light and transmission between crossings, and transmission of all so far.
+    """
     spin = way.camera.spin
+    light, passing_up_to, transmission = sums
     for radius, theta, azimuth in piece.places:
         density, temperature = way.volume.matter(radius, theta, azimuth, width)
         energy = way.volume.energy(spin, piece.b, radius, theta)
@@ -210,8 +248,13 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, light: 
         passing = np.exp(-density[shines] * energy * sigma * piece.half[shines])
         ratio = piece.at_infinity[shines] / energy
         glow = seen_black_body(hot, ratio, way.beaming, way.colour_shift, way.volume.response)
-        light[which] += (transmission[which] * (1 - passing))[:, None] * glow
+        glow = glow * way.volume.tint(radius[shines], theta[shines], azimuth[shines], width[shines])
+        # Each place lies before or behind the plane for itself: a step may end a little beyond it.
+        beyond = (np.cos(theta) * piece.side < 0)[shines]
+        layer = np.minimum(piece.crossed[shines] + beyond, way.crossings)
+        light[layer, which] += (transmission[which] * (1 - passing))[:, None] * glow
         transmission[which] *= passing
+        passing_up_to[layer, which] = transmission[which]
 
 
 def _width(way: Marching, rays: _Underway) -> Float[Array, " n"]:

@@ -1,7 +1,7 @@
 """Samples of a disk in the parts of pixels, and the protocol of an emission."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -16,7 +16,7 @@ class DiskSamples(NamedTuple):
     shape; across (n,), 0 at the inner rim and 1 at the outer one; matrix (n, 2, 2), dr and r dphi (rows) along the two
     sides of the part (columns); redshift (n,), nu_camera / nu_emitter, NaN where nothing can circle; width, from rim to
     rim; spin of the hole, negative where the disk is retrograde; time (n,), when the light left; orbital, dphi / dt at
-    radii.
+    radii; opposite, a function of samples, which returns those of matter that circles the other way.
     """
 
     radius: Array
@@ -28,6 +28,7 @@ class DiskSamples(NamedTuple):
     spin: float
     time: Array
     orbital: Callable[[Array], Array]
+    opposite: Callable[[Any], Any] = lambda samples: samples
 
     def box(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Half sides (n,), along across and azimuth, of the box with the deviations of the part."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,11 +10,13 @@ from jaxtyping import Float, Int
 from scipy.special import ndtr
 
 from kerrcaustics.scenes.checks import check_number, not_negative, positive
-from kerrcaustics.scenes.colour import check_response, seen_black_body
+from kerrcaustics.scenes.colour import ResponseLike, check_response, seen_black_body
 from kerrcaustics.scenes.disk.samples import DiskSamples
-from kerrcaustics.spacetime.checks import numbers
+from kerrcaustics.spacetime.checks import numbers, one_of
 
 Array = np.ndarray
+
+FADES = ("linear", "quadratic")
 
 # Spots are heeded within so many deviations.
 _DEVIATIONS = 3.5
@@ -50,9 +52,16 @@ class Spots:
     size : float
         Deviation of a spot's profile, in units of the mass.
     streak : float
-        Time over which a spot leaves a trace that fades evenly; 0 for none.
-    response : str
-        "cie" or "film", as for `black_body`.
+        Time over which a spot leaves a trace that fades; 0 for none.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
+    brightness : float or (n,) array
+        Factor of a spot's light.
+    retrograde : bool or (n,) array
+        True for spots that circle against the disk's motion.
+    fade : str
+        How the trace's light falls with its age s, 0 to 1: "linear", as 1 - s, or "quadratic", as (1 - s)^2; all of it
+        has as much light.
 
     Raises
     ------
@@ -75,7 +84,10 @@ class Spots:
     temperature: Any = 6504.0
     size: float = 0.1
     streak: float = 0.0
-    response: str = "cie"
+    response: ResponseLike = "cie"
+    brightness: Any = 1.0
+    retrograde: Any = False
+    fade: str = "linear"
 
     keeps_shape = True
 
@@ -92,9 +104,15 @@ class Spots:
         check_number("size", self.size, "be a positive, finite length", positive)
         check_number("streak", self.streak, "be a finite time from 0 on", not_negative)
         check_response(self.response)
+        one_of("fade", self.fade, FADES)
+        brightness = _each("brightness", self.brightness, len(radius))
+        if not (np.isfinite(brightness) & (brightness >= 0)).all():
+            raise ValueError("Argument `brightness` must hold finite numbers that are not negative.")
+        retrograde = _each("retrograde", self.retrograde, len(radius)) != 0
         order = np.argsort(radius, kind="stable")
         temperature = np.broadcast_to(temperature, radius.shape)
-        for name, values in (("radius", radius), ("azimuth", azimuth), ("temperature", temperature)):
+        columns = {"radius": radius, "azimuth": azimuth, "temperature": temperature, "brightness": brightness}
+        for name, values in {**columns, "retrograde": retrograde}.items():
             object.__setattr__(self, name, values[order])
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
@@ -108,6 +126,8 @@ class Spots:
         light = np.zeros((len(samples.radius), 3))
         if not len(light):
             return light
+        if self.retrograde.any():
+            return self._both_senses(samples, beaming, colour_shift)
         # Deviations with those of the parts, whose sides are boxes.
         boxes = np.sqrt((np.moveaxis(samples.matrix, 1, 0) ** 2).sum(axis=-1) / 12)
         sizes = [np.minimum(np.hypot(self.size, box), _WIDEST * self.size) for box in boxes]
@@ -121,9 +141,21 @@ class Spots:
                 place, spot, profile = place[bright], spot[bright], profile[bright]
                 shifts = samples.redshift[place], beaming, colour_shift
                 colour = seen_black_body(self.temperature[spot], *shifts, self.response)
-                coloured = profile[:, None] * colour
+                coloured = (profile * self.brightness[spot])[:, None] * colour
                 for channel in range(3):
                     light[:, channel] += np.bincount(place, coloured[:, channel], minlength=len(light))
+        return light
+
+    def _both_senses(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """Linear sRGB light (n, 3) of spots some of which circle the other way; none of what can move in neither."""
+        other = samples.opposite(samples)
+        light = np.zeros((len(samples.radius), 3))
+        for against, seen in ((False, samples), (True, other)):
+            chosen = self.retrograde == against
+            if chosen.any():
+                columns = ("radius", "azimuth", "temperature", "brightness")
+                some = replace(self, retrograde=False, **{name: getattr(self, name)[chosen] for name in columns})
+                light += np.nan_to_num(some.light(seen, beaming, colour_shift))
         return light
 
     def _rings(self, orbital: Float[Array, " spots"], time: float) -> list[_Band]:
@@ -153,14 +185,41 @@ class Spots:
         fall = np.exp(-(((radius - self.radius[spot]) / across) ** 2) / 2) * self.size**2 / (across * along)
         if self.streak == 0:
             return fall * np.exp(-((length / along) ** 2) / 2)
+        way, behind = radius * orbital * self.streak / along, length / along
+        if self.fade == "quadratic":
+            return fall * quadratic_trace(behind, way)
         # The mean over the trace, behind the spot: of a Gaussian times 2 (1 - s) for s in 0 to 1.
-        way = radius * orbital * self.streak / along
-        behind = length / along
         way = np.where(np.abs(way) < 1e-6, 1e-6, way)
         whole = ndtr(behind + way) - ndtr(behind)
         edges = np.exp(-(behind**2) / 2) - np.exp(-((behind + way) ** 2) / 2)
         moment = edges / math.sqrt(2 * math.pi) - behind * whole
         return fall * math.sqrt(2 * math.pi) * 2 * (whole / way - moment / way**2)
+
+
+def quadratic_trace(behind: Float[Array, " pairs"], way: Float[Array, " pairs"]) -> Float[Array, " pairs"]:
+    """The mean of exp(-(behind + way s)^2 / 2) times 3 (1 - s)^2 over s in 0 to 1.
+
+    With y = behind + way s it is an integral of a square times a Gaussian; where the way is short, by Gauss's places,
+    as its closed form is a difference of large numbers there.
+    """
+    places, weights = np.polynomial.legendre.leggauss(8)
+    s, weights = (1 + places) / 2, weights / 2
+    near = np.exp(-((behind[:, None] + way[:, None] * s) ** 2) / 2) @ (3 * (1 - s) ** 2 * weights)
+    far = np.where(np.abs(way) < 1, 1.0, way)
+    end = behind + far
+    whole = math.sqrt(2 * math.pi) * (ndtr(end) - ndtr(behind))
+    # Integrals of (end - y)^2 exp(-y^2 / 2), by parts.
+    first, last = np.exp(-(behind**2) / 2), np.exp(-(end**2) / 2)
+    square = (end**2 + 1) * whole + (behind - 2 * end) * first + end * last
+    return np.where(np.abs(way) < 1, near, 3 * square / far**3)
+
+
+def _each(name: str, values: Any, count: int) -> Float[Array, " spots"]:
+    """A number for each spot, of one for all or of an array."""
+    array = numbers(name, values).ravel()
+    if len(array) not in (1, count):
+        raise ValueError(f"Argument `{name}` must hold one number, or {count}, one for each spot.")
+    return np.broadcast_to(array, count)
 
 
 def _pairs(

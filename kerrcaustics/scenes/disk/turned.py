@@ -1,4 +1,4 @@
-"""A disk's pattern turned about the spin axis, as a camera at another azimuth sees it."""
+"""Patterns of a disk and of a volume turned about the spin axis, as a camera at another azimuth sees them."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
+from kerrcaustics.scenes.disk.volume import Volume
 
 Array = np.ndarray
 
@@ -42,6 +43,26 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
     if angle == 0:
         return disk
     opacity: Any = disk.opacity
-    if callable(disk.opacity):
+    if hasattr(opacity, "turned"):
+        opacity = opacity.turned(angle)
+    elif callable(opacity):
         opacity = lambda radius, azimuth: disk.opacity(radius, azimuth - angle)  # noqa: E731
     return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
+
+
+def turned_volume(volume: Volume, angle: float) -> Volume:
+    """A volume turned by an angle (radians, toward larger phi); one with an axis is that volume itself."""
+    angle = math.remainder(angle, 2 * math.pi)
+    if angle == 0 or volume.symmetric:
+        return volume
+    laws = {name: _turned_law(getattr(volume, name), angle) for name in ("density", "temperature", "colour")}
+    return replace(volume, **laws)
+
+
+def _turned_law(law: Any, angle: float) -> Any:
+    """A number, a grid, or a function of radius, theta and azimuth, turned."""
+    if hasattr(law, "turned"):
+        return law.turned(angle)
+    if not callable(law):
+        return law
+    return lambda radius, theta, azimuth: law(radius, theta, azimuth - angle)

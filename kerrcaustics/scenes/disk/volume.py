@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,7 @@ from kerrcaustics.scenes.checks import (
     not_negative,
     positive,
 )
-from kerrcaustics.scenes.colour import check_response
+from kerrcaustics.scenes.colour import ResponseLike, check_response
 from kerrcaustics.spacetime.checks import numbers, quoted
 
 Array = np.ndarray
@@ -36,9 +37,12 @@ class VolumeGrid:
     ----------
     values : (radii, thetas, azimuths) array
         From the inner to the outer radius, from the north pole to the south pole, once round from phi = 0; not
-        negative. One azimuth is enough for what has an axis.
+        negative. One azimuth is enough for what has an axis. With one more axis of 3, colours: linear sRGB.
     inner, outer : float
         Radii of the grid's ends, not of the middles of its cells.
+    weights : (radii, thetas, azimuths) array, optional
+        Weights of the cells in all means: the density for a temperature or a colour, so that cells count by what they
+        absorb, and empty ones not at all.
 
     Raises
     ------
@@ -48,7 +52,8 @@ class VolumeGrid:
     Notes
     -----
     Linear between the middles of cells; round the axis the grid goes on from end to end. Means over a beam are taken in
-    a pyramid of grids, each half as fine as the one before: a beam as wide as 2^k cells sees the k-th one.
+    a pyramid of grids, each half as fine as the one before: a beam as wide as 2^k cells sees the k-th one, and one in
+    between a part of two.
 
     Examples
     --------
@@ -58,17 +63,22 @@ class VolumeGrid:
     <VolumeGrid of 4 x 4 x 1 cells>
     """
 
-    def __init__(self, values: ArrayLike, inner: float, outer: float) -> None:
+    def __init__(self, values: ArrayLike, inner: float, outer: float, weights: ArrayLike | None = None) -> None:
         """Make the pyramid."""
         grid = numbers("values", values)
-        if grid.ndim != 3 or 0 in grid.shape or max(grid.shape) > _MOST_CELLS:
-            shape = f"(radii, thetas, azimuths), each 1 to {_MOST_CELLS}"
+        if grid.ndim not in (3, 4) or grid.shape[3:] not in ((), (3,)) or not _few_cells(grid.shape[:3]):
+            shape = f"(radii, thetas, azimuths), each 1 to {_MOST_CELLS}, or one more axis of 3"
             raise ValueError(f"Argument `values` must have shape {shape}, but has {grid.shape}.")
         check_light("values", grid)
         check_rims(inner, outer)
-        self.inner, self.outer, self.shape = float(inner), float(outer), grid.shape
-        self._levels = [grid]
-        while max(self._levels[-1].shape) > 1:
+        self.inner, self.outer, self.shape, self._turn = float(inner), float(outer), grid.shape[:3], 0.0
+        self.coloured, self.weighted = grid.ndim == 4, weights is not None
+        channels = grid if self.coloured else grid[..., None]
+        if weights is not None:
+            share = _checked_weights(weights, self.shape)
+            channels = np.concatenate([channels * share, share], axis=-1)
+        self._levels = [channels]
+        while max(self._levels[-1].shape[:3]) > 1:
             self._levels.append(_halved(self._levels[-1]))
 
     def __repr__(self) -> str:
@@ -82,39 +92,64 @@ class VolumeGrid:
         lengths = [side / count for side, count in zip(sides, self.shape, strict=True) if count > 1]
         return min(lengths, default=sides[0])
 
+    @property
+    def symmetric(self) -> bool:
+        """True if it is the same all round."""
+        return self.shape[2] == 1
+
+    def turned(self, angle: float) -> "VolumeGrid":
+        """The grid turned about the spin axis by an angle (radians, toward larger phi)."""
+        grid = copy(self)
+        grid._turn += angle
+        return grid
+
     def mean(
         self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike = 0.0
-    ) -> Float[Array, " n"]:
-        """Values (n,) about places, averaged over the width (n,) of a beam, in units of the mass."""
+    ) -> Float[Array, "*shape"]:
+        """Values (n,), or colours (n, 3), about places, averaged over the width (n,) of a beam (units of the mass)."""
         outward = np.log(radius / self.inner) / math.log(self.outer / self.inner)
-        place = outward, theta / math.pi, azimuth / (2 * math.pi) % 1.0
+        place = outward, theta / math.pi, (azimuth - self._turn) / (2 * math.pi) % 1.0
         size = np.broadcast_to(np.asarray(width) / (self.cell * radius), radius.shape)
         level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(self._levels) - 1)
         lower = level.astype(int)
-        values = np.empty(radius.shape)
+        values = np.empty((len(radius), self._levels[0].shape[3]))
         for k in np.unique(lower):
             which = lower == k
             position = tuple(part[which] for part in place)
             fine = _trilinear(self._levels[k], position)
             if k + 1 < len(self._levels):
-                fine = fine + (level[which] - k) * (_trilinear(self._levels[k + 1], position) - fine)
+                fine = fine + (level[which] - k)[:, None] * (_trilinear(self._levels[k + 1], position) - fine)
             values[which] = fine
-        return values
+        if self.weighted:
+            values = values[:, :-1] / np.maximum(values[:, -1:], 1e-300)
+        return values if self.coloured else values[:, 0]
 
 
-def _halved(grid: Float[Array, "i j k"]) -> Float[Array, "_i _j _k"]:
+def _few_cells(shape: tuple[int, ...]) -> bool:
+    return all(1 <= count <= _MOST_CELLS for count in shape)
+
+
+def _checked_weights(weights: ArrayLike, shape: tuple[int, ...]) -> Float[Array, "i j k 1"]:
+    share = numbers("weights", weights)
+    if share.shape != shape:
+        raise ValueError(f"Argument `weights` must have the shape {shape} of the grid, but has {share.shape}.")
+    check_light("weights", share)
+    return share[..., None]
+
+
+def _halved(grid: Float[Array, "i j k channels"]) -> Float[Array, "_i _j _k channels"]:
     """Means of pairs along each axis; the last one of an odd number counts twice."""
     for axis in range(3):
         count = grid.shape[axis]
         if count > 1:
-            pad = [(0, count % 2 if along == axis else 0) for along in range(3)]
+            pad = [(0, count % 2 if along == axis else 0) for along in range(4)]
             even = np.moveaxis(np.pad(grid, pad, mode="edge"), axis, 0)
             grid = np.moveaxis((even[::2] + even[1::2]) / 2, 0, axis)
     return grid
 
 
-def _trilinear(grid: Float[Array, "i j k"], place: Sequence[Array]) -> Float[Array, " n"]:
-    """Values (n,) at parts of the three axes; the last goes round."""
+def _trilinear(grid: Float[Array, "i j k channels"], place: Sequence[Array]) -> Float[Array, "n channels"]:
+    """Values (n, channels) at parts of the three axes; the last goes round."""
     first, second, part = [], [], []
     for axis, along in enumerate(place):
         count = grid.shape[axis]
@@ -125,7 +160,7 @@ def _trilinear(grid: Float[Array, "i j k"], place: Sequence[Array]) -> Float[Arr
         first.append(start % count)
         second.append((start + 1) % count if axis == 2 else np.minimum(start + 1, count - 1))
         part.append(x - start)
-    flat, values = grid.reshape(-1), np.zeros(len(place[0]))
+    flat, values = grid.reshape(-1, grid.shape[3]), np.zeros((len(place[0]), grid.shape[3]))
     # One azimuth is its own neighbour.
     if grid.shape[2] == 1:
         part[2] = np.zeros(len(part[2]))
@@ -133,7 +168,7 @@ def _trilinear(grid: Float[Array, "i j k"], place: Sequence[Array]) -> Float[Arr
         ends = [(second if corner >> axis & 1 else first)[axis] for axis in range(3)]
         share = [part[axis] if corner >> axis & 1 else 1 - part[axis] for axis in range(3)]
         number = (ends[0] * grid.shape[1] + ends[1]) * grid.shape[2] + ends[2]
-        values += share[0] * share[1] * share[2] * flat[number]
+        values += (share[0] * share[1] * share[2])[:, None] * flat[number]
     return values
 
 
@@ -159,8 +194,10 @@ class Volume:
         function of radius and theta.
     brightness : float
         Factor of its light, beside a sky in another unit: some hundred before a `StarField`.
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
+    colour : three numbers, function or VolumeGrid, optional
+        Factors of the light in linear sRGB, of places (n, 3): paint, as of a `Texture`; left out, white.
 
     Raises
     ------
@@ -186,7 +223,8 @@ class Volume:
     scale: float | None = None
     motion: str | Callable[[Array, Array], Any] = "circular"
     brightness: float = 1.0
-    response: str = "cie"
+    response: ResponseLike = "cie"
+    colour: Any = None
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the volume is valid."""
@@ -201,11 +239,24 @@ class Volume:
             raise ValueError(f"Argument `motion` must be one of {names}, or a function, but is {quoted(self.motion)}.")
         check_brightness(self.brightness)
         check_response(self.response)
+        self._check_colours()
+
+    def _check_colours(self) -> None:
+        for name in ("density", "temperature", "colour"):
+            law = getattr(self, name)
+            if isinstance(law, VolumeGrid) and law.coloured != (name == "colour"):
+                kind = "colours" if name == "colour" else "numbers"
+                raise ValueError(f"Argument `{name}` must be a VolumeGrid of {kind}.")
+        if not (self.colour is None or callable(self.colour) or isinstance(self.colour, VolumeGrid)):
+            colour = numbers("colour", self.colour)
+            if colour.shape != (3,):
+                raise ValueError("Argument `colour` must be three numbers, a function, or a VolumeGrid of colours.")
+            check_light("colour", colour)
 
     def _check_scale(self) -> None:
         if self.scale is None:
-            if any(callable(law) for law in (self.density, self.temperature)):
-                raise ValueError("Argument `scale` must be given where density or temperature is a function.")
+            if any(callable(law) for law in (self.density, self.temperature, self.colour)):
+                raise ValueError("Argument `scale` must be given where density, temperature or colour is a function.")
         else:
             check_number("scale", self.scale, "be a positive, finite length", positive)
 
@@ -214,9 +265,15 @@ class Volume:
         check_above_horizon(self.inner, spin)
 
     @property
+    def symmetric(self) -> bool:
+        """True if it is known to be the same all round: numbers, grids with one azimuth, laws that say so."""
+        laws = self.density, self.temperature, self.colour
+        return all(getattr(law, "symmetric", not callable(law)) for law in laws)
+
+    @property
     def grids(self) -> tuple[VolumeGrid, ...]:
-        """Those of density and temperature that are grids: only they need to know how wide beams are."""
-        return tuple(law for law in (self.density, self.temperature) if isinstance(law, VolumeGrid))
+        """The laws that are grids: only they need to know how wide beams are."""
+        return tuple(law for law in (self.density, self.temperature, self.colour) if isinstance(law, VolumeGrid))
 
     def length(self, radius: Float[Array, " n"], width: ArrayLike) -> Float[Array, " n"]:
         """Length (n,) over which something changes, as a beam of a width sees it: no grid is finer than the beam."""
@@ -231,6 +288,21 @@ class Volume:
         """Density and temperature (n,) at places, averaged over the width of a beam where they are grids."""
         place = radius, theta, azimuth, width
         return _values(self.density, "density", *place), _values(self.temperature, "temperature", *place)
+
+    def tint(
+        self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike
+    ) -> Float[Array, "n 3"] | float:
+        """Factors (n, 3) of the light at places, averaged likewise; 1 where no colour is given."""
+        if self.colour is None:
+            return 1.0
+        if isinstance(self.colour, VolumeGrid):
+            inside = (radius >= self.colour.inner) & (radius <= self.colour.outer)
+            return self.colour.mean(radius, theta, azimuth, width) * inside[:, None]
+        colour = self.colour(radius, theta, azimuth) if callable(self.colour) else self.colour
+        values = np.asarray(colour, float) + np.zeros((len(radius), 3))
+        if not (np.isfinite(values).all() and (values >= 0).all()):
+            raise ValueError("Argument `colour` must be a function whose values are finite and not negative.")
+        return values
 
     def energy(
         self, spin: float, b: Float[Array, " n"], radius: Float[Array, " n"], theta: Float[Array, " n"]

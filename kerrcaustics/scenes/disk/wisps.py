@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.scenes.checks import check_number
-from kerrcaustics.scenes.colour import black_body, shifted_light
+from kerrcaustics.scenes.colour import ResponseLike, black_body, shifted_light
 from kerrcaustics.scenes.disk.emission import BlackBody, Texture, bilinear
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
@@ -38,8 +38,8 @@ class Wisps(Texture):
         Standard deviation of the logarithm of the depth; 0 for an even disk.
     seed : int
         Another number makes other wisps.
-    response : str
-        "cie" or "film", as for `black_body`.
+    response : str or MeasuredResponse
+        "cie", "film" or measured curves, as for `black_body`.
 
     Raises
     ------
@@ -68,7 +68,7 @@ class Wisps(Texture):
         depth: float = 1.0,
         contrast: float = 1.0,
         seed: int = 0,
-        response: str = "cie",
+        response: ResponseLike = "cie",
     ) -> None:
         """Draw the wisps; see the class."""
         if not 0 < real_number("inner", inner) < real_number("outer", outer) < math.inf:

@@ -1,0 +1,142 @@
+"""A volume in the pixels of a picture, divided by the crossings of a disk: marched rays, finer where pixels differ."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from kerrcaustics.beams.trace import cores
+from kerrcaustics.results.declared import same
+from kerrcaustics.results.progress import report
+from kerrcaustics.results.stages import stage
+from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.disk.march import Marched, Marching, marched_between
+from kerrcaustics.scenes.disk.volume import Volume
+from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.scenes.sky_light import Shifts
+from kerrcaustics.spacetime.checks import instance_of
+from kerrcaustics.spacetime.viewer import Viewer
+
+Array = np.ndarray
+
+# Rays that one core marches at a time: so many fit in its cache.
+_TOGETHER = 1 << 12
+# Pixels that differ from a neighbour by more than this part of the brightest, or of the transmission, are divided into
+# so many rays in each direction.
+_ROUGH, _DIVISIONS = 1 / 24, 3
+# Pixels whose rays are marched again in half the steps, for the error.
+_SAMPLE = 256
+
+
+# Length of a step, as of `render_volume`.
+_STEP = 0.5
+
+
+class Veil(NamedTuple):
+    """Light and transmission of a volume in n pixels, row by row, divided by the k crossings of a disk.
+
+    light (k + 1, n, 3), of the matter before the first crossing, between it and the second, and so on, as it is seen
+    through the matter in front of it; transmission (k + 1, n), of the matter up to each crossing, and of all;
+    supersampled pixels; rays and steps, of all.
+    """
+
+    light: Array
+    transmission: Array
+    supersampled: int
+    rays: int
+    steps: int
+
+    def whole(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Light and transmission of all of it."""
+        return self.light.sum(axis=0), self.transmission[-1]
+
+
+# The last volume, the rest that its picture depends on, and that picture.
+_LAST: list[tuple[Volume, tuple[Any, ...], Veil]] = []
+
+
+def check_volume(volume: Volume | None, camera: Viewer) -> None:
+    """Raise ValueError unless a volume is valid, or left out."""
+    if volume is not None:
+        instance_of("volume", volume, Volume)
+        volume.check(camera.spin)
+
+
+def veil_over(camera: Viewer, view: Raster, volume: Volume | None, shifts: Shifts, crossings: int) -> Veil | None:
+    """The volume in a view; that of the last picture where it is the same, as for a camera on a circular orbit."""
+    if volume is None:
+        return None
+    check_volume(volume, camera)
+    way = Marching(camera, volume, *shifts, _STEP, crossings)
+    key = camera, view, shifts, crossings
+    # Looked at once: another thread may put its own there.
+    last = next(iter(_LAST), None)
+    if last is None or last[0] is not volume or not same(last[1], key):
+        _LAST.clear()
+        with stage("volume"):
+            last = volume, key, veil_of(way, view)
+        _LAST[:] = [last]
+    return last[2]
+
+
+def veil_of(way: Marching, view: Raster) -> Veil:
+    """The volume as the pixels of a view see it: their middle rays, or where they differ the mean of nine."""
+    y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
+    report("rays marched", 0.0)
+    light, transmission, steps = _all_marched(way, view, x[:, None], y[:, None])
+    grey = luminance(light.sum(axis=0)).reshape(view.height, -1)
+    rough = np.flatnonzero(_rough(grey / max(float(grey.max()), 1e-300), transmission))
+    if len(rough):
+        within = (np.arange(_DIVISIONS**2) % _DIVISIONS + 0.5) / _DIVISIONS - 0.5
+        down = (np.arange(_DIVISIONS**2) // _DIVISIONS + 0.5) / _DIVISIONS - 0.5
+        report("edges refined", 0.5)
+        places = x[rough, None] + within, y[rough, None] + down
+        light[:, rough], transmission[:, rough], more = _all_marched(way, view, *places)
+        steps += more
+    return Veil(light, transmission, len(rough), len(x) + len(rough) * _DIVISIONS**2, steps)
+
+
+def step_error(way: Marching, view: Raster, veil: Veil) -> float:
+    """4/3 of the largest change that half the step makes to a sample of the pixels that see matter."""
+    light, transmission = veil.whole()
+    lit = np.flatnonzero((transmission < 1) | light.any(axis=1))
+    if not len(lit):
+        return 0.0
+    which = np.random.default_rng(0).permutation(lit)[:_SAMPLE]
+    y, x = np.divmod(which, view.width)
+    both = (replace(way, step=way.step / part) for part in (1, 2))
+    coarse, fine = (_all_marched(one, view, x[:, None], y[:, None]) for one in both)
+    brightest = max(float(luminance(light).max()), 1e-300)
+    darker = np.abs(luminance((fine.light - coarse.light).sum(axis=0))) / brightest
+    clearer = np.abs(fine.transmission - coarse.transmission)
+    return float(4 / 3 * max(darker.max(), clearer.max()))
+
+
+def _all_marched(way: Marching, view: Raster, x: Float[Array, "n m"], y: Float[Array, "n m"]) -> Marched:
+    """Means over the m rays of n pixels, on all cores."""
+    count = max(_TOGETHER // x.shape[1], 1)
+
+    def part(start: int) -> Marched:
+        rows = slice(start, start + count)
+        sky, steps = view.directions(x[rows].ravel(), y[rows].ravel())
+        light, transmission, step_counts = marched_between(way, sky, steps)
+        several = way.crossings + 1, len(x[rows]), x.shape[1]
+        means = light.reshape(*several, 3).mean(axis=2), transmission.reshape(several).mean(axis=2)
+        return Marched(*means, step_counts)
+
+    with ThreadPoolExecutor(cores()) as pool:
+        parts = list(pool.map(part, range(0, len(x), count)))
+    light, transmission, step_counts = zip(*parts, strict=True)
+    return Marched(np.concatenate(light, axis=1), np.concatenate(transmission, axis=1), sum(step_counts))
+
+
+def _rough(grey: Float[Array, "h w"], transmission: Float[Array, "layers pixels"]) -> Bool[Array, "h w"]:
+    """Pixels that differ much from one beside, above or below them."""
+    mask = np.zeros(grey.shape, bool)
+    for picture in (grey, *transmission.reshape(-1, *grey.shape)):
+        for axis in (0, 1):
+            edge = np.abs(np.diff(picture, axis=axis)) > _ROUGH
+            mask |= np.pad(edge, [(0, 1 - axis), (0, axis)]) | np.pad(edge, [(1 - axis, 0), (axis, 0)])
+    return mask

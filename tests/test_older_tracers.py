@@ -1,0 +1,153 @@
+"""Formulas and set-ups of older tracers, held against the program: what docs/older_tracers.md says of them.
+
+The older disk of hot spots counts lengths in R_s = 2 M; `R` is such a length here.
+"""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import kerrcaustics as kc
+from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.scene_files.templates import template_text
+from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.footprint import Footprint
+from kerrcaustics.spacetime.sphere import from_angles
+
+R0 = 6.0
+CAMERA = kc.Camera(0.0, 2 * R0, math.radians(85), "static")
+
+
+def test_orbits_of_the_hot_spots_are_circular_geodesics():
+    for R in (3.0, 4.5):
+        rate = float(EMITTERS["circular"](0.0, 2 * R, 0.0).orbital)
+        # Time in R_s, too.
+        assert 2 * math.pi / rate / 2 == pytest.approx(2 * math.pi * math.sqrt(2 * R**3), rel=1e-14)
+        speed = kc.Camera(0.0, 2 * R, velocity="circular").fido_velocity()[2]
+        assert speed == pytest.approx(math.sqrt(1 / (2 * (R - 1))), rel=1e-14)
+
+
+def test_the_speed_of_the_observer_in_the_older_source_is_not_that_of_an_orbit():
+    speed = kc.Camera(0.0, 2 * R0, velocity="circular").fido_velocity()[2]
+    assert speed == pytest.approx(0.3162, abs=5e-5)
+    assert math.sqrt((1 - 1 / R0) / (2 * R0)) == pytest.approx(0.2635, abs=5e-5)
+
+
+def test_the_critical_angle_is_the_shadow_edge():
+    middle = np.array([-1.0, 0.0, 0.0])
+    angles = np.degrees(np.arccos(kc.shadow_edge(CAMERA, 16) @ middle))
+    assert angles == pytest.approx(np.full(16, 23.284), abs=5e-4)
+
+
+@pytest.fixture(scope="module")
+def plane():
+    """Rays of the camera to the plane of the disk, and the angle by which each of them has swept round the hole."""
+    rng = np.random.default_rng(5)
+    turn, off = rng.uniform(0, 2 * math.pi, 60), rng.uniform(0.3, 0.7, 60)
+    sky = np.stack([-np.cos(off), np.sin(off) * np.cos(turn), np.sin(off) * np.sin(turn)], axis=-1)
+    rays = kc.trace_rays(CAMERA, sky, end=kc.EquatorialPlane(1, "circular"), time=True, redshift=True)
+    on = np.isfinite(rays.radius) & (rays.radius > 6.5) & (rays.radius < 30)
+    assert on.sum() > 15
+    found = SimpleNamespace(radius=rays.radius[on] / 2, azimuth=rays.azimuth[on], redshift=rays.redshift[on])
+    found.sky, found.time, found.off = sky[on], rays.time[on] / 2, off[on]
+    return found
+
+
+def test_the_shift_is_that_of_the_older_formula(plane):
+    """f'/f of doppler and of gravity, by the angle between light and motion as one at rest there sees it."""
+    R = plane.radius
+    beta = np.sqrt(1 / (2 * (R - 1)))
+    momentum = 2 * R0 * math.sin(CAMERA.inclination) * -plane.sky[:, 1] / math.sqrt(1 - 1 / R0)
+    cosine = momentum * np.sqrt(1 - 1 / R) / (2 * R)
+    expected = np.sqrt(1 - beta**2) / (1 - beta * cosine) * np.sqrt((1 - 1 / R) / (1 - 1 / R0))
+    assert plane.redshift == pytest.approx(expected, rel=1e-9)
+
+
+def test_images_lie_where_the_older_swept_angles_say(plane):
+    """cos of the angle swept round the hole is sin(phi) sin(inclination), phi from the line of nodes."""
+    camera, spot = from_angles(CAMERA.inclination, 0.0), from_angles(math.pi / 2, plane.azimuth)
+    assert spot @ camera == pytest.approx(np.cos(plane.azimuth) * math.sin(CAMERA.inclination), abs=1e-14)
+    swept = np.arccos(spot @ camera)
+    for R, angle, off in zip(plane.radius, swept, plane.off, strict=True):
+        end = older_ray(off, angle)
+        assert end[1] == pytest.approx(R, rel=1e-7)
+
+
+def test_travel_times_are_those_of_the_older_rays(plane):
+    camera, spot = from_angles(CAMERA.inclination, 0.0), from_angles(math.pi / 2, plane.azimuth)
+    swept = np.arccos(spot @ camera)
+    delays = [older_ray(off, angle)[0] for off, angle in zip(plane.off, swept, strict=True)]
+    assert plane.time == pytest.approx(np.array(delays), rel=1e-7)
+
+
+def older_ray(off, swept):
+    """t, r where a ray, sent from R0 so many radians off the hole, has swept an angle round it: the older equations."""
+    lapse = 1 - 1 / R0
+
+    def rates(_, y):
+        _, r, _, dt, dr, dth = y
+        return [
+            dt,
+            dr,
+            dth,
+            dr * dt / (r - r * r),
+            (r**2 * dr**2 - (r - 1) ** 2 * dt**2) / (2 * (r - 1) * r**3) + (r - 1) * dth**2,
+            -2 * dr * dth / r,
+        ]
+
+    start = [0.0, R0, 0.0, 1 / math.sqrt(lapse), -math.cos(off) * math.sqrt(lapse), math.sin(off) / R0]
+
+    def arrived(_, y):
+        return y[2] - swept
+
+    arrived.terminal = True
+    done = solve_ivp(rates, (0, 1e3), start, method="DOP853", rtol=1e-10, atol=1e-12, events=arrived)
+    return done.y[:, -1]
+
+
+def test_the_camera_comes_down_on_the_older_way(tmp_path):
+    (tmp_path / "approach.toml").write_text(template_text("approach"), encoding="utf-8")
+    scene = kc.SceneFile.read(tmp_path / "approach.toml")
+    assert (scene.frames, scene.rate) == (500, 25)
+    for time in (-227.0, -100.0, 0.0):
+        since = time + 227
+        r = 600 - 2.53 * since
+        calm, phi = ((600 - r) / 575) ** 20, math.radians(3 * since)
+        camera = scene.camera(time)
+        assert camera.radius == pytest.approx(r, rel=1e-12)
+        assert math.degrees(camera.inclination) == pytest.approx(84 + 8 * math.sin(phi) * (1 - calm) + 3 * calm)
+        assert scene.azimuth(time) == pytest.approx(phi)
+        values = scene._values(time)
+        assert values["view.tilt_deg"] == pytest.approx(8 * math.cos(phi) * (1 - calm))
+        assert values["view.yaw_deg"] == pytest.approx(calm)
+
+
+def test_textures_lie_as_the_older_ones_do():
+    """Of the sky x = phi / 2 pi, y = theta / pi; of a disk x = phi / 2 pi, y from the inner rim."""
+    picture = np.random.default_rng(7).uniform(0, 1, (8, 16, 3))
+    theta, phi = (3.5 / 8) * math.pi, (5.5 / 16) * 2 * math.pi
+    small = np.eye(2)[None] * 1e-6
+    direction = from_angles(np.array([theta]), np.array([phi]))
+    chart = kc.skies.Panorama(picture, mirror=True)
+    light = chart.light(Footprint(direction, small, np.zeros(1), np.ones(1)), False, False)
+    assert np.abs(picture - light[0]).sum(axis=-1).argmin() == 3 * 16 + 5
+    still = np.zeros(1), np.zeros_like
+    place = np.array([10.0]), np.array([phi]), np.array([3.5 / 8])
+    samples = DiskSamples(*place, small, np.ones(1), 5.0, 0.5, *still)
+    assert kc.disks.Texture(picture[::-1]).light(samples, False, False)[0] == pytest.approx(picture[3, 5], rel=1e-5)
+
+
+def test_no_column_at_the_axis_is_bad():
+    """Beams across the spin axis above and below the hole: places change evenly from pixel to pixel."""
+    camera = kc.Camera(0.6, 70.0, math.radians(90 - 180 / 46), "static")
+    x = np.linspace(-0.02, 0.02, 41)
+    sky = np.stack([-np.ones(41), x, np.full(41, 0.25)], axis=-1)
+    beams = kc.trace_beams(camera, sky / np.linalg.norm(sky, axis=-1, keepdims=True))
+    assert np.isfinite(beams.direction).all() and (beams.error < 1e-9).all()
+    theta_phi = np.unwrap(np.arctan2(beams.direction[:, 1], beams.direction[:, 0]))
+    assert np.isfinite(theta_phi).all()
+    second = np.diff(beams.direction, 2, axis=0)
+    assert np.abs(second).max() < 2e-4 < np.abs(np.diff(beams.direction, axis=0)).max()
