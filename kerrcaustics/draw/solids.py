@@ -173,7 +173,7 @@ def _within(radius: Float[Array, " n"], reach: float) -> slice:
 
 def _ray(points: Float[Array, "n 3"], index: int, captured: bool) -> SpaceCurve:
     if captured:
-        return SpaceCurve("captured ray", points, CAPTURED_COLOUR, 1.0)
+        return SpaceCurve("captured ray", points, CAPTURED_COLOUR, 2.0)
     return SpaceCurve(f"ray of index {index}", points, style.index_colour(index), 2.0)
 
 
