@@ -132,6 +132,7 @@ def volume_picture(cell: Cell) -> Any:
     return kc.pictures.render_volume(*sight(cell.viewer), volume, kc.skies.Checkerboard())
 
 
+CONSTANTS = {"constants": True, "emission": True}
 CALLS: dict[str, Callable[[Cell], Any]] = {
     "caustics": lambda c: kc.caustics(viewer_named(c.viewer), 2, **where(c)),
     "star_images": lambda c: star_images(c.surface, c.viewer),
@@ -146,11 +147,13 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
     "event_derivatives": lambda c: kc.event_derivatives(viewer_named(c.viewer), CALLS["pair_events"](c)),
     "caustic_derivatives": lambda c: kc.caustic_derivatives(viewer_named(c.viewer), 2, **where(c)),
     "caustic_tubes": lambda c: kc.caustic_tubes(viewer_named(c.viewer), 1, np.array([math.inf, 20.0, 6.0]), **where(c)),
-    "ray_paths": lambda c: kc.ray_paths(viewer_named(c.viewer), directions(c.viewer), 12, **where(c)),
+    "ray_paths": lambda c: kc.ray_paths(viewer_named(c.viewer), directions(c.viewer), 12, beams=True, **where(c)),
     "trace_rays": lambda c: kc.trace_rays(
-        viewer_named(c.viewer), directions(c.viewer), time=True, redshift=True, **where(c)
+        viewer_named(c.viewer), directions(c.viewer), time=True, redshift=True, **CONSTANTS, **where(c)
     ),
-    "trace_beams": lambda c: kc.trace_beams(viewer_named(c.viewer), directions(c.viewer), time=True, **where(c)),
+    "trace_beams": lambda c: kc.trace_beams(
+        viewer_named(c.viewer), directions(c.viewer), time=True, **CONSTANTS, **where(c)
+    ),
     "isoradials": lambda c: kc.isoradials(viewer_named(c.viewer), [9.0], 1, 60, time=True, **own_plane(c)),
     "light_curve": lambda c: kc.light_curve(viewer_named(c.viewer), 9.0, 8, crossings=1, points=60, **own_plane(c)),
     "line_profile": lambda c: kc.line_profile(viewer_named(c.viewer), 7.0, 9.0, radii=4, turns=16, **own_plane(c)),
@@ -167,8 +170,9 @@ OF_RESULTS = {
 }
 # Fields that are None unless they are asked for; every call here asks for them.
 ASKED = {"time", "time_error", "redshift", "index", "index_certain", "crossings", "crossings_certain"}
-ASKED |= {"visible_fraction", "transmission"}
-ASKED_OF = ("trace_rays", "trace_beams", "isoradials", "render")
+ASKED |= {"impact", "impact_error", "carter", "carter_error", "emission_cosine", "emission_error"}
+ASKED |= {"visible_fraction", "transmission", "beams"}
+ASKED_OF = ("trace_rays", "trace_beams", "ray_paths", "isoradials", "render")
 
 
 class Refusal(NamedTuple):

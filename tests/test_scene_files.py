@@ -942,7 +942,8 @@ def test_the_shadow_edge_has_its_name_in_the_shadow():
     camera = kc.Camera(0.9, 10.0)
     view = kc.pictures.View.toward_hole(camera, 960, 540, 1.0)
     ax = Figure(figsize=(9.6, 5.4), dpi=100).add_axes((0, 0, 1, 1))
-    overlays._draw(ax, contents.OverlaysTable(shadow_edge=True, labels="beside"), camera, view)
+    rendering = SimpleNamespace(camera=camera, view=view, sky_radius=math.inf)
+    overlays._draw(ax, contents.OverlaysTable(shadow_edge=True, labels="beside"), rendering)
     (text,) = ax.texts
     edge = view.pixels(kc.shadow_edge(camera, 720))
     assert text.get_text() == "shadow edge" and Outline(edge).contains_point(text.get_position())
@@ -1005,7 +1006,7 @@ def test_the_progress_bar_tells_stages(tmp_path, capsys, monkeypatch, painted):
     assert run(capsys, "render", "scene.toml")[0] == 0
     words, parts = zip(*told, strict=True)
     assert words[0] == "sky light" and re.fullmatch(r"developing \(sky light \d+\.\d s\)", words[1])
-    assert words[2].startswith("encoding (sky light") and parts == (0, 1 / 8, 2 / 8)
+    assert words[2].startswith("encoding (sky light") and parts == (0, 1 / 9, 2 / 9)
 
 
 def test_an_openexr_picture_has_linear_light(tmp_path, capsys, monkeypatch, painted):

@@ -61,7 +61,7 @@ def ergosphere(spin: float, cos_theta: float) -> float:
     return 1 + math.sqrt(1 - (spin * cos_theta) ** 2)
 
 
-def isco(spin: float, prograde: bool = True) -> float:
+def isco(spin: ArrayLike, prograde: bool = True) -> float:
     """Radius of the innermost stable circular orbit in the equatorial plane, in units of M.
 
     Parameters
