@@ -187,6 +187,7 @@ def test_a_short_trace_that_fades_is_no_trace():
         assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_spots_that_go_the_other_way_have_the_shift_of_their_motion():
     """Of a hole without spin both senses are mirror images; the spots of a retrograde disk are those of its own."""
     view = kc.pictures.View(24, 12, math.radians(60))

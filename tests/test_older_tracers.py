@@ -56,6 +56,7 @@ def plane():
     return found
 
 
+@pytest.mark.slow
 def test_the_shift_is_that_of_the_older_formula(plane):
     """f'/f of doppler and of gravity, by the angle between light and motion as one at rest there sees it."""
     R = plane.radius
@@ -66,6 +67,7 @@ def test_the_shift_is_that_of_the_older_formula(plane):
     assert plane.redshift == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_images_lie_where_the_older_swept_angles_say(plane):
     """cos of the angle swept round the hole is sin(phi) sin(inclination), phi from the line of nodes."""
     camera, spot = from_angles(CAMERA.inclination, 0.0), from_angles(math.pi / 2, plane.azimuth)

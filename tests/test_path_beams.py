@@ -55,6 +55,7 @@ def assert_ends_are_beams(paths: RayPaths, beams: Beams, least: int) -> None:
         assert np.all(gap < paths.beams.jacobian_error[free, -1] + beams.jacobian_error[free])
 
 
+@pytest.mark.slow
 def test_at_infinity_they_are_traced_beams(paths, beams):
     assert_ends_are_beams(paths, beams, 30)
 
@@ -66,6 +67,7 @@ def test_of_observers_they_are_per_length_on_the_screen(radius):
     assert_ends_are_beams(kc.ray_paths(viewer, SCREEN, 21, beams=True), kc.trace_beams(viewer, SCREEN), 60)
 
 
+@pytest.mark.slow
 def test_the_screen_is_across_the_ray(paths):
     ahead, screen = paths.beams.heading, paths.beams.screen
     assert np.abs(np.linalg.norm(ahead, axis=-1) - 1).max() < 1e-13
@@ -78,6 +80,7 @@ def test_the_screen_is_across_the_ray(paths):
     assert np.abs(np.einsum("...j,...j", paths.beams.major_axis[:, 1:], ahead[:, 1:])).max() < 1e-13
 
 
+@pytest.mark.slow
 def test_at_the_viewer_a_beam_is_a_point_that_opens(paths):
     assert np.all(paths.beams.jacobian[:, 0] == 0)
     # In a local frame of the size of the first step it opens as in flat space, by the same angle in both directions.
@@ -121,6 +124,7 @@ def test_along_rays_they_are_traced_beams_to_spheres(paths):
     assert len(ours) > 60 and np.median(ours) < 1e-14 and max(ratios) < 1
 
 
+@pytest.mark.slow
 def test_diameters_and_axes_are_those_of_a_slow_integration(paths):
     """The way of JTFT A.2 to places beyond the camera: diameters, and the major axis in space."""
     event = Event(CAMERA.spin, CAMERA.radius, CAMERA.inclination, CAMERA.fido_velocity())
@@ -140,6 +144,7 @@ def test_diameters_and_axes_are_those_of_a_slow_integration(paths):
     assert checked == 10
 
 
+@pytest.mark.slow
 def test_minor_diameters_vanish_at_conjugate_points(paths):
     """As often as the index says, and where."""
     fine = kc.ray_paths(CAMERA, SKY, 401, beams=True)
@@ -172,6 +177,7 @@ def test_reported_errors_cover_other_steps(camera):
     assert np.array_equal(one.turning_points, two.turning_points)
 
 
+@pytest.mark.slow
 def test_headings_and_turning_points_are_those_of_a_slow_integration(paths, beams):
     for ray in np.flatnonzero(paths.status == kc.Status.ESCAPED)[:4]:
         b, light = float(beams.impact[ray]), paths.beams.heading[ray]
@@ -191,6 +197,7 @@ def test_headings_and_turning_points_are_those_of_a_slow_integration(paths, beam
         assert (np.diff(upward) != 0).sum() == paths.turning_points[ray]
 
 
+@pytest.mark.slow
 def test_turning_points_lie_between_crossings(paths, beams):
     """Between two crossings of the plane there is one, before the first and after the last one more at the most."""
     free = beams.escaped
@@ -205,6 +212,7 @@ def test_turning_points_lie_between_crossings(paths, beams):
     assert lost.sum() == 1 and np.all(np.isnan(deep.beams.jacobian[lost])) and np.all(deep.turning_points[lost] == -1)
 
 
+@pytest.mark.slow
 def test_an_ellipse_at_the_camera_is_the_image_of_its_axes(paths, beams):
     """By the singular value decomposition of J times the ellipse; of all ratios and angles at once."""
     ratio, angle = np.array([1.0, 0.6, 0.1, 0.0])[:, None], np.array([0.3, -1.2, 2.0, 7.0])[:, None]
@@ -232,6 +240,7 @@ def test_an_ellipse_at_the_camera_is_the_image_of_its_axes(paths, beams):
     assert np.all(gap < along.error[beams.escaped, -1] + ends.error)
 
 
+@pytest.mark.slow
 def test_rays_on_an_ellipse_end_on_the_predicted_one(beams):
     """24 rays beside one, on an ellipse of 1e-5 rad: their ends lie on it, where the linear map holds to 1e-4."""
     ray = np.flatnonzero(beams.escaped & (beams.delta_plus < 3))[0]

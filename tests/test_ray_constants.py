@@ -94,6 +94,7 @@ def measured(spin: float, radius: float, light: tuple[float, float], orbital: fl
     return math.sqrt(light[1]) / radius, u_t * (1 - orbital * light[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("emitter", ["circular", "retrograde", "static"])
 def test_slant_at_a_disk_is_that_of_the_metric(emitter):
     """cos i = sqrt(q) / (r E_em), with E_em = u^t (1 - Omega b)."""
@@ -112,11 +113,13 @@ def test_slant_at_a_disk_is_that_of_the_metric(emitter):
     assert np.array_equal(np.isnan(with_shift.redshift), np.isnan(rays.emission_cosine))
 
 
+@pytest.mark.slow
 def test_slant_of_plunging_matter_is_less_than_a_right_angle():
     rays = kc.trace_rays(kc.Camera(0.5, 20.0, 1.2), SKY, end=kc.EquatorialPlane(1, "plunging"), emission=True)
     assert np.all(rays.emission_cosine[rays.escaped] <= 1) and np.isfinite(rays.emission_cosine[rays.escaped]).all()
 
 
+@pytest.mark.slow
 def test_slant_far_from_the_hole_is_that_of_flat_space():
     """A far disk, at rest: light leaves it at the inclination of the observer, less its deflection."""
     observer = kc.Observer(spin=0.9, inclination=0.8)
@@ -124,6 +127,7 @@ def test_slant_far_from_the_hole_is_that_of_flat_space():
     assert rays.emission_cosine == pytest.approx(math.cos(0.8), abs=3e-6)
 
 
+@pytest.mark.slow
 def test_slant_at_a_sphere_without_spin():
     """sin i = sqrt(q + b^2) sqrt(1 - 2 / r) / r at a static place; on the celestial sphere light comes straight in."""
     camera = kc.Camera(0.0, 30.0, 0.3, "static")

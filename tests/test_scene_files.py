@@ -849,6 +849,7 @@ def test_a_volume_needs_a_scale_beside_an_expression(scene):
         scene(PLAIN + VOLUME.replace("scale = 1.5", ""))
 
 
+@pytest.mark.slow
 def test_a_volume_before_a_disk_is_rendered_and_filmed(scene, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     film = "[film]\nframes = 2\nend = 90\n"

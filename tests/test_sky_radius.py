@@ -46,6 +46,7 @@ def seen():
     return marks(CAMERA, SIDEWAYS, RADIUS)
 
 
+@pytest.mark.slow
 def test_pixels_see_where_their_rays_meet_the_sphere(seen):
     rays = kc.trace_rays(CAMERA, pixels_of(SIDEWAYS)[0], end=RADIUS, redshift=True)
     off = seen.light - np.concatenate([rays.direction[..., :2], rays.redshift[..., None]], axis=-1)
@@ -55,6 +56,7 @@ def test_pixels_see_where_their_rays_meet_the_sphere(seen):
     assert seen.sky_radius == RADIUS and seen.error <= 0.005
 
 
+@pytest.mark.slow
 def test_the_shadow_is_that_before_the_sky_at_infinity():
     view = kc.pictures.View.toward_hole(CAMERA, 24, 14, 1.6)
     near, far = (kc.pictures.trace_view(CAMERA, view, sky_radius=radius) for radius in (RADIUS, math.inf))
@@ -77,6 +79,7 @@ def met(sky, radius):
     return (sky * way[..., None] + [1.0, 0, 0]) / radius, way
 
 
+@pytest.mark.slow
 def test_in_flat_space_the_sphere_is_where_straight_lines_meet_it():
     camera = kc.Camera(0.0, 1e7, velocity="static")
     view = kc.pictures.View(24, 24, 1.0, forward=(0.2, 0.9, 0.3))

@@ -29,6 +29,7 @@ def half_space(below, depth=0.2):
     return lambda r, theta, phi: depth * ((theta > math.pi / 2) == below)
 
 
+@pytest.mark.slow
 def test_a_transparent_volume_leaves_the_picture_equal_to_the_bit():
     disk = kc.disks.Disk(5.0, 12.0, kc.disks.Swatches(), opacity=0.7)
     clear = kc.disks.Volume(0.0, 5000.0, 4.0, 20.0)
@@ -37,6 +38,7 @@ def test_a_transparent_volume_leaves_the_picture_equal_to_the_bit():
     assert one.light.std() > 0.1 and "volume" in other.stages and "volume" not in one.stages
 
 
+@pytest.mark.slow
 def test_matter_behind_an_opaque_disk_is_not_seen_and_matter_before_it_is():
     behind, before = (kc.disks.Volume(half_space(part), 9000.0, 3.0, 20.0, scale=2.0) for part in (True, False))
     bare, hidden, veiled = (kc.render(CAMERA, VIEW, disk=DISK, volume=v) for v in (None, behind, before))
@@ -48,6 +50,7 @@ def test_matter_behind_an_opaque_disk_is_not_seen_and_matter_before_it_is():
     assert (hidden.light != bare.light).any()
 
 
+@pytest.mark.slow
 def test_an_opaque_volume_hides_the_disk():
     thick = kc.disks.Volume(50.0, 4000.0, 2.5, 20.0)
     alone, both = (kc.render(CAMERA, VIEW, disk=disk, volume=thick, **SHIFTS) for disk in (None, DISK))
@@ -56,6 +59,7 @@ def test_an_opaque_volume_hides_the_disk():
     assert np.allclose(both.light[dark], alone.light[dark], rtol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("density", [0.02, 0.3])
 def test_matter_as_hot_as_the_disk_leaves_it_as_bright(density):
     """Of one temperature nothing shows what is where: (1 - T) B + T B = B."""
@@ -65,6 +69,7 @@ def test_matter_as_hot_as_the_disk_leaves_it_as_bright(density):
     assert np.allclose(found.light[seen], kc.pictures.black_body(5000.0), rtol=2e-6)
 
 
+@pytest.mark.slow
 def test_parts_between_crossings_make_up_the_whole():
     y, x = (place.ravel() for place in np.mgrid[:15, :24])
     sky, steps = VIEW.directions(x, y)
@@ -82,6 +87,7 @@ def test_parts_between_crossings_make_up_the_whole():
     assert np.allclose(parts.light.sum(axis=0), whole.light, atol=2e-6 * whole.light.max())
 
 
+@pytest.mark.slow
 def test_crossings_are_those_of_the_disk():
     """Matter that shines on one side alone is parted as the plane parts it: even parts above it, odd ones below."""
     y, x = (place.ravel() for place in np.mgrid[:15, :24])
@@ -139,6 +145,7 @@ def test_blur_is_the_mean_of_moments(disk):
         assert np.quantile(np.abs(found - expected)[beside], 0.9) < 0.01 * expected.max()
 
 
+@pytest.mark.slow
 def test_a_symmetric_volume_on_a_circular_orbit_is_that_of_one_moment():
     grid = kc.disks.VolumeGrid(np.full((4, 8, 1), 0.05), 5.0, 12.0)
     volume = kc.disks.Volume(grid, 6000.0, 5.0, 12.0)
@@ -147,6 +154,7 @@ def test_a_symmetric_volume_on_a_circular_orbit_is_that_of_one_moment():
     assert np.array_equal(one.light, other.light) and one.light.max() > 0
 
 
+@pytest.mark.slow
 def test_a_volume_turns():
     values = np.random.default_rng(1).uniform(0, 1, (3, 4, 8))
     grid = kc.disks.VolumeGrid(values, 5.0, 12.0)
