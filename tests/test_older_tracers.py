@@ -78,6 +78,7 @@ def test_images_lie_where_the_older_swept_angles_say(plane):
         assert end[1] == pytest.approx(R, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_travel_times_are_those_of_the_older_rays(plane):
     camera, spot = from_angles(CAMERA.inclination, 0.0), from_angles(math.pi / 2, plane.azimuth)
     swept = np.arccos(spot @ camera)

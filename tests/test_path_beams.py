@@ -274,6 +274,7 @@ def test_errors_of_ellipses_cover_the_other_engine(beams):
     assert np.all(turn < one.angle_error + other.angle_error) and np.median(one.angle_error) < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ratio", "angle", "words"),
     [

@@ -64,6 +64,7 @@ def test_the_shadow_is_that_before_the_sky_at_infinity():
     assert 0.1 < near.visible_fraction.mean() < 0.9
 
 
+@pytest.mark.slow
 def test_a_large_sphere_tends_to_infinity_as_its_radius():
     """What is seen differs by r sin / R; the redshift by 1 / R, that of the sources."""
     far = marks(CAMERA, SIDEWAYS).light
