@@ -37,6 +37,8 @@ LOCAL, CELESTIAL, BEAM = 2.6, 12.0, 0.17
 AZIMUTH, LATITUDE = -62.0, 22.0
 COLOURS = {"camera": style.PALETTE[0], "sky": style.PALETTE[2], "ray": style.PALETTE[1], "fido": "#777777"}
 VELOCITY = "#c00000"
+# From the tips of arrows to the middle of their names, points of type.
+BEYOND = 9.0
 X, Y, Z = np.eye(3)
 HALO = withStroke(linewidth=3, foreground="white")
 
@@ -97,7 +99,7 @@ def draw_camera_sky(ax: Axes, line_of_sight: np.ndarray, theta: float, phi: floa
     turn = np.linspace(0, 2 * math.pi, 60)[:, None]
     circle = np.cos(turn) * first + np.sin(turn) * np.cross(line_of_sight, first)
     draw(ax, centre + LOCAL * (line_of_sight + BEAM * circle), color=COLOURS["ray"], linewidth=1.2, zorder=5)
-    write(ax, centre + 2.0 * LOCAL * Z, "camera's local sky", colour)
+    write(ax, centre + 2.15 * LOCAL * Z, "camera's local sky", colour)
 
 
 def draw_observer(ax: Axes, centre: np.ndarray) -> None:
@@ -107,7 +109,7 @@ def draw_observer(ax: Axes, centre: np.ndarray) -> None:
         draw_arrow(ax, beside, beside + length * axis, name, colour=COLOURS["fido"])
     above = beside + 0.32 * length * Z - 0.12 * length * X
     draw_arrow(ax, above, above + 0.75 * length * Y, "β", colour=VELOCITY)
-    write(ax, beside - 1.45 * length * Z, "FIDO's basis, at the same place", COLOURS["fido"])
+    write(ax, beside - 1.6 * length * Z, "FIDO's basis, at the same place", COLOURS["fido"])
 
 
 def draw_celestial_sphere(ax: Axes, beam: kc.Beams) -> None:
@@ -170,13 +172,15 @@ def draw_globe(ax: Axes, centre: np.ndarray, radius: float, colour: str) -> None
 def draw_arrow(ax: Axes, start: np.ndarray, end: np.ndarray, name: str, colour: str) -> None:
     arrow = {"arrowstyle": "->", "linewidth": 0.9, "color": colour, "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", projected(end), projected(start), arrowprops=arrow)
-    write(ax, end + 0.09 * (end - start), name, colour)
+    along = np.array(projected(end - start))
+    write(ax, end, name, colour, BEYOND * along / np.linalg.norm(along))
 
 
-def write(ax: Axes, place: np.ndarray, text: str, colour: str) -> None:
-    ax.annotate(
-        text, projected(place), ha="center", va="center", color=colour, fontsize=9, path_effects=[HALO], zorder=6
-    )
+def write(ax: Axes, place: np.ndarray, text: str, colour: str, beside: np.ndarray | None = None) -> None:
+    """Words with their middle at a place; beside: so many points of type to the right and up of it."""
+    look = {"ha": "center", "va": "center", "color": colour, "fontsize": 9, "path_effects": [HALO], "zorder": 6}
+    offset = (0.0, 0.0) if beside is None else tuple(beside)
+    ax.annotate(text, projected(place), offset, textcoords="offset points", **look)
 
 
 def draw(ax: Axes, points: np.ndarray, **line) -> None:

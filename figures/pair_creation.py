@@ -115,9 +115,11 @@ def draw_star(ax: Axes, tracks: StarTracks, time: float, caustics: CausticSet) -
         line = np.degrees(np.concatenate([caustic.celestial, caustic.celestial[:1]]))
         ax.plot(line[:, 1], line[:, 0], **style.order_line(caustic.order))
         text = {"textcoords": "offset points", "va": "top", "color": style.order_colour(caustic.order)}
-        ax.annotate(
-            style.order_name(caustic.order), (line[:, 1].min(), 90), (0, -16 if caustic.order == 2 else -3), **text
-        )
+        if caustic.order == 1:
+            # A dot, whose name stands below the other.
+            text["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.7, "color": text["color"], "shrinkB": 2}
+        name, below = style.order_name(caustic.order), -28 if caustic.order == 1 else -16
+        ax.annotate(name, (line[:, 1].min(), 90), (0, below), **text)
     ax.plot(phi, theta, "*", markersize=9, color=STAR_COLOUR)
     ax.set(xlim=(0, 360), ylim=(150, 30), xlabel="φ′ − that of the camera (deg)", ylabel="θ′ (deg)")
     ax.xaxis.set_major_locator(MultipleLocator(90))

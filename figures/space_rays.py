@@ -8,6 +8,7 @@ Rays of the shadow, which no star sends, are grey, and end just above the horizo
 Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,9 @@ def main(output: Path) -> list[Path]:
     ]
     sky = np.concatenate(fans)
     paths = kc.ray_paths(camera, sky, 600)
-    return write_model(rays_model(camera, paths), output, "space_rays")
+    model = rays_model(camera, paths)
+    # From a little farther away, so that no ray runs behind the key.
+    return write_model(replace(model, extent=1.15 * model.extent), output, "space_rays")
 
 
 if __name__ == "__main__":

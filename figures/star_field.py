@@ -60,15 +60,16 @@ def main(output: Path) -> list[Path]:
         figure = Figure(figsize=(style.PAGE_WIDTH, 8.4), layout="constrained")
         grid = figure.add_gridspec(2, 2, height_ratios=[1.5, 1])
         sky = seen(figure.add_subplot(grid[0, :]), whole, picture_of(whole))
-        show_critical_curves(sky, whole, caustics, linewidth=0.7, path_effects=[])
+        show_critical_curves(sky, whole, caustics, on_black=True, linewidth=0.9, path_effects=[])
         sky.set_title("(a) camera sky")
         picture = picture_of(near)
         plain = seen(figure.add_subplot(grid[1, 0]), near, picture, whole)
         plain.set_title("(b) left edge of the shadow")
         lined = seen(figure.add_subplot(grid[1, 1]), near, picture, whole)
-        show_critical_curves(lined, near, caustics, linewidth=0.9, path_effects=[])
+        show_critical_curves(lined, near, caustics, on_black=True, linewidth=0.9, path_effects=[])
         lined.set_title("with critical curves")
-        figure.legend(*sky.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        look = {"facecolor": "black", "labelcolor": "white", "frameon": True}
+        figure.legend(*sky.get_legend_handles_labels(), loc="outside lower center", ncols=3, **look)
         figure.suptitle(headline(caustics))
     return [write_picture(figure, output / "star_field.png")]
 

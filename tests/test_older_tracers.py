@@ -15,10 +15,40 @@ from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scene_files.templates import template_text
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.footprint import Footprint
+from kerrcaustics.scripts import FIGURES, FILMS
 from kerrcaustics.spacetime.sphere import from_angles
 
 R0 = 6.0
 CAMERA = kc.Camera(0.0, 2 * R0, math.radians(85), "static")
+
+
+@pytest.mark.slow
+def test_film_and_figure_of_hot_spots_have_the_older_set_up():
+    """Camera, spots, traces and the tangents of the picture; planes at 83 to 86 degrees, rolled by 13 to 17."""
+    film, figure = FILMS.load("hot_spots"), FIGURES.load("hot_spots_without")
+    spots = film.spots(2 * 3.0)
+    assert film.RADIUS == figure.RADIUS == 2 * R0 and len(spots.radius) == 5000
+    for values, ends in ((spots.radius / 2, (3.0, 4.5)), (spots.temperature, (4000, 10_000))):
+        assert values.min() == pytest.approx(ends[0], rel=0.01) and values.max() == pytest.approx(ends[1], rel=0.01)
+        assert ends[0] <= values.min() and values.max() <= ends[1]
+    assert spots.streak == figure.TRACE == 2 * 3
+    camera = kc.Camera(0.0, film.RADIUS, math.radians(film.INCLINATION), "static")
+    view = kc.pictures.View.toward_hole(camera, film.WIDTH, film.HEIGHT, film.FIELD)
+    middle = (film.WIDTH - 1) / 2, (film.HEIGHT - 1) / 2
+    for x, y, tangent in ((film.WIDTH - 0.5, middle[1], 1.28), (middle[0], -0.5, 0.72)):
+        assert math.tan(math.acos(view.directions(x, y)[0] @ view.forward)) == pytest.approx(tangent, rel=1e-12)
+    inclinations, rolls = np.array(figure.PLANES).T
+    assert (inclinations.min(), inclinations.max()) == (83, 86) and (np.abs(rolls - 15) <= 2).all()
+    assert (film.INCLINATION, film.ROLL) == (85, 15)
+
+
+@pytest.mark.slow
+def test_side_by_side_has_the_set_up_of_the_older_tracer():
+    figure = FIGURES.load("disk_side_by_side")
+    camera, disk = figure.CAMERA, figure.DISK
+    assert (camera.spin, camera.radius, disk.inner, disk.outer) == (0.6, 70, 4, 10)
+    assert math.degrees(camera.inclination) == pytest.approx(90 - 180 / 46)
+    assert math.degrees(figure.VIEW.field_of_view) == pytest.approx(39)
 
 
 def test_orbits_of_the_hot_spots_are_circular_geodesics():

@@ -79,6 +79,19 @@ def test_links_are_found():
     assert sum(len(links(page)) for page in PAGES) > 100
 
 
+def test_each_statement_of_the_paper_has_a_test():
+    page = (ROOT / "docs" / "figures_of_the_paper.md").read_text(encoding="utf-8")
+    table = page.partition("## What the paper states")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| (?!JTFT)(.*) \|$", table, re.MULTILINE)
+    assert len(rows) > 15
+    here = (ROOT / "tests" / "test_paper_statements.py").read_text(encoding="utf-8")
+    for row in rows:
+        named = re.findall(r"`(tests/\w+\.py|test_\w+)`", row.rpartition(" | ")[2])
+        assert named, row
+        for name in named:
+            assert (ROOT / name).exists() if "/" in name else f"def {name}(" in here, name
+
+
 def test_films_and_models_of_pages_are_there_and_small():
     clips = {path.name: path.stat().st_size for path in (ROOT / "docs" / "clips").iterdir()}
     assert max(clips.values()) < 4e5 and sum(clips.values()) < 3e6

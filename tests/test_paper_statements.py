@@ -1,4 +1,4 @@
-"""What JTFT states about its figures, checked; docs/figures_of_the_paper.md has the statements about speed, too."""
+"""What JTFT states about its figures, checked; docs/figures_of_the_paper.md has where the other tests of it are."""
 
 import math
 
@@ -8,6 +8,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_places, view_axes
 from kerrcaustics.draw.tracks import stretches
+from kerrcaustics.scripts import FIGURES
 
 NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
 # The star of figures 5 and 6, 18 degrees above the plane (following JTFT, whose polar angle of 0.608 pi grows upward),
@@ -47,6 +48,93 @@ def test_counts_of_one_star_at_the_flat_edge_are_those_of_the_paper():
     assert images.index[right].tolist() == [0]
 
 
+@pytest.mark.slow
+def test_those_counts_are_one_and_the_windings_of_two_caustics():
+    """1 + w_k + w_(k+1), with the windings 1, 1 and 6 of the first three caustics about the star."""
+    theta, phi = COUNTED
+    windings = [0]
+    for caustic in kc.caustics(NEAR, orders=3):
+        line = np.concatenate([caustic.celestial, caustic.celestial[:1]])[:, ::-1]
+        # It spreads over several turns of the azimuth: the star is met in each.
+        first, last = np.floor(np.array([line[:, 0].min(), line[:, 0].max()]) / (2 * math.pi))
+        stars = phi + 2 * math.pi * np.arange(first, last + 1)
+        windings.append(sum(winding(line - [place, theta]) for place in stars))
+    assert np.abs(windings).tolist() == [0, 1, 1, 6]
+    counts = kc.star_images(NEAR, COUNTED, max_index=2).per_index
+    assert counts == {k: 1 + abs(windings[k]) + abs(windings[k + 1]) for k in range(3)}
+
+
+@pytest.mark.slow
+def test_without_spin_the_primary_caustic_is_a_line_behind_the_hole():
+    """On spheres from close to the horizon to infinity it is a point, opposite to the camera."""
+    camera = kc.Camera(0.0, 6.03, velocity="fiducial")
+    for end in (2.2, 6.0, 12.0, math.inf):
+        caustic = kc.caustics(camera, orders=1, end=end)[0]
+        assert max(caustic.theta_extent, caustic.phi_extent) < 1e-12
+        np.testing.assert_allclose(caustic.celestial, [[math.pi / 2, math.pi]] * len(caustic.celestial), atol=1e-12)
+        # A ring about the direction to the hole.
+        assert np.ptp(caustic.sky[:, 0]) < 1e-12
+
+
+# Spin, radius and velocity of the cameras, following JTFT; of the disks the camera is ours to choose a motion for.
+SET_UPS = {
+    "schwarzschild_tracks": (0.0, 30, "circular"),
+    "kerr_tracks_with_poles": (0.999, 6.03, "circular"),
+    "star_through_caustic": (0.999, 6.03, "circular"),
+    "pair_creation": (0.999, 6.03, "circular"),
+    "all_tracks": (0.999, 6.03, "circular"),
+    "star_field": (0.999, 2.6, "circular"),
+    "galactic_plane": (0.999, 2.6, "circular"),
+    "checkerboard": (0.999, 2.6, "circular"),
+    "trapped_orbit": (0.999, 2.6, "circular"),
+    "images_sink": (0.999, 2.6, "circular"),
+    "disk_swatches": (0.999, 74.1, "static"),
+    "disk_images": (0.999, 74.1, "static"),
+    "disk_shifts": (0.6, 74.1, "static"),
+    "disk_flare": (0.6, 74.1, "static"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SET_UPS)
+def test_figures_have_the_set_ups_of_the_paper(name):
+    """The cameras; stars 18 and 1.8 degrees above the plane; rims, and the temperature of the gas."""
+    script = FIGURES.load(name)
+    spin, radius, velocity = SET_UPS[name]
+    inclination = math.radians(86.56) if velocity == "static" else math.pi / 2
+    camera = script.CAMERA
+    assert (camera.spin, camera.radius, camera.velocity) == (spin, radius, velocity)
+    assert camera.inclination == pytest.approx(inclination, rel=1e-12)
+    stars = {"star_through_caustic": [0.392], "pair_creation": [0.392], "all_tracks": [0.4, 0.49]}.get(name, [])
+    found = list(script.STARS.values()) if name == "all_tracks" else [script.STAR] if stars else []
+    assert found == pytest.approx([math.pi * star for star in stars], rel=1e-12)
+    disks = {"disk_swatches": "DISK", "disk_images": "GAS", "disk_flare": "GAS"}
+    if name in disks:
+        disk = getattr(script, disks[name])
+        assert (disk.inner, disk.outer) == (9.26, 18.70) and getattr(disk, "peak", 4500) == 4500
+
+
+def test_an_imax_frame_has_23_million_pixels():
+    view = kc.pictures.View(5616, 4096, math.radians(90), "pinhole")
+    assert view.width * view.height == pytest.approx(23e6, rel=2e-3)
+    # Each is seen where it lies: from corner to corner, and back.
+    corners = np.array([[0, 0], [5615, 0], [0, 4095], [5615, 4095]], float)
+    sky, _ = view.directions(*corners.T)
+    np.testing.assert_allclose(view.pixels(sky), corners, rtol=0, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_motion_blur_of_a_camera_that_circles_needs_no_more_beams():
+    """JTFT say twice the time. Beams of the map: as many as without blur; in figure A1, with a fall, 12 times."""
+    sky, figure = kc.skies.Checkerboard(), FIGURES.load("motion_blur")
+    camera, view = figure.seen(0.0)
+    still = kc.render(camera, view, sky).beams
+    circling = kc.pictures.ShutterMotion((camera, camera), (view, view), (-0.04, 0.04))
+    assert kc.render(camera, view, sky, motion=circling).beams == still
+    falling = kc.pictures.ShutterMotion(*zip(figure.seen(-0.5), figure.seen(0.5), strict=True))
+    assert kc.render(camera, view, sky, motion=falling).beams / still == pytest.approx(11.7, abs=1.0)
+
+
 @pytest.mark.parametrize(("velocity", "part"), [("static", 1.24), ("fiducial", 0.87), ("circular", 0.45)])
 def test_solid_angles_of_the_shadow(velocity, part):
     """In units of half the sky, by the fan of triangles from a direction within the shadow."""
@@ -62,6 +150,12 @@ def test_velocities_of_the_cameras_of_figure_12():
     circular, static = (kc.Camera(0.999, 2.6, velocity=name).fido_velocity()[2] for name in ("circular", "static"))
     assert -circular == pytest.approx(-0.546, abs=5e-4)
     assert (static - circular) / (1 - static * circular) == pytest.approx(-0.813, abs=5e-4)
+
+
+def test_speed_of_the_gas_for_which_the_factors_of_figure_15_are():
+    """About 0.55 c: at r = 4.2, and nowhere between the rims of figure 13."""
+    inner, ours = (kc.Camera(0.6, radius).fido_velocity()[2] for radius in (4.2, 9.26))
+    assert inner == pytest.approx(0.545, abs=5e-4) and ours < 0.36
 
 
 @pytest.mark.parametrize(

@@ -675,9 +675,9 @@ def painted(monkeypatch):
     """A renderer that costs nothing: what it was asked for, and a grey picture."""
     asked = []
 
-    def rendered(camera, view, sky, matter, light, time, motion, quality, sky_radius):
-        given = {"camera": camera, "view": view, "sky": sky, "disk": matter[0], "volume": matter[1]}
-        asked.append({**given, "time": time, "motion": motion, "quality": quality, "sky_radius": sky_radius})
+    def rendered(camera, view, shown, motion, quality):
+        given = {"camera": camera, "view": view, "disk": shown.matter[0], "volume": shown.matter[1]}
+        asked.append({**shown._asdict(), **given, "motion": motion, "quality": quality})
         grey = np.full((view.height, view.width, 3), 0.25, np.float32)
         with stage("sky_light"):
             return scene_file.Rendering(camera, view, grey, None, 0, 7, 0.0)

@@ -155,7 +155,8 @@ def show_curve_names(ax: Axes, view: Raster, caustics: CausticSet, angles: Mappi
         direction = np.degrees(np.arctan2(-places[:, 1], places[:, 0]))
         away = np.abs((direction - angles[caustic.order] + 180) % 360 - 180)
         place = middle + places[int(np.nanargmin(away))]
-        text = {"ha": "center", "va": "center", "fontsize": style.SMALLEST_TEXT, "path_effects": _CASING}
+        plate = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+        text = {"ha": "center", "va": "center", "fontsize": style.SMALLEST_TEXT, "fontweight": "bold", "bbox": plate}
         ax.annotate(f"{caustic.order}cc", tuple(place), color=style.order_colour(caustic.order), **text)
     return ax
 

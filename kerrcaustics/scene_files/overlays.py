@@ -198,7 +198,7 @@ def _inside(view: Raster, places: Float[Array, "n 2"]) -> Bool[Array, " n"]:
 
 
 def _track_line(index: int) -> dict[str, Any]:
-    return {**style.index_line(index, on_black=True), "linewidth": 0.9, "path_effects": [_DARK]}
+    return {**style.index_line(index, on_black=True), "linewidth": 1.3, "path_effects": [_DARK]}
 
 
 def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, rendering: Rendering) -> None:

@@ -1,10 +1,9 @@
 """The one place where scenes are handed to the renderer, with what moves while a frame is exposed."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from kerrcaustics.results.declared import same
 from kerrcaustics.scene_files.contents import LightTable
-from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.motion_blur import Matter
 from kerrcaustics.scenes.raster import Raster
@@ -15,41 +14,41 @@ from kerrcaustics.spacetime.viewer import Viewer
 _LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
-def rendered(
-    camera: Viewer,
-    view: Raster,
-    sky: Sky | None,
-    matter: Matter,
-    light: LightTable,
-    time: float,
-    motion: ShutterMotion | None,
-    quality: str,
-    sky_radius: float,
-) -> Rendering:
-    """A frame, linear light; time: in its middle."""
-    options = {"beaming": light.beaming, "colour_shift": light.colour_shift, "delay": light.delay, "time": time}
-    exposure = None if motion is None or not blurred(quality) else motion.about(camera, view, time)
-    disk, volume = matter
+class Shown(NamedTuple):
+    """What a frame shows: the sky, and the radius at which it lies, and matter before it, in what light, and when."""
+
+    sky: Sky | None
+    sky_radius: float
+    matter: Matter
+    light: LightTable
+    time: float
+
+
+def rendered(camera: Viewer, view: Raster, shown: Shown, motion: ShutterMotion | None, quality: str) -> Rendering:
+    """A frame, linear light; motion: about the time in its middle."""
+    disk, volume = shown.matter
+    light = {"beaming": shown.light.beaming, "colour_shift": shown.light.colour_shift, "delay": shown.light.delay}
+    options = {"disk": disk, "volume": volume, "time": shown.time, **light}
+    exposure = None if motion is None or not blurred(quality) else motion.about(camera, view, shown.time)
     if exposure is not None and not (disk is None and volume is None and exposure.still):
-        options |= {"quality": quality, "sky_radius": sky_radius}
-        return render(camera, view, sky, disk=disk, volume=volume, motion=motion, **options)
-    traced = _traced(camera, view, sky is not None, disk, light.delay, quality, sky_radius)
-    return traced.show(sky, disk=disk, volume=volume, turn=0.0 if exposure is None else exposure.turn, **options)
+        options |= {"quality": quality, "sky_radius": shown.sky_radius}
+        return render(camera, view, shown.sky, motion=motion, **options)
+    turn = 0.0 if exposure is None else exposure.turn
+    return _traced(camera, view, shown, quality).show(shown.sky, turn=turn, **options)
 
 
-def _traced(
-    camera: Viewer, view: Raster, sky: bool, disk: Disk | None, delay: bool, quality: str, sky_radius: float
-) -> TracedView:
+def _traced(camera: Viewer, view: Raster, shown: Shown, quality: str) -> TracedView:
     """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
+    disk = shown.matter[0]
     rims = disk and (disk.inner, disk.outer, disk.opaque)
-    key = camera, view, sky, rims, delay, quality, sky_radius
+    options = {"delay": shown.light.delay, "quality": quality, "sky_radius": shown.sky_radius}
+    key = camera, view, shown.sky is not None, rims, options
     # Looked at once: another thread may put its own there.
     last = next(iter(_LAST), None)
     if last is None or not same(last[0], key):
         # Two at once would be too much memory.
         last = None
         _LAST.clear()
-        options = {"disk": disk, "delay": delay, "quality": quality, "sky_radius": sky_radius}
-        last = key, trace_view(camera, view, sky=sky, **options)
+        last = key, trace_view(camera, view, sky=shown.sky is not None, disk=disk, **options)
         _LAST[:] = [last]
     return last[1]

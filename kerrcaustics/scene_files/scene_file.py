@@ -34,7 +34,7 @@ from kerrcaustics.scene_files.exposure import (
 from kerrcaustics.scene_files.named_files import named_files
 from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.overrides import with_overrides
-from kerrcaustics.scene_files.renderer import rendered
+from kerrcaustics.scene_files.renderer import Shown, rendered
 from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
 from kerrcaustics.scene_files.volumes import values_in, volume_of
 from kerrcaustics.scenes.colour import ResponseLike
@@ -236,16 +236,18 @@ class SceneFile:
         time = self.moment(number)
         camera, view = self._camera_view(time, scale)
         with in_file(self.name):
-            place = self._path.camera(time)[1]
-            sky = self._sky
-            if sky is not None and place.phi != 0:
-                sky = TurnedSky(sky, -place.phi)
-            disk = None if self._disk is None else turned_disk(self._disk, -place.phi)
-            volume = self._volume(time)
-            matter = disk, None if volume is None else turned_volume(volume, -place.phi)
-            motion = self._motion(time, place.phi, scale)
-            radius = sky_radius_of(self.contents, camera)
-            return rendered(camera, view, sky, matter, self.contents.light, time, motion, quality, radius)
+            phi = self._path.camera(time)[1].phi
+            shown = self._shown(time, phi, sky_radius_of(self.contents, camera))
+            return rendered(camera, view, shown, self._motion(time, phi, scale), quality)
+
+    def _shown(self, time: float, phi: float, sky_radius: float) -> Shown:
+        """What is seen at a time, turned back by the azimuth phi of the camera."""
+        sky, volume = self._sky, self._volume(time)
+        if sky is not None and phi != 0:
+            sky = TurnedSky(sky, -phi)
+        disk = None if self._disk is None else turned_disk(self._disk, -phi)
+        matter = disk, None if volume is None else turned_volume(volume, -phi)
+        return Shown(sky, sky_radius, matter, self.contents.light, time)
 
     def _motion(self, time: float, phi: float, scale: float) -> ShutterMotion | None:
         """The motion while a frame is exposed, about its middle; phi: of the camera then."""
