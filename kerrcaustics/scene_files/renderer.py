@@ -34,7 +34,9 @@ def rendered(
         options |= {"quality": quality, "sky_radius": sky_radius}
         return render(camera, view, sky, disk=disk, volume=volume, motion=motion, **options)
     traced = _traced(camera, view, sky is not None, disk, light.delay, quality, sky_radius)
-    return traced.show(sky, disk=disk, volume=volume, turn=0.0 if exposure is None else exposure.turn, **options)
+    if exposure is not None:
+        options |= {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
+    return traced.show(sky, disk=disk, volume=volume, **options)
 
 
 def _traced(
