@@ -66,6 +66,16 @@ class Rendering(Shown):
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
     sky_radius: float = quantity("", "GM/c^2", _SKY_RADIUS, default=math.inf)
 
+    @property
+    def alpha(self) -> Float[Array, "height width"] | None:
+        """Opacity (h, w) of disk and volume, for another program to put something behind them; None beside a sky.
+
+        The shadow of the hole is no matter, and as clear as what is round it.
+        """
+        if self.transmission is None or self.visible_fraction is not None:
+            return None
+        return 1 - self.transmission
+
     def __repr__(self) -> str:
         """Return a line with size, camera and time."""
         size = f"{self.view.width} x {self.view.height}"
