@@ -27,6 +27,10 @@ Quality = Literal["draft", "normal", "high"]
 """Qualities of pictures."""
 
 
+ShutterShape = Literal["box", "triangle", "cosine"]
+"""Weights of the moments of an exposure."""
+
+
 def event_kind(side: float) -> EventKind:
     """Kind of a pair event: side is positive if the pair exists where the source's time or coordinate is larger."""
     return "creation" if side > 0 else "annihilation"

@@ -10,7 +10,15 @@ from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.crossings import Lattice, crossings
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.turned import turned_disk
+from kerrcaustics.scenes.motion import ShutterWeight
 
+# Weights of moments t from -1/2 to 1/2, and their variances.
+WEIGHTS = {
+    "box": np.ones_like,
+    "triangle": lambda t: 2 - 4 * np.abs(t),
+    "cosine": lambda t: 1 + np.cos(2 * np.pi * t),
+}
+VARIANCES = {"box": 1 / 12, "triangle": 1 / 24, "cosine": 1 / 12 - 1 / (2 * math.pi**2)}
 VELOCITY = (-0.3, 0.0, 0.2)
 CAMERA = kc.Camera(0.999, 6.03, velocity=VELOCITY)
 SMALL = 48, 30
@@ -41,22 +49,22 @@ def waiting(moment, middle):
     return CAMERA, middle, 0.0, 4.0 * moment
 
 
-def motion_of(way, middle):
-    return kc.pictures.ShutterMotion(*zip(way(-0.5, middle), way(0.5, middle), strict=True))
+def motion_of(way, middle, weight="box"):
+    return kc.pictures.ShutterMotion(*zip(way(-0.5, middle), way(0.5, middle), strict=True), weight)
 
 
-def blurred(way, middle, sky, disk=None):
-    return kc.render(CAMERA, middle, sky, disk=disk, motion=motion_of(way, middle)).light
+def blurred(way, middle, sky, disk=None, weight="box"):
+    return kc.render(CAMERA, middle, sky, disk=disk, motion=motion_of(way, middle, weight)).light
 
 
-def mean_of_moments(way, middle, sky, disk=None, count=64):
-    total = []
-    for moment in (np.arange(count) + 0.5) / count - 0.5:
+def mean_of_moments(way, middle, sky, disk=None, count=64, weight="box"):
+    total, moments = [], (np.arange(count) + 0.5) / count - 0.5
+    for moment in moments:
         camera, view, azimuth, time = way(float(moment), middle)
         turned = None if sky is None else kc.skies.TurnedSky(sky, -azimuth)
         on_disk = None if disk is None else turned_disk(disk, -azimuth)
         total.append(kc.render(camera, view, turned, disk=on_disk, time=time).light)
-    return np.mean(total, axis=0)
+    return np.average(total, axis=0, weights=WEIGHTS[weight](moments))
 
 
 def differences(one, other):
@@ -194,6 +202,7 @@ def test_motion_that_is_none_is_refused_in_drafts_too():
         ({"views": (1, 2)}, "`views` must be two objects of the class View"),
         ({"azimuths": (0.0, math.nan)}, "`azimuths` must be two finite numbers"),
         ({"times": (0.0,)}, "`times` must be two finite numbers"),
+        ({"weight": "round"}, "`weight` must be one of box, triangle, cosine"),
     ],
 )
 def test_what_is_no_motion_is_refused(values, words):
@@ -216,3 +225,90 @@ def test_a_motion_that_does_not_fit_the_picture_is_refused():
             kc.render(CAMERA, middle, kc.skies.Checkerboard(), motion=motion)
     with pytest.raises(ValueError, match="Argument `sky` must have no `sweep` of its own"):
         kc.render(CAMERA, middle, kc.skies.StarField(sweep=0.1), motion=motion_of(turning, middle))
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 32])
+@pytest.mark.parametrize("shape", WEIGHTS)
+def test_parts_of_a_weight_make_up_the_whole(shape, count):
+    """Their light is the weight's integral, here by the middles of small steps; mean and variance are kept."""
+    parts = ShutterWeight(shape).divided(count)
+    t = (np.arange(count * 4096) + 0.5) / (count * 4096) - 0.5
+    rows = WEIGHTS[shape](t).reshape(count, -1)
+    assert np.allclose(parts.light, rows.mean(axis=1), atol=1e-7)
+    assert np.allclose(parts.moment, np.average(t.reshape(count, -1), axis=1, weights=rows), atol=1e-7)
+    assert parts.light.mean() == pytest.approx(1, rel=1e-14)
+    assert (parts.light * parts.moment).sum() == pytest.approx(0, abs=1e-14)
+    variance = (parts.light * (parts.moment**2 + parts.spread**2 / 12)).mean()
+    assert variance == pytest.approx(VARIANCES[shape], rel=1e-12)
+
+
+@pytest.mark.parametrize("shape", WEIGHTS)
+def test_a_part_of_a_weight_is_divided_as_the_whole_is(shape):
+    whole, quarter = ShutterWeight(shape).divided(20), ShutterWeight(shape).part(-0.25, 0.0).divided(5)
+    one, light = whole.light[5:10], whole.light[5:10].mean()
+    assert np.allclose(quarter.light, one / light, rtol=1e-12)
+    assert np.allclose(quarter.moment, 4 * (whole.moment[5:10] + 0.125), atol=1e-12)
+    assert np.allclose(quarter.spread, 4 * whole.spread[5:10], rtol=1e-9)
+
+
+# Far from the hole and away from it: as the camera goes round, stars on the equator run straight along the middle row.
+AWAY = kc.Camera(0.9, 1e4, velocity="static")
+
+
+def away(turn, weight, width=128):
+    view = kc.pictures.View(width, 9, 0.25, forward=(1.0, 0.0, 0.0), up=(0.0, 0.0, 1.0))
+    motion = kc.pictures.ShutterMotion((AWAY, AWAY), (view, view), azimuths=(-turn / 2, turn / 2), weight=weight)
+    return view, motion
+
+
+class Power:
+    """A sky whose light is a power of its azimuth, from a quarter of the sky behind the camera on."""
+
+    def __init__(self, exponent):
+        self.exponent = exponent
+
+    def light(self, footprint, beaming, colour_shift):
+        x, y, _ = footprint.direction.T
+        return np.repeat((2 + np.arctan2(y, x)[:, None]) ** self.exponent, 3, axis=1)
+
+
+@pytest.mark.slow
+def test_what_changes_evenly_is_the_same_with_all_weights_and_squares_have_their_variances():
+    def shown(exponent, turn, weight):
+        view, motion = away(turn, weight)
+        return kc.render(AWAY, view, Power(exponent), motion=motion).light[..., 0]
+
+    still = {n: shown(n, 0.0, "box") for n in (1, 2)}
+    for weight, variance in VARIANCES.items():
+        assert np.allclose(shown(1, 0.2, weight), still[1], atol=2e-6)
+        # Of so many sweeps within the exposure all but the variance within each.
+        assert np.allclose(shown(2, 0.2, weight) - still[2], 0.04 * variance, rtol=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", [0.07, 0.16])
+@pytest.mark.parametrize("weight", WEIGHTS)
+def test_the_streak_of_a_star_has_the_profile_of_the_weight(weight, turn):
+    """Short enough to be drawn as one trace, and so long that it is drawn from two halves."""
+    view, motion = away(turn, weight)
+    sky = far_star(kc.trace_beams(AWAY, view.directions(63.5, 4.0)[0]).direction)
+    column = luminance(kc.render(AWAY, view, sky, motion=motion).light).sum(axis=0)
+    length = turn / 0.25 * 128
+    t = (np.arange(100_000) + 0.5) / 100_000 - 0.5
+    shut = np.interp((np.arange(128) - 63) / length, t, np.cumsum(WEIGHTS[weight](t)) / len(t))
+    # To a quarter of a pixel of the streak: an image is a spline three pixels wide.
+    assert np.allclose(np.cumsum(column) / column.sum(), shut, atol=0.25 / length)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", [falling, waiting])
+def test_a_weighted_picture_is_the_weighted_mean_of_its_moments(way):
+    """Sky, disk and shadow edge of a camera that falls in pieces of the exposure; a disk before one that stays."""
+    middle, sky = view_of(SMALL), kc.skies.Checkerboard()
+    disk = kc.disks.Disk(9.26, 18.7, kc.disks.Swatches(), opacity=0.7)
+    found = {name: blurred(way, middle, sky, disk, name) for name in ("box", "cosine")}
+    mean = mean_of_moments(way, middle, sky, disk, 16, "cosine")
+    difference, light = differences(found["cosine"], mean)
+    assert difference < 0.02 and abs(light) < 0.01
+    # Of the fall 0.57: what patches and moments are off with any weight.
+    assert difference < 0.7 * differences(found["box"], mean)[0]

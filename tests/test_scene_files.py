@@ -588,6 +588,7 @@ BAD = [
     ("film={frames=0}", "film.frames must be a whole number from 1 to 1000000, but is 0."),
     ("film={duration=0}", "film.duration must lie in (0, 100000] seconds, but is 0."),
     ("film={frames=2, start=-2e9}", "film.start must lie in [-1e+09, 1e+09], but is -2000000000.0."),
+    ("film={frames=2, shutter_weight='round'}", "film.shutter_weight must be box, triangle or cosine, but is 'round'."),
     ("film={frames=2, shutter_deg=361}", "film.shutter_deg must lie in [0, 360] degrees, but is 361."),
     ("overlays.tracks=[10, 200]", "overlays.tracks[1] must lie in [0, 180] degrees, but is 200."),
     ("disk.emission={kind='spots', number=5, seed=-1}", "disk.emission.seed must be a whole number from 0, but is -1."),
@@ -688,13 +689,13 @@ def painted(monkeypatch):
 
 def test_the_renderer_is_asked_for_the_frame(scene, painted):
     text = PLAIN + DISK + '[sky]\nkind = "checkerboard"\n[film]\nframes = 4\nend = 100\nshutter_deg = 180\n'
-    read = scene(text)
+    read = scene(text + 'shutter_weight = "triangle"\n')
     read.rendering(2, quality="draft", scale=0.5)
     asked = painted[0]
     azimuth = read.azimuth(50.0)
     assert asked["quality"] == "draft" and asked["time"] == 50 and asked["motion"].times == (-6.25, 6.25)
     assert asked["motion"].azimuths == pytest.approx([read.azimuth(50 + part) - azimuth for part in (-6.25, 6.25)])
-    assert [view.width for view in asked["motion"].views] == [32, 32]
+    assert [view.width for view in asked["motion"].views] == [32, 32] and asked["motion"].weight == "triangle"
     assert (asked["view"].width, asked["view"].height) == (32, 18)
     # Sky and disk are turned back by the camera's azimuth.
     assert asked["sky"].angle == -azimuth and asked["disk"].emission.angle == pytest.approx(-azimuth)

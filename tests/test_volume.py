@@ -63,6 +63,31 @@ def test_static_matter_shines_with_the_shift_of_its_depth():
     assert np.allclose(found.light, kc.pictures.black_body(5000.0 * ratio), rtol=2e-4)
 
 
+SEEN = {
+    (False, False): lambda g: np.ones_like(g)[:, None] * kc.pictures.black_body(6000.0),
+    (True, False): lambda g: (g**4)[:, None] * kc.pictures.black_body(6000.0),
+    (True, True): lambda g: kc.pictures.black_body(6000.0 * g),
+}
+
+
+@pytest.mark.parametrize("spin", [0.0, 0.9])
+@pytest.mark.parametrize("shifts", SEEN)
+def test_down_the_axis_a_thin_shell_next_to_the_hole_is_an_integral(spin, shifts):
+    """I_nu / nu^3 is kept: the light of each place, shifted from its lapse to the camera's, times density and length.
+
+    At rest on the axis alpha^2 = Delta / (r^2 + a^2), and matter measures the length dr / alpha.
+    """
+    inner, outer, density, away = 1.2 * kerr.horizon(spin), 9.0, 1e-6, 20.0
+    volume = kc.disks.Volume(density, 6000.0, inner, outer, motion="static")
+    way = Marching(kc.Camera(spin, away, 0.0, "static"), volume, *shifts, 0.1)
+    found = marched(way, np.array([[-1.0, 0.0, 0.0]]), np.zeros((1, 3, 2))).light[0]
+    r = np.append(np.geomspace(inner, outer, 100_001), away)
+    lapse = np.sqrt(1 - 2 * r / (r * r + spin**2))
+    light = SEEN[shifts](lapse[:-1] / lapse[-1])
+    expected = density * np.trapezoid(light / lapse[:-1, None], r[:-1], axis=0)
+    assert np.allclose(found, expected, rtol=2e-5)
+
+
 def test_a_thin_ball_in_flat_space_is_as_bright_as_it_is_long():
     """Far out nothing bends: along a chord of the ball the light is density times length, but for the hole in it."""
     radius, density = 2e5, 1e-9

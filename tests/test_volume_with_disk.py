@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.draw.scenes import save_light
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.march import Marching, marched, marched_between
 from kerrcaustics.scenes.disk.turned import turned_volume
@@ -36,6 +37,23 @@ def test_a_transparent_volume_leaves_the_picture_equal_to_the_bit():
     one, other = (kc.render(CAMERA, VIEW, kc.skies.Checkerboard(), disk=disk, volume=v) for v in (None, clear))
     assert np.array_equal(one.light, other.light) and np.array_equal(one.transmission, other.transmission)
     assert one.light.std() > 0.1 and "volume" in other.stages and "volume" not in one.stages
+
+
+@pytest.mark.slow
+def test_linear_light_in_a_file_has_the_opacity_of_what_shines(tmp_path):
+    """Put over the sky alone it is the picture of both; where there is a sky nothing is left to be put behind."""
+    OpenEXR = pytest.importorskip("OpenEXR")
+    disk, sky = kc.disks.Disk(5.0, 12.0, kc.disks.Swatches(), opacity=0.7), kc.skies.Checkerboard()
+    alone, both, behind = (
+        kc.render(CAMERA, VIEW, *seen, disk=one) for seen, one in (((), disk), ((sky,), disk), ((sky,), None))
+    )
+    assert both.alpha is None and behind.alpha is None
+    save_light(tmp_path / "disk.exr", alone.light, alone.alpha)
+    with OpenEXR.File(str(tmp_path / "disk.exr")) as file:
+        pixels = np.asarray(file.channels()["RGBA"].pixels)
+    light, alpha = pixels[..., :3], pixels[..., 3:]
+    assert alpha.max() > 0.69 and alpha.min() == 0
+    assert np.allclose(light + (1 - alpha) * behind.light, both.light, atol=1e-6)
 
 
 @pytest.mark.slow

@@ -48,7 +48,8 @@ def render(
     scene
         The scene, a TOML file: see docs/scene_files.md; `kerrcaustics scene --template disk` prints one.
     output
-        The picture: .png, .jpg, or .exr with linear light; by default in this folder, named like the scene.
+        The picture: .png, .jpg, or .exr with linear light, and with alpha where there is no sky; by default in this
+        folder, named like the scene.
     frame
         Number of the frame, from 0 on.
     quality
@@ -169,7 +170,7 @@ def _render(
         rendering = scene.rendering(frame, quality=quality, scale=scale)
         with stage("developing"):
             if path.suffix.lower() == ".exr":
-                save_light(path, scene.light(rendering, scale))
+                save_light(path, scene.light(rendering, scale), rendering.alpha)
                 return rendering, None
             development = scene.development(frame, rendering, scale)
             picture = scene.with_overlays(frame, rendering, development.picture)

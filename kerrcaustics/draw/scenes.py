@@ -54,8 +54,11 @@ def save_picture(path: str | os.PathLike[str], picture: Array, note: str = "") -
         Image.fromarray(picture).save(file, endings[ending], **about)
 
 
-def save_light(path: str | os.PathLike[str], light: Array) -> None:
-    """Write linear light (height, width, 3) as an OpenEXR file, single precision; needs the package of that name."""
+def save_light(path: str | os.PathLike[str], light: Array, alpha: Array | None = None) -> None:
+    """Write linear light (height, width, 3) as an OpenEXR file, single precision; needs the package of that name.
+
+    alpha: opacity (height, width) of what shines; the light is its own already, as OpenEXR has it (premultiplied).
+    """
     if os.path.splitext(os.fspath(path))[1].lower() != ".exr":
         raise ValueError(f"Argument `path` must end in .exr, but is {os.fspath(path)!r}.")
     OpenEXR = needed("exr", "OpenEXR")
@@ -63,7 +66,9 @@ def save_light(path: str | os.PathLike[str], light: Array) -> None:
     # The library writes to names alone.
     with tempfile.TemporaryDirectory() as folder, writing(path) as file:
         whole = os.path.join(folder, "light.exr")
-        OpenEXR.File(header, {"RGB": np.ascontiguousarray(light, np.float32)}).write(whole)
+        channels = light if alpha is None else np.dstack([light, alpha])
+        names = "RGB" if alpha is None else "RGBA"
+        OpenEXR.File(header, {names: np.ascontiguousarray(channels, np.float32)}).write(whole)
         with open(whole, "rb") as made:
             shutil.copyfileobj(made, file)
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
-from kerrcaustics.choices import Quality, VelocityName
+from kerrcaustics.choices import Quality, ShutterShape, VelocityName
 from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR, Along
 from kerrcaustics.scenes.colour import DAYLIGHT, Response
 from kerrcaustics.scenes.disk.disk import DiskMotion
@@ -332,6 +332,7 @@ class FilmTable(SceneTable, kw_only=True, frozen=True):
     start: FilmTime | None = None
     end: FilmTime | None = None
     shutter_deg: Annotated[float, Meta(ge=0, le=360, description="degrees")] = 0.0
+    shutter_weight: ShutterShape = "box"
 
 
 class OverlaysTable(SceneTable, kw_only=True, frozen=True):

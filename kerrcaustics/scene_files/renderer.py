@@ -33,8 +33,9 @@ def rendered(camera: Viewer, view: Raster, shown: Shown, motion: ShutterMotion |
     if exposure is not None and not (disk is None and volume is None and exposure.still):
         options |= {"quality": quality, "sky_radius": shown.sky_radius}
         return render(camera, view, shown.sky, motion=motion, **options)
-    turn = 0.0 if exposure is None else exposure.turn
-    return _traced(camera, view, shown, quality).show(shown.sky, turn=turn, **options)
+    if exposure is not None:
+        options |= {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
+    return _traced(camera, view, shown, quality).show(shown.sky, **options)
 
 
 def _traced(camera: Viewer, view: Raster, shown: Shown, quality: str) -> TracedView:

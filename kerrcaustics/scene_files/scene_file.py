@@ -203,7 +203,8 @@ class SceneFile:
         entry = msgspec.json.decode(msgspec.json.encode(self.contents))
         for key in ("title", "film"):
             entry.pop(key)
-        frames = {"frames": self.frames, "span": list(self.span), "shutter_deg": self._film.shutter_deg}
+        shutter = {"shutter_deg": self._film.shutter_deg, "shutter_weight": self._film.shutter_weight}
+        frames = {"frames": self.frames, "span": list(self.span), **shutter}
         return {"schema": "kerrcaustics/scene-file/1", **entry, "shown": frames, "files": dict(self.files)}
 
     def camera(self, time: float) -> Viewer:
@@ -259,7 +260,9 @@ class SceneFile:
         first, last = time - half, time + half
         (opened, view), (closed, other) = (self._camera_view(moment, scale) for moment in (first, last))
         azimuths = self._path.camera(first)[1].phi - phi, self._path.camera(last)[1].phi - phi
-        return ShutterMotion((opened, closed), (view, other), azimuths, (first - time, last - time))
+        return ShutterMotion(
+            (opened, closed), (view, other), azimuths, (first - time, last - time), self._film.shutter_weight
+        )
 
     def light(self, rendering: Rendering, scale: float = 1.0) -> Float[Array, "height width 3"]:
         """Linear light of a frame, with the flare of the lens; in a picture of this scale."""

@@ -1,15 +1,17 @@
-"""Motion while a picture is exposed: of the camera, of its view, and of time."""
+"""Motion while a picture is exposed: of the camera, of its view, and of time; and the weight of each moment."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
+from kerrcaustics.choices import ShutterShape
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.spacetime.checks import quoted, real_number, refuse_tracer
+from kerrcaustics.spacetime.checks import one_of, quoted, real_number, refuse_tracer
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -29,6 +31,9 @@ class ShutterMotion:
         phi of the camera then, radians, from what it is in the middle.
     times : (float, float)
         Coordinate time then, from what it is in the middle, for the pattern of a disk.
+    weight : str
+        How much each moment counts: "box", all alike; "triangle", growing from 0 to the middle and falling again;
+        "cosine", 1 + cos(2 pi t), a smooth bell. All let through as much light.
 
     Raises
     ------
@@ -52,6 +57,7 @@ class ShutterMotion:
     views: tuple[Raster, Raster]
     azimuths: tuple[float, float] = (0.0, 0.0)
     times: tuple[float, float] = (0.0, 0.0)
+    weight: ShutterShape = "box"
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the two moments are valid."""
@@ -64,6 +70,7 @@ class ShutterMotion:
             refuse_tracer(name, value)
             if not _two(value) or not all(math.isfinite(real_number(name, number)) for number in value):
                 raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
+        one_of("weight", self.weight, get_args(ShutterShape))
 
     def about(self, camera: Viewer, view: Raster, time: float) -> "Exposure":
         """The exposure with this moment in its middle."""
@@ -77,7 +84,7 @@ class ShutterMotion:
             ExposedMoment(*parts[:3], time + parts[3])
             for parts in zip(self.cameras, self.views, self.azimuths, self.times, strict=True)
         )
-        return Exposure(first, ExposedMoment(camera, view, 0.0, time), last)
+        return Exposure(first, ExposedMoment(camera, view, 0.0, time), last, ShutterWeight(self.weight))
 
 
 class ExposedMoment(NamedTuple):
@@ -94,12 +101,80 @@ class ExposedMoment(NamedTuple):
         return self.view.moving_numbers(self.camera)
 
 
+class ShutterParts(NamedTuple):
+    """Parts of an exposure: their mean moments, their light beside that with a box, and as long boxes as they are wide.
+
+    A part of weight w has the variance of a box of the length `spread`.
+    """
+
+    moment: Array
+    light: Array
+    spread: Array
+
+
+class ShutterWeight(NamedTuple):
+    """The weight w(t) of moments, whose integral is 1, and the part of a shutter's time, -1/2 to 1/2, that is meant."""
+
+    shape: str = "box"
+    low: float = -0.5
+    high: float = 0.5
+
+    def over(self, middle: ArrayLike, length: float) -> ShutterParts:
+        """Parts of the exposure that are so long, about moments."""
+        middle = np.asarray(middle, float)
+        if self.shape == "box":
+            return ShutterParts(middle, np.ones(middle.shape), np.full(middle.shape, length))
+        whole, centre = self.high - self.low, (self.low + self.high) / 2
+        ends = (centre + whole * (middle + side * length) for side in (-0.5, 0.5))
+        start, stop = (_sums(self.shape, end) for end in ends)
+        sums = stop - start
+        mean = sums[1] / sums[0]
+        spread = np.sqrt(np.maximum(12 * (sums[2] / sums[0] - mean**2), 0)) / whole
+        return ShutterParts((mean - centre) / whole, sums[0] / self._whole / length, spread)
+
+    def divided(self, count: int) -> ShutterParts:
+        """So many parts of equal length, in order of time."""
+        return self.over((np.arange(count) + 0.5) / count - 0.5, 1 / count)
+
+    def part(self, low: float, high: float) -> "ShutterWeight":
+        """The weight of a part of the exposure, between two moments of it."""
+        start, whole = (self.low + self.high) / 2, self.high - self.low
+        return self._replace(low=start + low * whole, high=start + high * whole)
+
+    @property
+    def _whole(self) -> float:
+        """The integral of the weight over the part that is meant."""
+        start, stop = _sums(self.shape, np.array([self.low, self.high]))[0]
+        return float(stop - start)
+
+
+BOX = ShutterWeight()
+"""All moments count alike."""
+
+
+def _sums(shape: str, t: Array) -> Array:
+    """Integrals (3, ...) from 0 to t of w, of w t and of w t^2."""
+    t = np.clip(t, -0.5, 0.5)
+    if shape == "triangle":
+        size = np.abs(t)
+        return np.stack([2 * t * (1 - size), t**2 * (1 - 4 / 3 * size), t**3 * (2 / 3 - size)])
+    k = 2 * math.pi
+    s, c = np.sin(k * t) / k, np.cos(k * t) / k**2
+    return np.stack([t + s, t**2 / 2 + t * s + c, t**3 / 3 + t**2 * s + 2 * t * c - 2 * s / k**2])
+
+
 class Exposure(NamedTuple):
-    """Moments of an exposure, whose time goes from -1/2 to 1/2."""
+    """Moments of an exposure, whose time goes from -1/2 to 1/2, and how much each counts."""
 
     first: ExposedMoment
     middle: ExposedMoment
     last: ExposedMoment
+    weight: ShutterWeight = BOX
+
+    @property
+    def moments(self) -> tuple[ExposedMoment, ExposedMoment, ExposedMoment]:
+        """The first one, that in the middle, and the last."""
+        return self.first, self.middle, self.last
 
     @property
     def still(self) -> bool:
@@ -113,20 +188,23 @@ class Exposure(NamedTuple):
 
     def at(self, moment: float) -> ExposedMoment:
         """The camera and the rest at a moment."""
-        for end, place in zip(self, (-0.5, 0.0, 0.5), strict=True):
+        for end, place in zip(self.moments, (-0.5, 0.0, 0.5), strict=True):
             if moment == place:
                 return end
-        azimuth, time = (float(self._between(moment, [one[k] for one in self])) for k in (2, 3))
+        azimuth, time = (float(self._between(moment, [one[k] for one in self.moments])) for k in (2, 3))
         middle = self.middle
         if self.still:
             return ExposedMoment(middle.camera, middle.view, azimuth, time)
-        values = self._between(moment, [one.sight for one in self]).tolist()
+        values = self._between(moment, [one.sight for one in self.moments]).tolist()
         return ExposedMoment(*middle.view.with_moving_numbers(middle.camera.spin, values), azimuth, time)
 
     def pieces(self, count: int) -> "list[Exposure]":
         """Divide it into so many parts, in order of time."""
         ends = np.linspace(-0.5, 0.5, 2 * count + 1).tolist()
-        return [Exposure(*(self.at(moment) for moment in ends[k : k + 3])) for k in range(0, 2 * count, 2)]
+        return [self._piece(*ends[k : k + 3]) for k in range(0, 2 * count, 2)]
+
+    def _piece(self, first: float, middle: float, last: float) -> "Exposure":
+        return Exposure(self.at(first), self.at(middle), self.at(last), self.weight.part(first, last))
 
     def _between(self, moment: float, values: Sequence[Any]) -> Float[Array, "*shape"]:
         """Return values at a moment, quadratic in time."""

@@ -6,6 +6,7 @@ mean of several moments.
 """
 
 import math
+from collections.abc import Sequence
 from itertools import zip_longest
 from typing import NamedTuple
 
@@ -64,11 +65,18 @@ def blurred_sky(
     """
     pieces = [exposure] if exposure.still else exposure.pieces(_pieces(exposure, end))
     lights, skies = zip(*(_piece(piece, sky, shifts, close, hidden, end) for piece in pieces), strict=True)
-    fraction = np.asarray(np.mean([part.visible_fraction for part in skies], axis=0, dtype=np.float32))
+    shares = exposure.weight.divided(len(pieces)).light.tolist()
+    fraction = _mean(shares, [part.visible_fraction for part in skies])
     supersampled, error = (max(getattr(part, name) for part in skies) for name in ("supersampled", "error"))
     beams = sum(part.beams for part in skies)
     whole = SeenSky(skies[0].cells, skies[0].parts, fraction, supersampled, beams, error)
-    return np.asarray(np.mean(lights, axis=0, dtype=np.float32)), whole
+    return _mean(shares, lights), whole
+
+
+def _mean(shares: list[float], pictures: Sequence[Array]) -> Float[Array, "h w *channels"]:
+    """The mean of pictures, each times its share of the light."""
+    several = [share * picture for share, picture in zip(shares, pictures, strict=True)]
+    return np.asarray(np.mean(several, axis=0, dtype=np.float32))
 
 
 def _piece(
@@ -82,7 +90,7 @@ def _piece(
     def search() -> StarSearch:
         return StarSearch(camera, view, visible.cells, visible.visible_fraction, moving, end)
 
-    return sky_light(camera, view, sky, visible.cells, visible.parts, search, shifts, turn, end), visible
+    return sky_light(camera, view, sky, visible.cells, visible.parts, search, shifts, turn, end, piece.weight), visible
 
 
 def _pieces(exposure: Exposure, end: Spherical) -> int:
@@ -119,8 +127,9 @@ def blurred_matter(exposure: Exposure, matter: Matter, shifts: Shifts, delay: bo
     count = max(_moments(exposure, one) for one in (disk, _stand_in(volume)) if one is not None)
     light, transmission = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
     hidden, plane, beams = np.full(shape, disk is not None and disk.opaque), None, []
-    for number in range(count):
-        now = exposure.at((number + 0.5) / count - 0.5)
+    parts = exposure.weight.divided(count)
+    for number, (moment, share) in enumerate(zip(parts.moment.tolist(), parts.light.tolist(), strict=True)):
+        now = exposure.at(moment)
         if plane is None or not exposure.still:
             plane = _crossings(now, disk, delay, (0, 1) if exposure.still else (number, count))
             beams = [sum(counts) for counts in zip_longest(beams, plane.beams, fillvalue=0)]
@@ -130,8 +139,8 @@ def blurred_matter(exposure: Exposure, matter: Matter, shifts: Shifts, delay: bo
         turned = None if volume is None else turned_volume(volume, -now.azimuth)
         veil = veil_over(now.camera, now.view, turned, shifts, len(plane.cells))
         glow, passing = lit(disk and turned_disk(disk, -now.azimuth), plane.cells, shape, looks, veil)
-        light += glow / count
-        transmission += passing / count
+        light += share * glow / count
+        transmission += share * passing / count
     return MatterLight(light, transmission, hidden, tuple(beams))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.ends import Spherical
-from kerrcaustics.choices import Quality
+from kerrcaustics.choices import Quality, ShutterShape
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.stages import stage, with_stages
@@ -20,7 +20,7 @@ from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.veil import check_volume, veil_over
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.motion import Exposure, ShutterMotion
+from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight
 from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
 from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.raster import Raster, check_picture
@@ -66,6 +66,16 @@ class Rendering(Shown):
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
     sky_radius: float = quantity("", "GM/c^2", _SKY_RADIUS, default=math.inf)
 
+    @property
+    def alpha(self) -> Float[Array, "height width"] | None:
+        """Opacity (h, w) of disk and volume, for another program to put something behind them; None beside a sky.
+
+        The shadow of the hole is no matter, and as clear as what is round it.
+        """
+        if self.transmission is None or self.visible_fraction is not None:
+            return None
+        return 1 - self.transmission
+
     def __repr__(self) -> str:
         """Return a line with size, camera and time."""
         size = f"{self.view.width} x {self.view.height}"
@@ -103,17 +113,20 @@ class TracedView(Shown):
         delay: bool = False,
         time: float = 0.0,
         turn: float = 0.0,
+        turn_weight: ShutterShape = "box",
     ) -> Rendering:
         """A sky, a disk and a volume as they are seen in this view; parameters as for `render`.
 
         disk: the one that the view was traced with, or another one between the same rims, and as opaque; turn: angle
-        (radians) by which the sky turns about the spin axis while the picture is exposed, half of it on either side.
+        (radians) by which the sky turns about the spin axis while the picture is exposed, half of it on either side;
+        turn_weight: of the moments meanwhile, as `weight` of `ShutterMotion`.
         """
         began, disk = clock(), disk_about(disk, self.camera)
         shape = self.view.height, self.view.width
         light, transmission = np.zeros((*shape, 3), np.float32), None
         if sky is not None:
-            light = self._sky_light(sky, Shifts(beaming, colour_shift), turn)
+            one_of("turn_weight", turn_weight, get_args(ShutterShape))
+            light = self._sky_light(sky, Shifts(beaming, colour_shift), turn, ShutterWeight(turn_weight))
         cells: tuple[DiskCells, ...] = ()
         if disk is not None:
             self._check_disk(disk, delay)
@@ -135,13 +148,15 @@ class TracedView(Shown):
         if delay and not self._disk[3]:
             raise ValueError("Argument `delay` needs a view that was traced with it.")
 
-    def _sky_light(self, sky: Sky, shifts: Shifts, turn: float) -> Float[Array, "height width 3"]:
+    def _sky_light(
+        self, sky: Sky, shifts: Shifts, turn: float, weight: ShutterWeight
+    ) -> Float[Array, "height width 3"]:
         if self.visible_fraction is None:
             raise ValueError("Argument `sky` needs a view that was traced with it.")
         parts = [Parts(*part) for part in self._parts]
         cells = SkyCells(*self._sky)
         end = sky_end(self.camera, self.sky_radius)
-        return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts, turn, end)
+        return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts, turn, end, weight)
 
     @cached_property
     def _search(self) -> StarSearch:
@@ -242,14 +257,15 @@ def render(
     0.375
     """
     turn, disk = 0.0, disk_about(disk, camera)
+    weight: ShutterShape = "box"
     if motion is not None:
         check_picture(camera, view)
         check_sky(sky)
         instance_of("motion", motion, ShutterMotion)
         exposure = motion.about(camera, view, _moment(time))
-        turn = exposure.turn if blurred(quality) else 0.0
+        turn, weight = exposure.turn if blurred(quality) else 0.0, motion.weight
         if blurred(quality) and not (disk is None and volume is None and exposure.still):
-            ends = [sky_end(one.camera, sky_radius, _rim(disk)) for one in exposure]
+            ends = [sky_end(one.camera, sky_radius, _rim(disk)) for one in exposure.moments]
             matter, shifts = (disk, volume), Shifts(beaming, colour_shift)
             return _blurred(exposure, sky, matter, shifts, delay, _close(quality), ends[1])
     check_sky(sky)
@@ -258,7 +274,7 @@ def render(
     options = {"disk": disk, "delay": delay, "quality": quality, "sky_radius": sky_radius}
     traced = trace_view(camera, view, sky=sky is not None, **options)
     shifts = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
-    return traced.show(sky, disk=disk, volume=volume, time=time, turn=turn, **shifts)
+    return traced.show(sky, disk=disk, volume=volume, time=time, turn=turn, turn_weight=weight, **shifts)
 
 
 @usual_warnings

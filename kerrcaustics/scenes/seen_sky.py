@@ -85,9 +85,11 @@ def seen_sky(
     mapped = sky_map(camera, view, close, hidden, exposure, end)
     visible_fraction, parts = np.zeros(hidden.shape, np.float32), []
     fill(visible_fraction, mapped.cells.x, mapped.cells.y, mapped.cells.size, 1)
-    moments, counts = [ExposedMoment(camera, view, 0.0, 0.0)], mapped.parts
+    moments, counts, shares = [ExposedMoment(camera, view, 0.0, 0.0)], mapped.parts, [1.0]
     if exposure is not None:
-        moments, counts = _moments(exposure), np.full(len(mapped.left), _SUPERSAMPLED)
+        times = exposure.weight.divided(_moments(exposure))
+        moments, shares = [exposure.at(float(moment)) for moment in times.moment], times.light.tolist()
+        counts = np.full(len(mapped.left), _SUPERSAMPLED)
     beams = mapped.beams + len(moments) * int((counts**2).sum())
     chunks = [(mapped.left[part], int(counts[part[0]])) for part in in_chunks(counts, lambda _: _CHUNK)]
 
@@ -98,21 +100,20 @@ def seen_sky(
         supersampled = list(pool.map(supersample, chunks))
     for (which, _), results in zip(chunks, supersampled, strict=True):
         inside = np.isfinite([direction[..., 0] for _, direction in results])
-        visible_fraction.flat[which] = inside.mean(axis=(0, 2, 3))
-        parts += [part._replace(share=1 / len(moments)) for part, _ in results]
+        visible_fraction.flat[which] = (np.reshape(shares, (-1, 1, 1, 1)) * inside).mean(axis=(0, 2, 3))
+        parts += [part._replace(share=one / len(moments)) for (part, _), one in zip(results, shares, strict=True)]
     # So much of the sky, at least, lies in a pixel.
     least = float((extent_of(mapped.cells) / mapped.cells.size).min(initial=view.pixel_angle))
     error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / least)
     return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.left), beams, error)
 
 
-def _moments(exposure: Exposure) -> list[ExposedMoment]:
-    """Moments at which pixels that no cell covers are supersampled: by the motion of the shadow edge."""
-    edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in exposure]
+def _moments(exposure: Exposure) -> int:
+    """Number of moments at which pixels that no cell covers are supersampled: by the motion of the shadow edge."""
+    edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in exposure.moments]
     moved = np.abs(edges[2] - edges[0]).max(axis=1)
     reach = np.max(moved[np.isfinite(moved)], initial=0.0)
-    count = 2 * int(np.clip(_PER_PIXEL * reach, _FEWEST, _MOST) / 2) + 1
-    return [exposure.at((number + 0.5) / count - 0.5) for number in range(count)]
+    return 2 * int(np.clip(_PER_PIXEL * reach, _FEWEST, _MOST) / 2) + 1
 
 
 def _supersampled_pixels(

@@ -17,6 +17,7 @@ from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
+from kerrcaustics.scenes.motion import BOX, ShutterWeight
 from kerrcaustics.scenes.patches import weights
 from kerrcaustics.scenes.points import PointLights, drawn, moved
 from kerrcaustics.scenes.raster import Raster
@@ -90,11 +91,13 @@ def sky_light(
     shifts: Shifts,
     turn: float = 0.0,
     end: Spherical = SKY,
+    weight: ShutterWeight = BOX,
 ) -> Float[Array, "h w 3"]:
     """Linear light (h, w, 3) of a picture.
 
     left: parts of pixels that no cell covers; search: for images of stars; turn: angle (radians) by which all of the
-    sky turns about the spin axis while the picture is exposed, half of it on either side; end: the sphere with the sky.
+    sky turns about the spin axis while the picture is exposed, half of it on either side; end: the sphere with the sky;
+    weight: of the moments meanwhile.
     """
     light = np.zeros((view.height * view.width, 3), np.float32)
     beside = (cells.x < 0) | (cells.y < 0) | (cells.x >= view.width) | (cells.y >= view.height)
@@ -105,43 +108,54 @@ def sky_light(
         supersampled = [*left, *(Parts(p.place.T, p.side, f) for p, f in zip(pieces, footprints, strict=True))]
         sweep = turn + getattr(sky, "sweep", 0.0)
         drift = 0.0 if getattr(sky, "smooth", False) else sweep
-        for now, which, moment, share in _sweeps(cells, np.flatnonzero(count == 1), drift):
+        blur = drift * float(weight.over(0.0, 1.0).spread)
+        for now, which, times in _sweeps(cells, np.flatnonzero(count == 1), drift, weight):
 
-            def store(part: Pixels, now: SkyCells = now, moment: float = moment, share: float = share) -> None:
+            def store(part: Pixels, now: SkyCells = now, times: _Times = times) -> None:
                 x, y = part.place
                 inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
                 footprint = _footprint(camera, view, end, now, part, shifts)
                 if now.moving or drift:
-                    footprint = _swept(footprint, share * _motion(now, part, drift)).turned(-drift * moment)
-                light[(y * view.width + x).astype(int)[inside]] += share * sky.light(footprint, *shifts)[inside]
+                    footprint = _swept(footprint, times.spread * _motion(now, part, drift))
+                    footprint = footprint.turned(-drift * times.moment)
+                light[(y * view.width + x).astype(int)[inside]] += times.share * sky.light(footprint, *shifts)[inside]
 
             list(pool.map(store, places(now, which, 1)))
         points: PointLights | None = getattr(sky, "points", None)
-        for pixel, values in pool.map(lambda part: _part_light(sky, view, part, shifts, drift), _pieces(supersampled)):
+        for pixel, values in pool.map(lambda part: _part_light(sky, view, part, shifts, blur), _pieces(supersampled)):
             for channel in range(3):
                 np.add.at(light[:, channel], pixel, values[:, channel])
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
-            _StarDrawing(camera, view, end, search(), shifts, pool).draw(light, points, sweep)
+            _StarDrawing(camera, view, end, search(), shifts, weight, pool).draw(light, points, sweep)
     return light
 
 
+class _Times(NamedTuple):
+    """A part of an exposure: its mean moment, its share of the light, and how long a box of its variance is."""
+
+    moment: float
+    share: float
+    spread: float
+
+
 def _sweeps(
-    cells: SkyCells, which: Int[Array, " n"], turn: float
-) -> Iterator[tuple[SkyCells, Int[Array, " m"], float, float]]:
-    """Parts of an exposure: some cells as they are in its middle, that moment, and its share of the whole.
+    cells: SkyCells, which: Int[Array, " n"], turn: float, weight: ShutterWeight
+) -> Iterator[tuple[SkyCells, Int[Array, " m"], _Times]]:
+    """Parts of an exposure, with some cells as they are at its moment.
 
     So short that no footprint of theirs moves far; powers of two.
     """
     if not cells.moving and not turn:
-        yield cells, which, 0.0, 1.0
+        yield cells, which, _Times(0.0, 1.0, 1.0)
         return
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.nan_to_num(cells.pixels_moved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
     sweeps = 2 ** np.ceil(np.log2(np.clip(ratio[which], 1, _MOST_SWEEPS))).astype(int)
     for count in np.unique(sweeps):
-        for moment in (np.arange(count) + 0.5) / count - 0.5:
-            yield cells.at(moment), which[sweeps == count], float(moment), 1 / int(count)
+        parts = weight.divided(int(count))
+        for moment, light, spread in np.stack(parts, axis=-1).tolist():
+            yield cells.at(moment), which[sweeps == count], _Times(moment, light / int(count), spread)
 
 
 def _motion(cells: SkyCells, part: Pixels, turn: float) -> Float[Array, "m 3"]:
@@ -220,6 +234,7 @@ class _StarDrawing(NamedTuple):
     end: Spherical
     search: StarSearch
     shifts: Shifts
+    weight: ShutterWeight
     pool: ThreadPoolExecutor
 
     @stage("stars")
@@ -236,7 +251,8 @@ class _StarDrawing(NamedTuple):
             trace, strays = _trace(images, some, sweep, share)
             far = np.unique(images.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
             straight = ~np.isin(images.star, far)
-            self._draw(light, images.part(straight), trace[straight], some, share)
+            when = middle[images.star][straight], share
+            self._draw(light, images.part(straight), trace[straight], some, when)
             if not len(far):
                 return
             middle = np.concatenate([middle[far] - share / 4, middle[far] + share / 4])
@@ -256,8 +272,15 @@ class _StarDrawing(NamedTuple):
         drawn(light, self.view, place, give)
 
     def _draw(
-        self, light: Light, images: PictureImages, trace: Float[Array, "m 2"], points: PointLights, share: float
+        self,
+        light: Light,
+        images: PictureImages,
+        trace: Float[Array, "m 2"],
+        points: PointLights,
+        when: tuple[Float[Array, " m"], float],
     ) -> None:
+        """Draw images along their traces; when: the middles of these in the exposure, and their share of it."""
+        middle, share = when
         if not len(images.star):
             return
         give = points.flux[images.star] * (share * images.magnification)[:, None]
@@ -270,7 +293,10 @@ class _StarDrawing(NamedTuple):
         for doubling in np.unique(doublings):
             same, count = doublings == doubling, 2 ** int(doubling)
             for moment in (np.arange(count) + 0.5) / count - 0.5:
-                drawn(light, self.view, images.place[same] + moment * trace[same], give[same] / count)
+                part = self.weight.over(middle[same] + share * moment, share / count)
+                along = ((part.moment - middle[same]) / share)[:, None]
+                power = part.light[:, None] * give[same] / count
+                drawn(light, self.view, images.place[same] + along * trace[same], power)
 
 
 def _trace(

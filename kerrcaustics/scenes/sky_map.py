@@ -143,7 +143,7 @@ class _SkyLattice(NamedTuple):
             place, slope = _beams(self.camera, self.view, x, y, self.end)
             return SkyCorners(key, place, slope, np.zeros((len(key), 0, 3)))
         # The sky is at rest, and the camera goes round.
-        first, now, last = (_columns(moment, x, y, self.end) for moment in self.exposure)
+        first, now, last = (_columns(moment, x, y, self.end) for moment in self.exposure.moments)
         off = (first[:, :1] + last[:, :1]) / 2 - now[:, :1]
         moved = np.concatenate([last - first, off], axis=1)
         return SkyCorners(key, now[:, 0], np.swapaxes(now[:, 1:], 1, 2), moved)
