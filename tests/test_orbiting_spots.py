@@ -9,9 +9,9 @@ import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scene_files.geodesics import free_fall
 from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.disk.spherical_orbits import SphericalOrbits, spherical_constants
 from kerrcaustics.scenes.disk.turned import turned_volume
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.spherical_orbits import SphericalOrbits, spherical_constants
 
 TIMES = np.linspace(-300, 900, 7)
 
