@@ -8,6 +8,7 @@ from .scenes.disk.emission import (
     Swatches as Swatches,
     Texture as Texture,
 )
+from .scenes.disk.orbiting_spots import OrbitingSpots as OrbitingSpots
 from .scenes.disk.profile import LineProfile as LineProfile
 from .scenes.disk.spots import Spots as Spots
 from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid

@@ -184,3 +184,41 @@ def test_no_column_at_the_axis_is_bad():
     assert np.isfinite(theta_phi).all()
     second = np.diff(beams.direction, 2, axis=0)
     assert np.abs(second).max() < 2e-4 < np.abs(np.diff(beams.direction, axis=0)).max()
+
+
+ORBITAL = 1 / math.sqrt(2 * R0 - 2)
+MOVING = [kc.Camera(0.0, 2 * R0, math.radians(60), velocity) for velocity in ("static", (0.0, 0.0, ORBITAL))]
+
+
+def doppler(direction):
+    """Of light from a direction (3,) on the sky of the camera at rest, for the one that circles."""
+    return (1 + ORBITAL * direction[..., 1]) / math.sqrt(1 - ORBITAL**2)
+
+
+@pytest.mark.slow
+def test_a_moving_observer_sees_a_light_curve_by_the_doppler_factor():
+    """Flux goes as D^4 of the bolometric intensity over a solid angle of D^-2, with D of the image's own direction."""
+    times = np.linspace(0.0, 120.0, 9)
+    rest, moving = (kc.light_curve(camera, 8.0, times, size=0.01, crossings=1) for camera in MOVING)
+    ratio = doppler(rest.centroid) ** 2
+    assert ratio.min() < 0.75 and ratio.max() > 1.6
+    assert moving.flux / rest.flux == pytest.approx(ratio, rel=5e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tilted", [False, True])
+def test_a_moving_observer_sees_a_picture_by_the_doppler_factor(tilted):
+    """Spots in a disk, and one on an orbit of its own: light of a picture from rest, direction by direction."""
+    glow = {"volume": kc.disks.OrbitingSpots([8.0], 0.7, 0.3, 0.2, size=0.6)}
+    if not tilted:
+        glow = {"disk": kc.disks.Disk(6.5, 9.5, kc.disks.Spots([8.0], [0.9], size=0.3), opacity=0.0)}
+    view, fluxes = kc.pictures.View(220, 220, 2.2), []
+    y, x = (part.ravel() for part in np.mgrid[:220, :220])
+    sky, steps = view.directions(x, y)
+    solid = np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1)
+    for camera in MOVING:
+        light = kc.render(camera, view, beaming=True, delay=True, time=25.0, **glow).light[..., 1].ravel()
+        fluxes.append(solid * light)
+    rest, moving = fluxes
+    assert moving.sum() == pytest.approx((rest * doppler(sky) ** 2).sum(), rel=0.006 if tilted else 0.001)
+    assert abs(moving.sum() / rest.sum() - 1) > 0.2

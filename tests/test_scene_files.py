@@ -1099,3 +1099,25 @@ def test_a_disk_of_no_brightness_shows_before_its_sky(scene, sky, brightness):
     picture = scene(text, kind).picture(0)
     lit = left_out.light.max(axis=2) > np.quantile(left_out.light, 0.9)
     assert picture[lit].mean() > 60
+
+
+def test_spots_may_have_orbits_of_their_own(scene, painted):
+    text = PLAIN + "\n[spots]\nnumber = 200\ninner = 8\nouter = 12\n"
+    given = "inclination_deg=[20, 40]", "node_deg=[10, 30]", "retrograde=0.25", "brightness=[1, 3]", "fade='quadratic'"
+    read = scene(text, "camera.azimuth_deg=20", *(f"spots.{entry}" for entry in given))
+    read.rendering(0)
+    spots = painted[-1]["volume"]
+    against = spots.inclination > math.pi / 2
+    tilt = np.degrees(np.where(against, math.pi - spots.inclination, spots.inclination))
+    assert 20 <= tilt.min() < 21 and 39 < tilt.max() <= 40 and 25 < against.sum() < 75
+    # The camera is at 20 degrees, and azimuths are from it.
+    assert -10 <= np.degrees(spots.node).min() < -9 and 9 < np.degrees(spots.node).max() <= 10
+    assert spots.radius.min() >= 8 and spots.radius.max() <= 12 and spots.fade == "quadratic"
+    assert spots.brightness.max() > 2.8 and not read.remarks
+    for change, words in (
+        ("spots.node_deg=[3, 2]", "spots.node_deg must be two growing numbers"),
+        ("spots.inner=1.9", "must hold radii of circular orbits"),
+        ("volume={inner=6, outer=14, density=1, temperature=6000}", "spots must not stand beside volume"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            scene(text, change)

@@ -78,6 +78,7 @@ CALLS = [
     (kc.disks.Swatches, {"rows": 4, "columns": 8, "gap": 0.1}),
     (kc.disks.Texture, {"light": LIGHT}),
     (kc.disks.Spots, {"radius": 8.0, "azimuth": 0.1, "temperature": 4000.0, "size": 0.1, "streak": 0.1}),
+    (kc.disks.OrbitingSpots, {"radius": 8.0, "phase": 0.1, "inclination": 0.2, "node": 0.3, "size": 0.1}),
     (kc.disks.Wisps, {**RIMS, "peak": 4500.0, "depth": 1.0, "contrast": 1.0, "seed": 0}),
     (kc.disks.Volume, {**RIMS, "density": 1.0, "temperature": 4000.0, "scale": 0.5, "brightness": 1.0}),
     (kc.disks.VolumeGrid, {**RIMS, "values": np.ones((3, 3, 3))}),

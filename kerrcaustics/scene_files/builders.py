@@ -18,6 +18,7 @@ from kerrcaustics.scenes.checks import check_above_horizon, check_rims
 from kerrcaustics.scenes.colour import MeasuredResponse, ResponseLike
 from kerrcaustics.scenes.disk.disk import Disk, inner_rim
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
+from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.samples import Emission
 from kerrcaustics.scenes.disk.spots import Spots
 from kerrcaustics.scenes.disk.wisps import Wisps
@@ -156,6 +157,29 @@ def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: ResponseL
     share, sense = random.random((2, table.number))
     more = {"brightness": dim + share * (bright - dim), "retrograde": sense < table.retrograde, "fade": table.fade}
     return Spots(radius, 2 * math.pi * azimuth, temperature, table.size, table.streak, response, **more)
+
+
+@lru_cache(maxsize=4)
+def orbiting_spots_of(table: tables.OrbitingSpotsTable, spin: float, response: ResponseLike = "cie") -> OrbitingSpots:
+    """Spots at random places of random orbits; invalid numbers raise ValueError."""
+    random = np.random.default_rng(table.seed)
+    parts = random.random((7, table.number))
+    pairs = "temperature", "brightness", "inclination_deg", "node_deg"
+    for name in pairs:
+        low, high = getattr(table, name)
+        if not low <= high:
+            reject(f"spots.{name}", "be two growing numbers", [low, high])
+    low, high = np.array([getattr(table, name) for name in pairs]).T[..., None]
+    temperature, brightness, inclination, node = low + (high - low) * parts[:4]
+    with about("spots"):
+        check_rims(table.inner, table.outer)
+        inclination = np.where(parts[4] < table.retrograde, 180 - inclination, inclination)
+        radius = np.sqrt(table.inner**2 + parts[5] * (table.outer**2 - table.inner**2))
+        angles = 2 * math.pi * parts[6], np.radians(inclination), np.radians(node)
+        light = temperature, table.size, table.streak, response, brightness, table.fade
+        spots = OrbitingSpots(radius, *angles, *light)
+        spots.check(spin)
+    return spots
 
 
 def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, scale: float) -> Array:

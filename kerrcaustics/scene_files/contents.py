@@ -290,6 +290,23 @@ class VolumeTable(SceneTable, kw_only=True, frozen=True):
     colour: str | GridTable | None = None
 
 
+class OrbitingSpotsTable(SceneTable, kw_only=True, frozen=True):
+    """Hot spots on circular orbits of their own, at random between pairs of numbers; in place of a volume."""
+
+    number: Count
+    inner: float
+    outer: float
+    inclination_deg: tuple[float, float] = (0.0, 0.0)
+    node_deg: tuple[float, float] = (0.0, 360.0)
+    temperature: tuple[float, float] = (4000.0, 10000.0)
+    size: float = 0.1
+    streak: float = 0.0
+    fade: Literal["linear", "quadratic"] = "linear"
+    brightness: tuple[float, float] = (1.0, 1.0)
+    retrograde: Annotated[float, Meta(ge=0, le=1)] = 0.0
+    seed: Seed = 0
+
+
 class FlareTable(SceneTable, kw_only=True, frozen=True):
     """A halo of the lens, its width in pixels of the whole picture, or a point spread function from a file."""
 
@@ -363,6 +380,7 @@ class Contents(SceneTable, kw_only=True, frozen=True):
     sky: SkyTable = NoSky()
     disk: DiskTable | None = None
     volume: VolumeTable | None = None
+    spots: OrbitingSpotsTable | None = None
     light: LightTable = LightTable()
     film: FilmTable | None = None
     overlays: OverlaysTable = OverlaysTable()

@@ -16,6 +16,7 @@ from kerrcaustics.scene_files.builders import (
     add_glare,
     brightness_of,
     disk_of,
+    orbiting_spots_of,
     point_spread,
     response_of,
     sky_of,
@@ -35,11 +36,11 @@ from kerrcaustics.scene_files.named_files import named_files
 from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import Shown, rendered
-from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
+from kerrcaustics.scene_files.validation import SceneError, about, check_contents, in_file, reject
 from kerrcaustics.scene_files.volumes import values_in, volume_of
 from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
-from kerrcaustics.scenes.disk.volume import Volume
+from kerrcaustics.scenes.disk.veil import Glowing
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
@@ -193,7 +194,7 @@ class SceneFile:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Lines on what the author may not have meant."""
-        black = isinstance(self.contents.sky, NoSky) and self.contents.disk is None and self.contents.volume is None
+        black = isinstance(self.contents.sky, NoSky) and not self._matter
         numbers = numbers_in(msgspec.to_builtins(self.contents))
         lines = (if_radians(entry, number) for entry, number in numbers if entry.endswith("_deg"))
         return (*((_BLACK,) if black else ()), *filter(None, lines))
@@ -372,9 +373,18 @@ class SceneFile:
         brightness = brightness_of(table, self.contents.sky)
         return disk_of(table, brightness, self.contents.hole.spin, self.folder, self.files, self._response)
 
-    def _volume(self, time: float) -> Volume | None:
-        """The matter in space, as it is at a time."""
+    @property
+    def _matter(self) -> bool:
+        """True where something is round the hole."""
+        return any(table is not None for table in (self.contents.disk, self.contents.volume, self.contents.spots))
+
+    def _volume(self, time: float) -> Glowing | None:
+        """The matter in space, as it is at a time, or the spots in its place."""
         table, contents = self.contents.volume, self.contents
+        if contents.spots is not None:
+            if table is not None:
+                raise SceneError("spots must not stand beside volume.")
+            return orbiting_spots_of(contents.spots, contents.hole.spin, self._response)
         if table is None:
             return None
         values = values_in(table, self._path, time)

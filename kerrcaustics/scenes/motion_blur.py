@@ -21,9 +21,9 @@ from kerrcaustics.scenes.disk.crossings import FINEST, DiskCrossings, Lattice, c
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.emission import BlackBody, Swatches, ThermalEmission
 from kerrcaustics.scenes.disk.lighting import Looks, lit
+from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
-from kerrcaustics.scenes.disk.veil import veil_over
-from kerrcaustics.scenes.disk.volume import Volume
+from kerrcaustics.scenes.disk.veil import Glowing, veil_over
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.points import steps_to
 from kerrcaustics.scenes.seen_sky import SeenSky, seen_sky
@@ -43,7 +43,7 @@ _PROBED = (12, 8)
 _DISK_STEP, _MOST_DISKS = {True: 0.5, False: 1.0}, 32
 
 
-Matter = tuple[Disk | None, Volume | None]
+Matter = tuple[Disk | None, Glowing | None]
 """A disk, a volume, or both."""
 
 
@@ -137,7 +137,7 @@ def blurred_matter(exposure: Exposure, matter: Matter, shifts: Shifts, delay: bo
                 hidden &= covered(plane.cells, shape, disk.inner, disk.outer)
         looks = Looks(now.camera.spin, *shifts, delay, now.time)
         turned = None if volume is None else turned_volume(volume, -now.azimuth)
-        veil = veil_over(now.camera, now.view, turned, shifts, len(plane.cells))
+        veil = veil_over(now.camera, now.view, turned, shifts, len(plane.cells), (now.time, delay))
         glow, passing = lit(disk and turned_disk(disk, -now.azimuth), plane.cells, shape, looks, veil)
         light += share * glow / count
         transmission += share * passing / count
@@ -152,12 +152,13 @@ def _crossings(now: ExposedMoment, disk: Disk | None, delay: bool, rays: tuple[i
     return crossings(lattice, disk.inner, disk.outer, disk.opaque)
 
 
-def _stand_in(volume: Volume | None) -> Disk | None:
-    """A disk at rest between the rims of a volume, whose places move over a picture about as those of the volume."""
+def _stand_in(volume: Glowing | None) -> Disk | None:
+    """A disk between the rims of a volume, at rest or as spots circle; its places move over a picture as those."""
     if volume is None:
         return None
     emission = BlackBody(DAYLIGHT) if volume.symmetric else Swatches()
-    return Disk(volume.inner, volume.outer, emission, motion="static")
+    motion = "circular" if isinstance(volume, OrbitingSpots) else "static"
+    return Disk(volume.inner, volume.outer, emission, motion=motion)
 
 
 def _moments(exposure: Exposure, disk: Disk) -> int:

@@ -17,8 +17,7 @@ from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.lighting import Looks, lit
-from kerrcaustics.scenes.disk.veil import check_volume, veil_over
-from kerrcaustics.scenes.disk.volume import Volume
+from kerrcaustics.scenes.disk.veil import Glowing, check_volume, veil_over
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight
 from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
@@ -107,7 +106,7 @@ class TracedView(Shown):
         sky: Sky | None = None,
         *,
         disk: Disk | None = None,
-        volume: Volume | None = None,
+        volume: Glowing | None = None,
         beaming: bool = False,
         colour_shift: bool = False,
         delay: bool = False,
@@ -133,7 +132,8 @@ class TracedView(Shown):
             cells = tuple(DiskCells(*parts) for parts in self._cells)
         if not (disk is None and volume is None):
             looks = Looks(self.camera.spin, beaming, colour_shift, delay, _moment(time))
-            veil = veil_over(self.camera, self.view, volume, Shifts(beaming, colour_shift), len(cells))
+            when = _moment(time), delay
+            veil = veil_over(self.camera, self.view, volume, Shifts(beaming, colour_shift), len(cells), when)
             with stage("disk_light"):
                 glow, transmission = lit(disk, cells, shape, looks, veil)
             light = light * transmission[..., None] + glow
@@ -174,7 +174,7 @@ def render(
     sky: Sky | None = None,
     *,
     disk: Disk | None = None,
-    volume: Volume | None = None,
+    volume: Glowing | None = None,
     beaming: bool = False,
     colour_shift: bool = False,
     delay: bool = False,
@@ -196,14 +196,15 @@ def render(
     sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
         Left out, it is black, and no beam is traced to it.
     disk : Disk, optional
-    volume : Volume, optional
+    volume : Volume or OrbitingSpots, optional
         Before the disk, between its images and behind it, as along the ray of each pixel; see `render_volume`.
     beaming : bool
         Intensity times the fourth power of nu_camera / nu_source.
     colour_shift : bool
         Spectra move with nu_camera / nu_source: a black body has the colour of one so many times as hot.
     delay : bool
-        Show the disk's pattern, which circles with it, as it was when the light left it; else as it is now.
+        Show the disk's pattern, which circles with it, and orbiting spots as they were when the light left them; else
+        as they are now.
     time : float
         Of the camera, for that pattern; as coordinate time, in units of the mass. That of an observer is without the
         way to the hole, as for `Observer`.

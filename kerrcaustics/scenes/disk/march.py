@@ -6,12 +6,13 @@ know how wide they are, two neighbours are followed beside each ray, in the same
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from kerrcaustics.scenes.colour import seen_black_body
+from kerrcaustics.scenes.disk.orbiting_spots import Flock, RayPart
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
@@ -48,7 +49,7 @@ class Marching:
     """
 
     camera: Viewer
-    volume: Volume
+    volume: Volume | Flock
     beaming: bool
     colour_shift: bool
     step: float
@@ -72,7 +73,7 @@ class _Underway(NamedTuple):
 
     constants (5, m, n): a2, a1, a0, k, b; at_infinity (n,), nu_camera / nu_infinity; place, rate (4, m, n) of u and m;
     psi (m, n); side (n,), the sign of cos theta until the next crossing of the plane; crossed (n,), how many
-    there were.
+    there were; late (n,), the time of light there beside that at the camera, where it is wanted.
     """
 
     constants: Array
@@ -82,6 +83,7 @@ class _Underway(NamedTuple):
     psi: Array
     side: Array
     crossed: Array
+    late: Array
 
     def part(self, which: Array) -> "_Underway":
         """Some of the rays."""
@@ -111,9 +113,13 @@ def marched_between(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array,
         width = _width(way, rays)
         h = _step(way, rays, width)
         after = _advanced(way.camera.spin, rays, h)
+        if isinstance(way.volume, Flock):
+            after = after._replace(late=rays.late + _time_between(way.camera.spin, rays, after, h))
         middle = (rays.place[0, 0] + after.place[0, 0]) / 2
         within = np.flatnonzero((middle > 1 / way.volume.outer) & (middle < 1 / way.volume.inner))
-        if len(within):
+        if len(within) and isinstance(way.volume, Flock):
+            _lit_by_spots(way, (rays.part(within), after.part(within), h[within]), width[within], number[within], light)
+        elif len(within):
             piece = _piece(way.camera.spin, rays.part(within), after.part(within), h[within])
             _light_up(way, piece, width[within], number[within], (light, passing, transmission))
         rays, step_count = after, step_count + len(number)
@@ -123,7 +129,7 @@ def marched_between(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array,
 def _at_camera(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Underway:
     """Rays at the camera."""
     directions = sky[None]
-    if way.volume.grids:
+    if isinstance(way.volume, Flock) or way.volume.grids:
         beside = sky + _APART * np.moveaxis(steps, -1, 0)
         directions = np.concatenate([directions, beside / np.linalg.norm(beside, axis=-1, keepdims=True)])
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -133,7 +139,8 @@ def _at_camera(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3
     place, rate = (np.stack(np.broadcast_arrays(*part)) for part in (photon.position, photon.rate))
     # A camera in the plane does not cross it at the start.
     side = np.sign(np.where(np.abs(place[3, 0]) < _IN_PLANE, rate[3, 0], place[3, 0]))
-    return _Underway(constants, at_infinity, place, rate, np.zeros(directions.shape[:2]), side, np.zeros(len(sky), int))
+    psi, crossed, late = np.zeros(directions.shape[:2]), np.zeros(len(sky), int), np.zeros(len(sky))
+    return _Underway(constants, at_infinity, place, rate, psi, side, crossed, late)
 
 
 def _on_the_way(way: Marching, rays: _Underway) -> Bool[Array, " n"]:
@@ -153,7 +160,11 @@ def _step(way: Marching, rays: _Underway, width: Float[Array, " n"]) -> Float[Ar
     length = np.minimum(length, way.step * _ARC_WITHIN / pace)
     length = np.minimum(length, way.step * _CHANGE_WITHIN * u / np.maximum(np.abs(rate), 1e-300))
     inside = (u > (1 - 1e-9) / way.volume.outer) & (u < (1 + 1e-9) / way.volume.inner)
-    usual = np.where(inside, np.minimum(length, _ARC / pace), _ARC / pace)
+    outside = _ARC / pace
+    if isinstance(way.volume, Flock):
+        # Time needs steps that change the radius by a part of it.
+        outside = np.minimum(outside, _CHANGE_WITHIN * u / np.maximum(np.abs(rate), 1e-300))
+    usual = np.where(inside, np.minimum(length, _ARC / pace), outside)
     pull = (a2 + (1.5 * a1 + 2 * a0 * u) * u) * u
     wall = 1 / kerr.horizon(way.camera.spin)
     nearest = np.minimum(usual, _ARC * wall / np.maximum(np.abs(rate), 1e-300))
@@ -234,6 +245,7 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, sums: t
 
     sums: light and transmission between crossings, and transmission of all so far.
     """
+    assert isinstance(way.volume, Volume)
     spin = way.camera.spin
     light, passing_up_to, transmission = sums
     for radius, theta, azimuth in piece.places:
@@ -255,6 +267,68 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, sums: t
         light[layer, which] += (transmission[which] * (1 - passing))[:, None] * glow
         transmission[which] *= passing
         passing_up_to[layer, which] = transmission[which]
+
+
+def _between(spin: float, rays: tuple[_Underway, _Underway, Array], s: Array) -> RayPart:
+    """Places in a step, at parts s (n,) of it: cubics between its ends."""
+    before, after, h = rays
+    start, end = ((part.place[:, 0], h * part.rate[:, 0], part.psi[0], part.late) for part in (before, after))
+    turns = [h * _rates(spin, part.constants[:, 0], part.place[:, 0])[1] for part in (before, after)]
+    late = s * s * (3 - 2 * s)
+    early, leaving, arriving, swell = 1 - late, s * (1 - s) ** 2, s * s * (s - 1), 6 * s * (1 - s)
+    u, *m = early * start[0] + late * end[0] + leaving * start[1] + arriving * end[1]
+    slope = swell * (end[0] - start[0]) + (1 - s) * (1 - 3 * s) * start[1] + s * (3 * s - 2) * end[1]
+    psi = early * start[2] + late * end[2] + leaving * turns[0] + arriving * turns[1]
+    vectors = [_about_axis(part, psi) for part in (m, slope[1:] / h)]
+    return RayPart(u, vectors[0], slope[0] / h, vectors[1], start[3] + s * (end[3] - start[3]))
+
+
+def _about_axis(vector: Any, psi: Array) -> Float[Array, "n 3"]:
+    x, y, z = vector
+    c, s = np.cos(psi), np.sin(psi)
+    return np.stack([x * c - y * s, x * s + y * c, z], axis=-1)
+
+
+def _time_between(spin: float, before: _Underway, after: _Underway, h: Array) -> Float[Array, " n"]:
+    """Time (n,) that passes in a step, backward, so negative.
+
+    The way in flat space exactly, the rest by Simpson's rule: in flat space t + u' / u stays the same.
+    """
+    ends = [(part.constants[:, 0], part.place[:, 0], part.rate[:, 0]) for part in (before, after)]
+    constants, (first, last) = ends[0][0], (end[1] for end in ends)
+    slopes = [h * end[2] for end in ends]
+    middle = (first + last) / 2 + (slopes[0] - slopes[1]) / 8
+    rate = (1.5 * (last - first) - (slopes[0] + slopes[1]) / 4) / h
+    places = (first, ends[0][2]), (middle, rate), (last, ends[1][2])
+    more = [_time_rate(spin, constants, *place) for place in places]
+    flat = ends[1][2][0] / last[0] - ends[0][2][0] / first[0]
+    return flat - h / 6 * (more[0] + 4 * more[1] + more[2])
+
+
+def _time_rate(spin: float, constants: Array, place: Array, rate: Array) -> Float[Array, " n"]:
+    """dt / dMino (n,) of light, and the derivative of u' / u."""
+    (u, _, _, z), b = place, constants[4]
+    pull = _rates(spin, constants, place)[0][0]
+    square = 1 / u**2 + spin**2
+    whole = spin * (b - spin * (1 - z * z)) + square * (square - spin * b) / (square - 2 / u)
+    return whole + pull / u - (rate[0] / u) ** 2
+
+
+def _lit_by_spots(
+    way: Marching, rays: tuple[_Underway, _Underway, Array], width: Array, number: Array, light: Array
+) -> None:
+    """Add the light of spots in a step, to that of rays with some numbers."""
+    assert isinstance(way.volume, Flock)
+    before, after, h = rays
+
+    def part_at(which: Array, s: Array) -> RayPart:
+        return _between(way.camera.spin, (before.part(which), after.part(which), h[which]), s)
+
+    lit = way.volume.shine(part_at, h, width)
+    ratio = before.at_infinity[lit.ray] / lit.energy
+    glow = seen_black_body(lit.temperature, ratio, way.beaming, way.colour_shift, way.volume.spots.response)
+    layer = np.minimum(before.crossed[lit.ray] + (lit.cosine * before.side[lit.ray] < 0), way.crossings)
+    np.add.at(light, (layer, number[lit.ray]), lit.light[:, None] * glow)
 
 
 def _width(way: Marching, rays: _Underway) -> Float[Array, " n"]:

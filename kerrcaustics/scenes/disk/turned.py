@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.scenes.disk.disk import Disk
+from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
-from kerrcaustics.scenes.disk.volume import Volume
 
 Array = np.ndarray
 
@@ -50,11 +50,13 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
     return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
 
 
-def turned_volume(volume: Volume, angle: float) -> Volume:
-    """A volume turned by an angle (radians, toward larger phi); one with an axis is that volume itself."""
+def turned_volume(volume: Any, angle: float) -> Any:
+    """A volume, or spots in its place, turned by an angle (radians, toward larger phi); with an axis that itself."""
     angle = math.remainder(angle, 2 * math.pi)
     if angle == 0 or volume.symmetric:
         return volume
+    if isinstance(volume, OrbitingSpots):
+        return volume.turned(angle)
     laws = {name: _turned_law(getattr(volume, name), angle) for name in ("density", "temperature", "colour")}
     return replace(volume, **laws)
 

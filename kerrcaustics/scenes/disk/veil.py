@@ -13,9 +13,11 @@ from kerrcaustics.results.progress import report
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.march import Marched, Marching, marched_between
+from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_light import Shifts
+from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -53,24 +55,37 @@ class Veil(NamedTuple):
         return self.light.sum(axis=0), self.transmission[-1]
 
 
+Glowing = Volume | OrbitingSpots
+"""Matter in space, or spots in its place."""
+
 # The last volume, the rest that its picture depends on, and that picture.
-_LAST: list[tuple[Volume, tuple[Any, ...], Veil]] = []
+_LAST: list[tuple[Glowing, tuple[Any, ...], Veil]] = []
 
 
-def check_volume(volume: Volume | None, camera: Viewer) -> None:
-    """Raise ValueError unless a volume is valid, or left out."""
-    if volume is not None:
+def check_volume(volume: Glowing | None, camera: Viewer) -> None:
+    """Raise ValueError unless a volume, or spots in its place, are valid, or left out."""
+    if isinstance(volume, OrbitingSpots):
+        volume.check(camera.spin)
+        if not isinstance(camera, Camera):
+            raise ValueError("Argument `camera` must be a Camera for spots on orbits of their own.")
+    elif volume is not None:
         instance_of("volume", volume, Volume)
         volume.check(camera.spin)
 
 
-def veil_over(camera: Viewer, view: Raster, volume: Volume | None, shifts: Shifts, crossings: int) -> Veil | None:
-    """The volume in a view; that of the last picture where it is the same, as for a camera on a circular orbit."""
+def veil_over(
+    camera: Viewer, view: Raster, volume: Glowing | None, shifts: Shifts, crossings: int, when: tuple[float, bool]
+) -> Veil | None:
+    """The volume in a view; that of the last picture where it is the same, as for a camera on a circular orbit.
+
+    when: time and delay, of spots.
+    """
     if volume is None:
         return None
     check_volume(volume, camera)
-    way = Marching(camera, volume, *shifts, _STEP, crossings)
-    key = camera, view, shifts, crossings
+    moving = isinstance(volume, OrbitingSpots)
+    way = Marching(camera, volume.about(camera.spin, *when) if moving else volume, *shifts, _STEP, crossings)
+    key = camera, view, shifts, crossings, when if moving else None
     # Looked at once: another thread may put its own there.
     last = next(iter(_LAST), None)
     if last is None or last[0] is not volume or not same(last[1], key):
