@@ -100,8 +100,8 @@ KEYS = {
     ),
     "quality=normel": "quality must be draft, normal or high, but is 'normel'; did you mean normal?",
     "zzz=1": (
-        "unknown key `zzz`; its keys are hole, camera, title, quality, definitions, view, sky, disk, volume, light, "
-        "film, overlays."
+        "unknown key `zzz`; its keys are hole, camera, title, quality, definitions, view, sky, disk, volume, spots, "
+        "light, film, overlays."
     ),
 }
 
