@@ -11,11 +11,11 @@ All of it lives on the sky of a camera at rest: neither caustics nor the order o
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Num
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline
 from scipy.spatial import cKDTree
 
 from kerrcaustics.beams.ends import SKY, End
@@ -55,8 +55,10 @@ _REACH, _MOST_BALLS, _SAG = 1.25, 12, 0.05
 # again. And the distance from the critical curves, in parts of a sheet, at which Newton's method starts at least.
 NARROW, WIDE = 0.05, 0.5
 _INSIDE = 0.002
-# The same for a linear model, beside that.
-_LINEAR = 0.25
+# Steps toward a star on the smooth map through the nodes of a grid.
+_POLISHES = 2
+# The same for a linear model, and for a smooth one through all nodes, beside that.
+_LINEAR, _SMOOTH = 0.25, 0.25
 # Circles whose radii differ by less than this factor share a tree.
 _ALIKE = 1.5
 # Wanted error of the rays of the grids, radians, which show where to look: what the closed form loses next to an
@@ -92,6 +94,33 @@ class Sheet:
         """Depth on the lines of sky_lines.py."""
         low = self.outer(edge_phase)
         return low + part * (self.inner(edge_phase) - low)
+
+    @cached_property
+    def smooth(self) -> NdBSpline:
+        """The map between the nodes of the grid: image as a function of (edge phase, part)."""
+        degrees = [min(3, len(nodes) - 1) for nodes in (self.edge_phase, self.part)]
+        across = make_interp_spline(self.part, self.direction, degrees[1], axis=1)
+        both = make_interp_spline(self.edge_phase, np.moveaxis(across.c, 0, 1), degrees[0])
+        return NdBSpline((both.t, across.t), both.c, degrees)
+
+    def polished(
+        self, star: Float[Array, "stars 3"], place: Float[Array, "stars 2"], longest: Float[Array, "stars 2"]
+    ) -> Float[Array, "stars 2"]:
+        """Places (edge phase, part) nearer to where the smooth map shows stars; longest: steps that may be taken."""
+        # Vectors of the tangent plane at each star as complex numbers.
+        east, north = tangent_basis(star)
+        plane, low, high = east + 1j * north, (self.edge_phase[0], 0.0), (self.edge_phase[-1], 1.0)
+        away = np.full(len(star), np.inf)
+        for _ in range(_POLISHES):
+            off, along, across = (
+                np.einsum("ni,ni->n", plane, self.smooth(place, nu=nu)) for nu in ((0, 0), (1, 0), (0, 1))
+            )
+            before, away = away, np.abs(off)
+            area = (along.conj() * across).imag
+            step = np.stack([(off.conj() * across).imag, (along.conj() * off).imag], axis=1)
+            step = np.clip(step / np.where(area == 0, 1.0, area)[:, None], -longest, longest)
+            place = np.clip(place - np.where((away < before)[:, None], step, 0), low, high)
+        return place
 
 
 @dataclass(frozen=True)
@@ -187,14 +216,19 @@ class Sheets:
         u, v = _bilinear_root(cells.corners[cell], star[which])
         near = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5)) <= 0.5 + margin
         near[near] = _among_first(which[near], _MOST_STARTS)
-        which, cell, u, v = which[near], cell[near], np.clip(u[near], 0, 1), np.clip(v[near], 0, 1)
-        edge_phase = cells.edge_phase[cell, 0] + u * (cells.edge_phase[cell, 1] - cells.edge_phase[cell, 0])
-        part = cells.part[cell, 0] + v * (cells.part[cell, 1] - cells.part[cell, 0])
-        part, depth = np.clip(part, _INSIDE, 1 - _INSIDE), np.empty_like(edge_phase)
-        for sheet in self.sheets:
-            here = cells.sheet[cell] == sheet.index
-            depth[here] = sheet.depth(edge_phase[here], part[here])
-        return which, cells.sheet[cell], self.sky(self.line_of_sight(edge_phase, depth))
+        which, cell = which[near], cell[near]
+        corner = np.stack([cells.edge_phase[cell, 0], cells.part[cell, 0]], axis=1)
+        size = np.stack([cells.edge_phase[cell, 1], cells.part[cell, 1]], axis=1) - corner
+        place = corner + np.clip(np.stack([u[near], v[near]], axis=1), 0, 1) * size
+        depth = np.empty(len(cell))
+        for index in np.unique(cells.sheet[cell]).tolist():
+            sheet, here = self.sheets[index], np.flatnonzero(cells.sheet[cell] == index)
+            better = sheet.polished(star[which[here]], place[here], size[here])
+            inside = (np.abs((better - corner[here]) / size[here] - 0.5) <= 0.5 + margin + _SMOOTH).all(axis=1)
+            place[here[inside]] = better[inside]
+            place[here, 1] = np.clip(place[here, 1], _INSIDE, 1 - _INSIDE)
+            depth[here] = sheet.depth(*place[here].T)
+        return which, cells.sheet[cell], self.sky(self.line_of_sight(place[:, 0], depth))
 
     def fold_starts(self, star: Float[Array, "stars 3"], windings: tuple[Winding, ...]) -> Starts:
         """Guesses for images of stars next to critical curves, on both sides of each."""

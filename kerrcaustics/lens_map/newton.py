@@ -18,6 +18,8 @@ _MOST_STEPS = 80
 _SHORTEST_PART = 1e-4
 # A residual below so many errors of the beam is round-off; one below so many may be, where no step makes it smaller.
 _ERRORS, _MOST_ERRORS = 2.0, 10.0
+# How much larger than two full steps before predict the residual after another may be.
+_SAFETY = 100.0
 
 
 def find_roots(
@@ -49,17 +51,24 @@ def find_roots(
     for _ in range(most_steps):
         beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end.bare())
         wish, distance = _newton_step(end, star[active], trial, beams)
+        before = residual[active]
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
         # As close as the errors of the beams allow: no step is better, and none is needed.
         settled = ~allowed & (residual[active] < _MOST_ERRORS * beams.error) & (part[active] == 1)
+        # Newton's method squares the residual: where one more step ends within the error, it is not traced.
+        with np.errstate(invalid="ignore"):
+            left = distance**2 * np.maximum(_SAFETY * distance / before**2, 30.0)
+        last = allowed & (taken == 1) & (left <= beams.error) & (distance > _ERRORS * beams.error)
         better = active[allowed]
         sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
         with np.errstate(divide="ignore"):
-            error[better] = ((beams.error + distance) * end.scale(beams) / np.abs(beams.delta_minus))[allowed]
+            off = beams.error + np.where(last, left, distance)
+            error[better] = (off * end.scale(beams) / np.abs(beams.delta_minus))[allowed]
+        sky[active[last]] = stepped(trial[last], wish[last], np.ones(np.count_nonzero(last)))[0]
         part[better] = np.minimum(1, 4 * part[better])
         part[active[~allowed]] /= 4
-        done = settled | (allowed & (distance <= _ERRORS * beams.error))
+        done = settled | last | (allowed & (distance <= _ERRORS * beams.error))
         found[active[done]] = True
         active = active[~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active])]
         if active.size == 0:
