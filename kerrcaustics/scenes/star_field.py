@@ -51,7 +51,7 @@ class StarField(Shown):
         side: motion blur, of nebulae too. The band is too smooth to need any.
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`; the band's shifts go by the CIE functions.
-    nebulae : Panorama, Checkerboard or any other sky without points of light, optional
+    nebulae : Panorama, Checkerboard or any other sky without stars, optional
         What else is spread over the sky, in the unit of the stars; white of 100 is as bright as our Milky Way.
 
     Raises
