@@ -27,8 +27,8 @@ DARKER = 0.5
 _MOST = 720
 # A box of this half width, in units of a size, has the deviation that `averaged` asks for.
 _HALF_WIDTH = DEVIATION * math.sqrt(3)
-# The smallest size, and how far probes and their boxes reach at most, in major axes: along a meridian, and where that is
-# a small part of the radius of the circle of latitude, along that too.
+# The smallest size; and how far probes and their boxes reach at most, in major axes: along a meridian, and where that
+# is a small part of the radius of the circle of latitude, along that too.
 _FINEST, _REACH, _STRAIGHT = 1e-6, 2.1, 0.05
 
 
