@@ -27,6 +27,8 @@ Array = np.ndarray
 _LIT = 1 << 18
 # Pixels with a rim in sight are divided so finely in each direction: one crossing's rim may lie before another's.
 _AT_RIM = 4
+# How far a pixel reaches from its middle, in its steps, and some more as these are not quite even.
+_PIXEL_REACH = 0.75
 # And so finely where an opacity that is a function changes by more than this over a cell, of which it is looked at in
 # so many places in each direction.
 _AT_CHANGE, _UNEVEN, _LOOKED_AT = 8, 1 / 64, 4
@@ -79,7 +81,7 @@ def lit(
 def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
     """The cells of a crossing by pixels; `parts` of each pixel grows to what they need."""
     height, width = shape
-    divisions = _divisions(disk, cells, looks)
+    needed, least = _divisions(disk, cells, looks)
     large = np.full(height * width, -1)
     for size in np.unique(cells.size[cells.size >= FINEST]):
         pixels, which = size // FINEST, np.flatnonzero(cells.size == size)
@@ -87,35 +89,63 @@ def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, p
         x = (cells.x[which] // FINEST)[:, None, None] + within
         y = (cells.y[which] // FINEST)[:, None, None] + within[:, None]
         x, y, number = np.broadcast_arrays(x, y, which[:, None, None])
+        divisions = np.maximum(needed[number], least[number])
+        finer = np.flatnonzero((needed > least)[which] & (pixels > 1))
+        for rows in np.array_split(finer, -(-finer.size * pixels**2 // _LIT) or 1):
+            divisions[rows] = np.maximum(_of_pixels(disk, cells, which[rows], int(pixels)), least[number[rows]])
         inside = (x < width) & (y < height)
         place = y[inside] * width + x[inside]
         large[place] = number[inside]
-        parts[place] = np.maximum(parts[place], divisions[number[inside]])
+        parts[place] = np.maximum(parts[place], divisions[inside])
     small = np.flatnonzero(cells.size < FINEST)
     x, y = cells.x[small] // FINEST, cells.y[small] // FINEST
     inside = (x < width) & (y < height)
     small, pixel = small[inside], (y * width + x)[inside]
-    np.maximum.at(parts, pixel, divisions[small].astype(parts.dtype))
+    np.maximum.at(parts, pixel, np.maximum(needed, least)[small].astype(parts.dtype))
     order = np.argsort(pixel, kind="stable")
     return _Layer(cells, large, pixel[order], small[order])
 
 
-def _divisions(disk: Disk, cells: DiskCells, looks: Looks) -> Int[Array, " cells"]:
-    """Numbers of parts, in each direction, of the pixels of cells: a power of two, and at most 16."""
+def _divisions(disk: Disk, cells: DiskCells, looks: Looks) -> tuple[Int[Array, " cells"], Int[Array, " cells"]]:
+    """Numbers of parts, in each direction, of the pixels of cells, powers of two to 16.
+
+    By the emission and rims, which some pixels need less; and at least.
+    """
     pixels = cells.size / FINEST
-    width = disk.outer - disk.inner
-    # Between rims, what reaches beyond them is none of the disk.
-    far, near = np.clip(cells.low[:, 0], 1 / disk.outer, None), np.clip(cells.high[:, 0], None, 1 / disk.inner)
-    low = np.stack([(1 / np.maximum(near, 1e-12) - disk.inner) / width, cells.low[:, 1]], axis=-1)
-    high = np.stack([(1 / np.maximum(far, 1e-12) - disk.inner) / width, cells.high[:, 1]], axis=-1)
     slope = np.hypot(cells.data[:, 4:8], cells.data[:, 8:]).max(axis=1) / pixels[:, None]
-    size = np.stack([slope[:, 0] / np.maximum(cells.low[:, 0], 1 / disk.outer) ** 2 / width, slope[:, 1]], axis=-1)
-    size = np.minimum(size, [1.0, 2 * np.pi])
-    divisions = disk.emission.parts(low, high, size)
-    divisions = np.maximum(divisions, np.where(_uneven(disk, cells, low, high, looks), _AT_CHANGE, 1))
-    rim = (cells.low[:, 0] < 1 / disk.outer) | (cells.high[:, 0] > 1 / disk.inner)
-    divisions = np.maximum(divisions, np.where(rim, _AT_RIM, 1))
-    return np.maximum(divisions, np.where(pixels < 1, (1 / pixels).astype(int), 1))
+    low, high = _between_rims(disk, cells.low, cells.high)
+    uneven = np.where(_uneven(disk, cells, low, high, looks), _AT_CHANGE, 1)
+    return _needed(disk, cells.low, cells.high, slope), np.maximum(uneven, (1 / np.minimum(pixels, 1)).astype(int))
+
+
+def _of_pixels(disk: Disk, cells: DiskCells, which: Int[Array, " n"], pixels: int) -> Int[Array, "n down right"]:
+    """The same by the emission and rims of each pixel of cells of one size."""
+    where, data = weights(0.0, 0.0, 1.0, pixels), np.moveaxis(cells.data[which], -1, 0)
+    place, right, down = (
+        np.moveaxis(data @ part, 0, -1).reshape(-1, 2) for part in (where.value, where.along_x, where.along_y)
+    )
+    reach = _PIXEL_REACH * (np.abs(right) + np.abs(down)) / pixels
+    needed = _needed(disk, place - reach, place + reach, np.hypot(right, down) / pixels)
+    return needed.reshape(len(which), pixels, pixels)
+
+
+def _between_rims(disk: Disk, low: Array, high: Array) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
+    """Between which across and azimuth lie, of 1 / r and azimuth: what reaches beyond a rim is none of the disk."""
+    far, near = np.clip(low[:, 0], 1 / disk.outer, None), np.clip(high[:, 0], None, 1 / disk.inner)
+    across = [(1 / np.maximum(part, 1e-12) - disk.inner) / (disk.outer - disk.inner) for part in (near, far)]
+    return np.stack([across[0], low[:, 1]], axis=-1), np.stack([across[1], high[:, 1]], axis=-1)
+
+
+def _needed(disk: Disk, low: Array, high: Array, slope: Array) -> Int[Array, " n"]:
+    """Numbers of parts by the emission and rims.
+
+    low, high, slope (n, 2), of 1 / r and azimuth: between which they lie, and how far they go in a pixel.
+    """
+    width = disk.outer - disk.inner
+    size = np.stack([slope[:, 0] / np.maximum(low[:, 0], 1 / disk.outer) ** 2 / width, slope[:, 1]], axis=-1)
+    divisions = disk.emission.parts(*_between_rims(disk, low, high), np.minimum(size, [1.0, 2 * np.pi]))
+    rim = (low[:, 0] < 1 / disk.outer) | (high[:, 0] > 1 / disk.inner)
+    return np.maximum(divisions, np.where(rim, _AT_RIM, 1))
 
 
 def _uneven(disk: Disk, cells: DiskCells, low: Array, high: Array, looks: Looks) -> Bool[Array, " cells"]:
