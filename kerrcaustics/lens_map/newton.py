@@ -18,8 +18,9 @@ _MOST_STEPS = 80
 _SHORTEST_PART = 1e-4
 # A residual below so many errors of the beam is round-off; one below so many may be, where no step makes it smaller.
 _ERRORS, _MOST_ERRORS = 2.0, 10.0
-# How much larger than two full steps before predict the residual after another may be.
-_SAFETY = 100.0
+# How much larger than a full step before predicts the residual after another may be; and the least that it is taken
+# for, in units of the square of the residual before by that of the minor diameter.
+_SAFETY, _CURVING = 100.0, 30.0
 
 
 def find_roots(
@@ -56,9 +57,11 @@ def find_roots(
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
         # As close as the errors of the beams allow: no step is better, and none is needed.
         settled = ~allowed & (residual[active] < _MOST_ERRORS * beams.error) & (part[active] == 1)
-        # Newton's method squares the residual: where one more step ends within the error, it is not traced.
-        with np.errstate(invalid="ignore"):
-            left = distance**2 * np.maximum(_SAFETY * distance / before**2, 30.0)
+        # Newton's method squares the residual: where one more step ends within the error, it is not traced. On a fold
+        # a step is long, and what it leaves goes by its square.
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            curving = _CURVING / np.minimum(np.abs(beams.delta_minus), 1) ** 2
+            left = distance**2 * np.maximum(_SAFETY * distance / before**2, curving)
         last = allowed & (taken == 1) & (left <= beams.error) & (distance > _ERRORS * beams.error)
         better = active[allowed]
         sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
