@@ -7,6 +7,7 @@ rims are covered to the exact part of a square on which the radius is linear.
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
-from kerrcaustics.scenes.disk.crossings import FINEST, DiskCells
+from kerrcaustics.scenes.disk.crossings import FINEST, LARGEST, DiskCells
 from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, orbital
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.veil import Veil
@@ -68,14 +69,27 @@ def lit(
     parts = np.zeros(shape[0] * shape[1], np.uint8)
     layers = [_layer(disk, cells, shape, looks, parts) for cells in crossings]
 
-    def store(pixels: Array) -> None:
+    def store(pixels: Array, layers: list[_Layer]) -> None:
         count = int(parts[pixels[0]])
         light[pixels], transmission[pixels] = _chunk_lit(disk, layers, shape[1], looks, count, pixels, veil)
 
     with ThreadPoolExecutor(cores()) as pool:
-        divided = np.flatnonzero(parts)
-        list(pool.map(store, (divided[rows] for rows in in_chunks(parts[divided], lambda count: _LIT // count**2))))
+        for pixels, seen in _ordered(np.flatnonzero(parts), layers, shape[1]):
+            chunks = (pixels[rows] for rows in in_chunks(parts[pixels], lambda count: _LIT // count**2))
+            list(pool.map(store, chunks, repeat(seen)))
     return light.reshape(*shape, 3), transmission.reshape(shape)
+
+
+def _ordered(pixels: Array, layers: list[_Layer], width: int) -> Iterator[tuple[Array, list[_Layer]]]:
+    """Pixels with cells within them, and the others, so that those at one place in their cells follow each other."""
+    within = np.zeros(len(layers[0].large) if layers else 0, bool)
+    for layer in layers:
+        within[layer.pixel] = True
+    none = np.zeros(0, int)
+    yield pixels[within[pixels]], layers
+    others = pixels[~within[pixels]]
+    order = np.lexsort((others % width % LARGEST, others // width % LARGEST))
+    yield others[order], [layer._replace(pixel=none, small=none) for layer in layers]
 
 
 def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
