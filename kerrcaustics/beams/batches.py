@@ -156,4 +156,4 @@ def _on_host(parts: tuple[jax.Array, ...], count: int) -> np.ndarray:
     """The first numbers of arrays on the device, joined in one array that can be written to."""
     *whole, last = (np.asarray(part) for part in parts)
     rest = count - sum(map(len, whole))
-    return np.concatenate([*whole, last[:rest]])
+    return np.concatenate([*whole, last[:rest]]) if whole else last[:rest].copy()

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Iterable
-from functools import partial, singledispatch
+from functools import cache, partial, singledispatch
 from importlib.metadata import version
 
 import numpy as np
@@ -95,11 +95,14 @@ def caustics(
         tolerance=search_map.tolerance,
         seconds=time.perf_counter() - began,
         beams=beams,
-        versions={name: version(name) for name in ("kerrcaustics", "jax", "numpy")},
+        versions={name: _version(name) for name in ("kerrcaustics", "jax", "numpy")},
         missing=missing,
         surface=surface,
     )
 
+
+# Looked up in files.
+_version = cache(version)
 
 # The curves, the number of beams, the engines that traced them, and the orders that were not found.
 _Found = tuple[tuple[Caustic, ...], int, Iterable[str], tuple[int, ...]]

@@ -10,6 +10,7 @@ star's answer.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -139,6 +140,10 @@ class CausticPolygon:
             corner = cKDTree(corners).query(star)[1]
         return np.minimum(self.sides[corner - 1].distance(star), self.sides[corner].distance(star))
 
+    @cached_property
+    def _no_points(self) -> Points:
+        return self.curve.points[:0]
+
     def _at_point(self, star: Float[Array, "stars 3"]) -> Bool[Array, " stars"]:
         return np.linalg.norm(star - self.curve.points.direction.mean(axis=0), axis=1) <= self.curve.blur
 
@@ -146,9 +151,11 @@ class CausticPolygon:
         """The winding, with the sides close to a star halved for it."""
         count, on_caustic, distance = self._crossings(star), np.zeros(len(star), bool), self.nearest(star)
         number, which = self._close(star)
+        if not len(number):
+            return Winding(count, on_caustic, distance, which, self._no_points)
         sides = self.sides[number]
         np.add.at(count, which, -sides.crossings(star[which]))
-        points, owners = [self.curve.points[:0]], [which[:0]]
+        points, owners = [self._no_points], [which[:0]]
         for _ in range(_MOST_HALVINGS):
             if not len(sides):
                 break
@@ -174,7 +181,7 @@ class CausticPolygon:
         """True for sides with a point of the caustic halfway along their parameter; and the points."""
         points, order = self.curve.points, self.curve.order
         if not len(sides):
-            return np.zeros(0, bool), points[:0]
+            return np.zeros(0, bool), self._no_points
         closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
         edge_phase = (sides.one.edge_phase + sides.other.edge_phase) / 2
         found = between(self.curves.search(), {order: closed}, {order: np.unique(edge_phase)})[order]

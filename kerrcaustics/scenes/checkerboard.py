@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
@@ -27,6 +27,9 @@ DARKER = 0.5
 _MOST = 720
 # A box of this half width, in units of a size, has the deviation that `averaged` asks for.
 _HALF_WIDTH = DEVIATION * math.sqrt(3)
+# The smallest size; and how far probes and their boxes reach at most, in major axes: along a meridian, and where that
+# is a small part of the radius of the circle of latitude, along that too.
+_FINEST, _REACH, _STRAIGHT = 1e-6, 2.1, 0.05
 
 
 def check_pattern(pattern: Any, least_rows: int) -> None:
@@ -128,8 +131,33 @@ class Checkerboard:
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
-        light = averaged(self._average, footprint, finest=1e-6)
+        plain, light = self._plain(footprint)
+        mixed = np.flatnonzero(~plain)
+        light[mixed] = averaged(self._average, footprint.part(mixed), finest=_FINEST)
         return light * shifted_light(footprint.redshift, beaming, colour_shift)
+
+    def _plain(self, footprint: Footprint) -> tuple[Bool[Array, " pixels"], Float[Array, "pixels 3"]]:
+        """True for pixels that see nothing but one swatch, or gaps; and the colours (n, 3) in the middles of pixels."""
+        x, y, z = footprint.direction.T
+        across = np.sqrt(x * x + y * y)
+        reach = _REACH * np.maximum(footprint.axes[0], _FINEST)
+        place = np.arctan2(across, z) * (self.rows / math.pi), np.arctan2(y, x) * (self.columns / (2 * math.pi))
+        row, column = (np.floor(part).astype(int) for part in place)
+        row = np.minimum(row, self.rows - 1)
+        # How far inside the swatch, or the gap beyond it, in rows and columns.
+        inside = [
+            0.5 - self.gap / 2 - np.abs(at - number - 0.5) for at, number in zip(place, (row, column), strict=True)
+        ]
+        with np.errstate(divide="ignore"):
+            far = reach * (self.rows / math.pi), reach * (self.columns / (2 * math.pi)) / across
+        on_swatch, on_gap = ([sign * part > off for part, off in zip(inside, far, strict=True)] for sign in (1, -1))
+        swatch, straight = on_swatch[0] & on_swatch[1], reach < _STRAIGHT * across
+        if self.along == "latitude":
+            colours = self._swatches[column % 2, :, row]
+        else:
+            colours = self._columns[row % 2, :, column % self.columns]
+        light = np.maximum(self._background + swatch[:, None] * colours, 0.0)
+        return straight & (swatch | on_gap[0] | on_gap[1]), light
 
     def _average(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float[Array, "m 3"]:
         """Colours (m, 3) over boxes about directions."""

@@ -28,7 +28,7 @@ Array = np.ndarray
 # Beams need not be better for pictures.
 _TOLERANCE = 1e-7
 # The finest cells are so much smaller than a pixel, and the largest ones so many pixels wide, at most.
-FINEST, _LARGEST = 16, 8
+FINEST, LARGEST = 16, 8
 # So many rays in each direction within a finest cell that is not smooth, and how they shift from cell to cell.
 _RAYS = 2
 _SHIFTS = ((0.7548776662466927, 0.5698402909980532), (0.5698402909980532, 0.7548776662466927))
@@ -124,11 +124,11 @@ class Lattice(NamedTuple):
     @property
     def columns(self) -> int:
         """More than there are corners from left to right."""
-        return (self.view.width + 2 * _LARGEST) * FINEST
+        return (self.view.width + 2 * LARGEST) * FINEST
 
     def roots(self) -> Squares:
         """The largest cells, which cover the picture."""
-        size = FINEST * _LARGEST
+        size = FINEST * LARGEST
         most = self.fineness.widest / self.view.pixel_angle * FINEST
         while size > 1 and size > most:
             size //= 2

@@ -7,6 +7,7 @@ rims are covered to the exact part of a square on which the radius is linear.
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
-from kerrcaustics.scenes.disk.crossings import FINEST, DiskCells
+from kerrcaustics.scenes.disk.crossings import FINEST, LARGEST, DiskCells
 from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, orbital
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.veil import Veil
@@ -27,6 +28,8 @@ Array = np.ndarray
 _LIT = 1 << 18
 # Pixels with a rim in sight are divided so finely in each direction: one crossing's rim may lie before another's.
 _AT_RIM = 4
+# How far a pixel reaches from its middle, in its steps, and some more as these are not quite even.
+_PIXEL_REACH = 0.75
 # And so finely where an opacity that is a function changes by more than this over a cell, of which it is looked at in
 # so many places in each direction.
 _AT_CHANGE, _UNEVEN, _LOOKED_AT = 8, 1 / 64, 4
@@ -66,20 +69,33 @@ def lit(
     parts = np.zeros(shape[0] * shape[1], np.uint8)
     layers = [_layer(disk, cells, shape, looks, parts) for cells in crossings]
 
-    def store(pixels: Array) -> None:
+    def store(pixels: Array, layers: list[_Layer]) -> None:
         count = int(parts[pixels[0]])
         light[pixels], transmission[pixels] = _chunk_lit(disk, layers, shape[1], looks, count, pixels, veil)
 
     with ThreadPoolExecutor(cores()) as pool:
-        divided = np.flatnonzero(parts)
-        list(pool.map(store, (divided[rows] for rows in in_chunks(parts[divided], lambda count: _LIT // count**2))))
+        for pixels, seen in _ordered(np.flatnonzero(parts), layers, shape[1]):
+            chunks = (pixels[rows] for rows in in_chunks(parts[pixels], lambda count: _LIT // count**2))
+            list(pool.map(store, chunks, repeat(seen)))
     return light.reshape(*shape, 3), transmission.reshape(shape)
+
+
+def _ordered(pixels: Array, layers: list[_Layer], width: int) -> Iterator[tuple[Array, list[_Layer]]]:
+    """Pixels with cells within them, and the others, so that those at one place in their cells follow each other."""
+    within = np.zeros(len(layers[0].large) if layers else 0, bool)
+    for layer in layers:
+        within[layer.pixel] = True
+    none = np.zeros(0, int)
+    yield pixels[within[pixels]], layers
+    others = pixels[~within[pixels]]
+    order = np.lexsort((others % width % LARGEST, others // width % LARGEST))
+    yield others[order], [layer._replace(pixel=none, small=none) for layer in layers]
 
 
 def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
     """The cells of a crossing by pixels; `parts` of each pixel grows to what they need."""
     height, width = shape
-    divisions = _divisions(disk, cells, looks)
+    needed, least = _divisions(disk, cells, looks)
     large = np.full(height * width, -1)
     for size in np.unique(cells.size[cells.size >= FINEST]):
         pixels, which = size // FINEST, np.flatnonzero(cells.size == size)
@@ -87,35 +103,63 @@ def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, p
         x = (cells.x[which] // FINEST)[:, None, None] + within
         y = (cells.y[which] // FINEST)[:, None, None] + within[:, None]
         x, y, number = np.broadcast_arrays(x, y, which[:, None, None])
+        divisions = np.maximum(needed[number], least[number])
+        finer = np.flatnonzero((needed > least)[which] & (pixels > 1))
+        for rows in np.array_split(finer, -(-finer.size * pixels**2 // _LIT) or 1):
+            divisions[rows] = np.maximum(_of_pixels(disk, cells, which[rows], int(pixels)), least[number[rows]])
         inside = (x < width) & (y < height)
         place = y[inside] * width + x[inside]
         large[place] = number[inside]
-        parts[place] = np.maximum(parts[place], divisions[number[inside]])
+        parts[place] = np.maximum(parts[place], divisions[inside])
     small = np.flatnonzero(cells.size < FINEST)
     x, y = cells.x[small] // FINEST, cells.y[small] // FINEST
     inside = (x < width) & (y < height)
     small, pixel = small[inside], (y * width + x)[inside]
-    np.maximum.at(parts, pixel, divisions[small].astype(parts.dtype))
+    np.maximum.at(parts, pixel, np.maximum(needed, least)[small].astype(parts.dtype))
     order = np.argsort(pixel, kind="stable")
     return _Layer(cells, large, pixel[order], small[order])
 
 
-def _divisions(disk: Disk, cells: DiskCells, looks: Looks) -> Int[Array, " cells"]:
-    """Numbers of parts, in each direction, of the pixels of cells: a power of two, and at most 16."""
+def _divisions(disk: Disk, cells: DiskCells, looks: Looks) -> tuple[Int[Array, " cells"], Int[Array, " cells"]]:
+    """Numbers of parts, in each direction, of the pixels of cells, powers of two to 16.
+
+    By the emission and rims, which some pixels need less; and at least.
+    """
     pixels = cells.size / FINEST
-    width = disk.outer - disk.inner
-    # Between rims, what reaches beyond them is none of the disk.
-    far, near = np.clip(cells.low[:, 0], 1 / disk.outer, None), np.clip(cells.high[:, 0], None, 1 / disk.inner)
-    low = np.stack([(1 / np.maximum(near, 1e-12) - disk.inner) / width, cells.low[:, 1]], axis=-1)
-    high = np.stack([(1 / np.maximum(far, 1e-12) - disk.inner) / width, cells.high[:, 1]], axis=-1)
     slope = np.hypot(cells.data[:, 4:8], cells.data[:, 8:]).max(axis=1) / pixels[:, None]
-    size = np.stack([slope[:, 0] / np.maximum(cells.low[:, 0], 1 / disk.outer) ** 2 / width, slope[:, 1]], axis=-1)
-    size = np.minimum(size, [1.0, 2 * np.pi])
-    divisions = disk.emission.parts(low, high, size)
-    divisions = np.maximum(divisions, np.where(_uneven(disk, cells, low, high, looks), _AT_CHANGE, 1))
-    rim = (cells.low[:, 0] < 1 / disk.outer) | (cells.high[:, 0] > 1 / disk.inner)
-    divisions = np.maximum(divisions, np.where(rim, _AT_RIM, 1))
-    return np.maximum(divisions, np.where(pixels < 1, (1 / pixels).astype(int), 1))
+    low, high = _between_rims(disk, cells.low, cells.high)
+    uneven = np.where(_uneven(disk, cells, low, high, looks), _AT_CHANGE, 1)
+    return _needed(disk, cells.low, cells.high, slope), np.maximum(uneven, (1 / np.minimum(pixels, 1)).astype(int))
+
+
+def _of_pixels(disk: Disk, cells: DiskCells, which: Int[Array, " n"], pixels: int) -> Int[Array, "n down right"]:
+    """The same by the emission and rims of each pixel of cells of one size."""
+    where, data = weights(0.0, 0.0, 1.0, pixels), np.moveaxis(cells.data[which], -1, 0)
+    place, right, down = (
+        np.moveaxis(data @ part, 0, -1).reshape(-1, 2) for part in (where.value, where.along_x, where.along_y)
+    )
+    reach = _PIXEL_REACH * (np.abs(right) + np.abs(down)) / pixels
+    needed = _needed(disk, place - reach, place + reach, np.hypot(right, down) / pixels)
+    return needed.reshape(len(which), pixels, pixels)
+
+
+def _between_rims(disk: Disk, low: Array, high: Array) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
+    """Between which across and azimuth lie, of 1 / r and azimuth: what reaches beyond a rim is none of the disk."""
+    far, near = np.clip(low[:, 0], 1 / disk.outer, None), np.clip(high[:, 0], None, 1 / disk.inner)
+    across = [(1 / np.maximum(part, 1e-12) - disk.inner) / (disk.outer - disk.inner) for part in (near, far)]
+    return np.stack([across[0], low[:, 1]], axis=-1), np.stack([across[1], high[:, 1]], axis=-1)
+
+
+def _needed(disk: Disk, low: Array, high: Array, slope: Array) -> Int[Array, " n"]:
+    """Numbers of parts by the emission and rims.
+
+    low, high, slope (n, 2), of 1 / r and azimuth: between which they lie, and how far they go in a pixel.
+    """
+    width = disk.outer - disk.inner
+    size = np.stack([slope[:, 0] / np.maximum(low[:, 0], 1 / disk.outer) ** 2 / width, slope[:, 1]], axis=-1)
+    divisions = disk.emission.parts(*_between_rims(disk, low, high), np.minimum(size, [1.0, 2 * np.pi]))
+    rim = (low[:, 0] < 1 / disk.outer) | (high[:, 0] > 1 / disk.inner)
+    return np.maximum(divisions, np.where(rim, _AT_RIM, 1))
 
 
 def _uneven(disk: Disk, cells: DiskCells, low: Array, high: Array, looks: Looks) -> Bool[Array, " cells"]:
