@@ -37,8 +37,8 @@ from kerrcaustics.draw.titles import headline
 from kerrcaustics.tracks.circles import CircleImages
 from kerrcaustics.tracks.lines import LineCrossings, places_on_line
 
-CAMERA = kc.Camera(spin=0.999, radius=2.6)
-SKY = kc.skies.StarField()
+from .star_field import CAMERA, SKY, flat_edge
+
 # Of the galactic plane in that sky: its tilt, and a quarter turn before its ascending node.
 NORMAL = (math.radians(25), math.radians(-60 - 90))
 MAX_INDEX = 2
@@ -46,16 +46,6 @@ LINE: dict[str, Any] = {"color": "white", "linewidth": 0.7, "linestyle": (0, (2,
 DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3.2, "markeredgecolor": "black", "mew": 0.5}
 # Degrees from the shadow's middle at which counts are written into it, to the right and up.
 COUNTED = {"left edge": (-34, 0), "above": (0, 46), "below": (0, -46)}
-
-
-def flat_edge(width: int, height: int, field: float) -> kc.pictures.View:
-    """The view of a field (radians) that has the prograde end of the shadow edge three quarters to the right."""
-    middle = kc.pictures.View.toward_hole(CAMERA, width, height, field)
-    left = kc.shadow_edge(CAMERA, 4)[0]
-    inward = np.cross(np.cross(left, middle.forward), left)
-    away = field / 4
-    forward = left * math.cos(away) - inward / np.linalg.norm(inward) * math.sin(away)
-    return kc.pictures.View(width, height, field, forward=forward, up=middle.up)
 
 
 def seen(

@@ -14,7 +14,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 _LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
-class Shown(NamedTuple):
+class FrameContents(NamedTuple):
     """What a frame shows: the sky, and the radius at which it lies, and matter before it, in what light, and when."""
 
     sky: Sky | None
@@ -24,7 +24,9 @@ class Shown(NamedTuple):
     time: float
 
 
-def rendered(camera: Viewer, view: Raster, shown: Shown, motion: ShutterMotion | None, quality: str) -> Rendering:
+def rendered(
+    camera: Viewer, view: Raster, shown: FrameContents, motion: ShutterMotion | None, quality: str
+) -> Rendering:
     """A frame, linear light; motion: about the time in its middle."""
     disk, volume = shown.matter
     light = {"beaming": shown.light.beaming, "colour_shift": shown.light.colour_shift, "delay": shown.light.delay}
@@ -38,7 +40,7 @@ def rendered(camera: Viewer, view: Raster, shown: Shown, motion: ShutterMotion |
     return _traced(camera, view, shown, quality).show(shown.sky, **options)
 
 
-def _traced(camera: Viewer, view: Raster, shown: Shown, quality: str) -> TracedView:
+def _traced(camera: Viewer, view: Raster, shown: FrameContents, quality: str) -> TracedView:
     """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
     disk = shown.matter[0]
     rims = disk and (disk.inner, disk.outer, disk.opaque)

@@ -35,7 +35,7 @@ from kerrcaustics.scene_files.exposure import (
 from kerrcaustics.scene_files.named_files import named_files
 from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.overrides import with_overrides
-from kerrcaustics.scene_files.renderer import Shown, rendered
+from kerrcaustics.scene_files.renderer import FrameContents, rendered
 from kerrcaustics.scene_files.validation import SceneError, about, check_contents, in_file, reject
 from kerrcaustics.scene_files.volumes import values_in, volume_of
 from kerrcaustics.scenes.colour import ResponseLike
@@ -242,14 +242,14 @@ class SceneFile:
             shown = self._shown(time, phi, sky_radius_of(self.contents, camera))
             return rendered(camera, view, shown, self._motion(time, phi, scale), quality)
 
-    def _shown(self, time: float, phi: float, sky_radius: float) -> Shown:
+    def _shown(self, time: float, phi: float, sky_radius: float) -> FrameContents:
         """What is seen at a time, turned back by the azimuth phi of the camera."""
         sky, volume = self._sky, self._volume(time)
         if sky is not None and phi != 0:
             sky = TurnedSky(sky, -phi)
         disk = None if self._disk is None else turned_disk(self._disk, -phi)
         matter = disk, None if volume is None else turned_volume(volume, -phi)
-        return Shown(sky, sky_radius, matter, self.contents.light, time)
+        return FrameContents(sky, sky_radius, matter, self.contents.light, time)
 
     def _motion(self, time: float, phi: float, scale: float) -> ShutterMotion | None:
         """The motion while a frame is exposed, about its middle; phi: of the camera then."""

@@ -240,11 +240,11 @@ class Flock:
         """Rays as the spots near them measure, in an orthonormal frame of the FIDO there, and in their own."""
         spin, radius = self.orbits.spin, self.orbits.radius[spot]
         place = self.orbits.part(spot).at(self.moment[spot] + (at.late if self.delay else 0.0))
-        metric = _Metric.at(spin, radius, place.vector)
-        off = metric.lengths(at.vector - place.vector, 1 / at.u - radius)
-        speed = metric.velocity(place.rate)
-        light = metric.momentum(at)
-        clock = place.clock * metric.lapse
+        frames = _FidoFrames.at(spin, radius, place.vector)
+        off = frames.lengths(at.vector - place.vector, 1 / at.u - radius)
+        speed = frames.velocity(place.rate)
+        light = frames.momentum(at)
+        clock = place.clock * frames.lapse
         along = (speed * off).sum(axis=0) * clock
         energy = clock * (np.linalg.norm(light, axis=0) - (speed * light).sum(axis=0))
         ahead = (off * light).sum(axis=0) / energy - along
@@ -272,7 +272,7 @@ class Flock:
         return self._trees[number]
 
 
-class _Metric(NamedTuple):
+class _FidoFrames(NamedTuple):
     """Frames of FIDOs at n places: directions (n, 3) of theta and phi, lengths of units there, sin theta, lapse..."""
 
     south: Array
@@ -284,7 +284,7 @@ class _Metric(NamedTuple):
     shift: Array
 
     @classmethod
-    def at(cls, spin: float, r: Array, vector: Float[Array, "n 3"]) -> "_Metric":
+    def at(cls, spin: float, r: Array, vector: Float[Array, "n 3"]) -> "_FidoFrames":
         """At radii and unit vectors."""
         x, y, z = vector.T
         sine = np.maximum(np.hypot(x, y), 1e-300)
