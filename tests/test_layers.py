@@ -43,6 +43,22 @@ STARTS = {
     "import": "import kerrcaustics",
     "help": "sys.argv[1:] = ['--help']; runpy.run_module('kerrcaustics', run_name='__main__')",
 }
+# Commands that end before they trace a ray need no engine: so they answer in a fraction of a second.
+AT_ONCE = [
+    "--version",
+    "images --help",
+    "images --spin 2 --radius 6 --star 1 2",
+    "figures bogus",
+    "film no.toml",
+    "render no.toml",
+    "render bad.toml",
+    "scale --mass 4e6 --distance 8000",
+    "scene",
+    "scene --template disk",
+    "study report no",
+    "sweep no.toml",
+    "sweep bad.toml",
+]
 
 
 def imported_stages(module: Path) -> set[str]:
@@ -64,9 +80,24 @@ def test_stage_imports_earlier_stages_only(module):
         assert imported_stages(module) <= set(STAGES[: STAGES.index(stage) + 1])
 
 
+def loaded_by(code: str, packages: set[str]) -> list[str]:
+    """Those of the packages that a program has loaded at its end."""
+    report = f"atexit.register(lambda: print(*sorted({packages!r} & set(sys.modules)), file=sys.stderr))"
+    code = f"import atexit, runpy, sys; {report}; {code}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "Traceback" not in done.stderr
+    return done.stderr.splitlines()[-1].split()
+
+
 @pytest.mark.parametrize("start", STARTS)
 def test_start_is_light(start):
-    report = f"atexit.register(lambda: print(sorted({HEAVY!r} & set(sys.modules)), file=sys.stderr))"
-    code = f"import atexit, runpy, sys; {report}; {STARTS[start]}"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stderr.splitlines()[-1] == "[]"
+    assert loaded_by(STARTS[start], HEAVY) == []
+
+
+@pytest.mark.parametrize("command", AT_ONCE)
+def test_commands_that_trace_nothing_load_no_jax(command, tmp_path):
+    bad = tmp_path / "bad.toml"
+    bad.write_text("spin = ", encoding="utf-8")
+    arguments = [str(bad) if word == "bad.toml" else word for word in command.split()]
+    run = f"sys.argv[1:] = {arguments!r}; runpy.run_module('kerrcaustics', run_name='__main__')"
+    assert loaded_by(run, {"jax", "matplotlib", "scipy"}) == []

@@ -1,8 +1,11 @@
 """What a user's own settings of JAX and NumPy do to answers, and what the package does to them: nothing."""
 
+import os
+import pickle
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import jax
 import numpy as np
@@ -51,6 +54,19 @@ def setting(request):
 
 def test_settings_change_no_answer(usual, setting):
     assert answers() == usual
+
+
+@pytest.mark.slow
+def test_a_second_device_changes_no_answer(usual, tmp_path):
+    """Neither its presence nor the wish to use it: programs run on the first one, to the same bits."""
+    code = f"""import sys; sys.path.insert(1, {str(Path(__file__).parent)!r})
+import jax, pickle; from test_settings import answers
+first, second = jax.devices()
+found = [answers()]; jax.config.update("jax_default_device", second); found.append(answers())
+open({str(tmp_path / "answers")!r}, "wb").write(pickle.dumps(found))"""
+    two = os.environ | {"XLA_FLAGS": f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count=2"}
+    subprocess.run([sys.executable, "-c", code], env=two, check=True)
+    assert pickle.loads((tmp_path / "answers").read_bytes()) == [usual, usual]
 
 
 @pytest.mark.parametrize("precise", [False, True])

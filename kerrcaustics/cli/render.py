@@ -65,6 +65,10 @@ def render(
     began = clock()
     with progress() as report:
         with one_line_errors():
+            from kerrcaustics.toml_files import read_toml
+
+            # A file that cannot be read is refused before the engines are loaded.
+            read_toml(scene)
             from kerrcaustics.scene_files.scene_file import SceneFile
 
             file = resizing.applied(SceneFile.read(scene, overrides or []))

@@ -80,7 +80,10 @@ def _run(scene: Path, store: Path, workers: WorkerOptions, retry: bool) -> "Swee
         return f"The store {store} cannot be written: {reason}. {kept}"
 
     with one_line_errors(unwritten), plain_errors({"path": "output"}), progress(left=True) as report:
-        from kerrcaustics.sweeps.run import sweep as run
         from kerrcaustics.sweeps.scene import read_scene
 
-        return run(read_scene(scene), store, retry=retry, progress=report, **asdict(workers))
+        # What is wrong with the file is said before the engines are loaded.
+        points = read_scene(scene)
+        from kerrcaustics.sweeps.run import sweep as run
+
+        return run(points, store, retry=retry, progress=report, **asdict(workers))
