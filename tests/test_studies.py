@@ -3,6 +3,8 @@
 import inspect
 import json
 import math
+import os
+import threading
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.engine import ENGINES
+from kerrcaustics.report.machine import one_core
 from kerrcaustics.report.study_records import find_records
 from kerrcaustics.report.tables import Table
 from kerrcaustics.scripts import STUDIES, ScriptFolder
@@ -32,7 +35,14 @@ SETTINGS = {
         "shown": (("", 0.9, 6.03, 90.0),),
     },
     # Programs that other tests compile too.
-    "cost": {"directions": 64, "repeats": 1, "scenes": (("rays", False, {}), ("beams", True, {}))},
+    "cost": {
+        "directions": 64,
+        "repeats": 1,
+        "scenes": (("rays", False, {}), ("beams", True, {})),
+        "lines": ("three caustics",),
+        "calls": 1,
+        "first": (),
+    },
     "disk_checks": {
         "rings": ((0.9, 60.0),),
         "turns": 96,
@@ -92,6 +102,16 @@ def check_adversary(entry):
     assert all(int(row[2]) > 0 for row in rows)
 
 
+def check_cost(entry):
+    ((name, line),) = entry["lines"].items()
+    assert name == "three caustics" and line["first"]["loading"] > 0
+    assert line["later"]["tracing"] > 0 and line["later"]["rest"] > 0 and line["speed_up"] > 0
+    assert line["traced"]["beams"] > 1000
+    each = entry["microseconds"]["closed-form"]
+    alone = 1e-6 * (each[0] * line["traced"]["rays"] + each[-1] * line["traced"]["beams"])
+    assert line["ratio"] == pytest.approx(sum(line["later"].values()) / alone)
+
+
 def check_disk_checks(entry):
     assert [one["verdict"] for one in entry["checks"]] == ["holds"] * 20
     assert all(one["error"] < 0.05 for one in entry["work"] if one["method"] == "beams at nodes")
@@ -128,6 +148,7 @@ def check_stability(entry):
 
 
 CHECKS = {
+    "cost": check_cost,
     "adversary": check_adversary,
     "astroids": check_astroids,
     "disk_checks": check_disk_checks,
@@ -159,6 +180,82 @@ def test_study_writes_its_files(name, tmp_path, capsys):
     printed = capsys.readouterr().out
     assert lines and all(line in printed for line in lines)
     CHECKS.get(name, lambda _: None)(entry)
+
+
+def test_stages_add_up_and_rays_are_counted():
+    stages = STUDIES.module("cost.stages")
+    camera, clock = kc.Camera(0.5, 20), iter(range(1000))
+    with stages.watched(lambda: next(clock)) as watched:
+        rays, beams = kc.trace_rays(camera, np.eye(3)), kc.trace_beams(camera, -np.eye(3)[:2])
+    assert rays.escaped.any() and beams.escaped.any()
+    assert watched.traced == {"rays": 3, "beams": 2}
+    # Every tick belongs to a stage: one from each step to the next one.
+    loading, tracing, rest = (watched.seconds[name] for name in stages.STAGES)
+    assert loading == tracing >= 2 and loading + tracing + rest == next(clock) - 1
+    # Outside of the block nothing is counted.
+    kc.trace_rays(camera, np.eye(3))
+    assert watched.traced["rays"] == 3
+
+
+def test_time_is_that_of_programs_while_any_thread_waits_for_one():
+    stages, now = STUDIES.module("cost.stages"), [0.0]
+    spent = stages.Stages(lambda: now[0])
+    with spent.inside("tracing"):
+        now[0] = 1.0
+        with spent.inside("loading"):
+            now[0] = 3.0
+        now[0] = 7.0
+    now[0] = 15.0
+    with spent.inside("rest"):
+        pass
+    assert spent.seconds == {"loading": 2.0, "tracing": 5.0, "rest": 8.0}
+
+
+def warmed(spent):
+    with spent.inside("loading"):
+        spent.count("rays", 9)
+
+
+def test_programs_that_are_made_beside_are_nobodys_time():
+    stages = STUDIES.module("cost.stages")
+    spent = stages.Stages(iter(range(9)).__next__)
+    beside = threading.Thread(target=warmed, args=(spent,), name=f"{stages.BESIDE}_0")
+    beside.start()
+    beside.join()
+    assert not any(spent.seconds.values()) and spent.traced == {"rays": 0, "beams": 0}
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system has no affinities")
+def test_one_core_holds_threads_that_run_already():
+    over = threading.Event()
+    waiting = threading.Thread(target=over.wait)
+    waiting.start()
+    before = os.sched_getaffinity(0)
+    try:
+        with one_core():
+            held = [os.sched_getaffinity(thread) for thread in (0, waiting.native_id)]
+        assert held[0] == held[1] and len(held[0]) == 1
+        assert [os.sched_getaffinity(thread) for thread in (0, waiting.native_id)] == [before, before]
+    finally:
+        over.set()
+        waiting.join()
+
+
+@pytest.mark.slow
+def test_every_line_of_what_people_wait_for_can_be_asked_for_twice():
+    lines = STUDIES.module("cost.lines")
+    sizes = lines.Sizes(stars=20, times=20, rows=12, width=64, height=36)
+    for name, line in lines.LINES.items():
+        work = line(sizes)
+        assert all(work(k) is not None for k in range(2)), name
+
+
+@pytest.mark.slow
+def test_the_first_use_compiles_and_the_second_one_does_not():
+    lines = STUDIES.module("cost.lines")
+    states = {state: one["first"] for state, one in lines.first_use("three caustics", lines.SIZES).items()}
+    assert all(one["start"] > 0 and one["tracing"] > 0 for one in states.values())
+    assert states["empty"]["loading"] > 2 * states["warm"]["loading"] > 0
 
 
 def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch):

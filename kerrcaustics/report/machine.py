@@ -4,7 +4,7 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,16 +33,24 @@ def machine() -> dict[str, Any]:
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Do the work of the block on one core, if the system supports that."""
+    """Do the work of the block on one core, in all threads of the process, if the system supports that."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
     allowed = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {max(allowed)})
+    _allow({max(allowed)})
     try:
         yield
     finally:
-        os.sched_setaffinity(0, allowed)
+        _allow(allowed)
+
+
+def _allow(cores: set[int]) -> None:
+    """Let the threads of this process run on these cores alone, also those that start later."""
+    for thread in [0, *(int(task.name) for task in Path("/proc/self/task").glob("*"))]:
+        # It may have ended meanwhile.
+        with suppress(ProcessLookupError):
+            os.sched_setaffinity(thread, cores)
 
 
 def core_seconds(work: Callable[[], object], repeats: int = 3) -> float:

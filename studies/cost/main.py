@@ -1,26 +1,38 @@
-"""What does leaving things out save? Microseconds on one core of rays, beams, and what can be had with them.
+"""Where does the time go? Rays and beams with what can be had with them, what people wait for, and the first use.
 
     kerrcaustics study cost
 
 For each engine, rays of the whole sky of one camera at the default tolerance, captured directions not counted; each
 line asks for one thing more than the line before. Whiskers tell how far two rounds differ: what is within them is
-noise. Writes cost.json, cost.png and cost.md.
+noise.
+
+Each line of what people wait for runs in a process of its own: a first call, which loads its programs, on all cores;
+then more calls, each for another camera, of which the fastest is shown, in processor time on one core. Tracing is the
+time within compiled programs, the rest is Python and NumPy. The whole is compared with what as many rays and beams take
+by the first table, with all that can be had with them: absolute times are noise, ratios less so. A process on all cores
+would be as many times as fast as there are cores, but for what waits there: for the interpreter's lock, or for a step
+that only one thread takes.
+
+The first use is a new process until it has its answer, with an empty cache of programs, where all are compiled, and
+with what that leaves. Writes cost.json, cost.png and cost.md.
 """
 
 import time
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.figure import Figure
 
 import kerrcaustics as kc
-from kerrcaustics.draw.style import PALETTE, RC, SMALLEST_TEXT
+from kerrcaustics.beams.trace import cores
 from kerrcaustics.report.machine import core_seconds, one_core
 from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
 
 from ..directions import whole_sky
+from .lines import LINES, SIZES, Sizes, first_use, line
+from .picture import ENGINES, draw
 
 CAMERA = kc.Camera(0.999, 6.03)
 _NOTHING = {"index": False, "crossings": False, "redshift": False}
@@ -33,7 +45,8 @@ SCENES = (
     ("+ redshift", True, {}),
     ("+ time", True, {"time": True}),
 )
-ENGINES = {"closed-form": PALETTE[1], "integrated": PALETTE[0]}
+Rows = tuple[list[str], list[list[str]]]
+FIRST_USED = ("first star", "three caustics")
 
 
 def measured(sky: np.ndarray, engine: str, repeats: int, scenes: tuple) -> tuple[list[float], list[float]]:
@@ -50,36 +63,85 @@ def measured(sky: np.ndarray, engine: str, repeats: int, scenes: tuple) -> tuple
     return microseconds.min(axis=0).tolist(), np.ptp(microseconds, axis=0).tolist()
 
 
-def draw(found: dict[str, list[float]], noise: dict[str, list[float]], names: list[str]) -> Figure:
-    """Bars of microseconds, a group for each scene; whiskers up to the slower round."""
-    with rc_context(RC):
-        figure = Figure(figsize=(4.6, 2.6), layout="constrained")
-        ax = figure.subplots()
-        for k, (engine, times) in enumerate(found.items()):
-            for i, time in enumerate(times):
-                place = i + 0.38 * (k - 0.5)
-                slower = {"yerr": [[0], [noise[engine][i]]], "error_kw": {"linewidth": 0.8, "capsize": 2}}
-                ax.bar(place, time, 0.36, color=ENGINES[engine], **slower)
-                label = {"ha": "center", "fontsize": SMALLEST_TEXT, "textcoords": "offset points"}
-                ax.annotate(f"{time:.1f}", (place, time + noise[engine][i]), (0, 2), **label)
-            name = "closed form" if engine == "closed-form" else engine
-            ax.annotate(name, (0.02, 0.95 - 0.09 * k), xycoords="axes fraction", color=ENGINES[engine], va="top")
-        ax.set_xticks(range(len(names)), names)
-        ax.set_ylabel("time on one core (µs)")
-        ax.margins(y=0.12)
-        ax.spines[["top", "right"]].set_visible(False)
-    return figure
+def compared(name: str, sizes: Sizes, repeats: int, each: tuple[float, float]) -> dict[str, Any]:
+    """A line, and how many times as long it takes as its rays and beams alone, at microseconds of each."""
+    found = line(name, sizes, repeats)
+    alone = 1e-6 * (each[0] * found["traced"]["rays"] + each[1] * found["traced"]["beams"])
+    return found | {"ratio": sum(found["later"].values()) / alone}
 
 
-def findings(found: dict[str, list[float]], names: list[str]) -> list[str]:
-    """What was found, a sentence for each engine."""
-    return [
+def findings(found: dict[str, list[float]], names: list[str], lines: dict, first: dict) -> list[str]:
+    """What was found: a sentence for each engine, one of the lines, one for each first use."""
+    sentences = [
         f"{engine}: {times[0]:.1f} µs for {names[0]} alone, {times[-1]:.1f} µs for beams with all that was asked for."
         for engine, times in found.items()
     ]
+    if lines:
+        ratios = sorted((one["ratio"], name) for name, one in lines.items())
+        (least, first_name), (most, last_name) = ratios[0], ratios[-1]
+        sentences.append(
+            f"What people wait for takes {in_words(least)} ({first_name}) to {in_words(most)} times ({last_name}) as "
+            "long as its rays and beams alone."
+        )
+    for name, states in first.items():
+        empty, warm = (sum(states[state]["first"].values()) for state in ("empty", "warm"))
+        sentences.append(f"First use, {name}: {empty:.1f} s with an empty cache, {warm:.1f} s with a warm one.")
+    return sentences
 
 
-def main(output: Path, directions: int = 24576, repeats: int = 5, scenes: tuple = SCENES) -> list[Path]:
+def beam_table(found: dict[str, list[float]], noise: dict[str, list[float]], names: list[str]) -> Rows:
+    """Microseconds of rays and beams, by engine."""
+    heads = ["asked for", *(head for engine in found for head in (f"{engine}, µs", "slower round"))]
+    columns = [column for engine in found for column in (found[engine], np.add(found[engine], noise[engine]))]
+    return heads, [[name, *(f"{t:.1f}" for t in times)] for name, *times in zip(names, *columns, strict=True)]
+
+
+def line_table(lines: dict[str, dict[str, Any]]) -> Rows:
+    """Times of the lines, of which the first calls are in seconds and the others in milliseconds."""
+    heads = ["line", "first call, s", "loading, s", "later call, ms", "tracing, ms", "rest, ms", "rays", "beams"]
+    rows = []
+    for name, one in lines.items():
+        first, later = one["first"], one["later"]
+        calls = sum(first.values()) - first["start"], first["loading"]
+        times = (milliseconds(t) for t in (sum(later.values()), later["tracing"], later["rest"]))
+        numbers = (str(one["traced"][kind]) for kind in ("rays", "beams"))
+        rows.append(
+            [name, *(f"{t:.1f}" for t in calls), *times, *numbers, in_words(one["ratio"]), f"{one['speed_up']:.1f}"]
+        )
+    return [*heads, "× these alone", f"speed-up on {cores()} cores"], rows
+
+
+def first_table(first: dict[str, dict[str, Any]]) -> Rows:
+    """Seconds of the first use, by stage."""
+    stages = {"start": "start, imports", "loading": "programs", "tracing": "tracing", "rest": "rest"}
+    rows = []
+    for name, states in first.items():
+        for state, one in states.items():
+            times = [sum(one["first"].values()), *(one["first"][stage] for stage in stages)]
+            rows.append([f"{name}, {state} cache", *(f"{t:.1f}" for t in times)])
+    return ["first use", "until its answer, s", *(f"{head}, s" for head in stages.values())], rows
+
+
+def milliseconds(seconds: float) -> str:
+    """Seconds as milliseconds."""
+    return in_words(1e3 * seconds)
+
+
+def in_words(number: float) -> str:
+    """One digit behind the point, of numbers below a hundred."""
+    return f"{number:.{1 if number < 100 else 0}f}"
+
+
+def main(
+    output: Path,
+    directions: int = 24576,
+    repeats: int = 5,
+    scenes: tuple = SCENES,
+    lines: tuple[str, ...] = tuple(LINES),
+    sizes: Sizes = SIZES,
+    calls: int = 3,
+    first: tuple[str, ...] = FIRST_USED,
+) -> list[Path]:
     """Measure, write cost.json, .png and .md into a folder, and return their paths."""
     began = time.perf_counter()
     # From the first ray on: threads that start later stay on that core too.
@@ -88,20 +150,24 @@ def main(output: Path, directions: int = 24576, repeats: int = 5, scenes: tuple 
         rounds = {engine: measured(sky, engine, repeats, scenes) for engine in ENGINES}
     found, noise = ({engine: both[i] for engine, both in rounds.items()} for i in range(2))
     names = [name for name, _, _ in scenes]
-    heads = ["asked for", *(head for engine in found for head in (f"{engine}, µs", "slower round"))]
-    columns = [column for engine in found for column in (found[engine], np.add(found[engine], noise[engine]))]
-    rows = [[name, *(f"{t:.1f}" for t in times)] for name, *times in zip(names, *columns, strict=True)]
-    print(text_table(heads, rows))
+    each = found["closed-form"][0], found["closed-form"][-1]
+    of_lines = {name.format(**asdict(sizes)): compared(name, sizes, calls, each) for name in lines}
+    of_first = {name: first_use(name, sizes) for name in first}
+    tables = [beam_table(found, noise, names), line_table(of_lines), first_table(of_first)]
+    tables = [table for table in tables if table[1]]
+    print("\n".join(text_table(*table) for table in tables))
     settings = {"spin": CAMERA.spin, "radius": CAMERA.radius, "directions": directions, "scenes": names}
     return write_study(
         output,
         "cost",
         __doc__,
-        draw(found, noise, names),
-        markdown_table(heads, rows),
-        settings=settings,
-        findings=findings(found, names),
+        draw(found, noise, names, of_lines, of_first),
+        "\n".join(markdown_table(*table) for table in tables),
+        settings=settings | {"lines": list(of_lines), "sizes": asdict(sizes)},
+        findings=findings(found, names, of_lines, of_first),
         microseconds=found,
         noise=noise,
+        lines=of_lines,
+        first_use=of_first,
         seconds=time.perf_counter() - began,
     )
