@@ -2,6 +2,7 @@
 
 import math
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar
@@ -200,24 +201,28 @@ def _traced(
     def block(start: int) -> RayEnd[np.ndarray]:
         unit = normalised(directions[start : start + _BLOCK])
         ends = followed(camera, unit, chosen, tolerance, surface.bare(), wanted, many=many or count > _BLOCK)
-        return replace(ends, **_extras(extra, camera, unit, surface, ends)).finished(tolerance)
+        fields = _extras(extra, camera, unit, surface, ends)
+        return (replace(ends, **fields) if fields else ends).finished(tolerance)
 
     first = block(0)
+    fields = (first if count <= _BLOCK else _with_more(block, first, count)).shaped(shape).fields()
+    if wanted.beams:
+        fields["jacobian"] = camera.by_places(sky, fields["jacobian"])
+    result = kind(engine=chosen.value, **fields)
+    return replace(result, engine=in_words(result.engines)) if result.engines else result
+
+
+def _with_more(block: Callable[[int], RayEnd[np.ndarray]], first: RayEnd[np.ndarray], count: int) -> RayEnd[np.ndarray]:
+    """The first block, and the others, shared out among the cores."""
     ends = first.room(count)
 
     def store(start: int, part: RayEnd[np.ndarray]) -> None:
         ends.put(slice(start, start + _BLOCK), part)
 
     store(0, first)
-    starts = range(_BLOCK, count, _BLOCK)
-    if starts:
-        with ThreadPoolExecutor(cores()) as pool:
-            list(pool.map(lambda start: store(start, block(start)), starts))
-    fields = ends.shaped(shape).fields()
-    if wanted.beams:
-        fields["jacobian"] = camera.by_places(sky, fields["jacobian"])
-    result = kind(engine=chosen.value, **fields)
-    return replace(result, engine=in_words(result.engines)) if result.engines else result
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(lambda start: store(start, block(start)), range(_BLOCK, count, _BLOCK)))
+    return ends
 
 
 def _extras(

@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
@@ -28,6 +29,7 @@ _MOST_HALVINGS = 45
 # For so many stars a table of all distances is quicker than a tree.
 _FEW_STARS = 16
 _TURN = 2 * np.pi
+_TURNS = np.array([-_TURN, 0.0, _TURN])
 
 
 @dataclass(frozen=True)
@@ -80,10 +82,7 @@ class _Sides(Rows):
 
     def distance(self, star: Float[Array, "*batch sides 3"]) -> Float[Array, "*batch sides"]:
         """Distance of stars from the sides, taken as straight."""
-        side, way = self.other.direction - self.one.direction, star - self.one.direction
-        length = (side * side).sum(axis=-1)
-        part = np.clip((side * way).sum(axis=-1) / np.where(length == 0, 1, length), 0, 1)
-        return np.linalg.norm(way - part[..., None] * side, axis=-1)
+        return _distance(self.one.direction, self.other.direction, star)
 
     def azimuths(self) -> tuple[Array, Array, Array]:
         """Western and eastern end in azimuth, and +1 for a side that runs east, -1 west: it covers all but the west."""
@@ -98,7 +97,7 @@ class _Sides(Rows):
         """Signed crossings of the meridian from a star to the north pole, one star for each side."""
         west, east, sign = self.azimuths()
         phi = np.arctan2(star[:, 1], star[:, 0])
-        across = sum((west < phi + turn) & (phi + turn <= east) for turn in (-_TURN, 0.0, _TURN))
+        across = sum((west < phi + turn) & (phi + turn <= east) for turn in _TURNS)
         return sign * across * (np.einsum("ij,ij->i", self.south, star - self.one.direction) > 0)
 
 
@@ -106,12 +105,13 @@ class _Sides(Rows):
 class CausticPolygon:
     """A caustic as a closed polygon, for counting stars inside it, with what every count needs of its sides.
 
-    middle, reach: circles that hold all that is close to a side; azimuths: of the sides' ends, as they have them.
+    middle, reach: circles that hold all that is close to a side; margin, azimuths: of the sides, as they have them.
     """
 
     curves: CriticalCurves
     curve: CriticalCurve
     sides: _Sides
+    margin: Float[Array, " sides"]
     middle: Float[Array, "sides 3"]
     reach: Float[Array, " sides"]
     azimuths: tuple[Array, Array, Array]
@@ -121,8 +121,9 @@ class CausticPolygon:
         """The polygon through the points of one of the curves."""
         sides = _closed_sides(curve.points)
         one, other = sides.one.direction, sides.other.direction
-        reach = np.linalg.norm(other - one, axis=1) / 2 + sides.margin
-        return cls(curves, curve, sides, (one + other) / 2, reach, sides.azimuths())
+        margin = sides.margin
+        reach = lengths(other - one) / 2 + margin
+        return cls(curves, curve, sides, margin, (one + other) / 2, reach, sides.azimuths())
 
     def winding(self, star: Float[Array, "stars 3"]) -> Winding:
         """The winding of the caustic about stars. One that is a point has no inside."""
@@ -135,17 +136,18 @@ class CausticPolygon:
         """Distance of stars from the sides around the nearest corner."""
         corners = self.curve.points.direction
         if len(star) <= _FEW_STARS:
-            corner = np.linalg.norm(corners[:, None] - star, axis=2).argmin(axis=0)
+            corner = lengths(corners[:, None] - star).argmin(axis=0)
         else:
             corner = cKDTree(corners).query(star)[1]
-        return np.minimum(self.sides[corner - 1].distance(star), self.sides[corner].distance(star))
+        before, after = corners[corner - 1], corners[(corner + 1) % len(corners)]
+        return np.minimum(_distance(before, corners[corner], star), _distance(corners[corner], after, star))
 
     @cached_property
     def _no_points(self) -> Points:
         return self.curve.points[:0]
 
     def _at_point(self, star: Float[Array, "stars 3"]) -> Bool[Array, " stars"]:
-        return np.linalg.norm(star - self.curve.points.direction.mean(axis=0), axis=1) <= self.curve.blur
+        return lengths(star - self.curve.points.direction.mean(axis=0)) <= self.curve.blur
 
     def _divided(self, star: Float[Array, "stars 3"]) -> Winding:
         """The winding, with the sides close to a star halved for it."""
@@ -191,31 +193,50 @@ class CausticPolygon:
     def _close(self, star: Float[Array, "stars 3"]) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a side and a star that is close to it."""
         if len(star) <= _FEW_STARS:
-            number, which = np.nonzero(np.linalg.norm(self.middle[:, None] - star, axis=2) <= self.reach[:, None])
+            number, which = np.nonzero(lengths(self.middle[:, None] - star) <= self.reach[:, None])
         else:
             found = cKDTree(star).query_ball_point(self.middle, self.reach)
             number = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
             which = np.concatenate([np.asarray(stars, int) for stars in found])
-        sides = self.sides[number]
-        near = sides.distance(star[which]) <= sides.margin
+        start, end = self.sides.one.direction, self.sides.other.direction
+        near = _distance(start[number], end[number], star[which]) <= self.margin[number]
         return number[near], which[near]
 
     def _crossings(self, star: Float[Array, "stars 3"]) -> Int[Array, " stars"]:
         """Signed crossings of the meridians from stars to the north pole, with the undivided sides."""
-        phi = np.arctan2(star[:, 1], star[:, 0])
-        order = np.argsort(phi)
-        west, east, sign = self.azimuths
-        start, south = self.sides.one.direction, self.sides.south
+        side, which = self._below(np.arctan2(star[:, 1], star[:, 0]))
+        start, south, sign = self.sides.one.direction, self.sides.south, self.azimuths[2]
+        above = np.einsum("ij,ij->i", south[side], star[which] - start[side]) > 0
         count = np.zeros(len(star), int)
-        for turn in (-_TURN, 0.0, _TURN):
-            first, last = (np.searchsorted(phi[order] + turn, edge, side="right") for edge in (west, east))
+        np.add.at(count, which[above], sign[side[above]])
+        return count
+
+    def _below(self, phi: Float[Array, " stars"]) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+        """Pairs of a side and a star with an azimuth that it covers."""
+        west, east, _ = self.azimuths
+        turned = phi + _TURNS[:, None]
+        if len(phi) <= _FEW_STARS:
+            _, side, which = np.nonzero((west[:, None] < turned[:, None]) & (turned[:, None] <= east[:, None]))
+            return side, which
+        order = np.argsort(phi)
+        sides, stars = [], []
+        for now in turned[:, order]:
+            first, last = (np.searchsorted(now, edge, side="right") for edge in (west, east))
             number = np.maximum(last - first, 0)
             side = np.repeat(np.arange(len(first)), number)
-            place = np.arange(len(side)) - np.repeat(np.cumsum(number) - number, number) + np.repeat(first, number)
-            which = order[place]
-            above = np.einsum("ij,ij->i", south[side], star[which] - start[side]) > 0
-            np.add.at(count, which[above], sign[side[above]])
-        return count
+            sides.append(side)
+            stars.append(order[np.arange(len(side)) + (first - np.cumsum(number) + number)[side]])
+        return np.concatenate(sides), np.concatenate(stars)
+
+
+def _distance(
+    start: Float[Array, "*batch 3"], end: Float[Array, "*batch 3"], star: Float[Array, "*batch 3"]
+) -> Float[Array, "*batch"]:
+    """Distance of stars from sides, taken as straight."""
+    side, way = end - start, star - start
+    length = (side * side).sum(axis=-1)
+    part = np.clip((side * way).sum(axis=-1) / np.where(length == 0, 1, length), 0, 1)
+    return lengths(way - part[..., None] * side)
 
 
 def _closed_sides(points: Points) -> _Sides:
@@ -226,7 +247,7 @@ def _closed_sides(points: Points) -> _Sides:
     """
     following = points[1:].joined(points[:1].shifted(1))
     step = following.direction - points.direction
-    chord = np.linalg.norm(step, axis=1)
+    chord = lengths(step)
     along = np.einsum("ij,ij->i", step, points.major)
     agree = np.sign(np.einsum("ij,ij->i", points.major, following.major))
     turned = np.sign(along) * agree != np.sign(np.roll(along, -1))
@@ -244,10 +265,10 @@ def _halves(sides: _Sides, middle: Points) -> _Sides:
 def _sides(one: Points, other: Points, turned: Bool[Array, " sides"], height: Float[Array, " sides"]) -> _Sides:
     """Sides from points to points; height: where the caustic turns back."""
     step = other.direction - one.direction
-    chord = np.linalg.norm(step, axis=1)
-    bend = np.linalg.norm(np.cross(one.major, other.major), axis=1)
+    chord = lengths(step)
+    bend = lengths(np.cross(one.major, other.major))
     # A side at a large angle to the curve's own direction has a cusp next to it.
-    lean = np.linalg.norm(np.cross(step / np.where(chord == 0, 1, chord)[:, None], one.major), axis=1)
+    lean = lengths(np.cross(step / np.where(chord == 0, 1, chord)[:, None], one.major))
     height = np.where(turned, height, chord * np.maximum(bend, 2 * lean))
     # Short sides ask for differences, not products of unit vectors.
     normal = np.cross(one.direction, step)

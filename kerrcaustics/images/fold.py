@@ -5,6 +5,7 @@ normal N: n' = c + a s T + e s^2 N for a step s in depth. A star's images lie on
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Num
@@ -17,7 +18,7 @@ from kerrcaustics.lens_map.sky_lines import periodic
 
 Array = np.ndarray
 _Guesses = tuple[Num[Array, " guesses"], ...]
-_Places = tuple[Int[Array, " places"], Float[Array, " places"], Int[Array, "places 4"]]
+_Places = tuple[Float[Array, " places"], Int[Array, "places 4"]]
 
 # Step in depth of the derivatives, and the longest step for which they serve.
 _STEP, _LONGEST = 1e-3, 0.5
@@ -45,60 +46,104 @@ def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "s
 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
     """
-    close = np.unique(winding.star)
-    far = np.setdiff1d(np.arange(len(star)), close)
-    groups = [(far[i : i + _ROWS], points) for i in range(0, len(far), _ROWS)]
-    for i in close:
-        merged = points.joined(winding.points[winding.star == i])
-        groups.append((np.array([i]), merged[np.argsort(merged.edge_phase, kind="stable")]))
-    parts = [(which, *_guesses(derivatives(known.edge_phase), known, star[which])) for which, known in groups]
-    found = [(which[row], *values) for which, row, *values in parts]
-    return tuple(np.concatenate(values) for values in zip(*found, strict=True))
-
-
-def _guesses(derivatives: Float[Array, "points 6"], points: Points, star: Float[Array, "stars 3"]) -> _Guesses:
-    """As `fold_guesses`, with points as close to each other as the stars are to the caustic."""
-    sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
-    tangent = points.major * sign[:, None]
-    normal = np.cross(points.direction, tangent)
-    speed = np.einsum("ij,ij->i", tangent, derivatives[:, :3])
-    bend = np.einsum("ij,ij->i", normal, derivatives[:, 3:]) / 2
-    away = star[:, None] - points.direction
-    step = np.einsum("nij,ij->ni", away, tangent) / speed
-    miss = np.einsum("nij,ij->ni", away, normal) - bend * step**2
-    near = (np.einsum("nij,ij->ni", away, points.direction) > -1) & (np.abs(step) < _LONGEST)
+    known = points.joined(winding.points)
+    fold = _Fold.at(known, derivatives(known.edge_phase))
+    count, extra = len(points), np.arange(len(points), len(known))
     parts = []
-    for which, edge_phase, around in (_roots(points, miss, near), _touching(points, miss, near)):
-        known, values = _unrolled(points, around), (points.depth[around], step[which[:, None], around])
+    for first in range(0, max(len(star), 1), _ROWS):
+        some = np.arange(first, min(first + _ROWS, len(star)))
+        theirs = (first <= winding.star) & (winding.star < first + _ROWS)
+        which = np.concatenate([np.repeat(some, count), winding.star[theirs]])
+        number = np.concatenate([np.tile(np.arange(count), len(some)), extra[theirs]])
+        order = np.lexsort((known.edge_phase[number], which))
+        parts.append(_guesses(fold, _Rings.of(which[order], number[order]), star))
+    return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
+
+
+class _Fold(NamedTuple):
+    """The map next to points of a critical curve: its directions T and N there, the speed a and the bend e."""
+
+    points: Points
+    tangent: Array
+    normal: Array
+    speed: Array
+    bend: Array
+
+    @classmethod
+    def at(cls, points: Points, derivatives: Float[Array, "points 6"]) -> "_Fold":
+        sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
+        tangent = points.major * sign[:, None]
+        normal = np.cross(points.direction, tangent)
+        speed = np.einsum("ij,ij->i", tangent, derivatives[:, :3])
+        return cls(points, tangent, normal, speed, np.einsum("ij,ij->i", normal, derivatives[:, 3:]) / 2)
+
+
+class _Rings(NamedTuple):
+    """Points round the curve for one star after the other, as close to each other as the star is to the caustic.
+
+    which: the star of each row; number: its point; first, count: of the star's rows.
+    """
+
+    which: Array
+    number: Array
+    first: Array
+    count: Array
+
+    @classmethod
+    def of(cls, which: Int[Array, " rows"], number: Int[Array, " rows"]) -> "_Rings":
+        first = np.searchsorted(which, which)
+        return cls(which, number, first, np.searchsorted(which, which, side="right") - first)
+
+    def beside(self, row: Int[Array, " rows"], steps: int) -> Int[Array, " rows"]:
+        """Rows so many steps further round."""
+        first = self.first[row]
+        return np.asarray(first + (row - first + steps) % self.count[row])
+
+    def around(self, row: Int[Array, " places"]) -> Int[Array, "places 4"]:
+        """The rows before and after the way from some to the next ones."""
+        return np.stack([self.beside(row, steps) for steps in range(-1, 3)], axis=1)
+
+
+def _guesses(fold: _Fold, rings: _Rings, star: Float[Array, "stars 3"]) -> _Guesses:
+    """As `fold_guesses`, from points round the curve."""
+    points, number = fold.points, rings.number
+    away = star[rings.which] - points.direction[number]
+    step = np.einsum("ij,ij->i", away, fold.tangent[number]) / fold.speed[number]
+    miss = np.einsum("ij,ij->i", away, fold.normal[number]) - fold.bend[number] * step**2
+    near = (np.einsum("ij,ij->i", away, points.direction[number]) > -1) & (np.abs(step) < _LONGEST)
+    parts = []
+    for edge_phase, around in (_roots(points, rings, miss, near), _touching(points, rings, miss, near)):
+        known, values = _unrolled(points, number[around]), (points.depth[number[around]], step[around])
+        which = rings.which[around[:, 0]]
         parts.append((which, edge_phase, *(_cubic(edge_phase, *known.T, *value.T) for value in values)))
     return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
 
-def _roots(points: Points, miss: Float[Array, "stars points"], near: Bool[Array, "stars points"]) -> _Places:
-    """Sign changes of `miss` along the curve: the row, the edge phase, and the four points around."""
-    which, i = np.nonzero((np.sign(miss) != np.sign(np.roll(miss, -1, axis=1))) & near & np.roll(near, -1, axis=1))
-    around = (i[:, None] + np.arange(-1, 3)) % len(points)
-    values = miss[which[:, None], around]
-    known = _unrolled(points, around)
+def _roots(points: Points, rings: _Rings, miss: Float[Array, " rows"], near: Bool[Array, " rows"]) -> _Places:
+    """Sign changes of `miss` along the curve: the edge phase, and the four rows around."""
+    rows = np.arange(len(miss))
+    after = rings.beside(rows, 1)
+    around = rings.around(np.flatnonzero((np.sign(miss) != np.sign(miss[after])) & near & near[after]))
+    known = _unrolled(points, rings.number[around])
     bracket = known[:, 1], known[:, 2]
-    root = elementwise.find_root(_cubic, bracket, args=(*known.T, *values.T), tolerances={"xrtol": 1e-14})
-    return which, np.asarray(root.x), around
+    root = elementwise.find_root(_cubic, bracket, args=(*known.T, *miss[around].T), tolerances={"xrtol": 1e-14})
+    return np.asarray(root.x), around
 
 
-def _touching(points: Points, miss: Float[Array, "stars points"], near: Bool[Array, "stars points"]) -> _Places:
+def _touching(points: Points, rings: _Rings, miss: Float[Array, " rows"], near: Bool[Array, " rows"]) -> _Places:
     """As `_roots`, where `miss` comes within the points' errors of 0 and turns back: a few places on both sides."""
-    before, after = np.roll(miss, 1, axis=1), np.roll(miss, -1, axis=1)
+    rows = np.arange(len(miss))
+    before, after = miss[rings.beside(rows, -1)], miss[rings.beside(rows, 1)]
+    error = points.error[rings.number]
     back = (np.abs(miss) <= np.minimum(np.abs(before), np.abs(after))) & (np.sign(before) == np.sign(after))
-    which, i = np.nonzero(back & near & (np.abs(miss) < _ERRORS * points.error))
-    around = (i[:, None] + np.arange(-1, 3)) % len(points)
-    edge_phase = _unrolled(points, around)
-    values = miss[which[:, None], around]
-    slopes = np.diff(values, axis=1) / np.diff(edge_phase, axis=1)
+    row = np.flatnonzero(back & near & (np.abs(miss) < _ERRORS * error))
+    around = rings.around(row)
+    edge_phase = _unrolled(points, rings.number[around])
+    slopes = np.diff(miss[around], axis=1) / np.diff(edge_phase, axis=1)
     bend = np.abs((slopes[:, 1] - slopes[:, 0]) / (edge_phase[:, 2] - edge_phase[:, 0]))
-    width = np.sqrt(points.error[i] / np.where(bend == 0, np.inf, bend))
+    width = np.sqrt(error[row] / np.where(bend == 0, np.inf, bend))
     places = edge_phase[:, 1:2] + width[:, None] * _PLACES
-    count = len(_PLACES)
-    return np.repeat(which, count), places.ravel(), np.repeat(around, count, axis=0)
+    return places.ravel(), np.repeat(around, len(_PLACES), axis=0)
 
 
 def _unrolled(points: Points, around: Int[Array, "places 4"]) -> Float[Array, "places 4"]:

@@ -20,6 +20,7 @@ from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import SearchSky, as_seen, radians_of, search_sky, shown_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -191,7 +192,7 @@ def _distinct(images: SkyImages) -> SkyImages:
             break
         same &= other.second_arrival == one.second_arrival
         size = np.maximum(_SAME, _SAME_ERRORS * (other.error + one.error))
-        again[ahead:] |= same & (np.linalg.norm(other.sky - one.sky, axis=1) < size)
+        again[ahead:] |= same & (lengths(other.sky - one.sky) < size)
         ahead += 1
     return images[~again]
 

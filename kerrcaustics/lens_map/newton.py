@@ -9,6 +9,7 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import chart_of, straight
+from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -68,15 +69,19 @@ def find_roots(
         with np.errstate(divide="ignore"):
             off = beams.error + np.where(last, left, distance)
             error[better] = (off * end.scale(beams) / np.abs(beams.delta_minus))[allowed]
-        sky[active[last]] = stepped(trial[last], wish[last], np.ones(np.count_nonzero(last)))[0]
         part[better] = np.minimum(1, 4 * part[better])
         part[active[~allowed]] /= 4
-        done = settled | last | (allowed & (distance <= _ERRORS * beams.error))
-        found[active[done]] = True
-        active = active[~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active])]
+        done = settled | (allowed & (distance <= _ERRORS * beams.error))
+        found[active[done | last]] = True
+        going = last | (~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active]))
+        active, last = active[going], last[going]
         if active.size == 0:
             break
         trial, taken = stepped(sky[active], step[active], part[active])
+        sky[active[last]] = trial[last]
+        active, trial, taken = active[~last], trial[~last], taken[~last]
+        if active.size == 0:
+            break
     which = np.flatnonzero(found)
     return which, sky[which], error[which]
 
@@ -89,10 +94,10 @@ def _newton_step(
     The distance is the angle between both, in the plane their distance relative to r.
     """
     scale = end.scale(beams)
-    chord = np.linalg.norm(star - end.ends(beams), axis=1) / scale
+    chord = lengths(star - end.ends(beams)) / scale
     # In the plane a chord may be longer than those of a unit circle.
     distance = 2 * np.arcsin(np.minimum(chord / 2, 1)) + np.maximum(chord - 2, 0)
     flat = end.displacement(beams, star)
-    size = np.linalg.norm(flat, axis=1)
+    size = lengths(flat)
     flat *= (distance * scale / np.where(size == 0, 1, size))[:, None]
     return beams.pulled_back(sky, flat), np.where(np.isfinite(distance), distance, np.inf)

@@ -6,15 +6,15 @@ that the sheet of index 0 is described by N instead.
 """
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
-from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_line_of_sight
 from kerrcaustics.spacetime.shadow import edge_photons
-from kerrcaustics.spacetime.sphere import moved
+from kerrcaustics.spacetime.sphere import lengths, moved
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -33,6 +33,20 @@ Step = tuple[Float[Array, "images 3"], Float[Array, " images"]]
 """Directions reached, and the parts of the steps that were taken."""
 
 
+class _AboutHole(NamedTuple):
+    """Directions by distance and position angle about the direction to the hole.
+
+    toward (n, 3): lines of sight along r, theta, phi; across: the part of them across r; angle; size: distance of the
+    shadow edge there; beyond: distance from it.
+    """
+
+    toward: Array
+    across: Array
+    angle: Array
+    size: Array
+    beyond: Array
+
+
 class Chart:
     """Places of directions N on the sky at rest: N itself for index 0, else (angle, depth, 0).
 
@@ -42,30 +56,23 @@ class Chart:
 
     def __init__(self, camera: Viewer) -> None:
         """Tabulate the distance of the shadow edge from the direction to the hole; camera: at rest."""
-        self._frame = camera.frame()
+        # On the sky at rest, lines of sight are N in other axes.
+        self._axes = np.array(camera.frame().basis)
         self._size = edge_size(camera)
         self._slope = self._size.derivative()
 
     def place(self, index: Int[Array, " images"], sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Coordinates of directions N on sheets of the given index."""
-        line_of_sight = self._line_of_sight(sky)
-        angle = np.arctan2(line_of_sight[:, 2], line_of_sight[:, 1])
-        size = self._size(angle)
-        depth = np.log((np.pi - size) / np.maximum(_from_hole(line_of_sight) - size, _NEAREST))
-        return np.where((index == 0)[:, None], sky, np.stack([angle, depth, 0 * angle], axis=-1))
+        return np.where((index == 0)[:, None], sky, self._place(self._about_hole(sky)))
 
     def sky(self, index: Int[Array, " images"], place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Directions N at the given coordinates."""
-        angle, size = place[:, 0], self._size(place[:, 0])
-        distance = size + (np.pi - size) * np.exp(-np.clip(place[:, 1], 0, DEEPEST))
-        across = np.sin(distance)
-        line_of_sight = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
-        unit = place / np.maximum(np.linalg.norm(place, axis=1, keepdims=True), 1e-300)
-        return np.where((index == 0)[:, None], unit, sky_from_line_of_sight(self._frame, line_of_sight))
+        unit = place / np.maximum(lengths(place)[:, None], 1e-300)
+        return np.where((index == 0)[:, None], unit, self._sky(place))
 
     def scaled(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Coordinates (x, y, 0) of directions N: angles from the hole in units of that to the shadow edge."""
-        line_of_sight = self._line_of_sight(sky)
+        line_of_sight = sky @ self._axes
         angle = np.arctan2(line_of_sight[:, 2], line_of_sight[:, 1])
         part = _from_hole(line_of_sight) / self._size(angle)
         return part[:, None] * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
@@ -73,35 +80,21 @@ class Chart:
     def unscaled(self, place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Directions N at such coordinates."""
         angle = np.arctan2(place[:, 1], place[:, 0])
-        distance = np.minimum(np.linalg.norm(place, axis=1) * self._size(angle), np.pi)
-        across = np.sin(distance)
-        line_of_sight = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
-        return sky_from_line_of_sight(self._frame, line_of_sight)
+        distance = np.minimum(lengths(place) * self._size(angle), np.pi)
+        return self._at(angle, distance)
 
     def rate(
         self, index: Int[Array, " images"], sky: Float[Array, "images 3"], drift: Float[Array, "images 3"]
     ) -> Float[Array, "images 3"]:
         """Rates of the coordinates of images that drift along tangents of the sky."""
-        # On the sky at rest, lines of sight are N in other axes.
-        line_of_sight, drifting = self._line_of_sight(sky), self._line_of_sight(drift)
-        r, theta, phi = line_of_sight.T
-        across = np.maximum(theta**2 + phi**2, 1e-300)
-        turning = (theta * drifting[:, 2] - phi * drifting[:, 1]) / across
-        outward = drifting[:, 0] * np.sqrt(across) - r * (theta * drifting[:, 1] + phi * drifting[:, 2]) / np.sqrt(
-            across
-        )
-        angle = np.arctan2(phi, theta)
-        size, slope = self._size(angle), self._slope(angle)
-        distance = np.maximum(_from_hole(line_of_sight) - size, _NEAREST)
-        deepening = -slope * turning / (np.pi - size) - (outward - slope * turning) / distance
-        return np.where((index == 0)[:, None], drift, np.stack([turning, deepening, 0 * turning], axis=-1))
+        return np.where((index == 0)[:, None], drift, self._rate(self._about_hole(sky), drift))
 
     def blur(
         self, index: Int[Array, " images"], sky: Float[Array, "images 3"], error: Float[Array, " images"]
     ) -> Float[Array, " images"]:
         """Errors of coordinates of images whose places on the sky have errors (radians), mostly along the edge."""
-        line_of_sight = self._line_of_sight(sky)
-        across = np.hypot(line_of_sight[:, 1], line_of_sight[:, 2])
+        _, theta, phi = (sky @ self._axes).T
+        across = np.hypot(theta, phi)
         return error / np.where(index == 0, 1, np.maximum(across, _NEAREST))
 
     def stepped(
@@ -112,18 +105,48 @@ class Chart:
         Close to the hole a step keeps its angle and depth rates, so that it bends with the layers of images; elsewhere
         it runs along a great circle.
         """
-        ones = np.ones(len(sky), int)
-        place, rate = self.place(ones, sky), self.rate(ones, sky, step)
-        bent = (place[:, 1] > _DEEP) & (np.linalg.norm(step, axis=1) > _STRAIGHT)
+        about = self._about_hole(sky)
+        place, rate = self._place(about), self._rate(about, step)
+        bent = (place[:, 1] > _DEEP) & (lengths(step) > _STRAIGHT)
         turns, depths = np.abs(rate[:, :2].T)
         short = part / np.maximum(np.maximum(turns / _LONGEST_TURN, depths / _LONGEST_DEPTH), 1)
-        along = self.sky(ones, place + rate * short[:, None])
+        along = self._sky(place + rate * short[:, None])
         other, part = straight(sky, step, part)
         return np.where(bent[:, None], along, other), np.where(bent, short, part)
 
-    def _line_of_sight(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
-        """Vectors of the sky at rest in components along r, theta, phi."""
-        return line_of_sight_from_sky(self._frame, sky)
+    def _about_hole(self, sky: Float[Array, "images 3"]) -> _AboutHole:
+        toward = sky @ self._axes
+        r, theta, phi = toward.T
+        across, angle = np.hypot(theta, phi), np.arctan2(phi, theta)
+        size = self._size(angle)
+        return _AboutHole(toward, across, angle, size, np.maximum(np.arctan2(across, -r) - size, _NEAREST))
+
+    def _place(self, about: _AboutHole) -> Float[Array, "images 3"]:
+        """(angle, depth, 0)."""
+        depth = np.log((np.pi - about.size) / about.beyond)
+        return np.stack([about.angle, depth, np.zeros_like(depth)], axis=-1)
+
+    def _rate(self, about: _AboutHole, drift: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
+        """Rates of (angle, depth, 0) along tangents of the sky."""
+        (r, theta, phi), (along_r, along_theta, along_phi) = about.toward.T, (drift @ self._axes).T
+        across = np.maximum(about.across, 1e-150)
+        turning = (theta * along_phi - phi * along_theta) / across**2
+        outward = along_r * across - r * (theta * along_theta + phi * along_phi) / across
+        slope = self._slope(about.angle)
+        deepening = -slope * turning / (np.pi - about.size) - (outward - slope * turning) / about.beyond
+        return np.stack([turning, deepening, np.zeros_like(turning)], axis=-1)
+
+    def _sky(self, place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
+        """Directions N at (angle, depth)."""
+        angle, size = place[:, 0], self._size(place[:, 0])
+        return self._at(angle, size + (np.pi - size) * np.exp(-np.clip(place[:, 1], 0, DEEPEST)))
+
+    def _at(self, angle: Float[Array, " images"], distance: Float[Array, " images"]) -> Float[Array, "images 3"]:
+        """Directions N at distances from the direction to the hole."""
+        across = np.sin(distance)
+        line_of_sight = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
+        sky = line_of_sight @ self._axes.T
+        return np.asarray(sky / lengths(sky)[:, None])
 
 
 def edge_size(camera: Viewer) -> CubicSpline:
@@ -145,7 +168,7 @@ def chart_of(camera: Viewer) -> Chart:
 
 def straight(sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part: Float[Array, " images"]) -> Step:
     """`Chart.stepped` along great circles alone: on the sky of a camera that moves."""
-    part = part / np.maximum(np.linalg.norm(step, axis=1) / _LONGEST, 1)
+    part = part / np.maximum(lengths(step) / _LONGEST, 1)
     return moved(sky, step * part[:, None]), part
 
 
