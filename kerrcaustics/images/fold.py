@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, Num
+from jaxtyping import Float, Int, Num
 from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise
 
@@ -18,7 +18,10 @@ from kerrcaustics.lens_map.sky_lines import periodic
 
 Array = np.ndarray
 _Guesses = tuple[Num[Array, " guesses"], ...]
-_Places = tuple[Float[Array, " places"], Int[Array, "places 4"]]
+_Around = tuple[Array, Array, Array, Array]
+"""The star of each place, and of the four points around it the numbers, how far each misses, and the step."""
+_Places = tuple[Float[Array, " found"], Int[Array, " found"]]
+"""Edge phases of places, and around which four points each is."""
 
 # Step in depth of the derivatives, and the longest step for which they serve.
 _STEP, _LONGEST = 1e-3, 0.5
@@ -48,26 +51,34 @@ def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "s
     """
     known = points.joined(winding.points)
     fold = _Fold.at(known, derivatives(known.edge_phase))
-    count, extra = len(points), np.arange(len(points), len(known))
+    curve, close = np.arange(len(points)), np.unique(winding.star)
+    far = np.setdiff1d(np.arange(len(star)), close)
+    groups = [(far[i : i + _ROWS], curve) for i in range(0, len(far), _ROWS)]
+    for i in close:
+        number = np.append(curve, len(points) + np.flatnonzero(winding.star == i))
+        groups.append((np.array([i]), number[np.argsort(known.edge_phase[number], kind="stable")]))
+    found = [_fits(fold, which, number, star[which]) for which, number in groups]
     parts = []
-    for first in range(0, max(len(star), 1), _ROWS):
-        some = np.arange(first, min(first + _ROWS, len(star)))
-        theirs = (first <= winding.star) & (winding.star < first + _ROWS)
-        which = np.concatenate([np.repeat(some, count), winding.star[theirs]])
-        number = np.concatenate([np.tile(np.arange(count), len(some)), extra[theirs]])
-        order = np.lexsort((known.edge_phase[number], which))
-        parts.append(_guesses(fold, _Rings.of(which[order], number[order]), star))
+    for places, around in zip((_roots, _touching), zip(*found, strict=True), strict=True):
+        which, number, miss, step = (np.concatenate(values) for values in zip(*around, strict=True))
+        edge_phase, row = places(known, number, miss)
+        phases, depth, step = _unrolled(known, number)[row], known.depth[number[row]], step[row]
+        parts.append((which[row], edge_phase, *(_cubic(edge_phase, *phases.T, *v.T) for v in (depth, step))))
     return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
 
 class _Fold(NamedTuple):
-    """The map next to points of a critical curve: its directions T and N there, the speed a and the bend e."""
+    """The map next to points of a critical curve: c, the directions T and N there, the speed a and the bend e.
 
-    points: Points
+    error: of the points.
+    """
+
+    place: Array
     tangent: Array
     normal: Array
     speed: Array
     bend: Array
+    error: Array
 
     @classmethod
     def at(cls, points: Points, derivatives: Float[Array, "points 6"]) -> "_Fold":
@@ -75,79 +86,53 @@ class _Fold(NamedTuple):
         tangent = points.major * sign[:, None]
         normal = np.cross(points.direction, tangent)
         speed = np.einsum("ij,ij->i", tangent, derivatives[:, :3])
-        return cls(points, tangent, normal, speed, np.einsum("ij,ij->i", normal, derivatives[:, 3:]) / 2)
+        bend = np.einsum("ij,ij->i", normal, derivatives[:, 3:]) / 2
+        return cls(points.direction, tangent, normal, speed, bend, points.error)
 
 
-class _Rings(NamedTuple):
-    """Points round the curve for one star after the other, as close to each other as the star is to the caustic.
+def _fits(
+    fold: _Fold, which: Int[Array, " stars"], number: Int[Array, " points"], star: Float[Array, "stars 3"]
+) -> tuple[_Around, _Around]:
+    """The four points around each place where the step to a star fits it: where it no longer misses, or may not.
 
-    which: the star of each row; number: its point; first, count: of the star's rows.
+    Parameters: which: names of the stars; number: the points round the curve, as close to each other as they need.
     """
-
-    which: Array
-    number: Array
-    first: Array
-    count: Array
-
-    @classmethod
-    def of(cls, which: Int[Array, " rows"], number: Int[Array, " rows"]) -> "_Rings":
-        first = np.searchsorted(which, which)
-        return cls(which, number, first, np.searchsorted(which, which, side="right") - first)
-
-    def beside(self, row: Int[Array, " rows"], steps: int) -> Int[Array, " rows"]:
-        """Rows so many steps further round."""
-        first = self.first[row]
-        return np.asarray(first + (row - first + steps) % self.count[row])
-
-    def around(self, row: Int[Array, " places"]) -> Int[Array, "places 4"]:
-        """The rows before and after the way from some to the next ones."""
-        return np.stack([self.beside(row, steps) for steps in range(-1, 3)], axis=1)
-
-
-def _guesses(fold: _Fold, rings: _Rings, star: Float[Array, "stars 3"]) -> _Guesses:
-    """As `fold_guesses`, from points round the curve."""
-    points, number = fold.points, rings.number
-    away = star[rings.which] - points.direction[number]
-    step = np.einsum("ij,ij->i", away, fold.tangent[number]) / fold.speed[number]
-    miss = np.einsum("ij,ij->i", away, fold.normal[number]) - fold.bend[number] * step**2
-    near = (np.einsum("ij,ij->i", away, points.direction[number]) > -1) & (np.abs(step) < _LONGEST)
-    parts = []
-    for edge_phase, around in (_roots(points, rings, miss, near), _touching(points, rings, miss, near)):
-        known, values = _unrolled(points, number[around]), (points.depth[number[around]], step[around])
-        which = rings.which[around[:, 0]]
-        parts.append((which, edge_phase, *(_cubic(edge_phase, *known.T, *value.T) for value in values)))
-    return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
-
-
-def _roots(points: Points, rings: _Rings, miss: Float[Array, " rows"], near: Bool[Array, " rows"]) -> _Places:
-    """Sign changes of `miss` along the curve: the edge phase, and the four rows around."""
-    rows = np.arange(len(miss))
-    after = rings.beside(rows, 1)
-    around = rings.around(np.flatnonzero((np.sign(miss) != np.sign(miss[after])) & near & near[after]))
-    known = _unrolled(points, rings.number[around])
-    bracket = known[:, 1], known[:, 2]
-    root = elementwise.find_root(_cubic, bracket, args=(*known.T, *miss[around].T), tolerances={"xrtol": 1e-14})
-    return np.asarray(root.x), around
-
-
-def _touching(points: Points, rings: _Rings, miss: Float[Array, " rows"], near: Bool[Array, " rows"]) -> _Places:
-    """As `_roots`, where `miss` comes within the points' errors of 0 and turns back: a few places on both sides."""
-    rows = np.arange(len(miss))
-    before, after = miss[rings.beside(rows, -1)], miss[rings.beside(rows, 1)]
-    error = points.error[rings.number]
+    place, tangent, normal, speed, bend, error = (values[number] for values in fold)
+    away = star[:, None] - place
+    step = np.einsum("nij,ij->ni", away, tangent) / speed
+    miss = np.einsum("nij,ij->ni", away, normal) - bend * step**2
+    near = (np.einsum("nij,ij->ni", away, place) > -1) & (np.abs(step) < _LONGEST)
+    before, after = np.roll(miss, 1, axis=1), np.roll(miss, -1, axis=1)
+    crossed = (np.sign(miss) != np.sign(after)) & near & np.roll(near, -1, axis=1)
     back = (np.abs(miss) <= np.minimum(np.abs(before), np.abs(after))) & (np.sign(before) == np.sign(after))
-    row = np.flatnonzero(back & near & (np.abs(miss) < _ERRORS * error))
-    around = rings.around(row)
-    edge_phase = _unrolled(points, rings.number[around])
-    slopes = np.diff(miss[around], axis=1) / np.diff(edge_phase, axis=1)
+    touched = back & near & (np.abs(miss) < _ERRORS * error)
+    found = []
+    for row, i in (np.nonzero(crossed), np.nonzero(touched)):
+        around = (i[:, None] + np.arange(-1, 3)) % len(number)
+        found.append((which[row], number[around], miss[row[:, None], around], step[row[:, None], around]))
+    return found[0], found[1]
+
+
+def _roots(points: Points, number: Int[Array, "places 4"], miss: Float[Array, "places 4"]) -> _Places:
+    """Sign changes of `miss` along the curve, between the second and the third of four points."""
+    known = _unrolled(points, number)
+    bracket = known[:, 1], known[:, 2]
+    root = elementwise.find_root(_cubic, bracket, args=(*known.T, *miss.T), tolerances={"xrtol": 1e-14})
+    return np.asarray(root.x), np.arange(len(number))
+
+
+def _touching(points: Points, number: Int[Array, "places 4"], miss: Float[Array, "places 4"]) -> _Places:
+    """As `_roots`, where `miss` comes within the points' errors of 0 and turns back: a few places on both sides."""
+    edge_phase, error = _unrolled(points, number), points.error[number[:, 1]]
+    slopes = np.diff(miss, axis=1) / np.diff(edge_phase, axis=1)
     bend = np.abs((slopes[:, 1] - slopes[:, 0]) / (edge_phase[:, 2] - edge_phase[:, 0]))
-    width = np.sqrt(error[row] / np.where(bend == 0, np.inf, bend))
+    width = np.sqrt(error / np.where(bend == 0, np.inf, bend))
     places = edge_phase[:, 1:2] + width[:, None] * _PLACES
-    return places.ravel(), np.repeat(around, len(_PLACES), axis=0)
+    return places.ravel(), np.repeat(np.arange(len(number)), len(_PLACES))
 
 
 def _unrolled(points: Points, around: Int[Array, "places 4"]) -> Float[Array, "places 4"]:
-    """Edge phases of neighbouring points, without the jump by a whole turn."""
+    """Edge phases of neighbouring points, by their numbers, without the jump by a whole turn."""
     edge_phase = points.edge_phase[around]
     second = edge_phase[:, 1:2]
     return second + (edge_phase - second + np.pi) % (2 * np.pi) - np.pi

@@ -135,7 +135,7 @@ class _Cells:
     edge_phase: Float[Array, "cells 2"]
     part: Float[Array, "cells 2"]
     corners: Float[Array, "cells 4 3"]
-    linear: Float[Array, "cells 2 4"]
+    linear: Float[Array, "2 4 cells"]
 
 
 # Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius.
@@ -251,7 +251,7 @@ class Sheets:
         for tree, cells, radius in self.circles:
             pairs = stars.sparse_distance_matrix(tree, (1 + margin) * radius, output_type="ndarray")
             which, cell = pairs["i"], cells[pairs["j"]]
-            near = _linearly_inside(self.cells, cell, star[which], margin)
+            near = _linearly_inside(self.cells, cell, star, which, margin)
             found.append(which[near] * len(self.cells.sheet) + cell[near])
         return np.divmod(np.unique(np.concatenate(found)), len(self.cells.sheet))
 
@@ -388,7 +388,8 @@ def _cells(sheets: Sequence[Sheet]) -> _Cells:
 def _cells_of(sheet: Array, edge_phase: Array, part: Array, corners: Array) -> _Cells:
     inverse = _linear_inverse(corners)
     offset = np.einsum("nij,nj->ni", inverse, _centres(corners))
-    return _Cells(sheet, edge_phase, part, corners, np.concatenate([inverse, -offset[..., None]], axis=2))
+    linear = np.moveaxis(np.concatenate([inverse, -offset[..., None]], axis=2), 0, 2)
+    return _Cells(sheet, edge_phase, part, corners, np.ascontiguousarray(linear))
 
 
 def _centres(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 3"]:
@@ -427,12 +428,20 @@ def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2
 
 
 def _linearly_inside(
-    cells: _Cells, cell: Int[Array, " pairs"], star: Float[Array, "pairs 3"], margin: float
+    cells: _Cells, cell: Int[Array, " pairs"], star: Float[Array, "stars 3"], which: Int[Array, " pairs"], margin: float
 ) -> Bool[Array, " pairs"]:
-    """True where a star, not far from a cell, may lie in it, by a linear map."""
-    linear = cells.linear[cell]
-    place = np.einsum("nij,nj->ni", linear[..., :3], star) + linear[..., 3]
-    return np.abs(place).max(axis=1) <= 0.5 + _LINEAR + margin
+    """True where a star, not far from a cell, may lie in it, by a linear map: along edge phase, and along part."""
+    x, y, z = np.ascontiguousarray(star.T)
+
+    def inside(row: Float[Array, "4 cells"], cell: Array, which: Array) -> Bool[Array, " pairs"]:
+        # By components: pairs are many, and rows of them would not fit in the cache.
+        a, b, c, shift = row
+        place = a[cell] * x[which] + b[cell] * y[which] + c[cell] * z[which] + shift[cell]
+        return np.abs(place) <= 0.5 + _LINEAR + margin
+
+    near = inside(cells.linear[0], cell, which)
+    near[near] = inside(cells.linear[1], cell[near], which[near])
+    return near
 
 
 def _among_first(which: Int[Array, " pairs"], most: int) -> Bool[Array, " pairs"]:
