@@ -291,6 +291,8 @@ class Search:
         self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
     ) -> Bool[Array, " points"]:
         """True where the index is order - 1 on the outer side of a point, and order on the inner side."""
+        if not len(depth):
+            return np.zeros(0, bool)
         sides = np.concatenate([depth - LABEL_STEP, depth + LABEL_STEP])
         outer, inner = np.split(self.index_and_ratio(np.tile(edge_phase, 2), sides)[0], 2)
         return (outer == order - 1) & (inner == order)

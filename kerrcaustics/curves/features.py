@@ -17,6 +17,7 @@ from kerrcaustics.curves.critical_points import Points, Search
 Array = np.ndarray
 
 NODES = chebyshev.chebpts1(17)
+_TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, len(NODES) - 1))
 """Places of the points on a piece, from -1 to 1."""
 _EXTREMES = {
     "theta_min": ("theta", -1),
@@ -147,7 +148,7 @@ def _models(
 
 def fitted(values: Float[Array, " nodes *axes"]) -> Float[Array, " nodes *axes"]:
     """The Chebyshev coefficients of values at `NODES`."""
-    return chebyshev.chebfit(NODES, values, len(NODES) - 1)
+    return np.asarray(np.tensordot(_TO_COEFFICIENTS, values, axes=1))
 
 
 def _roots(coefficients: Float[Array, " powers"]) -> Float[Array, " roots"]:
