@@ -431,17 +431,18 @@ def _linearly_inside(
     cells: _Cells, cell: Int[Array, " pairs"], star: Float[Array, "stars 3"], which: Int[Array, " pairs"], margin: float
 ) -> Bool[Array, " pairs"]:
     """True where a star, not far from a cell, may lie in it, by a linear map: along edge phase, and along part."""
-    x, y, z = np.ascontiguousarray(star.T)
-
-    def inside(row: Float[Array, "4 cells"], cell: Array, which: Array) -> Bool[Array, " pairs"]:
-        # By components: pairs are many, and rows of them would not fit in the cache.
-        a, b, c, shift = row
-        place = a[cell] * x[which] + b[cell] * y[which] + c[cell] * z[which] + shift[cell]
-        return np.abs(place) <= 0.5 + _LINEAR + margin
-
-    near = inside(cells.linear[0], cell, which)
-    near[near] = inside(cells.linear[1], cell[near], which[near])
+    components, most = np.ascontiguousarray(star.T), 0.5 + _LINEAR + margin
+    near = np.abs(_combined(cells.linear[0], cell, components, which)) <= most
+    near[near] = np.abs(_combined(cells.linear[1], cell[near], components, which[near])) <= most
     return near
+
+
+def _combined(
+    linear: Float[Array, "4 cells"], cell: Int[Array, " pairs"], star: Float[Array, "3 stars"], which: Array
+) -> Float[Array, " pairs"]:
+    """Values of linear functions. By components: pairs are many, and rows of them would not fit in the cache."""
+    (a, b, c, shift), (x, y, z) = linear, star
+    return a[cell] * x[which] + b[cell] * y[which] + c[cell] * z[which] + shift[cell]
 
 
 def _among_first(which: Int[Array, " pairs"], most: int) -> Bool[Array, " pairs"]:

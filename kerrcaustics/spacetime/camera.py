@@ -126,7 +126,7 @@ class Camera(Viewer):
 
     def at_rest(self) -> "Camera":
         """The fiducial camera at the same event: same caustics, another sky."""
-        return Camera(self.spin, self.radius, self.inclination, "fiducial")
+        return self if self.velocity == "fiducial" else Camera(self.spin, self.radius, self.inclination, "fiducial")
 
     def frame(self) -> Frame:
         """The camera's numbers for compiled code."""
