@@ -2,6 +2,7 @@
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import kerrcaustics as kc
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.footprint import bend, pixel_matrix, singular_values
 from kerrcaustics.scenes.points import CellSearch, PointLights
+from kerrcaustics.scenes.quadtree import Division, Squares
 from kerrcaustics.scenes.sky_cells import SkyCells, parts_of, places
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
@@ -65,6 +67,55 @@ def test_large_maps_are_as_good_as_they_say(number, scale):
     )
     traced = kc.pictures.trace_view(camera, large)
     assert missed(camera, traced, number).max() < traced.error <= 0.02
+
+
+class InCircle(NamedTuple):
+    """Corners of a lattice of 100 columns, and whether they lie in a circle."""
+
+    key: np.ndarray
+    inside: np.ndarray
+
+
+class Covered(NamedTuple):
+    """Squares of any size."""
+
+    x: np.ndarray
+    y: np.ndarray
+    size: np.ndarray
+
+
+@pytest.mark.parametrize("least", [1, 4])
+def test_cells_are_divided_along_an_edge(least):
+    traced = []
+
+    def trace(key):
+        traced.append(key)
+        y, x = np.divmod(key, 100)
+        return InCircle(key, np.hypot(x - 30.3, y - 25.7) < 17)
+
+    def accept(level):
+        inside = level.corners.inside[level.number]
+        one_side = inside.all(axis=1) | ~inside.any(axis=1)
+        (x, y, size), good = level.squares, one_side & ~level.beside(~one_side)
+        return Covered(x[good], y[good], np.full(good.sum(), size)), ~good
+
+    roots, none = Squares.over(64, 48, 16), InCircle(np.zeros(0, int), np.zeros(0, bool))
+    cells, level, split = Division(100, trace, accept, least).of(roots, none)
+    keys = np.concatenate(traced)
+    assert len(np.unique(keys)) == len(keys) == len(level.corners.key)
+    assert (np.diff(level.corners.key) > 0).all()
+    assert (level.corners.inside == trace(level.corners.key).inside).all()
+    covered = np.zeros((48, 64), int)
+    rest = level.squares.x[split], level.squares.y[split], np.full(split.sum(), level.squares.size)
+    for x, y, size in zip(*(np.concatenate(pair) for pair in zip(cells, rest, strict=True)), strict=True):
+        covered[y : y + size, x : x + size] += 1
+    assert (covered == 1).all()
+    assert level.squares.size == least
+    assert split.any()
+    only_left = Division(
+        100, trace, accept, least, lambda some: Squares(some.x[some.x < 16], some.y[some.x < 16], some.size)
+    )
+    assert only_left.of(roots, none)[0].x.max() < 16
 
 
 def test_every_pixel_is_seen_once():

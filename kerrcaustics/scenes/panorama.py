@@ -91,8 +91,10 @@ class Panorama:
         self.orientation = oriented(orientation, mirror)
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
         self.rows, self.aspect, self._shift = len(picture), aspect, shift_of(spectrum)
-        # Held as a chart.
-        self._levels = [_padded(level) for level in _pyramid(picture if mirror else picture[:, ::-1])]
+        # Held as a chart; of what is grey, one channel.
+        picture = picture if mirror else picture[:, ::-1]
+        grey = (picture == picture[..., :1]).all()
+        self._levels = [_padded(level) for level in _pyramid(picture[..., :1] if grey else picture)]
 
     def __repr__(self) -> str:
         """Return a line with its size."""
@@ -153,20 +155,25 @@ class Panorama:
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels; its colours shift by the spectrum."""
-        light = averaged(self.around, footprint, finest=math.pi / self.rows, aspect=self.aspect)
+        light = averaged(self._channels, footprint, finest=math.pi / self.rows, aspect=self.aspect)
         return light * self._shift(footprint.redshift, beaming, colour_shift)
 
     def around(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
         """Light (m, 3) about directions (m, 3), averaged over neighbourhoods of sizes (m,) in radians."""
-        x, y, z = (direction @ self.orientation).T
+        light = self._channels(direction, size)
+        return light if light.shape[1] == 3 else np.repeat(light, 3, axis=1)
+
+    def _channels(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m channels"]:
+        """The same, and of a grey picture one channel."""
+        x, y, z = self.orientation.T @ direction.T
         down, right = np.arctan2(np.sqrt(x * x + y * y), z) / math.pi, np.arctan2(y, x) / (2 * math.pi)
         right -= np.floor(right)
         level = np.clip(np.log2(np.maximum(size, 1e-9) * (self.rows / math.pi)), 0, len(self._levels) - 1)
         lower = np.minimum(level.astype(int), max(len(self._levels) - 2, 0))
         part = (level - lower).astype(np.float32)
-        light = np.empty((3, len(down)), np.float32)
+        light = np.empty((len(self._levels[0]), len(down)), np.float32)
         for k in range(lower.min(initial=0), lower.max(initial=-1) + 1):
-            which = lower == k
+            which = np.flatnonzero(lower == k)
             place = down[which], right[which]
             fine = _looked_up(self._levels[k], *place)
             if k + 1 < len(self._levels):
@@ -300,7 +307,7 @@ def _halved(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h//2 w//2 3"]:
     """Means of two by two pixels, weighted by their areas on the sphere."""
     rows = len(picture)
     weight = np.sin((np.arange(rows) + 0.5) * math.pi / rows).astype(np.float32).reshape(-1, 2, 1, 1)
-    pairs = picture.reshape(rows // 2, 2, -1, 3)
+    pairs = picture.reshape(rows // 2, 2, *picture.shape[1:])
     tall = (pairs * weight).sum(axis=1) / weight.sum(axis=1)
     return (tall[:, ::2] + tall[:, 1::2]) / 2
 
@@ -322,7 +329,7 @@ def _smoothed(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h w 3"]:
     return np.maximum(result, 0)
 
 
-def _padded(picture: Float32[Array, "h w 3"]) -> Float32[Array, "3 h+2 w+2"]:
+def _padded(picture: Float32[Array, "h w channels"]) -> Float32[Array, "channels h+2 w+2"]:
     """With one more pixel on every side: the other edge's at the sides, those beyond the pole above and below."""
     half = picture.shape[1] // 2
     tall = np.concatenate([np.roll(picture[:1], half, axis=1), picture, np.roll(picture[-1:], half, axis=1)])
@@ -330,16 +337,16 @@ def _padded(picture: Float32[Array, "h w 3"]) -> Float32[Array, "3 h+2 w+2"]:
 
 
 def _looked_up(
-    padded: Float32[Array, "3 h w"], down: Float[Array, " m"], right: Float[Array, " m"]
-) -> Float32[Array, "3 m"]:
-    """Light (3, m) at parts of the height and width of a padded picture, linear between pixels."""
+    padded: Float32[Array, "channels h w"], down: Float[Array, " m"], right: Float[Array, " m"]
+) -> Float32[Array, "channels m"]:
+    """Light (channels, m) at parts of the height and width of a padded picture, linear between pixels."""
     rows, columns = padded.shape[1] - 2, padded.shape[2] - 2
     y, x = down * rows + 0.5, right * columns + 0.5
     i, j = np.minimum(y.astype(int), rows), np.minimum(x.astype(int), columns)
     v, u = (y - i).astype(np.float32), (x - j).astype(np.float32)
     start, below = i * (columns + 2) + j, columns + 2
-    light = np.empty((3, len(start)), np.float32)
-    for k, channel in enumerate(padded.reshape(3, -1)):
+    light = np.empty((len(padded), len(start)), np.float32)
+    for k, channel in enumerate(padded.reshape(len(padded), -1)):
         one, other, third, last = (channel[step:].take(start) for step in (0, 1, below, below + 1))
         upper, lower = one + u * (other - one), third + u * (last - third)
         light[k] = upper + v * (lower - upper)

@@ -33,7 +33,9 @@ _BENT, _STARTS = 3.0, 8
 _GRID = np.stack(np.meshgrid(*2 * [(np.arange(_STARTS) + 0.5) / _STARTS]), axis=-1).reshape(-1, 2)
 # Half the diagonal of a start's part of a cell, and somewhat more.
 _PART = 1.0 / _STARTS
-_STEPS = 20
+# A search ends with a step that is shorter than the first of these, in units of the cell, and has found an image if its
+# last one was shorter than the second.
+_STEPS, _LAST, _SOLVED = 20, 1e-5, 1e-4
 # Searches that are made together: their patches fit in a core's cache.
 _TOGETHER = 1 << 12
 Starts = tuple[Int[Array, " s"], Float[Array, "s 2"]]
@@ -106,17 +108,21 @@ def _images(
     cells: SkyCells, lights: PointLights, moment: Float[Array, " stars"], which: Int[Array, " n"], reach: "_Reach"
 ) -> Imaged:
     """All images in some cells of one size."""
-    pair, star = reach.near(lights)
+    pair, star, away = reach.near(lights)
     if not len(pair):
         return _NONE
     parts = []
-    for mask, start in ((~reach.bent, _middles), (reach.bent & ~reach.folded, _nearest), (reach.folded, _near)):
+    for mask, start in ((~reach.bent, None), (reach.bent & ~reach.folded, _nearest), (reach.folded, _near)):
         chosen = np.flatnonzero(mask[pair])
         cell, target = pair[chosen], lights.direction[star[chosen]]
         data = cells.data[which[cell]]
         if cells.moving:
             data += moment[star[chosen], None, None] * cells.rates[which[cell]]
-        starts = start(cells.data[which[mask]], (np.cumsum(mask) - 1)[cell], target)
+        if start is None:
+            # There the axes are those of a step from the middle.
+            starts = np.arange(len(chosen)), 0.5 + _shortened(away[chosen])
+        else:
+            starts = start(cells.data[which[mask]], (np.cumsum(mask) - 1)[cell], target)
         at, place, columns = _solved(data, target, *starts)
         rows = chosen[at]
         parts.append(_imaged(cells, which[pair[rows]], star[rows], place, columns))
@@ -157,22 +163,18 @@ class _Reach:
             drift = np.einsum("nkc,ks->ncs", rates, where.value) / 2
             self.chord += np.sqrt((drift**2).sum(axis=1)).max(axis=1)
             slack += np.abs(self._axes @ drift).max(axis=2)
-        middle = np.vecdot(self._axes, self.middle[:, None])
-        self._low, self._high = low - slack + middle, high + slack + middle
+        self._low, self._high = low - slack, high + slack
 
-    def near(self, lights: PointLights) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
-        """Pairs of cells (m,) and stars (m,) that may lie in them."""
+    def near(self, lights: PointLights) -> tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, "m 2"]]:
+        """Pairs of cells (m,) and stars (m,) that may lie in them, and how far from their middles, by the axes."""
         cell, star = _within(self.middle, self.chord, lights)
+        away = np.zeros((len(cell), 0))
         for axis in range(2):
-            side = np.vecdot(self._axes[cell, axis], lights.direction[star])
+            side = np.vecdot(self._axes[cell, axis], lights.direction[star] - self.middle[cell])
             inside = (side >= self._low[cell, axis]) & (side <= self._high[cell, axis])
+            away = np.column_stack([away, side])[inside]
             cell, star = cell[inside], star[inside]
-        return cell, star
-
-
-def _middles(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
-    """Start searches in the middles of cells."""
-    return np.arange(len(cell)), np.full((len(cell), 2), 0.5)
+        return cell, star, away
 
 
 def _nearest(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
@@ -219,22 +221,27 @@ def _block_solved(
     data: Float[Array, "n 12 3"], target: Float[Array, "n 3"], rows: Int[Array, " s"], at: Float[Array, "s 2"]
 ) -> tuple[Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"]]:
     """Solve for the places from some of the starts, which move there; as `_solved`."""
-    keep = np.arange(len(rows))
+    keep, columns, off = np.arange(len(rows)), np.zeros((len(rows), 2, 3)), np.full(len(rows), np.inf)
     for _ in range(_STEPS):
         if not len(keep):
             break
-        value, columns = _patch(data[rows[keep]], at[keep])
+        value, slopes = _patch(data[rows[keep]], at[keep])
         # Between its corners a patch may leave the unit sphere.
         size = np.sqrt((value**2).sum(axis=-1, keepdims=True))
-        move = steps_to(columns, target[rows[keep]] * size - value)
+        move = steps_to(slopes, target[rows[keep]] * size - value)
         length = np.sqrt((move**2).sum(axis=-1))
-        at[keep] += move * np.minimum(1, 0.5 / np.maximum(length, 1e-300))[:, None]
+        at[keep] += _shortened(move)
+        off[keep], columns[keep] = length, slopes
         # Searches that are far outside will not come back.
-        keep = keep[(length > 1e-5) & (np.abs(at[keep] - 0.5).max(axis=1) < 1.0)]
-    value, columns = _patch(data[rows], at)
-    off = steps_to(columns, target[rows] - value / np.linalg.norm(value, axis=-1, keepdims=True))
-    good = (np.abs(at - 0.5).max(axis=1) <= 0.5 + _OVER) & (np.abs(off).max(axis=1) < 1e-4)
+        keep = keep[(length > _LAST) & (np.abs(at[keep] - 0.5).max(axis=1) < 1.0)]
+    good = (np.abs(at - 0.5).max(axis=1) <= 0.5 + _OVER) & (off < _SOLVED)
     return rows[good], at[good], columns[good]
+
+
+def _shortened(move: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
+    """Steps within cells, no longer than half of one."""
+    length = np.sqrt((move**2).sum(axis=-1))
+    return move * np.minimum(1, 0.5 / np.maximum(length, 1e-300))[:, None]
 
 
 def _patch(data: Float[Array, "n 12 3"], at: Float[Array, "n 2"]) -> tuple[Float[Array, "n 3"], Float[Array, "n 2 3"]]:

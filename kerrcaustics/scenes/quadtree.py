@@ -1,20 +1,28 @@
 """A quadtree of square cells of a picture; corners have one number each, in sets that grow as cells are split."""
 
-from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Int
 
+from kerrcaustics.scenes.patches import CORNERS
+
 Array = np.ndarray
 CornerSet = TypeVar("CornerSet", bound=tuple[Any, ...])
+Cells = TypeVar("Cells", bound=tuple[Any, ...])
+
+
+def joined(parts: Sequence[Cells]) -> Cells:
+    """Named tuples of arrays as one."""
+    return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def merged(one: CornerSet, other: CornerSet) -> CornerSet:
     """Two sets of corners as one: named tuples of arrays, the first of which is the key, sorted."""
-    key = np.concatenate([one[0], other[0]])
-    order = np.argsort(key)
-    return type(one)(*(np.concatenate(pair)[order] for pair in zip(one, other, strict=True)))
+    both = joined([one, other])
+    order = np.argsort(both[0])
+    return type(one)(*(part[order] for part in both))
 
 
 def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, "*shape"], Bool[Array, "*shape"]]:
@@ -62,3 +70,47 @@ class Squares(NamedTuple):
             for place, steps in ((self.x, (0, 1, 0, 1)), (self.y, (0, 0, 1, 1)))
         )
         return Squares(x, y, size)
+
+
+class Level(NamedTuple, Generic[CornerSet]):
+    """Cells of one size in a division, all corners that it has so far, and the numbers (n, 4) of the cells' own."""
+
+    squares: Squares
+    corners: CornerSet
+    number: Int[Array, "n 4"]
+
+    def beside(self, chosen: Bool[Array, " n"]) -> Bool[Array, " n"]:
+        """True for cells with a corner that belongs to a chosen one too."""
+        near = np.zeros(len(self.corners[0]), bool)
+        near[self.number[chosen]] = True
+        return np.asarray(near[self.number].any(axis=1))
+
+
+class Division(NamedTuple, Generic[CornerSet, Cells]):
+    """Rules by which cells are divided.
+
+    columns: more than there are corners from left to right; trace: corners at keys; accept: a level's good cells, and
+    the mask of those to be divided; least: the smallest size; wanted: those of some cells that are looked at.
+    """
+
+    columns: int
+    trace: Callable[[Array], CornerSet]
+    accept: Callable[[Level[CornerSet]], tuple[Cells, Array]]
+    least: int = 1
+    wanted: Callable[[Squares], Squares] = lambda squares: squares
+
+    def of(self, squares: Squares, corners: CornerSet) -> tuple[Cells, Level[CornerSet], Bool[Array, " n"]]:
+        """Good cells, and the last level, with the mask of its cells that were still to be divided."""
+        good, squares = [], self.wanted(squares)
+        while True:
+            x, y, size = squares
+            keys = np.stack([(y + j * size) * self.columns + x + i * size for i, j in CORNERS], axis=-1)
+            new = np.unique(keys)
+            new = new[~find(corners[0], new)[1]]
+            corners = merged(corners, self.trace(new)) if len(new) else corners
+            level = Level(squares, corners, find(corners[0], keys)[0])
+            cells, split = self.accept(level)
+            good.append(cells)
+            if size <= self.least or not split.any():
+                return joined(good), level, split
+            squares = self.wanted(squares.quarters(split))

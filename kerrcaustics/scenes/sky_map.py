@@ -21,8 +21,8 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
 from kerrcaustics.scenes.footprint import pixel_matrix, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
-from kerrcaustics.scenes.patches import CORNERS, doubts, weights
-from kerrcaustics.scenes.quadtree import Squares, find, merged
+from kerrcaustics.scenes.patches import doubts, weights
+from kerrcaustics.scenes.quadtree import Division, Level, Squares, joined
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import PARTS, WIDE, CellScale, SkyCells, extent_of, parts_for
 from kerrcaustics.scenes.sky_charts import CapChart, EdgeChart
@@ -129,9 +129,6 @@ class _SkyLattice(NamedTuple):
         lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
         return np.pad(lattice.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
 
-    def key(self, x: Array, y: Array) -> Array:
-        return y * self.columns + x
-
     def on_picture(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Pixels of places of the lattice."""
         return x - self.origin[0], y - self.origin[1]
@@ -227,43 +224,44 @@ def sky_map(
 
 def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide: float | None = None) -> SkyMap:
     """The map of what a lattice covers; wide: of the sky that cells may see, in a chart; None in a picture."""
-    view, exposure = lattice.view, lattice.exposure
-    squares, edge = lattice.roots(), lattice.edge()
-    corners, accepted = lattice.trace(np.zeros(0, int)), []
-    left = parts = np.zeros(0, int)
-    counts = lattice.pixel_counts(hidden)
-    while len(squares.x):
-        squares = _visible_squares(squares, counts)
-        x, y, size = squares
-        keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
-        new = np.unique(keys)
-        new = new[~find(corners.key, new)[1]]
-        corners = merged(corners, _on_cores(lattice.trace, new)) if len(new) else corners
-        number, _ = find(corners.key, keys)
-        reached = corners.there[number]
-        mixed = (reached.any(axis=1) & ~reached.all(axis=1)) | _contain(squares, edge)
-        whole = reached.all(axis=1) & ~mixed
-        if size > 1:
-            whole &= ~_next_to(mixed, number, len(corners.key))
-        joined = partial(_cells, lattice, corners, squares, number, close)
-        cells = _on_cores(joined, np.flatnonzero(whole))
-        good = (cells.error <= close) & ((size == 1 and exposure is None) | (extent_of(cells) < (wide or WIDE)))
-        good |= size == 1 and wide is not None
-        accepted.append(SkyCells(*(part[good] for part in cells)))
-        split = mixed | reached.all(axis=1)
-        split[np.flatnonzero(whole)[good]] = False
-        if size == 1:
-            x, y = lattice.on_picture(x, y)
-            split &= (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
-            extent = np.sqrt((corners.slope[number[split]] ** 2).sum(axis=(2, 3))).max(axis=1)
-            parts = np.where(mixed[split], PARTS, parts_for(extent))
-            left = y[split] * view.width + x[split]
-            break
-        squares = squares.quarters(split)
-    cells = SkyCells(*(np.concatenate(parts) for parts in zip(*accepted, strict=True)))
+    edge, visible = lattice.edge(), partial(_visible_squares, total=lattice.pixel_counts(hidden))
+    trace, accept = partial(_on_cores, lattice.trace), partial(_accepted, lattice, edge, close, wide)
+    division = Division(lattice.columns, trace, accept, wanted=visible)
+    cells, level, split = division.of(lattice.roots(), lattice.trace(np.zeros(0, int)))
+    left, parts = _left_over(lattice, edge, level, split)
     x, y = lattice.on_picture(cells.x, cells.y)
-    cells = cells._replace(x=x, y=y)
-    return SkyMap(cells, left, parts, len(corners.key) * (1 if exposure is None else 3))
+    beams = len(level.corners.key) * (1 if lattice.exposure is None else 3)
+    return SkyMap(cells._replace(x=x, y=y), left, parts, beams)
+
+
+def _accepted(
+    lattice: _SkyLattice, edge: tuple[Array, Array], close: float, wide: float | None, level: Level[SkyCorners]
+) -> tuple[SkyCells, Bool[Array, " n"]]:
+    """The good cells of a level, and the mask of those to be divided; parameters as for `_mapped`."""
+    size, mixed = level.squares.size, _mixed(level, edge)
+    reached = level.corners.there[level.number].all(axis=1)
+    whole = reached & ~mixed
+    if size > 1:
+        # The shadow edge may bulge into them.
+        whole &= ~level.beside(mixed)
+    cells = _on_cores(partial(_cells, lattice, level, close), np.flatnonzero(whole))
+    small = size == 1 and lattice.exposure is None
+    good = (cells.error <= close) & (small | (extent_of(cells) < (wide or WIDE)))
+    good |= size == 1 and wide is not None
+    split = mixed | reached
+    split[np.flatnonzero(whole)[good]] = False
+    return SkyCells(*(part[good] for part in cells)), split
+
+
+def _left_over(
+    lattice: _SkyLattice, edge: tuple[Array, Array], level: Level[SkyCorners], split: Bool[Array, " n"]
+) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
+    """The pixels that are left over, and into how many parts each way they are to be divided."""
+    (x, y), view = lattice.on_picture(level.squares.x, level.squares.y), lattice.view
+    split = split & (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
+    extent = np.sqrt((level.corners.slope[level.number[split]] ** 2).sum(axis=(2, 3))).max(axis=1)
+    parts = np.where(_mixed(level, edge)[split], PARTS, parts_for(extent))
+    return y[split] * view.width + x[split], parts
 
 
 def _root_size(view: Raster) -> int:
@@ -276,8 +274,7 @@ def _root_size(view: Raster) -> int:
 def _on_cores(work: Callable[[Array], Rows], rows: Int[Array, " n"]) -> Rows:
     """Results of work on rows, shared out among the cores: named tuples of arrays."""
     with ThreadPoolExecutor(cores()) as pool:
-        parts = list(pool.map(work, np.array_split(rows, cores())))
-    return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+        return joined(list(pool.map(work, np.array_split(rows, cores()))))
 
 
 def _visible_squares(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
@@ -298,19 +295,16 @@ def _contain(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
     return np.isin(y // size * columns + x // size, held)
 
 
-def _next_to(mixed: Bool[Array, " n"], number: Int[Array, "n 4"], corners: int) -> Bool[Array, " n"]:
-    """True for cells with a corner that belongs to a mixed one too: the shadow edge may bulge into them."""
-    near = np.zeros(corners, bool)
-    near[number[mixed]] = True
-    return np.asarray(near[number].any(axis=1))
+def _mixed(level: Level[SkyCorners], edge: tuple[Array, Array]) -> Bool[Array, " n"]:
+    """True for cells on the shadow edge: some of their corners reach the sky, or they contain one of its pixels."""
+    reached = level.corners.there[level.number]
+    return (reached.any(axis=1) & ~reached.all(axis=1)) | _contain(level.squares, edge)
 
 
-def _cells(
-    lattice: _SkyLattice, corners: SkyCorners, squares: Squares, number: Array, close: float, chosen: Int[Array, " m"]
-) -> SkyCells:
+def _cells(lattice: _SkyLattice, level: Level[SkyCorners], close: float, chosen: Int[Array, " m"]) -> SkyCells:
     """Some cells, with their errors: NaN where not even the corners agree."""
-    x, y, size = squares
-    place, slope = corners.place[number[chosen]], corners.slope[number[chosen]]
+    (x, y, size), corners, number = level.squares, level.corners, level.number[chosen]
+    place, slope = corners.place[number], corners.slope[number]
     data = np.concatenate([place, slope[..., 0] * size, slope[..., 1] * size], axis=1)
     curving = _curving(slope, size)
     scale = CellScale(data, curving, size)
@@ -319,11 +313,11 @@ def _cells(
         error[~(error <= close)] = np.nan
     rates = np.zeros((len(chosen), 0, 3))
     if lattice.exposure is not None:
-        moved = np.moveaxis(corners.moved[number[chosen]], 2, 0)
+        moved = np.moveaxis(corners.moved[number], 2, 0)
         rates = np.concatenate([moved[0], moved[1] * size, moved[2] * size], axis=1)
         error[np.max([scale.pixels(off) for off in moved[3].swapaxes(0, 1)], axis=0) > CROOKED] = np.nan
     checked = np.flatnonzero(np.isfinite(error))
-    rays = lattice.checks(squares, chosen[checked])
+    rays = lattice.checks(level.squares, chosen[checked])
     for check, (right, down) in enumerate(_CHECKS):
         value = np.einsum("nkc,k->nc", data[checked], weights(right, down, 0.0, 1).value[:, 0])
         miss = np.zeros((len(chosen), 3))

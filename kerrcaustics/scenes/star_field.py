@@ -95,7 +95,9 @@ class StarField(Shown):
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels, stars of magnitude 0 per steradian: that of the band and the nebulae."""
-        light = self._band.light(footprint, beaming, colour_shift) if self.band else np.zeros((len(footprint), 3))
+        light = np.zeros((len(footprint), 3))
+        if self.band:
+            light = self._band.light(footprint, beaming, colour_shift) * self._tint
         return light if self.nebulae is None else light + self.nebulae.light(footprint, beaming, colour_shift)
 
     @property
@@ -124,14 +126,19 @@ class StarField(Shown):
         return star_temperature(self.catalogue.colour_index)
 
     @cached_property
+    def _tint(self) -> Float[Array, "3"]:
+        """The colour of the band, of luminance 1."""
+        tint = black_body(4800.0, self.white, self.response)
+        return tint / luminance(tint)
+
+    @cached_property
     def _band(self) -> Panorama:
         rows = _BAND_ROWS
         theta = (np.arange(rows) + 0.5)[:, None] * math.pi / rows
         light = milky_way(from_angles(theta, (np.arange(2 * rows) + 0.5) * math.pi / rows))
-        tint = black_body(4800.0, self.white, self.response)
-        light = self.band * light[..., None] * (tint / luminance(tint))
+        grey = np.repeat(self.band * light[..., None], 3, axis=2)
         # It has no detail that thin footprints would show.
-        return Panorama(light, self.orientation @ galactic_axes().T, aspect=_BAND_ASPECT, mirror=True)
+        return Panorama(grey, self.orientation @ galactic_axes().T, aspect=_BAND_ASPECT, mirror=True)
 
 
 def _check_nebulae(sky: Any) -> None:

@@ -198,9 +198,10 @@ class StarSearch:
     @cached_property
     def _samples(self) -> tuple[Array, Array]:
         """Places in the uncovered pixels: their middles, and their corners."""
-        y, x = np.nonzero(self._uncovered)
-        steps = np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]]) / 2
-        return (x - 1 + steps[:, 0, None]).ravel(), (y - 1 + steps[:, 1, None]).ravel()
+        middle = np.nonzero(self._uncovered)
+        corner = np.nonzero(binary_dilation(np.pad(self._uncovered, (0, 1)), np.ones((2, 2)), origin=(-1, -1)))
+        y, x = (np.concatenate([one - 1, other - 1.5]) for one, other in zip(middle, corner, strict=True))
+        return x, y
 
     def _is_uncovered(self, place: Float[Array, "n 2"]) -> Bool[Array, " n"]:
         """True for places (n, 2) of the picture in pixels that no cell covers, or so close to one as errors."""

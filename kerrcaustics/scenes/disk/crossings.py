@@ -8,6 +8,7 @@ the rims are left out.
 """
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,8 @@ from kerrcaustics.beams.beam import Rays, Status
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.scenes.footprint import pixel_matrix
-from kerrcaustics.scenes.patches import CORNERS, doubt
-from kerrcaustics.scenes.quadtree import Squares, fill, find, merged
+from kerrcaustics.scenes.patches import doubt
+from kerrcaustics.scenes.quadtree import Division, Level, Squares, fill, find, joined, merged
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.viewer import Viewer
@@ -185,7 +186,7 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Dis
     """
     x, y, size = lattice.roots()
     rims = 1 / outer, 1 / inner
-    layers, beams, before = [], [], None
+    layers, beams, before = [], [], _NONE
     for crossing in range(1, MOST_CROSSINGS + 1):
         if not len(x):
             break
@@ -205,37 +206,33 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Dis
 
 
 def _crossing(
-    lattice: Lattice, crossing: int, roots: Squares, rims: tuple[float, float], before: Corners | None
+    lattice: Lattice, crossing: int, roots: Squares, rims: tuple[float, float], before: Corners
 ) -> tuple[DiskCells, Corners, int]:
-    x, y, size = roots
-    corners, parts, traced = _NONE, [], 0
-    while len(x):
-        keys = np.stack([lattice.key(x + i * size, y + j * size) for i, j in CORNERS], axis=-1)
-        corners, count = _with_corners(lattice, corners, keys, crossing, before)
-        traced += count
-        number, _ = find(corners.key, keys)
-        pixels = size / FINEST
-        side = corners.side[number]
-        whole = (side == 0).all(axis=1)
-        low, high = _range(corners, number, pixels)
-        empty = _empty(side, low[:, 0], high[:, 0], rims)
-        data = _data(corners, number, pixels)
-        good = whole & ~empty & _smooth(data, low, high, pixels, rims, lattice.fineness.of_pixel)
-        parts.append(_cells(corners, x, y, size, number, data, low, high, good))
-        split = ~empty & ~good
-        if size == lattice.least:
-            if split.any():
-                sampled, count = _sampled(lattice, crossing, x[split], y[split], rims)
-                parts.append(sampled)
-                traced += count
-            break
-        if size >= FINEST:
-            # A thin image may bulge over the edge of a cell whose corners it leaves out.
-            near = np.zeros(len(corners.key), bool)
-            near[number[split]] = True
-            split |= ~whole & ~good & near[number].any(axis=1)
-        x, y, size = Squares(x, y, size).quarters(split)
-    return DiskCells(*(np.concatenate(parts) for parts in zip(*parts, strict=True))), corners, traced
+    trace, accept = partial(_corners, lattice, crossing, before), partial(_accepted, lattice, rims)
+    cells, level, split = Division(lattice.columns, trace, accept, lattice.least).of(roots, _NONE)
+    traced = len(level.corners.key) - len(_lost(before, level.corners.key).key)
+    if split.any():
+        sampled, count = _sampled(lattice, crossing, level.squares.x[split], level.squares.y[split], rims)
+        cells, traced = joined([cells, sampled]), traced + count
+    return cells, level.corners, traced
+
+
+def _accepted(
+    lattice: Lattice, rims: tuple[float, float], level: Level[Corners]
+) -> tuple[DiskCells, Bool[Array, " n"]]:
+    """The good cells of a level, and the mask of those to be divided."""
+    pixels = level.squares.size / FINEST
+    side = level.corners.side[level.number]
+    whole = (side == 0).all(axis=1)
+    low, high = _range(level.corners, level.number, pixels)
+    empty = _empty(side, low[:, 0], high[:, 0], rims)
+    data = _data(level.corners, level.number, pixels)
+    good = whole & ~empty & _smooth(data, low, high, pixels, rims, lattice.fineness.of_pixel)
+    split = ~empty & ~good
+    if level.squares.size >= FINEST:
+        # A thin image may bulge over the edge of a cell whose corners it leaves out.
+        split |= ~whole & ~good & level.beside(split)
+    return _cells(level, data, low, high, good), split
 
 
 _NONE = Corners(
@@ -243,23 +240,18 @@ _NONE = Corners(
 )
 
 
-def _with_corners(
-    lattice: Lattice, corners: Corners, keys: Array, crossing: int, before: Corners | None
-) -> tuple[Corners, int]:
-    """The corners with those of some keys, and how many of them were traced."""
-    new = np.unique(keys)
-    new = new[~find(corners.key, new)[1]]
-    if before is not None:
-        # Rays that did not cross before do not cross now.
-        number, there = find(before.key, new)
-        gone = there.copy()
-        gone[there] = before.side[number[there]] != 0
-        rows = number[gone]
-        lost = Corners(*(part[rows] for part in before))
-        corners, new = merged(corners, lost), new[~gone]
-    if not len(new):
-        return corners, 0
-    return merged(corners, lattice.trace(new, crossing)), len(new)
+def _corners(lattice: Lattice, crossing: int, before: Corners, key: Int[Array, " n"]) -> Corners:
+    """Corners at some keys: rays that did not cross before do not cross now, and others are traced."""
+    lost = _lost(before, key)
+    new = key[~find(lost.key, key)[1]]
+    return merged(lost, lattice.trace(new, crossing)) if len(new) else lost
+
+
+def _lost(before: Corners, key: Int[Array, " n"]) -> Corners:
+    """Those at some keys whose rays did not cross before."""
+    number, there = find(before.key, key)
+    number = number[there]
+    return Corners(*(part[number[before.side[number] != 0]] for part in before))
 
 
 def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array, "cells 2"], Float[Array, "cells 2"]]:
@@ -305,10 +297,9 @@ def _smooth(
     return close.all(axis=1) & (high[:, 1] - low[:, 1] < _WIDEST_TURN)
 
 
-def _cells(
-    corners: Corners, x: Array, y: Array, size: int, number: Array, data: Array, low: Array, high: Array, good: Array
-) -> DiskCells:
-    sizes, extra = np.full(good.sum(), size), corners.extra[number[good]]
+def _cells(level: Level[Corners], data: Array, low: Array, high: Array, good: Array) -> DiskCells:
+    (x, y, size), extra = level.squares, level.corners.extra[level.number[good]]
+    sizes = np.full(good.sum(), size)
     return DiskCells(x[good], y[good], sizes, data[good], extra, low[good], high[good], np.ones(len(sizes)))
 
 
