@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from jaxtyping import Bool, Float, Int
-from scipy.spatial import cKDTree
 
 from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
@@ -137,7 +137,7 @@ class CausticPolygon:
         if len(star) <= _FEW_STARS:
             corner = np.linalg.norm(corners[:, None] - star, axis=2).argmin(axis=0)
         else:
-            corner = cKDTree(corners).query(star)[1]
+            corner = scipy.spatial.cKDTree(corners).query(star)[1]
         return np.minimum(self.sides[corner - 1].distance(star), self.sides[corner].distance(star))
 
     @cached_property
@@ -193,7 +193,7 @@ class CausticPolygon:
         if len(star) <= _FEW_STARS:
             number, which = np.nonzero(np.linalg.norm(self.middle[:, None] - star, axis=2) <= self.reach[:, None])
         else:
-            found = cKDTree(star).query_ball_point(self.middle, self.reach)
+            found = scipy.spatial.cKDTree(star).query_ball_point(self.middle, self.reach)
             number = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
             which = np.concatenate([np.asarray(stars, int) for stars in found])
         sides = self.sides[number]

@@ -8,12 +8,11 @@ from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Num
-from scipy.interpolate import CubicSpline
-from scipy.optimize import elementwise
 
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.winding import Winding
 from kerrcaustics.lens_map.sky_lines import periodic
+from kerrcaustics.spacetime.arrays import Spline
 
 Array = np.ndarray
 _Guesses = tuple[Num[Array, " guesses"], ...]
@@ -29,7 +28,7 @@ _ERRORS = 20.0
 _PLACES = np.array([-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0])
 
 
-def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) -> CubicSpline:
+def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) -> Spline:
     """First and second derivatives (6,) of n' by depth along a critical curve, as a function of the edge phase.
 
     Parameters: mapped (edge phase, depth) gives n'; points: of the curve.
@@ -40,7 +39,7 @@ def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) ->
     return periodic(points.edge_phase, np.concatenate([first, second], axis=1))
 
 
-def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "stars 3"], winding: Winding) -> _Guesses:
+def fold_guesses(derivatives: Spline, points: Points, star: Float[Array, "stars 3"], winding: Winding) -> _Guesses:
     """Numbers of stars, edge phase and depth on the critical curve, and the step in depth to an image of each.
 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
@@ -76,6 +75,8 @@ def _guesses(derivatives: Float[Array, "points 6"], points: Points, star: Float[
 
 def _roots(points: Points, miss: Float[Array, "stars points"], near: Bool[Array, "stars points"]) -> _Places:
     """Sign changes of `miss` along the curve: the row, the edge phase, and the four points around."""
+    from scipy.optimize import elementwise
+
     which, i = np.nonzero((np.sign(miss) != np.sign(np.roll(miss, -1, axis=1))) & near & np.roll(near, -1, axis=1))
     around = (i[:, None] + np.arange(-1, 3)) % len(points)
     values = miss[which[:, None], around]

@@ -9,9 +9,9 @@ from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.interpolate import CubicSpline
 
 from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
+from kerrcaustics.spacetime.arrays import Spline
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_line_of_sight
 from kerrcaustics.spacetime.shadow import edge_photons
 from kerrcaustics.spacetime.sphere import moved
@@ -126,7 +126,7 @@ class Chart:
         return line_of_sight_from_sky(self._frame, sky)
 
 
-def edge_size(camera: Viewer) -> CubicSpline:
+def edge_size(camera: Viewer) -> Spline:
     """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle."""
     edge = -edge_photons(camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
     angle = np.arctan2(edge[:, 2], edge[:, 1])
