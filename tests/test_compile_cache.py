@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 from kerrcaustics.beams import compile_cache
-from kerrcaustics.beams.compile_cache import Program, cache_root, unsafe_cache
+from kerrcaustics.beams.compile_cache import Program, apart, cache_root, unsafe_cache
 from kerrcaustics.spacetime.settings import own_settings
 
 TRACED = []
 # Of the rooms whose functions are compiled. A change of one byte there makes all programs of all users anew, which
 # takes each of them seconds: change it knowingly, and this number with it.
-DIGEST = "9fa77cb4699359aa"
+DIGEST = "512b8706113c3a7a"
 
 
 def doubled(parts, *, twice):
@@ -63,6 +63,31 @@ def test_other_options_are_another_program(folder, monkeypatch):
     monkeypatch.setattr("kerrcaustics.beams.compile_cache._OPTIONS", {"cpu": {"xla_backend_optimization_level": 1}})
     ask(Program(doubled))
     assert len(TRACED) == 2
+
+
+def waved(x):
+    return jnp.sin(x), 1 - jnp.cos(x) / 2
+
+
+def whole(x):
+    return sum(waved(x))
+
+
+def parted(x):
+    return sum(apart(waved)(x))
+
+
+def test_a_part_is_a_computation_of_its_own(folder):
+    x = np.linspace(0, 1, 5)
+    (one, inlined), (other, called) = ((p(x), p.compiled(x).as_text()) for p in (Program(whole), Program(parted)))
+    assert " call(" in called and " call(" not in inlined
+    assert np.allclose(one, other, rtol=1e-15, atol=0)
+
+
+def test_loops_are_fused_where_asked_for(folder):
+    x = np.linspace(0, 1, 5)
+    loops = [Program(whole, fused=fused).compiled(x).as_text().count(" fusion(") for fused in (False, True)]
+    assert loops[1] == 1 < loops[0] and len(list(folder.iterdir())) == 2
 
 
 def test_a_broken_file_is_replaced(folder):

@@ -70,7 +70,7 @@ def _aims(frame: Frame, sky: Components, end: End) -> tuple[Flags, Flags, Flags]
 
 
 _closed_form = Program(_in_parts)
-_integrate, _survey, _prospects = Program(_integrated), Program(integrated.survey), Program(_aims)
+_integrate, _survey, _prospects = Program(_integrated, fused=True), Program(integrated.survey), Program(_aims)
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,8 @@ from functools import cache
 import numpy as np
 
 from kerrcaustics.beams.beam import Rays
-from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.spheres import SKY
+from kerrcaustics.beams.trace import trace_beams, trace_in_steps, trace_rays
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -18,9 +19,10 @@ _beside = ThreadPoolExecutor(2, "warm-up")
 
 
 def warm_up(camera: Viewer) -> None:
-    """Make or load the programs that trace many rays, and few beams, from a camera on the equator, or off it.
+    """Make or load the programs of beams in steps, many rays, and few beams, for a camera on the equator, or off it.
 
-    That begins in other threads, once in a process. The first call that needs a program waits for it.
+    That begins in other threads, in the order of their first use, once in a process. The first call that needs a
+    program waits for it, and until then loads what else it needs, as SciPy.
     """
     _start(camera.on_equator)
 
@@ -32,8 +34,12 @@ _AWAY, _PAST = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
 @cache
 def _start(on_equator: bool) -> list[Future[Rays]]:
     """Trace rays for their programs alone."""
-    requests = (trace_rays, np.array([_AWAY] + [_PAST] * (_MANY - 1))), (trace_beams, np.array([_PAST]))
-    return [_beside.submit(trace, _camera(on_equator), sky, "closed-form") for trace, sky in requests]
+    camera, many, one = _camera(on_equator), np.array([_AWAY] + [_PAST] * (_MANY - 1)), np.array([_PAST])
+    return [
+        _beside.submit(trace_in_steps, camera, one, "closed-form", 1e-10, SKY),
+        _beside.submit(trace_rays, camera, many, "closed-form"),
+        _beside.submit(trace_beams, camera, one, "closed-form"),
+    ]
 
 
 def _camera(on_equator: bool) -> Camera:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
+import scipy
 from jaxtyping import Float
-from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import check_request
@@ -226,7 +226,7 @@ def between(search: Search, curves: dict[int, Points], edge_phases: dict[int, Fl
     """
     order = np.concatenate([np.full(len(edge_phase), k) for k, edge_phase in edge_phases.items()])
     edge_phase = np.concatenate(list(edge_phases.values()))
-    splines = {k: CubicSpline(curves[k].edge_phase, curves[k].depth) for k in edge_phases}
+    splines = {k: scipy.interpolate.CubicSpline(curves[k].edge_phase, curves[k].depth) for k in edge_phases}
     guess = np.concatenate([splines[k](edge_phase) for k, edge_phase in edge_phases.items()])
     new = search.polished(edge_phase, order, guess)
     # Where orders crowd, steps from a poor guess lead to the next curve.

@@ -7,9 +7,8 @@ where the index grows from k - 1 to k, and there delta_minus passes through zero
 from dataclasses import dataclass, replace
 
 import numpy as np
+import skimage
 from jaxtyping import Bool, Float, Int
-from scipy.optimize import elementwise
-from skimage.measure import label
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.closed_form.formula import LEAST_K
@@ -198,6 +197,8 @@ class Search:
         bracketing root-finder where these lead nowhere.
         Returns the points whose bracket held a root, and which of the requested ones they are.
         """
+        from scipy.optimize import elementwise
+
         depth, reach = self._narrowed(edge_phase, order, low, high)
         points = self.polished(edge_phase, order, depth)
         away = np.abs(points.depth - depth)
@@ -337,7 +338,7 @@ def _islands(index: Int[Array, "depths lines"], orders: int) -> dict[int, list[s
         if not inside[-1].all():
             # The search ended before it had passed this order on every line.
             continue
-        pieces = [label(region, connectivity=1, return_num=True)[1] for region in (inside, ~inside)]
+        pieces = [skimage.measure.label(region, connectivity=1, return_num=True)[1] for region in (inside, ~inside)]
         if max(pieces) > 1 or (np.diff(inside.astype(int), axis=0) < 0).any():
             remarks[k].append(f"the Morse index shows more than one critical curve of order {k}")
     return remarks

@@ -5,12 +5,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
+import skimage
 from jaxtyping import Bool, Float, Int
 from numpy.polynomial import chebyshev
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import maximum_filter, minimum_filter
-from scipy.optimize import elementwise
-from skimage.measure import find_contours
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.caustic import Caustic
@@ -20,6 +18,7 @@ from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.results.progress import in_steps, report
 from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.arrays import Spline
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -51,7 +50,7 @@ class _Grid:
 
     circles: Circles
     radii: tuple[float, float]
-    rims: CubicSpline
+    rims: Spline
     edge_phase: Float[Array, " lines"]
     part: Float[Array, " places"]
     index: Int[Array, "places lines"]
@@ -193,16 +192,18 @@ def _uneven(index: Int[Array, "places lines"], ratio: Float[Array, "places lines
     """True for places at which, or next to which, the index changes or the beam is thinnest."""
     # Of the first and the last circle, neighbours on one side only; lines go round.
     around = {"size": 3, "mode": ("nearest", "wrap")}
-    uneven = minimum_filter(index, **around) != maximum_filter(index, **around)
-    uneven |= (ratio < _THIN) & (ratio == minimum_filter(ratio, **around))
-    return maximum_filter(uneven, **around)
+    uneven = scipy.ndimage.minimum_filter(index, **around) != scipy.ndimage.maximum_filter(index, **around)
+    uneven |= (ratio < _THIN) & (ratio == scipy.ndimage.minimum_filter(ratio, **around))
+    return scipy.ndimage.maximum_filter(uneven, **around)
 
 
 def _sections(grid: _Grid, order: int) -> list[_Section]:
     """All curves of one order."""
     inside = grid.index >= order
     around = np.concatenate([inside, inside[:, :1]], axis=1).astype(float)
-    chains = _joined([np.round(2 * c).astype(int) for c in find_contours(around, 0.5)], 2 * inside.shape[1])
+    chains = _joined(
+        [np.round(2 * c).astype(int) for c in skimage.measure.find_contours(around, 0.5)], 2 * inside.shape[1]
+    )
     sections = [_section(grid, chain, order) for chain in chains]
     return [section for section in sections if section is not None]
 
@@ -292,6 +293,7 @@ def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> Cro
 
 def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " points"] | None = None) -> Crossings:
     """The points between neighbours where the beams are flat; radius, of the circles on which they are to lie."""
+    from scipy.optimize import elementwise
 
     def at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> Crossings:
         edge_phase = (edge_phase + step * width) % _TURN

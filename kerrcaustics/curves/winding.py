@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from jaxtyping import Bool, Float, Int
-from scipy.spatial import cKDTree
 
 from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
@@ -138,7 +138,7 @@ class CausticPolygon:
         if len(star) <= _FEW_STARS:
             corner = lengths(corners[:, None] - star).argmin(axis=0)
         else:
-            corner = cKDTree(corners).query(star)[1]
+            corner = scipy.spatial.cKDTree(corners).query(star)[1]
         before, after = corners[corner - 1], corners[(corner + 1) % len(corners)]
         return np.minimum(_distance(before, corners[corner], star), _distance(corners[corner], after, star))
 
@@ -195,7 +195,7 @@ class CausticPolygon:
         if len(star) <= _FEW_STARS:
             number, which = np.nonzero(lengths(self.middle[:, None] - star) <= self.reach[:, None])
         else:
-            found = cKDTree(star).query_ball_point(self.middle, self.reach)
+            found = scipy.spatial.cKDTree(star).query_ball_point(self.middle, self.reach)
             number = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
             which = np.concatenate([np.asarray(stars, int) for stars in found])
         start, end = self.sides.one.direction, self.sides.other.direction

@@ -11,8 +11,6 @@ from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.interpolate import CubicSpline
-from scipy.optimize import elementwise
 
 from kerrcaustics.images.search import ImageSearch, SkyImages, searched_together
 from kerrcaustics.lens_map.circles_in_plane import Circles
@@ -20,6 +18,7 @@ from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.plane_map import Crossings
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.results.progress import in_steps
+from kerrcaustics.spacetime.arrays import Spline
 
 Array = np.ndarray
 
@@ -53,7 +52,7 @@ class Arcs:
 
     circles: Circles
     radius: float
-    distance: CubicSpline | None
+    distance: Spline | None
     low: Crossings
     high: Crossings
     index: Int[Array, " arcs"]
@@ -80,6 +79,7 @@ class Arcs:
         self, value: Callable[[Crossings], Array], start: Float[Array, " steps"], width: Float[Array, " steps"]
     ) -> Float[Array, " steps"]:
         """Edge phases of steps along the circle at which a quantity of points vanishes; the middle where none does."""
+        from scipy.optimize import elementwise
 
         def at(step: Array, start: Array) -> Array:
             return value(self.at((start + step) % _TURN))
@@ -148,6 +148,8 @@ def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]
     A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed down to where it
     is least: it changes its sign, or does not, or is too small for either.
     """
+    from scipy.optimize import elementwise
+
     place = np.arange(len(points))
     before, after = points[np.roll(place, 1)], points[np.roll(place, -1)]
     back, ahead = -((points.edge_phase - before.edge_phase) % _TURN), (after.edge_phase - points.edge_phase) % _TURN
@@ -162,6 +164,7 @@ def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]
         return points, ()
 
     def depth(step: Array, start: Array, sign: Array) -> Array:
+
         return sign * arcs.at((start + step) % _TURN).ratio
 
     bracket = back[chosen], np.zeros(int(chosen.sum())), ahead[chosen]

@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int, Num
-from scipy.interpolate import CubicSpline
-from scipy.optimize import elementwise
 
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.winding import Winding
 from kerrcaustics.lens_map.sky_lines import periodic
+from kerrcaustics.spacetime.arrays import Spline
 
 Array = np.ndarray
 _Guesses = tuple[Num[Array, " guesses"], ...]
@@ -33,7 +32,7 @@ _ERRORS = 20.0
 _PLACES = np.array([-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0])
 
 
-def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) -> CubicSpline:
+def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) -> Spline:
     """First and second derivatives (6,) of n' by depth along a critical curve, as a function of the edge phase.
 
     Parameters: mapped (edge phase, depth) gives n'; points: of the curve.
@@ -44,7 +43,7 @@ def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) ->
     return periodic(points.edge_phase, np.concatenate([first, second], axis=1))
 
 
-def fold_guesses(derivatives: CubicSpline, points: Points, star: Float[Array, "stars 3"], winding: Winding) -> _Guesses:
+def fold_guesses(derivatives: Spline, points: Points, star: Float[Array, "stars 3"], winding: Winding) -> _Guesses:
     """Numbers of stars, edge phase and depth on the critical curve, and the step in depth to an image of each.
 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
@@ -115,6 +114,8 @@ def _fits(
 
 def _roots(points: Points, number: Int[Array, "places 4"], miss: Float[Array, "places 4"]) -> _Places:
     """Sign changes of `miss` along the curve, between the second and the third of four points."""
+    from scipy.optimize import elementwise
+
     known = _unrolled(points, number)
     bracket = known[:, 1], known[:, 2]
     root = elementwise.find_root(_cubic, bracket, args=(*known.T, *miss.T), tolerances={"xrtol": 1e-14})

@@ -12,11 +12,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
+from typing import Any
 
 import numpy as np
+import scipy
 from jaxtyping import Bool, Float, Int, Num
-from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline
-from scipy.spatial import cKDTree
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.warm_up import warm_up
@@ -28,7 +28,7 @@ from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import search_camera
 from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.results.progress import report
-from kerrcaustics.spacetime.arrays import HostReals, HostVectors
+from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Spline
 from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer
@@ -96,12 +96,12 @@ class Sheet:
         return low + part * (self.inner(edge_phase) - low)
 
     @cached_property
-    def smooth(self) -> NdBSpline:
+    def smooth(self) -> Callable[..., Array]:
         """The map between the nodes of the grid: image as a function of (edge phase, part)."""
         degrees = [min(3, len(nodes) - 1) for nodes in (self.edge_phase, self.part)]
-        across = make_interp_spline(self.part, self.direction, degrees[1], axis=1)
-        both = make_interp_spline(self.edge_phase, np.moveaxis(across.c, 0, 1), degrees[0])
-        return NdBSpline((both.t, across.t), both.c, degrees)
+        across = scipy.interpolate.make_interp_spline(self.part, self.direction, degrees[1], axis=1)
+        both = scipy.interpolate.make_interp_spline(self.edge_phase, np.moveaxis(across.c, 0, 1), degrees[0])
+        return scipy.interpolate.NdBSpline((both.t, across.t), both.c, degrees)
 
     def polished(
         self, star: Float[Array, "stars 3"], place: Float[Array, "stars 2"], longest: Float[Array, "stars 2"]
@@ -139,7 +139,7 @@ class _Cells:
 
 
 # Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius.
-_Circles = tuple[cKDTree, Int[Array, " _circles"], float]
+_Circles = tuple[Any, Int[Array, " _circles"], float]
 Starts = tuple[Num[Array, "guesses ..."], ...]
 """Guesses of images, an entry each: which star, which sheet, and the direction N (n, 3) on the sky at rest."""
 
@@ -170,7 +170,7 @@ class Sheets:
     curves: CriticalCurves
     frame: Frame
     polygons: tuple[CausticPolygon, ...]
-    folds: tuple[CubicSpline, ...]
+    folds: tuple[Spline, ...]
     sheets: tuple[Sheet, ...]
     cells: _Cells
     circles: tuple[_Circles, ...]
@@ -247,7 +247,7 @@ class Sheets:
         self, star: Float[Array, "stars 3"], margin: float
     ) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
-        stars, found = cKDTree(star), []
+        stars, found = scipy.spatial.cKDTree(star), []
         for tree, cells, radius in self.circles:
             pairs = stars.sparse_distance_matrix(tree, (1 + margin) * radius, output_type="ndarray")
             which, cell = pairs["i"], cells[pairs["j"]]
@@ -414,7 +414,7 @@ def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
     middle = centre[owner] + place[:, None] * axis[owner]
     size = np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE))
     alike = [np.flatnonzero(size == one) for one in np.unique(size)]
-    return [(cKDTree(middle[these]), owner[these], radius[these].max()) for these in alike]
+    return [(scipy.spatial.cKDTree(middle[these]), owner[these], radius[these].max()) for these in alike]
 
 
 def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:

@@ -11,13 +11,13 @@ from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.sky_lines import lines_across, periodic
+from kerrcaustics.spacetime.arrays import Spline
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -39,12 +39,12 @@ class Circles(PlaneMap):
         """True for circles that every line meets once."""
         return self._lines.once(radii)
 
-    def around(self, radii: Float[Array, " radii"]) -> list[CubicSpline | None]:
+    def around(self, radii: Float[Array, " radii"]) -> list[Spline | None]:
         """Distances from the shadow edge at which lines meet circles, by edge phase; None unless each does once."""
         whole = self.whole(radii)
         return [self._around(radius) if one else None for radius, one in zip(radii.tolist(), whole, strict=True)]
 
-    def _around(self, radius: float) -> CubicSpline:
+    def _around(self, radius: float) -> Spline:
         _, points = self._lines.meetings(radius)
         return periodic(points.edge_phase, points.distance)
 

@@ -15,15 +15,13 @@ from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.interpolate import CubicSpline
-from scipy.optimize import elementwise
 
 from kerrcaustics.beams.ends import CelestialSphere, End, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.circles_in_plane import Circles, circles_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.arrays import HostReals, HostVectors
+from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Spline
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons
 from kerrcaustics.spacetime.viewer import Viewer
@@ -203,11 +201,13 @@ def _edge_orbits(camera: Viewer, edge_phase: Float[Array, " edge_phases"]) -> Fl
 
 
 @lru_cache(maxsize=8)
-def _rim(camera: Viewer, radius: float, zoom: float) -> CubicSpline | None:
+def _rim(camera: Viewer, radius: float, zoom: float) -> Spline | None:
     """Distance from the shadow edge of rays that only graze a sphere, by edge phase; None if all that meet it fall in.
 
     zoom: of the sky on which that is measured.
     """
+    from scipy.optimize import elementwise
+
     edge_phase = 2 * np.pi * np.arange(_TABLE) / _TABLE
     if radius < _edge_orbits(camera, edge_phase).min():
         return None

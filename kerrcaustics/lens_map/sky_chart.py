@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.interpolate import CubicSpline
 
 from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
+from kerrcaustics.spacetime.arrays import Spline
 from kerrcaustics.spacetime.shadow import edge_photons
 from kerrcaustics.spacetime.sphere import lengths, moved
 from kerrcaustics.spacetime.viewer import Viewer
@@ -149,7 +149,7 @@ class Chart:
         return np.asarray(sky / lengths(sky)[:, None])
 
 
-def edge_size(camera: Viewer) -> CubicSpline:
+def edge_size(camera: Viewer) -> Spline:
     """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle."""
     edge = -edge_photons(camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
     angle = np.arctan2(edge[:, 2], edge[:, 1])

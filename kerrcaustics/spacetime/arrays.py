@@ -3,16 +3,20 @@
 Most functions work elementwise: an argument has one number for each ray, or one for all of them.
 """
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Real
 
-# At run time any object with a shape: cameras are checked without JAX, which takes most of a second to load.
+# At run time any object with a shape: cameras are checked without JAX, which takes most of a second to load. And any
+# spline: while SciPy is loaded, where it is first used, programs are.
 if TYPE_CHECKING:
     from jaxtyping import Array
+    from scipy.interpolate import CubicSpline
+
+    Spline: TypeAlias = CubicSpline
 else:
-    Array = Any
+    Array = Spline = Any
 
 # One number a ray, or one for all.
 Reals = float | Real[Array, "*#rays"] | Real[np.ndarray, "*#rays"]

@@ -7,7 +7,7 @@ its distance from the edge shrinks by e^gamma and its azimuth grows by delta, so
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ellipk, elliprf, elliprj
+import scipy
 
 from kerrcaustics.spacetime import kerr
 
@@ -63,10 +63,11 @@ def exponents(spin: float, b: np.ndarray | float) -> Exponents:
     total = q + b**2 - a**2
     h = (total + np.sqrt(total**2 + 4 * a**2 * q)) / 2
     turning, modulus = q / h, -(a**2) * q / h**2
-    half_period = 2 * ellipk(modulus) / np.sqrt(h)
+    special = scipy.special
+    half_period = 2 * special.ellipk(modulus) / np.sqrt(h)
     # 1 - z_+^2, a difference that would cancel close to the axis.
     least_sine = b**2 / (h + a**2)
-    third = elliprf(0, 1 - modulus, 1) + turning / 3 * elliprj(0, 1 - modulus, 1, least_sine)
+    third = special.elliprf(0, 1 - modulus, 1) + turning / 3 * special.elliprj(0, 1 - modulus, 1, least_sine)
     u = 1 / orbit
     dragged = (2 * a * u - a**2 * b * u**2) / (1 - 2 * u + (a * u) ** 2)
     rate = a**2 - b**2 - q + 6 * ((b - a) ** 2 + q) * u - 6 * a**2 * q * u**2

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime import kerr
@@ -123,6 +123,6 @@ def _momentum_range(camera: Viewer) -> tuple[float, float]:
             if potential(far) < 0:
                 break
             far *= 1 + 1e-3
-        ends.append(brentq(potential, 0.0, far, xtol=1e-16, rtol=4 * np.finfo(float).eps))
+        ends.append(scipy.optimize.brentq(potential, 0.0, far, xtol=1e-16, rtol=4 * np.finfo(float).eps))
     prograde, retrograde = ends
     return retrograde, prograde

@@ -26,6 +26,7 @@ from kerrcaustics.beams import certainty, errors
 from kerrcaustics.beams.closed_form import finite_end, round_off, small_k, variation
 from kerrcaustics.beams.closed_form.polar_motion import Polar, Swing, polar_motion, polar_swing, time_to_plane
 from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
+from kerrcaustics.beams.compile_cache import apart
 from kerrcaustics.beams.ends import CelestialSphere, EquatorialPlane, Sphere, Spherical
 from kerrcaustics.beams.geometry import dot, length
 from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
@@ -95,7 +96,8 @@ def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator
         (direction, radius), values = ray(*sky)
         assert values.quartic is not None
         way = variation.Way(values.quartic, values.travel, values.polar, direction, radius)
-        angles, in_radius = variation.columns(frame, sky, values.photon, way, end, on_equator=on_equator)
+        columns = apart(variation.columns, "on_equator")
+        angles, in_radius = columns(frame, sky, values.photon, way, end, on_equator=on_equator)
     jacobian = end.jacobian(angles, radius, in_radius)
     spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
     ends = _ray_end(frame, end, direction, radius, values, spread + end.motion(values.at), wanted)
@@ -177,11 +179,11 @@ def _morse_index(phase: Reals, determinant: Reals) -> Reals:
 
 def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator: bool) -> Ray:
     photon = photon_of(frame, sky)
-    quartic = radial.factor(frame, photon)
-    swing = polar_swing(frame, photon, on_equator=on_equator)
-    travel, aim = _travelled(frame, photon, quartic, swing, end, with_time=wanted.time)
+    quartic = apart(radial.factor)(frame, photon)
+    swing = apart(polar_swing, "on_equator")(frame, photon, on_equator=on_equator)
+    travel, aim = apart(_travelled, "with_time")(frame, photon, quartic, swing, end, with_time=wanted.time)
     options = {"on_equator": on_equator, "with_time": wanted.time, "varied": wanted.beams}
-    polar = polar_motion(frame, photon, swing, travel.time, **options)
+    polar = apart(polar_motion, *options)(frame, photon, swing, travel.time, **options)
     direction, azimuth = _turned(travel, polar)
     direction = end.direction(direction)
     at = _arriving(photon, travel)

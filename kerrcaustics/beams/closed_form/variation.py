@@ -33,6 +33,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.closed_form.polar_motion import Polar, PolarRates
 from kerrcaustics.beams.closed_form.radial_motion import RadialRoots, Travel, start_of
+from kerrcaustics.beams.compile_cache import apart
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.surface import End, Jacobian, Row
 from kerrcaustics.spacetime import elliptic, radial
@@ -97,7 +98,7 @@ def columns(
     frame: Frame, sky: Components, photon: Photon, way: Way, end: End, *, on_equator: bool
 ) -> tuple[Jacobian, Row]:
     """The changes of the angles (theta', phi'), rows, and of the radius of the end with N along both tangents there."""
-    slopes = _time_slopes(frame, photon, way, end)
+    slopes = apart(_time_slopes)(frame, photon, way, end)
     course = _course(way)
     changes = []
     for change in _changes(frame, sky):
