@@ -4,10 +4,10 @@ from typing import Any, NamedTuple
 
 from kerrcaustics.results.declared import same
 from kerrcaustics.scene_files.contents import LightTable
-from kerrcaustics.scenes.motion import ShutterMotion
+from kerrcaustics.scenes.motion import Exposure, ShutterMotion
 from kerrcaustics.scenes.motion_blur import Matter
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering, Sky, TracedView, blurred, render, trace_view
+from kerrcaustics.scenes.render import Rendering, Sky, TracedView, render, trace_view
 from kerrcaustics.spacetime.viewer import Viewer
 
 # The last map, and all that it depends on.
@@ -31,12 +31,11 @@ def rendered(
     disk, volume = shown.matter
     light = {"beaming": shown.light.beaming, "colour_shift": shown.light.colour_shift, "delay": shown.light.delay}
     options = {"disk": disk, "volume": volume, "time": shown.time, **light}
-    exposure = None if motion is None or not blurred(quality) else motion.about(camera, view, shown.time)
-    if exposure is not None and not (disk is None and volume is None and exposure.still):
+    exposure = Exposure.of(motion, camera, view, shown.time, quality)
+    if not exposure.one_map(shown.matter):
         options |= {"quality": quality, "sky_radius": shown.sky_radius}
         return render(camera, view, shown.sky, motion=motion, **options)
-    if exposure is not None:
-        options |= {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
+    options |= {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
     return _traced(camera, view, shown, quality).show(shown.sky, **options)
 
 

@@ -176,6 +176,17 @@ class Exposure(NamedTuple):
         """The first one, that in the middle, and the last."""
         return self.first, self.middle, self.last
 
+    @classmethod
+    def of(cls, motion: ShutterMotion | None, camera: Viewer, view: Raster, time: float, quality: str) -> "Exposure":
+        """The exposure of a picture: of one moment without motion, and in a draft, whatever moves."""
+        moment = ExposedMoment(camera, view, 0.0, time)
+        exposure = cls(moment, moment, moment) if motion is None else motion.about(camera, view, time)
+        return cls(moment, moment, moment) if quality == "draft" else exposure
+
+    def one_map(self, matter: Sequence[Any]) -> bool:
+        """True if a single map of the view shows a sky that turns, and matter, None or what does not move meanwhile."""
+        return self.first is self.last or (self.still and all(one is None for one in matter))
+
     @property
     def still(self) -> bool:
         """True if the camera sees the hole alike all the time: it may go round, and time may pass."""

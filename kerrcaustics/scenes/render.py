@@ -257,25 +257,21 @@ def render(
     >>> kc.render(observer, screen, kc.skies.Checkerboard()).view.pixel
     0.375
     """
-    turn, disk = 0.0, disk_about(disk, camera)
-    weight: ShutterShape = "box"
-    if motion is not None:
-        check_picture(camera, view)
-        check_sky(sky)
-        instance_of("motion", motion, ShutterMotion)
-        exposure = motion.about(camera, view, _moment(time))
-        turn, weight = exposure.turn if blurred(quality) else 0.0, motion.weight
-        if blurred(quality) and not (disk is None and volume is None and exposure.still):
-            ends = [sky_end(one.camera, sky_radius, _rim(disk)) for one in exposure.moments]
-            matter, shifts = (disk, volume), Shifts(beaming, colour_shift)
-            return _blurred(exposure, sky, matter, shifts, delay, _close(quality), ends[1])
+    matter = disk, volume = disk_about(disk, camera), volume
+    check_picture(camera, view)
     check_sky(sky)
-    _moment(time)
+    if motion is not None:
+        instance_of("motion", motion, ShutterMotion)
+    exposure = Exposure.of(motion, camera, view, _moment(time), quality)
+    if not exposure.one_map(matter):
+        ends = [sky_end(one.camera, sky_radius, _rim(disk)) for one in exposure.moments]
+        return _blurred(exposure, sky, matter, Shifts(beaming, colour_shift), delay, _close(quality), ends[1])
     check_volume(volume, camera)
     options = {"disk": disk, "delay": delay, "quality": quality, "sky_radius": sky_radius}
     traced = trace_view(camera, view, sky=sky is not None, **options)
-    shifts = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
-    return traced.show(sky, disk=disk, volume=volume, time=time, turn=turn, turn_weight=weight, **shifts)
+    switches: dict[str, Any] = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
+    switches |= {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
+    return traced.show(sky, disk=disk, volume=volume, time=time, **switches)
 
 
 @usual_warnings
@@ -375,11 +371,6 @@ def _blurred(
     return Rendering(camera, view, light, visible.visible_fraction, *counts, *more, sky_radius=end.radius)
 
 
-def blurred(quality: str) -> bool:
-    """True unless pictures of a quality show one moment, whatever moves."""
-    return quality != "draft"
-
-
 def _close(quality: str) -> float:
     """Largest error of patches, in pixels."""
     one_of("quality", quality, QUALITIES)
@@ -399,7 +390,7 @@ def _rim(disk: Any) -> float:
 @stage("disk_map")
 def _crossings(camera: Viewer, view: Raster, disk: Disk, delay: bool, quality: str) -> DiskCrossings:
     _check_disk(disk, camera)
-    lattice = Lattice(camera, view, delay) if blurred(quality) else Lattice.draft(camera, view, delay)
+    lattice = (Lattice.draft if quality == "draft" else Lattice)(camera, view, delay)
     return crossings(lattice, disk.inner, disk.outer, disk.opaque)
 
 

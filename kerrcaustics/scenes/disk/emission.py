@@ -249,36 +249,41 @@ class Swatches:
         """Linear sRGB light (n, 3), as of paint in daylight."""
         background, bright = self._paint
         half_across, half_turn = samples.box()
-        down = _covered(samples.across * self.rows, half_across * self.rows, self.gap, self.rows)
+        down = list(_covered(samples.across * self.rows, half_across * self.rows, self.gap, self.rows))
         turns = samples.azimuth * (self.columns / (4 * math.pi))
         half = half_turn * (self.columns / (4 * math.pi))
         right = [_share(turns - parity / 2, half, self.gap / 4, (1 - self.gap) / 2) for parity in range(2)]
-        light = np.tile(background, (len(turns), 1))
-        for row, part in down:
-            brightness = (right[row % 2] + DARKER * right[1 - row % 2])[:, None] * bright[row]
-            light += part[:, None] * (brightness - (right[0] + right[1])[:, None] * background)
-        return light * shifted_light(samples.redshift, beaming, colour_shift)
+        # By the row's parity: the brightness round it, in units of that of its brighter swatches.
+        brightness = [right[parity] + DARKER * right[1 - parity] for parity in range(2)]
+        paint = np.stack([part * brightness[row % 2] for row, part in enumerate(down)], axis=-1)
+        gaps = 1 - sum(down) * (right[0] + right[1])
+        light = paint @ bright + gaps[:, None] * background
+        return light * shifted_light(samples.redshift, beaming, colour_shift) if beaming or colour_shift else light
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Many where an edge may be in sight."""
-        plain, coarse = np.ones(len(low), bool), np.zeros(len(low), bool)
+        """Many where an edge may be in sight: not in a swatch, nor between two rows, where nothing moves."""
+        painted, bare, coarse = (np.full(len(low), value) for value in (True, False, False))
         for axis, period in ((0, 1 / self.rows), (1, 2 * math.pi / self.columns)):
-            first, last = low[:, axis] / period, high[:, axis] / period
+            # From the beginning of the paint.
+            first = low[:, axis] / period - self.gap / 2
             within = first - np.floor(first)
-            inside = (within > self.gap / 2) & (within + (last - first) < 1 - self.gap / 2)
-            plain &= inside
+            last = within + (high - low)[:, axis] / period
+            painted &= (within > 0) & (last < 1 - self.gap)
+            if axis == 0:
+                bare = (within > 1 - self.gap) & (last < 1) & (low[:, 0] > 0) & (high[:, 0] < 1)
             coarse |= size[:, axis] > 0.3 * period
-        return np.where(plain, 1, np.where(coarse, 2 * _PARTS, _PARTS))
+        return np.where(painted | bare, 1, np.where(coarse, 2 * _PARTS, _PARTS))
 
 
-def _covered(place: Array, half: Array, gap: float, rows: int) -> Iterator[tuple[int, Array]]:
+def _covered(place: Array, half: Array, gap: float, rows: int) -> Iterator[Array]:
     """Of boxes about places, in rows, the part within the paint of each row."""
     half = np.maximum(half, 1e-9)
     # What lies beyond a rim is none of the disk.
     low, high = np.maximum(place - half, 0), np.minimum(place + half, rows)
+    size = high - low
     for row in range(rows):
         first, last = row + gap / 2, row + 1 - gap / 2
-        yield row, np.clip(np.minimum(high, last) - np.maximum(low, first), 0, None) / (high - low)
+        yield np.maximum(np.minimum(high, last) - np.maximum(low, first), 0) / size
 
 
 def _share(turns: Array, half: Array, start: float, length: float) -> Array:

@@ -179,17 +179,17 @@ def _uneven(disk: Disk, cells: DiskCells, low: Array, high: Array, looks: Looks)
 
 
 class _Sight(NamedTuple):
-    """Parts of pixels that see the plane at one crossing: all arrays are (m,), or (m, ...).
+    """Parts of pixels that see the plane at one crossing; the last axis of all arrays is theirs.
 
-    target, the number of the part; place (m, 2), 1 / r and phi; slope (m, 2, 2), their changes (rows) along the sides
-    of the part; cover, the part of it between the rims; extra (m, 5) as in `DiskCells`; late (m, 2), the change of the
-    travel time along the sides.
+    target (m,), the number of the part; cover (m,), the part of it between the rims; place (2, m), 1 / r and phi; slope
+    (2, 2, m), changes along the sides of the part (rows) of these; extra (5, m) as in `DiskCells`; late (2, m), the
+    change of the travel time along the sides.
     """
 
     target: Array
+    cover: Array
     place: Array
     slope: Array
-    cover: Array
     extra: Array
     late: Array
 
@@ -202,17 +202,19 @@ def _chunk_lit(
     transmission = np.ones(len(light))
     for number, layer in enumerate(layers):
         passing_before = _matter_lit(veil, number, count, pixels, light, transmission)
-        sights = [_sight(disk, layer.cells, *group, count) for group in _groups(layer, width, count, pixels)]
+        lit_through = transmission if passing_before is None else transmission * passing_before
+        groups = _groups(layer, width, count, pixels)
+        sights = [_sight(disk, layer.cells, *group, count, lit_through) for group in groups]
         if not any(len(part.target) for part in sights):
             continue
-        sight = _Sight(*(np.concatenate(parts) for parts in zip(*sights, strict=True)))
+        sight = _Sight(*(np.concatenate(parts, axis=-1) for parts in zip(*sights, strict=True)))
         shining, passing = _parts_lit(disk, sight, looks)
-        seen = transmission if passing_before is None else transmission * passing_before
-        light[sight.target] += seen[sight.target, None] * shining
+        light[sight.target] += lit_through[sight.target, None] * shining
         transmission[sight.target] *= passing
     last = _matter_lit(veil, len(layers), count, pixels, light, transmission)
     transmission = transmission if last is None else transmission * last
-    return light.reshape(len(pixels), -1, 3).mean(axis=1), transmission.reshape(len(pixels), -1).mean(axis=1)
+    each = np.full((1, count * count), 1 / count**2)
+    return (each @ light.reshape(len(pixels), -1, 3))[:, 0], transmission.reshape(len(pixels), -1) @ each[0]
 
 
 def _matter_lit(
@@ -226,27 +228,41 @@ def _matter_lit(
 
 
 def _sight(
-    disk: Disk, cells: DiskCells, rows: Array, block: tuple[slice, slice], which: Array, where: Weights, count: int
+    disk: Disk,
+    cells: DiskCells,
+    rows: Array,
+    block: tuple[slice, slice],
+    which: Array,
+    where: Weights,
+    count: int,
+    seen: Float[Array, " parts"],
 ) -> _Sight:
-    """The visible plane of those parts that see it; parameters as `_groups` yields them."""
+    """The visible plane of those parts that see it; seen: the part of its light that comes through to each of them.
+
+    Other parameters as `_groups` yields them.
+    """
     down, right = (np.arange(part.start, part.stop) for part in block)
-    target = (rows[:, None, None] * count + down[:, None]) * count + right
-    # Lengths along a side of a part.
-    side = (FINEST / cells.size[which] / count)[:, None]
-    data, extra = cells.data[which], cells.extra[which]
-    place = [data[..., i] @ where.value for i in range(2)]
-    slope = [[(data[..., i] @ along) * side for along in (where.along_x, where.along_y)] for i in range(2)]
-    cover = covered_part(place[0] - 1 / disk.outer, *slope[0]) - covered_part(place[0] - 1 / disk.inner, *slope[0])
-    cover *= cells.cover[which, None]
-    late = [(extra[..., 4] @ mean) * side for mean in (where.mean_x, where.mean_y)]
-    others = [extra[..., i] @ where.mean for i in range(5)]
-    visible = np.flatnonzero(cover.ravel() > 0)
+    target = rows[:, None] * count**2 + (down[:, None] * count + right).ravel()
+    # The length of a cell along a side of a part.
+    side = FINEST / int(cells.size[which[0]]) / count
+    by = np.stack([where.value, side * where.along_x, side * where.along_y], axis=1).reshape(12, -1)
+    data = (_columns(cells.data, which) @ by).reshape(2, len(which), 3, -1)
+    by = np.concatenate([where.mean, side * where.mean_x, side * where.mean_y], axis=1)
+    extra = _columns(cells.extra, which)
+    late = (extra[4] @ by[:, target.shape[1] :]).reshape(len(which), 2, -1)
+    cover = np.repeat(cells.cover[which, None], target.shape[1], axis=1)
+    rim = np.flatnonzero((cells.low[which, 0] < 1 / disk.outer) | (cells.high[which, 0] > 1 / disk.inner))
+    value, *slopes = np.moveaxis(data[0, rim], 1, 0)
+    within = [covered_part(value - edge, *slopes) for edge in (1 / disk.outer, 1 / disk.inner)]
+    cover[rim] *= within[0] - within[1]
+    parts = (data[:, :, 0], data[:, :, 1:].swapaxes(1, 2), extra @ where.mean, late.swapaxes(0, 1))
+    visible = np.flatnonzero((cover > 0) & (seen[target] > 0))
+    return _Sight(*(part.reshape(*part.shape[:-2], -1).take(visible, -1) for part in (target, cover, *parts)))
 
-    def chosen(values: object) -> Array:
-        array = np.asarray(values)
-        return np.moveaxis(array.reshape(*array.shape[:-2], -1)[..., visible], -1, 0)
 
-    return _Sight(target.ravel()[visible], *(chosen(part) for part in (place, slope, cover, others, late)))
+def _columns(values: Float[Array, "cells rows columns"], which: Int[Array, " n"]) -> Float[Array, "columns n rows"]:
+    """Values of some cells, column by column, as matrices are multiplied fastest."""
+    return np.ascontiguousarray(values[which].transpose(2, 0, 1))
 
 
 def _groups(
@@ -295,9 +311,9 @@ def _by_value(kinds: Array) -> Iterator[tuple[int, Array]]:
 
 def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:
     """Light (m, 3) and transmission (m,) of parts of pixels."""
-    at_infinity, b, q, outward, _ = sight.extra.T
+    at_infinity, b, q, outward, _ = sight.extra
     # Parts on a rim are lit by what lies within.
-    radius = np.clip(1 / sight.place[:, 0], disk.inner, disk.outer)
+    radius = np.clip(1 / sight.place[0], disk.inner, disk.outer)
 
     def ratio_of(motion: str) -> Array:
         photon = (b, q), (radius, 0.0), at_infinity, outward > 0.5
@@ -313,24 +329,23 @@ def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m
     if looks.beaming or looks.colour_shift:
         shining = np.where(np.isfinite(ratio)[:, None], shining, 0.0)
     # p . normal over p . u of what shines, which in units of the energy at infinity is a ratio of the two ratios.
-    cosine = np.sqrt(np.maximum(q, 0)) / radius * ratio / at_infinity
+    cosine = np.sqrt(np.maximum(q, 0)) / radius * ratio / at_infinity if disk.slanting else np.ones_like(radius)
     return sight.cover[:, None] * shining, 1 - sight.cover * (1 - disk.transmitted(samples, cosine))
 
 
 def _samples(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Array) -> DiskSamples:
     """Samples of the disk, or of its pattern, which circles as light travels."""
-    along_radius = -(radius**2)[:, None] * sight.slope[:, 0]
-    azimuth, along_azimuth = sight.place[:, 1], sight.slope[:, 1]
-    emitted = looks.time - (sight.extra[:, 4] if looks.delay else np.zeros_like(radius))
-    rate = disk.orbital(looks.spin, radius)
+    along_radius = -(radius**2) * sight.slope[0]
+    azimuth, along_azimuth = sight.place[1], sight.slope[1]
+    emitted = looks.time - (sight.extra[4] if looks.delay else np.zeros_like(radius))
     if looks.delay:
-        along_azimuth = along_azimuth + rate[:, None] * sight.late
+        along_azimuth = along_azimuth + disk.orbital(looks.spin, radius) * sight.late
     if not getattr(disk.emission, "keeps_shape", False) and np.any(emitted):
-        azimuth = azimuth - rate * emitted
+        azimuth = azimuth - disk.orbital(looks.spin, radius) * emitted
         step = 1e-4 * radius
         farther, nearer = (disk.orbital(looks.spin, radius + sign * step) for sign in (1, -1))
-        along_azimuth = along_azimuth - ((farther - nearer) / (2 * step) * emitted)[:, None] * along_radius
-    matrix = np.stack([along_radius, radius[:, None] * along_azimuth], axis=1)
+        along_azimuth = along_azimuth - ((farther - nearer) / (2 * step) * emitted) * along_radius
+    matrix = np.moveaxis(np.stack([along_radius, radius * along_azimuth]), -1, 0)
     width = disk.outer - disk.inner
     spin = -looks.spin if disk.motion == "retrograde" else looks.spin
     across = (radius - disk.inner) / width

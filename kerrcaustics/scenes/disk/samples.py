@@ -32,8 +32,8 @@ class DiskSamples(NamedTuple):
 
     def box(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Half sides (n,), along across and azimuth, of the box with the deviations of the part."""
-        sides = np.sqrt((self.matrix**2).sum(axis=-1)) / 2
-        return sides[:, 0] / self.width, sides[:, 1] / self.radius
+        across, along = (np.sqrt(row[:, 0] ** 2 + row[:, 1] ** 2) / 2 for row in np.moveaxis(self.matrix, 1, 0))
+        return across / self.width, along / self.radius
 
 
 class Emission(Protocol):
