@@ -96,7 +96,8 @@ class Program:
         options = _OPTIONS.get(device.platform)
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         request = (jax.tree.structure(arguments), shapes, sorted(static.items()), options)
-        about = repr((_source_digest(), device.platform, device.device_kind, name, request))
+        made_for = device.platform, device.device_kind, device.client.platform_version
+        about = repr((_source_digest(), *made_for, name, request))
         file = f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
         program = _read(file)
         if program is None:

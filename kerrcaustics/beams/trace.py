@@ -1,4 +1,4 @@
-"""Tracing rays and beams: requests are checked, and traced block by block on all cores, here."""
+"""Tracing rays and beams: requests are checked, and traced block by block, here."""
 
 import math
 import os
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.batches import most_on_accelerator, on_accelerator
 from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.dispatch import followed
@@ -21,7 +22,7 @@ from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.frame import doppler, photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
-# Rays that are checked, traced and stored together: they determine the memory beside input and result.
+# Rays that are checked, traced and stored together on a CPU: they determine the memory beside input and result.
 _BLOCK = 1 << 15
 
 # Round-off of b and q, and of a cosine of emission, relative to their terms.
@@ -191,27 +192,28 @@ def _traced(
     *,
     many: bool = False,
 ) -> Result:
-    """The result, traced block by block on all cores."""
+    """The result, traced block by block: on all cores, or in one stream of an accelerator."""
     chosen, tolerance = check_request(camera, engine, tolerance)
     surface = end_of(camera, end)
     directions, shape = as_vectors(camera.directions(sky))
     count = len(directions)
+    size, threads = (most_on_accelerator(), 1) if on_accelerator() else (_BLOCK, cores())
 
     def block(start: int) -> RayEnd[np.ndarray]:
-        unit = normalised(directions[start : start + _BLOCK])
-        ends = followed(camera, unit, chosen, tolerance, surface.bare(), wanted, many=many or count > _BLOCK)
+        unit = normalised(directions[start : start + size])
+        ends = followed(camera, unit, chosen, tolerance, surface.bare(), wanted, many=many or count > size)
         return replace(ends, **_extras(extra, camera, unit, surface, ends)).finished(tolerance)
 
     first = block(0)
     ends = first.room(count)
 
     def store(start: int, part: RayEnd[np.ndarray]) -> None:
-        ends.put(slice(start, start + _BLOCK), part)
+        ends.put(slice(start, start + size), part)
 
     store(0, first)
-    starts = range(_BLOCK, count, _BLOCK)
+    starts = range(size, count, size)
     if starts:
-        with ThreadPoolExecutor(cores()) as pool:
+        with ThreadPoolExecutor(threads) as pool:
             list(pool.map(lambda start: store(start, block(start)), starts))
     fields = ends.shaped(shape).fields()
     if wanted.beams:
