@@ -270,28 +270,6 @@ def test_few_beams_agree_with_many():
 
 
 @pytest.mark.slow
-def test_large_batches_agree_with_small_ones(monkeypatch):
-    """What a GPU does, one large call, on whatever device there is."""
-    from kerrcaustics.beams import batches
-
-    camera = Camera(0.999, 6.03)
-    sky = random_sky(camera, 3000, np.random.default_rng(6))
-    sky = sky[photon_of(camera.frame(), tuple(sky.T)).k >= LEAST_K]
-    small = trace_beams(camera, sky)
-    monkeypatch.setattr(batches, "_CLOSED_FORM_CALL", {})
-    monkeypatch.setattr(batches, "_LANES", {})
-    monkeypatch.setattr(batches, "_LARGE_CALL", (4096, 4096))
-    large = trace_beams(camera, sky)
-    assert large.engine == "closed-form"
-    assert np.array_equal(large.index, small.index)
-    assert np.array_equal(large.closed_form, small.closed_form)
-    away = np.linalg.norm(large.direction - small.direction, axis=1)
-    assert np.nanmax(away / small.error) < 2
-    bent = np.linalg.norm(columns_in_space(large) - columns_in_space(small), axis=(1, 2)) / small.delta_plus
-    assert np.nanmax(bent / small.jacobian_error) < 2
-
-
-@pytest.mark.slow
 def test_rays_close_to_the_principal_directions_meet_no_conjugate_point():
     """The search for critical curves takes this for granted: their index is 0."""
     rng = np.random.default_rng(8)

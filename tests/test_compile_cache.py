@@ -1,5 +1,6 @@
 """Programs are made once, kept in files, and made anew where a file is of no use."""
 
+import fcntl
 import hashlib
 import os
 import pickle
@@ -20,7 +21,7 @@ from kerrcaustics.spacetime.settings import own_settings
 TRACED = []
 # Of the rooms whose functions are compiled. A change of one byte there makes all programs of all users anew, which
 # takes each of them seconds: change it knowingly, and this number with it.
-DIGEST = "512b8706113c3a7a"
+DIGEST = "6f6bee850ca1bfac"
 
 
 def doubled(parts, *, twice):
@@ -129,6 +130,35 @@ def test_threads_wait_for_one_another():
     for thread in threads:
         thread.join()
     assert TRACED == [True]
+
+
+def at_once(programs):
+    def run(program):
+        with own_settings():
+            ask(program)
+
+    threads = [threading.Thread(target=run, args=(program,)) for program in programs]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+def test_processes_wait_for_one_another(folder):
+    """As other processes do: each of these knows of the others by their files alone."""
+    at_once([Program(doubled) for _ in range(4)])
+    assert TRACED == [True] and len(list(folder.iterdir())) == 1
+
+
+def test_a_process_that_stands_still_is_not_waited_for(folder, monkeypatch):
+    ask(Program(doubled))
+    (path,) = folder.iterdir()
+    path.unlink()
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache._PATIENCE", 0.2)
+    with (folder / f".{path.name}.{'0' * 16}.part").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        ask(Program(doubled))
+    assert TRACED == [True, True] and path.exists()
 
 
 def test_a_failure_is_no_answer():

@@ -1,6 +1,6 @@
-"""Calls of the compiled engines: batches of fixed size, on the default device."""
+"""Calls of the compiled engines: batches of a few fixed sizes, on the default device."""
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import jax
@@ -17,16 +17,20 @@ from kerrcaustics.spacetime.frame import Frame, photon_of
 from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.viewer import Viewer
 
-# (rays in one call of the integrator, rays that run side by side in it). On a CPU those should fit in the cache, and
-# run as long as the slowest of them. A GPU wants one large batch.
-_BATCH = {"cpu": (512, 128)}
-_LARGE_BATCH = (1 << 16, 1 << 16)
+# On a CPU: (rays in one call of the integrator, rays that run side by side in it). Those should fit in the cache, and
+# run as long as the slowest of them.
+_BATCH = (512, 128)
 # Rays in one call of the closed form, for few rays and for many; of many, rays or beams at a time in _LANES. Programs
 # are compiled at their first use, in seconds: so with times, those of a track are still few.
-_CLOSED_FORM_CALL = {"cpu": (128, 2048)}
+_CLOSED_FORM_CALL = (128, 2048)
 _FEW_WITH_TIMES = 2048
-_LARGE_CALL = (1 << 20, 1 << 20)
-_LANES = {"cpu": (2048, 512)}
+_LANES = (2048, 512)
+# On an accelerator: rays in one call, all side by side, are the next power of four, so that few programs serve all
+# numbers of rays: the fewest, the fewest of a job that traces repeatedly, the most of the integrator, the most.
+_FEWEST, _FEWEST_OF_JOB, _MOST_INTEGRATED, _MOST = 1 << 10, 1 << 14, 1 << 16, 1 << 20
+# Memory (bytes) that a beam may take there, where the program of the closed form needs 2,600 without fused loops; and
+# what a device has that does not tell.
+_BYTES_PER_RAY, _MEMORY = 1 << 12, 1 << 31
 
 
 def _integrated(
@@ -87,7 +91,7 @@ def closed_form(
     frame, on_equator = frame_on_device(camera), camera.on_equator and not short
     # The formulas for small k are never taken for many rays.
     few = short or (wanted.time and len(sky) <= _FEW_WITH_TIMES)
-    size, lanes = _closed_form_size(1 if few else len(sky), wanted.beams, many=many)
+    size, lanes = _closed_form_size(len(sky), wanted.beams, many=many, few=few)
 
     def kernel(sky: Components, real: Reals) -> RayEnd[Reals | Flags]:
         return _closed_form(frame, sky, real, end, wanted=wanted, on_equator=on_equator, short=short, lanes=lanes)
@@ -98,7 +102,7 @@ def closed_form(
 @own_settings()
 def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
-    frame, (size, _) = frame_on_device(camera), _closed_form_size(len(sky), beams=False, many=False)
+    frame, (size, _) = frame_on_device(camera), _closed_form_size(len(sky), beams=False)
     return _batched(lambda sky: _prospects(frame, sky, end), [sky], size)
 
 
@@ -106,7 +110,7 @@ def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np
 def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work of the integrator on each ray."""
     frame = frame_on_device(camera)
-    return _batched(lambda sky: _survey(frame, sky, end), [sky], _integrator_size()[0])
+    return _batched(lambda sky: _survey(frame, sky, end), [sky], _integrator_size(len(sky))[0])
 
 
 @own_settings()
@@ -114,7 +118,7 @@ def integrate(
     camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; batches should hold rays of similar work."""
-    size, lanes = _integrator_size()
+    size, lanes = _integrator_size(len(sky))
     frame = frame_on_device(camera)
 
     def kernel(sky: Components, refinement: Reals) -> RayEnd[Reals | Flags]:
@@ -123,16 +127,39 @@ def integrate(
     return _batched(kernel, [sky, refinement], size)
 
 
-def _closed_form_size(count: int, beams: bool, *, many: bool) -> tuple[int, int]:
-    """The number of rays in a call, and at a time; many: the job has more rays than are counted here."""
-    backend = jax.default_backend()
-    small, large = _CLOSED_FORM_CALL.get(backend, _LARGE_CALL)
-    lanes = _LANES.get(backend, _LARGE_CALL)[beams]
-    return (large, lanes) if many or count > small else (small, small)
+def on_accelerator() -> bool:
+    """True if the device is no CPU, and takes all rays side by side: its batches are large, and few."""
+    return jax.default_backend() != "cpu"
 
 
-def _integrator_size() -> tuple[int, int]:
-    return _BATCH.get(jax.default_backend(), _LARGE_BATCH)
+@cache
+def most_on_accelerator() -> int:
+    """The most rays in one call on an accelerator, by half of its memory."""
+    room, size = (jax.devices()[0].memory_stats() or {}).get("bytes_limit", _MEMORY) // 2, _MOST
+    while size > _FEWEST and size * _BYTES_PER_RAY > room:
+        size //= 4
+    return size
+
+
+def _on_accelerator_size(count: int, fewest: int, most: int) -> tuple[int, int]:
+    size = fewest
+    while size < min(count, most):
+        size *= 4
+    size = min(size, most_on_accelerator())
+    return size, size
+
+
+def _closed_form_size(count: int, beams: bool, *, many: bool = False, few: bool = False) -> tuple[int, int]:
+    """The number of rays in a call, and at a time; many: the job has more rays than are counted here; few: or none."""
+    if on_accelerator():
+        return _on_accelerator_size(count, _FEWEST_OF_JOB if many else _FEWEST, _MOST)
+    small, large = _CLOSED_FORM_CALL
+    return (large, _LANES[beams]) if many or (count > small and not few) else (small, small)
+
+
+def _integrator_size(count: int) -> tuple[int, int]:
+    """The number of rays in a call, and side by side."""
+    return _on_accelerator_size(count, _FEWEST, _MOST_INTEGRATED) if on_accelerator() else _BATCH
 
 
 def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
@@ -149,10 +176,13 @@ def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
             sky = np.concatenate([sky, np.repeat(sky[:1], missing, axis=0)])
             others = [np.concatenate([o, np.zeros(missing)]) for o in others]
         results.append(function(tuple(sky.T), *others))
+    if on_accelerator():
+        # One wait for all arrays, in place of one for each.
+        results = jax.device_get(results)
     return jax.tree.map(lambda *parts: _on_host(parts, count), *results)
 
 
-def _on_host(parts: tuple[jax.Array, ...], count: int) -> np.ndarray:
+def _on_host(parts: tuple[jax.Array | np.ndarray, ...], count: int) -> np.ndarray:
     """The first numbers of arrays on the device, joined in one array that can be written to."""
     *whole, last = (np.asarray(part) for part in parts)
     rest = count - sum(map(len, whole))

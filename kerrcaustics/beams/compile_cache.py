@@ -9,6 +9,7 @@ else can write (`own_folder.py`).
 
 import contextlib
 import ctypes
+import fcntl
 import hashlib
 import multiprocessing
 import os
@@ -19,7 +20,7 @@ import threading
 import time
 import warnings
 import zlib
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from concurrent.futures import Future
 from functools import cache, partial, wraps
 from importlib.metadata import version
@@ -37,6 +38,8 @@ _MOST_KEPT, _MOST_LOADED = 256, 16
 # Names of complete files; files that are not complete after some time, in seconds, were left behind.
 KEPT = re.compile(r"[\w.<>]+-[0-9a-f]{32}")
 _PART, _LEFT_BEHIND = re.compile(rf"\.{KEPT.pattern}\.[0-9a-f]{{16}}\.part"), 3600.0
+# Seconds for which a process waits for another that makes a program, before it makes it too.
+_PATIENCE = 60.0
 # The folder of programs in that of all caches.
 PLACE = ("kerrcaustics", "programs")
 # The sources of programs: the rooms whose functions are compiled.
@@ -101,18 +104,22 @@ class Program:
         options = (_FUSED_OPTIONS if self._fused else _OPTIONS).get(device.platform)
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         request = (jax.tree.structure(arguments), shapes, sorted(static.items()), options)
-        about = repr((_source_digest(), device.platform, device.device_kind, name, request))
+        made_for = device.platform, device.device_kind, device.client.platform_version
+        about = repr((_source_digest(), *made_for, name, request))
         file = f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
         program = _read(file)
         if program is None:
             _compiling.append(name)
             try:
-                function = jax.jit(partial(self._function, **static), compiler_options=options)
-                program = function.lower(*arguments).compile()
+                with _alone(file) as waited:
+                    program = _read(file) if waited else None
+                    if program is None:
+                        function = jax.jit(partial(self._function, **static), compiler_options=options)
+                        program = function.lower(*arguments).compile()
+                        _write(file, program)
             finally:
                 _compiling.remove(name)
-            _write(file, program)
-            give_back_memory()
+        give_back_memory()
         return program
 
 
@@ -136,7 +143,7 @@ def apart(function: Function, *static: str) -> Function:
 
 
 def give_back_memory() -> None:
-    """Return freed memory to the system, as the C library might keep it: the compiler takes some 100 MB."""
+    """Return freed memory to the system, as the C library might keep it: compiling and loading take some 100 MB."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
 
@@ -202,6 +209,42 @@ def _read(name: str) -> Compiled | None:
         return serialize_executable.deserialize_and_load(payload, in_tree, out_tree, device.client, [device])
     except Exception:
         return None
+
+
+@contextlib.contextmanager
+def _alone(name: str) -> Iterator[bool]:
+    """While a program is made, let other processes wait for its file; True if this one has waited.
+
+    The lock is a file that counts as the remains of a writer if its process is killed.
+    """
+    root, part, waited = cache_root(), f".{name}.{'0' * 16}.part", False
+    with contextlib.ExitStack() as held:
+        with contextlib.suppress(OSError):
+            if root is not None:
+                folder = held.enter_context(own_folder(root, *PLACE, make=True))
+                lock = os.open(part, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600, dir_fd=folder)
+                held.callback(os.close, lock)
+                waited = _locked_after_a_while(lock)
+                held.callback(_remove, part, folder)
+        yield waited
+
+
+def _locked_after_a_while(lock: int) -> bool:
+    """Lock an open file, within _PATIENCE; True if another process held it."""
+    begin, waited = time.monotonic(), False
+    while time.monotonic() < begin + _PATIENCE:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return waited
+        except BlockingIOError:
+            waited = True
+            time.sleep(0.05)
+    return waited
+
+
+def _remove(name: str, folder: int) -> None:
+    with contextlib.suppress(OSError):
+        os.unlink(name, dir_fd=folder)
 
 
 def _write(name: str, program: Any) -> None:

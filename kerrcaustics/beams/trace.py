@@ -1,4 +1,4 @@
-"""Tracing rays and beams: requests are checked, and traced block by block on all cores, here."""
+"""Tracing rays and beams: requests are checked, and traced block by block, here."""
 
 import math
 import os
@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.batches import most_on_accelerator, on_accelerator
 from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.dispatch import followed
@@ -22,7 +23,7 @@ from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.frame import doppler, photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
-# Rays that are checked, traced and stored together: they determine the memory beside input and result.
+# Rays that are checked, traced and stored together on a CPU: they determine the memory beside input and result.
 _BLOCK = 1 << 15
 
 # Round-off of b and q, and of a cosine of emission, relative to their terms.
@@ -192,36 +193,41 @@ def _traced(
     *,
     many: bool = False,
 ) -> Result:
-    """The result, traced block by block on all cores."""
+    """The result, traced block by block: on all cores, or in one stream of an accelerator."""
     chosen, tolerance = check_request(camera, engine, tolerance)
     surface = end_of(camera, end)
     directions, shape = as_vectors(camera.directions(sky))
     count = len(directions)
+    size, threads = (most_on_accelerator(), 1) if on_accelerator() else (_BLOCK, cores())
 
     def block(start: int) -> RayEnd[np.ndarray]:
-        unit = normalised(directions[start : start + _BLOCK])
-        ends = followed(camera, unit, chosen, tolerance, surface.bare(), wanted, many=many or count > _BLOCK)
+        unit = normalised(directions[start : start + size])
+        ends = followed(camera, unit, chosen, tolerance, surface.bare(), wanted, many=many or count > size)
         fields = _extras(extra, camera, unit, surface, ends)
         return (replace(ends, **fields) if fields else ends).finished(tolerance)
 
     first = block(0)
-    fields = (first if count <= _BLOCK else _with_more(block, first, count)).shaped(shape).fields()
+    ends = first if count <= size else _with_more(block, first, (count, size), threads)
+    fields = ends.shaped(shape).fields()
     if wanted.beams:
         fields["jacobian"] = camera.by_places(sky, fields["jacobian"])
     result = kind(engine=chosen.value, **fields)
     return replace(result, engine=in_words(result.engines)) if result.engines else result
 
 
-def _with_more(block: Callable[[int], RayEnd[np.ndarray]], first: RayEnd[np.ndarray], count: int) -> RayEnd[np.ndarray]:
-    """The first block, and the others, shared out among the cores."""
+def _with_more(
+    block: Callable[[int], RayEnd[np.ndarray]], first: RayEnd[np.ndarray], sizes: tuple[int, int], threads: int
+) -> RayEnd[np.ndarray]:
+    """The first block, and the others, shared out among threads; sizes: rays in all, and of a block."""
+    count, size = sizes
     ends = first.room(count)
 
     def store(start: int, part: RayEnd[np.ndarray]) -> None:
-        ends.put(slice(start, start + _BLOCK), part)
+        ends.put(slice(start, start + size), part)
 
     store(0, first)
-    with ThreadPoolExecutor(cores()) as pool:
-        list(pool.map(lambda start: store(start, block(start)), range(_BLOCK, count, _BLOCK)))
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(lambda start: store(start, block(start)), range(size, count, size)))
     return ends
 
 
