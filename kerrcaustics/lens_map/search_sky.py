@@ -6,7 +6,7 @@ without distortion, so that one factor of length describes their beams.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache, singledispatch
+from functools import singledispatch
 from typing import ClassVar
 
 import numpy as np
@@ -156,8 +156,7 @@ def search_sky(viewer: Viewer) -> SearchSky:
     raise TypeError(f"no sky of {type(viewer).__name__}")
 
 
-@search_sky.register(Camera)
-@lru_cache(maxsize=64)
+@search_sky.register
 def _of_camera(viewer: Camera) -> SearchSky:
     if viewer.radius < _FAR:
         return CameraSky(viewer, viewer.at_rest())

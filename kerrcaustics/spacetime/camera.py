@@ -126,7 +126,7 @@ class Camera(Viewer):
 
     def at_rest(self) -> "Camera":
         """The fiducial camera at the same event: same caustics, another sky."""
-        return self if self.velocity == "fiducial" else Camera(self.spin, self.radius, self.inclination, "fiducial")
+        return self if self.velocity == "fiducial" else _fiducial(self.spin, self.radius, self.inclination)
 
     def frame(self) -> Frame:
         """The camera's numbers for compiled code."""
@@ -151,6 +151,11 @@ class Camera(Viewer):
 @lru_cache(maxsize=64)
 def _frame(camera: Camera) -> Frame:
     return frame_at(camera, camera.radius, camera.fido_velocity())
+
+
+@lru_cache(maxsize=64)
+def _fiducial(spin: float, radius: float, inclination: float) -> Camera:
+    return Camera(spin, radius, inclination, "fiducial")
 
 
 def check_camera(camera: object) -> None:
