@@ -1,12 +1,14 @@
 """The light of stars in pictures: that of all their images, wherever these lie, at any resolution."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scripts import STUDIES
 
 study = STUDIES.module("adversary.star_light")
@@ -139,3 +141,20 @@ def test_pictures_hold_the_images_that_lie_in_them(projection, number):
             continue
         light = study.received(traced.show(study.one_star(star)))
         assert light == pytest.approx(images.magnification[inside].sum(), rel=0.01, abs=2e-4)
+
+
+def test_some_of_many_stars_are_searched_for_as_all_of_them():
+    # Beside the shadow edge the mean light of many stars is drawn: what is searched for there would be drawn twice.
+    camera = kc.Camera(0.9, 8.0)
+    traced = kc.pictures.trace_view(camera, kc.pictures.View.toward_hole(camera, 96, 54, 1.6))
+    rng = np.random.default_rng(4)
+    sky = rng.normal(size=(3000, 3))
+    stars = PointLights(sky / np.linalg.norm(sky, axis=1)[:, None], np.ones((3000, 3)), np.full(3000, 6000.0))
+    chosen = np.arange(1500)
+    with ThreadPoolExecutor(1) as pool:
+        every = traced._search.images(stars, np.zeros(3000), pool)
+        some = traced._search.images(stars.some(chosen, 0.0), np.zeros(1500), pool, 3000)
+    these = every.star < 1500
+    assert these.sum() > 200
+    np.testing.assert_array_equal(np.bincount(some.star), np.bincount(every.star[these]))
+    assert some.magnification.sum() == pytest.approx(every.magnification[these].sum(), rel=1e-12)

@@ -247,7 +247,7 @@ class _StarDrawing(NamedTuple):
         which, middle, share = np.arange(len(points.direction)), np.zeros(len(points.direction)), 1.0
         for halving in range(_HALVINGS + 1):
             some = points.some(which, sweep * middle) if halving or sweep else points
-            images = self.search.images(some, middle, self.pool)
+            images = self.search.images(some, middle, self.pool, len(points.direction))
             trace, strays = _trace(images, some, sweep, share)
             far = np.unique(images.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
             straight = ~np.isin(images.star, far)
@@ -292,11 +292,11 @@ class _StarDrawing(NamedTuple):
         doublings = np.ceil(np.log2(np.maximum(length, 1))).astype(int)
         for doubling in np.unique(doublings):
             same, count = doublings == doubling, 2 ** int(doubling)
-            for moment in (np.arange(count) + 0.5) / count - 0.5:
-                part = self.weight.over(middle[same] + share * moment, share / count)
-                along = ((part.moment - middle[same]) / share)[:, None]
-                power = part.light[:, None] * give[same] / count
-                drawn(light, self.view, images.place[same] + along * trace[same], power)
+            moment = ((np.arange(count) + 0.5) / count - 0.5)[:, None]
+            part = self.weight.over(middle[same] + share * moment, share / count)
+            along = ((part.moment - middle[same]) / share)[..., None]
+            place, power = images.place[same] + along * trace[same], part.light[..., None] * give[same] / count
+            drawn(light, self.view, place.reshape(-1, 2), power.reshape(-1, 3))
 
 
 def _trace(

@@ -107,17 +107,25 @@ class StarSearch:
         cells = SkyCells(*(part[own] for part in cells))
         self._uncovered = _uncovered(camera, view, cells, fraction)
         self._own = CellSearch(cells)
+        # By whether the stars are few.
         self._charts_of: dict[bool, list[_SearchedChart]] = {}
+        self._blended_of: dict[bool, tuple[Array, Array]] = {}
 
-    def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> PictureImages:
-        """All images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2."""
+    def images(
+        self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor, count: int | None = None
+    ) -> PictureImages:
+        """All images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2.
+
+        count: of the picture's stars, which tells how near to the shadow edge they are searched for; None: of these.
+        """
+        few = _few(lights, count)
         own = self._placed(self._own.images(lights, moment, pool))
         azimuth = 0.0 if self._exposure is None else self._exposure.middle.azimuth
         if azimuth:
             lights = lights.some(np.arange(len(lights.direction)), -azimuth)
-        for chart in self._charts(lights):
+        for chart in self._charts(few):
             images = chart.images(lights, self._view, self._is_uncovered, pool)
-            if len(lights.direction) <= _FEW:
+            if few:
                 images = self._refined(images, lights)
             if azimuth:
                 images = images._replace(steps=turned(images.steps, azimuth))
@@ -143,15 +151,20 @@ class StarSearch:
 
         Also the size (n,) of each, by a whole celestial sphere: the mean light of stars that may be anywhere by theirs.
         """
-        pieces = [chart.blended(self._view.pixel_angle) for chart in self._charts(lights)]
+        few = _few(lights)
+        if few not in self._blended_of:
+            self._blended_of[few] = self._blended(few)
+        return self._blended_of[few]
+
+    def _blended(self, few: bool) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
+        pieces = [chart.blended(self._view.pixel_angle) for chart in self._charts(few)]
         sky, size = (np.concatenate(part) for part in zip((np.zeros((0, 3)), np.zeros(0)), *pieces, strict=True))
         place = self._view.pixels(sky)
         uncovered = self._is_uncovered(place)
         size = size * self._view.lengths(sky) ** 2
         return place[uncovered], size[uncovered] / (4 * math.pi)
 
-    def _charts(self, lights: PointLights) -> "list[_SearchedChart]":
-        few = len(lights.direction) <= _FEW
+    def _charts(self, few: bool) -> "list[_SearchedChart]":
         if few not in self._charts_of:
             self._charts_of[few] = self._make_charts(few) if self._uncovered.any() else []
         return self._charts_of[few]
@@ -304,6 +317,10 @@ class _SearchedChart(NamedTuple):
         unknown = np.zeros_like(points.curving), np.zeros_like(points.rate)
         images = PictureImages(place, points.star, area, moving, *unknown, sky, magnification)
         return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
+
+
+def _few(lights: PointLights, count: int | None = None) -> bool:
+    return (len(lights.direction) if count is None else count) <= _FEW
 
 
 def _before(cap: EdgeChart | CapChart, edge: EdgeChart, cells: SkyCells) -> Bool[Array, " n"]:
