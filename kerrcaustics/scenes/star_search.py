@@ -45,7 +45,7 @@ _FEW, _STRIPS, _BLENDED, _WIDER = 2000, {True: (3e-4, 0.05), False: (0.02, 1.5)}
 # Cells of charts that are searched together: each may see much of the sky.
 _AT_ONCE = 512
 # Parts of a chart are searched by blocks of so many pixels, selected by samples so many of them apart.
-_BLOCK, _SAMPLE = 8, 4
+_BLOCK, _SAMPLE = 4, 4
 # Charts are searched so far into the pixels of cells (pixels), and to so many rows across the border of both charts:
 # what is seen twice differs by less than this (pixels of the picture, radians), and is dropped.
 _BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.05
