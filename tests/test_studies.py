@@ -81,7 +81,6 @@ SETTINGS = {
         "patience": math.inf,
     },
 }
-FAST = ("cost",)
 
 
 def test_every_study_is_tried_here():
@@ -159,9 +158,8 @@ CHECKS = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name in FAST else pytest.mark.slow) for name in SETTINGS]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SETTINGS)
 def test_study_writes_its_files(name, tmp_path, capsys):
     study = STUDIES.load(name)
     files = study.main(tmp_path, **SETTINGS[name])
