@@ -36,15 +36,20 @@ Step = tuple[Float[Array, "images 3"], Float[Array, " images"]]
 class _AboutHole(NamedTuple):
     """Directions by distance and position angle about the direction to the hole.
 
-    toward (n, 3): lines of sight along r, theta, phi; across: the part of them across r; angle; size: distance of the
-    shadow edge there; beyond: distance from it.
+    toward (n, 3): lines of sight along r, theta, phi; across: the part of them across r; angle; distance; size: that of
+    the shadow edge there.
     """
 
     toward: Array
     across: Array
     angle: Array
+    distance: Array
     size: Array
-    beyond: Array
+
+    @property
+    def beyond(self) -> Array:
+        """Distance from the shadow edge."""
+        return np.maximum(self.distance - self.size, _NEAREST)
 
 
 class Chart:
@@ -72,9 +77,8 @@ class Chart:
 
     def scaled(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Coordinates (x, y, 0) of directions N: angles from the hole in units of that to the shadow edge."""
-        line_of_sight = sky @ self._axes
-        angle = np.arctan2(line_of_sight[:, 2], line_of_sight[:, 1])
-        part = _from_hole(line_of_sight) / self._size(angle)
+        about = self._about_hole(sky)
+        part, angle = about.distance / about.size, about.angle
         return part[:, None] * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
 
     def unscaled(self, place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
@@ -118,8 +122,7 @@ class Chart:
         toward = sky @ self._axes
         r, theta, phi = toward.T
         across, angle = np.hypot(theta, phi), np.arctan2(phi, theta)
-        size = self._size(angle)
-        return _AboutHole(toward, across, angle, size, np.maximum(np.arctan2(across, -r) - size, _NEAREST))
+        return _AboutHole(toward, across, angle, np.arctan2(across, -r), self._size(angle))
 
     def _place(self, about: _AboutHole) -> Float[Array, "images 3"]:
         """(angle, depth, 0)."""
@@ -170,11 +173,6 @@ def straight(sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part
     """`Chart.stepped` along great circles alone: on the sky of a camera that moves."""
     part = part / np.maximum(lengths(step) / _LONGEST, 1)
     return moved(sky, step * part[:, None]), part
-
-
-def _from_hole(line_of_sight: Float[Array, "images 3"]) -> Float[Array, " images"]:
-    """Angles from the direction to the hole, radians."""
-    return np.arctan2(np.hypot(line_of_sight[:, 1], line_of_sight[:, 2]), -line_of_sight[:, 0])
 
 
 def apart(
