@@ -11,8 +11,8 @@ from .curves.caustic import Caustic as Caustic
 from .curves.caustic_search import caustics as caustics
 from .curves.derivatives import caustic_derivatives as caustic_derivatives
 from .curves.tubes import caustic_tubes as caustic_tubes
-from .draw.result_plots import show as show
 from .explorer.widget import explore as explore
+from .extended_sources.magnification import magnification as magnification
 from .images.counts import count_map as count_map, image_counts as image_counts, read_count_map as read_count_map
 from .images.derivatives import image_derivatives as image_derivatives
 from .images.images import StarImages as StarImages, star_images as star_images

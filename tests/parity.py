@@ -141,6 +141,7 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
     "pair_events": lambda c: kc.pair_events(viewer_named(c.viewer), level_on(c.surface, c.viewer), 1, **where(c)),
     "star_tracks": lambda c: kc.star_tracks(viewer_named(c.viewer), level_on(c.surface, c.viewer), 1, **where(c)),
     "circle_images": lambda c: circle_images(c.surface, c.viewer),
+    "magnification": lambda c: kc.magnification(viewer_named(c.viewer), (1.4, 2.9), 0.01, max_index=1, **where(c)),
     "crossings_of_line": lambda c: kc.crossings_of_line(circle_images(c.surface, c.viewer), 0.5),
     "follow_star": follow_star,
     "image_derivatives": lambda c: kc.image_derivatives(viewer_named(c.viewer), star_images(c.surface, c.viewer)),
@@ -239,7 +240,10 @@ REFUSED = (
         ("render_volume",), ("plane",), ALL, None, "a plane has no depth along a ray: matter in it is a disk, of render"
     ),
 )
-GAPS: tuple[Gap, ...] = ()
+GAPS = (
+    Gap(("magnification",), ("within",), OFF_PLANE, "refuses `end`"),
+    Gap(("magnification",), ("plane",), ALL, "refuses `end`"),
+)
 
 
 def cells() -> list[Cell]:

@@ -7,6 +7,7 @@ from made_results import KINDS, example
 
 import kerrcaustics as kc
 from kerrcaustics.curves.caustic import Caustic, CausticSet
+from kerrcaustics.extended_sources.magnification import Magnification
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.results.declared import LAYOUTS, quantities
 from kerrcaustics.tracks.circles import CircleImages
@@ -28,6 +29,7 @@ CLAIMS = {
     IsoradialSet: "the images of all circles",
     LightCurve: "the light of all images at a crossing",
     FollowedStar: "all images of a source, for each viewer",
+    Magnification: "all images of a source of finite size",
     Caustic: "a whole curve with its cusps",
     CausticSet: "the curves of all orders that exist",
 }

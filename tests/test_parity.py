@@ -10,7 +10,7 @@ from parity import CALLS, GAPS, REFUSED, Cell
 
 import kerrcaustics as kc
 
-VIEWER_FIRST = ("camera", "cameras", "images")
+VIEWER_FIRST = ("camera", "cameras", "images", "viewer")
 STUB = Path(kc.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 # Rooms above the map: of what they hold, line profiles and pictures alone are analyses.
 ABOVE = ("astronomy", "draw", "explorer", "results", "scene_files", "scenes", "sweeps")

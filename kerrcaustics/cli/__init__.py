@@ -9,6 +9,7 @@ from kerrcaustics.cli import (
     film as film,
     images as images,
     light_curve as light_curve,
+    magnification as magnification,
     render as render,
     scale as scale,
     scene as scene,

@@ -23,7 +23,7 @@ from kerrcaustics.beams.paths import RayPaths, SpacePoints, cartesian
 from kerrcaustics.choices import PlaneName
 from kerrcaustics.curves.derivatives import CausticDerivatives
 from kerrcaustics.curves.tubes import CausticTube
-from kerrcaustics.draw import sky_results, style
+from kerrcaustics.draw import sky_results, source_images, style
 from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.sky_axes import REACH, from_above, from_the_side, is_sphere
@@ -219,8 +219,10 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "ImageDerivatives": image_derivatives,
     "Isoradial": sky_results.isoradial,
     "LightCurve": light_curve,
+    "LimbImage": source_images.limb_image,
     "LineCrossings": sky_results.line_crossings,
     "LineProfile": line_profile,
+    "Magnification": source_images.source_images,
     "Observer": sky_results.shadow,
     "PairEvent": sky_results.one_event,
     "PairEvents": sky_results.event_places,
@@ -286,15 +288,3 @@ def _is_empty(result: Any) -> bool:
     if isinstance(result, Sized):
         return len(result) == 0
     return any(isinstance(part, np.ndarray) and part.size == 0 for part in vars(result).values())
-
-
-def show() -> None:
-    """Show what has been plotted in windows, and wait until they are closed; notebooks show plots by themselves.
-
-    Examples
-    --------
-    >>> import kerrcaustics as kc
-    >>> kc.Camera(spin=0.9, radius=10).plot()  # doctest: +SKIP
-    >>> kc.show()  # doctest: +SKIP
-    """
-    plt.show()

@@ -82,10 +82,10 @@ def caustic_set(ax: Axes, caustics: CausticSet, *, sky: str = "celestial") -> Ax
         raise ValueError(f"Argument `sky` must be celestial or camera, but is {sky!r}.")
     if sky == "camera":
         shadow(ax, caustics.camera)
-        _critical_curves(ax, caustics)
+        critical_curves(ax, caustics)
     else:
         caustics_on_surface(ax, caustics)
-    return _legend(ax)
+    return labelled_once(ax)
 
 
 def caustics_on_surface(ax: Axes, caustics: CausticSet) -> Axes:
@@ -97,7 +97,7 @@ def caustics_on_surface(ax: Axes, caustics: CausticSet) -> Axes:
     return from_above(ax)
 
 
-def _critical_curves(ax: Axes, caustics: CausticSet) -> None:
+def critical_curves(ax: Axes, caustics: CausticSet) -> None:
     """Critical curves on the camera sky, one colour an order."""
     for caustic in caustics:
         line = style.order_line(caustic.order)
@@ -116,14 +116,14 @@ def event_places(ax: Axes, events: PairEvents) -> Axes:
         caustics_on_surface(ax, caustics_of(events.camera, max(event.order for event in events), end=events.surface))
     for event in events:
         one_event(ax, event)
-    return _legend(source_axes(ax, events.surface))
+    return labelled_once(source_axes(ax, events.surface))
 
 
 def one_event(ax: Axes, event: PairEvent) -> Axes:
     """The place of the source, relative to the camera, at the event."""
     mark = {**style.event_mark(event.kind), "markeredgecolor": style.order_colour(event.order)}
     label = f"{event.kind}, order {event.order}"
-    return _legend(draw_places(ax, event.surface, np.array([event.star]), label=label, **mark))
+    return labelled_once(draw_places(ax, event.surface, np.array([event.star]), label=label, **mark))
 
 
 def ray_ends(ax: Axes, rays: Rays) -> Axes:
@@ -158,7 +158,7 @@ def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = 
     if not ax.has_data():
         shadow(ax, images.camera)
         curves = caustics or caustics_of(images.camera, images.max_index + 1, end=images.surface)
-        _critical_curves(ax, curves)
+        critical_curves(ax, curves)
     brightness = np.nan_to_num(images.magnification, nan=0.0, posinf=1e9)
     size = 6 + 5 * np.log10(np.clip(brightness / max(brightness.max(initial=0), 1e-300), 1e-4, 1)) / 4
     indices = images.index.tolist()
@@ -166,7 +166,7 @@ def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = 
         mark = {"marker": "o", "markersize": large, "color": style.index_colour(k), "zorder": 2.5}
         label = {"label": f"index {k}"} if k not in indices[:i] else {}
         _on_sky(ax, images.camera, place[None], linestyle="none", **label, **mark)
-    return _legend(ax)
+    return labelled_once(ax)
 
 
 def followed_images(ax: Axes, star: FollowedStar) -> Axes:
@@ -186,7 +186,7 @@ def one_track(ax: Axes, track: Track) -> Axes:
         _on_sky(ax, track.camera, track.sky[which], label=f"index {k}", **style.index_line(k))
     for event in track.events:
         _on_sky(ax, track.camera, event.sky[None], **style.event_mark(event.kind))
-    return _legend(ax)
+    return labelled_once(ax)
 
 
 def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
@@ -213,10 +213,10 @@ def circle_curves(ax: Axes, circle: CircleImages, *, caustics: CausticSet | None
     if not ax.has_data():
         shadow(ax, circle.camera)
         curves = caustics or caustics_of(circle.camera, circle.max_index + 1, end=circle.surface)
-        _critical_curves(ax, curves)
+        critical_curves(ax, curves)
     for curve in circle.curves:
         circle_curve(ax, curve)
-    return _legend(ax)
+    return labelled_once(ax)
 
 
 def line_crossings(ax: Axes, crossings: LineCrossings) -> Axes:
@@ -224,7 +224,7 @@ def line_crossings(ax: Axes, crossings: LineCrossings) -> Axes:
     for sky, k in zip(crossings.sky, crossings.index.tolist(), strict=True):
         mark = {"linestyle": "none", "marker": "o", "markersize": 3, "color": style.index_colour(k)}
         _on_sky(ax, crossings.camera, sky[None], label=f"index {k}", **mark)
-    return _legend(ax)
+    return labelled_once(ax)
 
 
 def isoradial(ax: Axes, curve: Isoradial) -> Axes:
@@ -237,7 +237,7 @@ def isoradials(ax: Axes, curves: Iterable[Isoradial]) -> Axes:
     for curve in curves:
         line, name = style.crossing_line(curve.crossing), f"crossing {curve.crossing}"
         _on_sky(ax, curve.camera, whole_line(curve.sky, curve.closed), label=name, **line)
-    return _legend(ax)
+    return labelled_once(ax)
 
 
 def spot_event(ax: Axes, event: SpotEvent) -> Axes:
@@ -296,7 +296,7 @@ def _on_sky(ax: Axes, camera: Viewer, sky: Float[Array, "n k"], **settings: Any)
     return name_sky_axes(ax, camera.sky_unit)
 
 
-def _legend(ax: Axes) -> Axes:
+def labelled_once(ax: Axes) -> Axes:
     """Every label once."""
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))

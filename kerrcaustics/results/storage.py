@@ -43,6 +43,7 @@ HOMES = {
     "tracks.following": "FollowedStar",
     "images.counts": "ImageCounts CountMap",
     "tracks.circles": "CircleCurve CircleImages",
+    "extended_sources.magnification": "LimbImage Magnification",
     "tracks.lines": "LineCrossings",
     "scenes.view": "View",
     "scenes.screen": "Screen",

@@ -2,7 +2,8 @@
 
 A quantity whose unit is the name of a role has the unit that follows from the `camera` and the `surface` of its result:
 "sky", lengths on the sky of the viewer; "solid angle", areas on it; "place", both coordinates of a surface; "level",
-the first of them; "magnification", solid angle on the sky by area of the surface.
+the first of them; "source size", a length along it, on the celestial sphere an angle; "magnification", solid angle on
+the sky by area of the surface.
 """
 
 from dataclasses import replace
@@ -21,6 +22,9 @@ def as_in(result: Any, about: Quantity) -> Quantity:
     if about.unit == "magnification":
         powers = (result.camera.sky_unit != "rad") - (result.surface.coordinates[0].unit != "rad")
         return replace(about, unit={0: "1", 1: "(GM/c^2)^2", -1: "c^4/(GM)^2"}[powers])
+    if about.unit == "source size":
+        angle = not result.surface.finite
+        return replace(about, unit="rad" if angle else "GM/c^2", json=about.name + "_deg" * angle)
     if about.unit == "place":
         units = [coordinate.unit for coordinate in result.surface.coordinates]
         alike = set(units) == {"rad"}

@@ -43,6 +43,7 @@ COMMANDS = {
     "counts.stars": "counts --stars stars.csv --max-index 1",
     "counts.plane": "counts --stars sources.csv --plane 1 --max-index 1",
     "counts.map": "counts --map --rows 12",
+    "magnification": "magnification --star 77 141 --size 1 --points",
     "counts.circle": "counts --circle 20 30 --line 40 --points --max-index 1",
     "light-curve": "light-curve --orbit 7 --times 20 --crossings 2 --points",
 }
@@ -146,6 +147,10 @@ def trace_beams(viewer: Any, seen: Seen, engine: str = "auto") -> Any:
     return kc.trace_beams(viewer, sky_of(viewer), engine, end=seen.end, time=True)
 
 
+def magnification(viewer: Any) -> Any:
+    return kc.magnification(viewer, (1.4, 2.9), 0.01, max_index=1)
+
+
 def circle_images(viewer: Any) -> Any:
     return kc.circle_images(viewer, (0.4, 0.5), 1)
 
@@ -247,6 +252,7 @@ GRID = (
 
 ALONE = (
     (circle_images, ("moving", "infinity")),
+    (magnification, ("moving", "infinity")),
     (crossings_of_line, ("near", "orbiting")),
     (follow_star, ("near", "moving")),
     (image_derivatives, ("moving", "orbiting", "observer")),

@@ -73,8 +73,11 @@ class Branches:
     nodes, links: the curve; remarks: what is in doubt.
     """
 
-    def __init__(self, sheets: Sheets, camera: Viewer, circle: Circle) -> None:
-        """Search, link, and halve the links until they look smooth on the sky of `camera`."""
+    def __init__(self, sheets: Sheets, camera: Viewer, circle: Circle, longest: float = _LONGEST) -> None:
+        """Search, link, and halve the links until they look smooth on the sky of `camera`.
+
+        longest: step on either sphere, radians.
+        """
         report("images followed along the circle", 0.5)
         self.sheets, self.circle, self.events = sheets, circle, path_events(sheets, circle)
         self.chart = Chart(sheets.camera)
@@ -86,7 +89,7 @@ class Branches:
         else:
             self.links = self._grown()
             report("steps halved", 0.8)
-            self._refine(camera.frame())
+            self._refine(camera.frame(), longest)
 
     @property
     def still(self) -> bool:
@@ -245,11 +248,11 @@ class Branches:
         p_0, p_1 = np.minimum(steps.p_0, steps.p_1), np.maximum(steps.p_0, steps.p_1)
         self.links = self.links.joined(replace(steps, left=left, right=right, p_0=p_0, p_1=p_1))
 
-    def _refine(self, moving: Frame) -> None:
-        """Divide links that are too long."""
+    def _refine(self, moving: Frame, longest: float) -> None:
+        """Divide links that are longer than some angle, or in doubt."""
         tries = np.zeros(len(self.links.left), int)
         for _ in range(_MOST_DIVISIONS):
-            parts = np.minimum(self._parts(moving), np.array([_MOST_PARTS, 2, 1])[np.minimum(tries, 2)])
+            parts = np.minimum(self._parts(moving, longest), np.array([_MOST_PARTS, 2, 1])[np.minimum(tries, 2)])
             if (parts == 1).all():
                 break
             divided, pieces = self._divided(parts, _MANY_STEPS if (tries[parts > 1] > 0).any() else _FEW_STEPS)
@@ -301,14 +304,14 @@ class Branches:
         )
         return divided, pieces
 
-    def _parts(self, moving: Frame) -> Int[Array, " links"]:
+    def _parts(self, moving: Frame, allowed: float) -> Int[Array, " links"]:
         """Into how many parts each link should be divided."""
         links, nodes = self.links, self.nodes
         sky = as_seen(nodes.sky, self.sheets.frame, moving)
         turn = np.abs(links.longitude(links.p_1) - links.longitude(links.p_0))
         step = angle_between(sky[links.left], sky[links.right])
         longest = np.maximum.reduce([step, turn * math.sin(self.circle.angle), turn * _LONGEST / _LONGEST_TURN])
-        return np.maximum(np.ceil(longest / _LONGEST), 1 + (self._costs() > DOUBT)).astype(int)
+        return np.maximum(np.ceil(longest / allowed), 1 + (self._costs() > DOUBT)).astype(int)
 
 
 def _ends(width: Float[Array, " gaps"], reach: Float[Array, " gaps"]) -> Float[Array, " columns"]:

@@ -1,0 +1,123 @@
+"""The command `magnification`: a source of finite size, as it is seen."""
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.options import (
+    COMMON,
+    Angles,
+    CameraOptions,
+    CommonOptions,
+    FileName,
+    Flag,
+    MaxIndex,
+    radians,
+)
+from kerrcaustics.cli.outputs import check_ending, write_figure
+from kerrcaustics.cli.tables import PlainTable
+from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, say_all, verdict
+
+if TYPE_CHECKING:
+    from kerrcaustics.extended_sources.magnification import Magnification
+
+
+@app.command(
+    **with_examples(
+        "magnification --spin 0.999 --radius 6.03 --star 90 141 --size 0.5 --figure shapes.png",
+        "magnification --spin 0 --radius 100 --star 90 180 --size 2 --profile linear:0.6",
+    )
+)
+def magnification(
+    *,
+    camera: CameraOptions,
+    star: Angles,
+    size: float,
+    profile: str = "uniform",
+    max_index: MaxIndex = 2,
+    power: float = 0.0,
+    source_radius: float | None = None,
+    figure: FileName | None = None,
+    save: FileName | None = None,
+    common: CommonOptions = COMMON,
+    points: Flag = False,
+) -> None:
+    """Measure how bright a star of finite size is seen, on a caustic too, and in which shapes.
+
+    Parameters
+    ----------
+    star
+        The place of its centre: theta' from the spin axis and phi', degrees.
+    size
+        Its radius, degrees; with --source-radius a length along that sphere, in units of the mass.
+    profile
+        Brightness from the centre to the limb: uniform, linear:u or quadratic:u1,u2 for limb darkening,
+        gaussian:width for a deviation in radii of the star.
+    power
+        Light goes by the frequency ratio to this power: 0 for the magnification alone, 4 for all light together.
+    source_radius
+        Radius of the sphere that the star is painted on, in units of the mass, that of the camera or larger; left out,
+        the celestial sphere.
+    figure
+        Draw the images of the star among the critical curves into this file: .png, .pdf or .svg.
+    save
+        Save everything into this file, to be loaded with kerrcaustics.load.
+    points
+        Put the images of the limb into the JSON too.
+    """
+    common.check({"--figure": figure, "--save": save})
+    check_ending(figure)
+    common.check_points(points)
+    place, shade = radians("--star", star), _profile(profile)
+    end = math.inf if source_radius is None else source_radius
+    wide = math.radians(size) if source_radius is None else size
+    seen_from = camera.viewer()
+    began = time.perf_counter()
+    with plain_errors({"end": "source-radius"}), progress() as report:
+        from kerrcaustics.extended_sources import magnification as extended
+        from kerrcaustics.results import storage
+        from kerrcaustics.results.records import record
+
+        source = {"profile": shade, "max_index": max_index, "power": power, "end": end}
+        seen = extended.magnification(seen_from, place, wide, **source, progress=report)
+        seconds = time.perf_counter() - began
+        if save is not None:
+            storage.save(save, seen)
+        if figure is not None:
+            report("drawing", 1.0)
+            from kerrcaustics.draw.source_images import source_images_figure
+
+            write_figure(source_images_figure(seen), figure)
+    common.write_result(record(seen, points=points), seconds)
+    _print(seen, common.console())
+    common.say_files(figure=figure, saved=save)
+    if not seen.certified:
+        stop(1, "The magnification is not certified: see the remarks.")
+
+
+def _profile(text: str) -> str | tuple[str | float, ...]:
+    """A profile of the command line: its name, and the coefficients after a colon."""
+    name, colon, rest = text.partition(":")
+    if not colon:
+        return name
+    try:
+        return (name, *(float(part) for part in rest.split(",")))
+    except ValueError:
+        raise BadInput(f"Argument --profile must have numbers after {name}:, but has {rest or 'none'}.") from None
+
+
+def _print(seen: "Magnification", out: Console) -> None:
+    surface = seen.surface
+    place = place_in_words(surface, seen.source)
+    size = f"{seen.size:g} M" if surface.finite else f"{math.degrees(seen.size):g} deg"
+    say(out, f"{place_of(seen.camera)}: a star of radius {size} at {place} on {surface.in_words()}, {seen.profile}")
+    table = PlainTable(("index", "magnification", "error"))
+    for index, share in seen.per_index.items():
+        table.add_row(str(index), f"{share:.9g}", f"{seen.per_index_error[index]:.0e}")
+    table.add_row("all", f"{seen.total:.9g}", f"{seen.error:.0e}")
+    out.print(table)
+    say_all(out, seen.remarks)
+    say(out, f"{len(seen.images)} curves bound the images: {verdict(seen.certified)}")

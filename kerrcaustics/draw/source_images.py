@@ -1,0 +1,92 @@
+"""Images of a source of finite size: their shapes among the critical curves, and the source among the caustics."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+
+from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.curves.caustic_search import caustics as caustics_of
+from kerrcaustics.draw import style
+from kerrcaustics.draw.palettes import STAR_COLOUR
+from kerrcaustics.draw.projection import about_shadow, whole_line
+from kerrcaustics.draw.sky_axes import draw_places
+from kerrcaustics.draw.sky_results import caustics_on_surface, critical_curves, labelled_once, shadow
+from kerrcaustics.draw.titles import headline, place_in_words
+from kerrcaustics.extended_sources.magnification import LimbImage, Magnification
+from kerrcaustics.extended_sources.measured import disc_rim, sphere_scale
+from kerrcaustics.spacetime.sphere import polar_angle
+
+Array = np.ndarray
+
+_LIMB_POINTS = 181
+_LIMB: dict[str, Any] = {"color": STAR_COLOUR, "linewidth": 1.2, "zorder": 3}
+_FILL: dict[str, Any] = {"facecolor": STAR_COLOUR, "alpha": 0.5, "edgecolor": "none", "zorder": 2.4}
+
+
+def limb_image(ax: Axes, image: LimbImage) -> Axes:
+    """The curve on the camera sky, one colour an index."""
+    places = about_shadow(image.camera, whole_line(image.sky, True))
+    index = np.append(image.index, image.index[:1])
+    for k in np.unique(index).tolist():
+        line = {"linewidth": 1.0, "zorder": 2.5, **style.index_line(k)}
+        ax.plot(*_where(places, index == k).T, label=f"index {k}", **line)
+    return labelled_once(ax)
+
+
+def source_images(ax: Axes, seen: Magnification, *, caustics: CausticSet | None = None) -> Axes:
+    """The images of the source, filled, with their limbs in one colour an index, shadow and critical curves.
+
+    caustics: of the same camera and surface, where they are known.
+    """
+    if not ax.has_data():
+        shadow(ax, seen.camera)
+        critical_curves(ax, caustics or caustics_of(seen.camera, seen.max_index + 1, end=seen.surface))
+    loops = [about_shadow(seen.camera, image.sky) for image in seen.images]
+    # Curves have the image to their left, those of holes run the other way: what lies within both is left open.
+    if loops:
+        path = Path.make_compound_path(*(Path(whole_line(loop, True)) for loop in loops))
+        ax.add_patch(PathPatch(path, **_FILL))
+    for image in seen.images:
+        limb_image(ax, image)
+    return labelled_once(ax)
+
+
+def source_images_figure(seen: Magnification) -> Figure:
+    """Figure of a source of finite size, 7 inches wide: its images, and the source among the caustics."""
+    caustics = caustics_of(seen.camera, seen.max_index + 1, end=seen.surface)
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 4.4), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        source_images(left, seen, caustics=caustics).set_title("images and critical curves, camera sky")
+        caustics_on_surface(right, caustics)
+        draw_places(right, seen.surface, _limb_places(seen), label="limb of the source", **_LIMB)
+        right.set_title("source and caustics")
+        own: Any = left.get_legend()
+        own.remove()
+        (handles, labels), (others, names) = (ax.get_legend_handles_labels() for ax in (left, right))
+        once = dict(zip([*labels, names[-1]], [*handles, others[-1]], strict=True))
+        figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=4)
+        place = f"{place_in_words(seen.surface, seen.source)}, on {seen.surface.in_words()}"
+        figure.suptitle(f"source at {place}: {seen.total:.6g} times as bright\n{headline(caustics)}")
+    return figure
+
+
+def _limb_places(seen: Magnification) -> Float[Array, "points 2"]:
+    """Angles of points of the limb on the sphere of the source."""
+    centre = seen.surface.vectors(np.array([seen.source]))[0]
+    size = seen.size / sphere_scale(seen.surface)
+    limb = disc_rim(centre, size).place(np.linspace(0, 2 * np.pi, _LIMB_POINTS))
+    phi = np.unwrap(np.arctan2(limb[:, 1], limb[:, 0]))
+    return np.stack([polar_angle(limb), phi], axis=-1)
+
+
+def _where(line: Float[Array, "points 2"], kept: Bool[Array, " points"]) -> Float[Array, "points 2"]:
+    """A line with gaps between points of which none is kept."""
+    beside = kept | np.append(kept[1:], False) | np.insert(kept[:-1], 0, False)
+    return np.where(beside[:, None], line, np.nan)

@@ -1,0 +1,1 @@
+"""Sources of finite size: the areas of their images, bounded by the images of their limbs."""

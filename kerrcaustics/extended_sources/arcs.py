@@ -1,0 +1,66 @@
+"""Arcs: smooth pieces of the boundaries of images, as polynomials through Gauss-Legendre nodes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.polynomial import legendre
+
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import lengths
+
+Array = np.ndarray
+
+GUESSED = legendre.leggauss(6)[0]
+"""Places in (-1, 1) along an arc at which it is guessed and brought to the limb."""
+NODES, WEIGHTS = legendre.leggauss(7)
+"""Places in (-1, 1) along an arc of its points, at which it is checked, with their weights."""
+
+
+@dataclass(frozen=True)
+class Arcs(Rows):
+    """Arcs on the search sky, an entry each.
+
+    index: Morse index of the images that they bound; left, right: numbers of the nodes at both ends; start, stop:
+    directions there; points: directions at `NODES`; error: of the area beside the arc, square radians.
+    """
+
+    index: Int[Array, " arcs"]
+    left: Int[Array, " arcs"]
+    right: Int[Array, " arcs"]
+    start: Float[Array, "arcs 3"]
+    stop: Float[Array, "arcs 3"]
+    points: Float[Array, "arcs nodes 3"]
+    error: Float[Array, " arcs"]
+
+
+def values_at(nodes: Float[Array, " nodes"], places: Float[Array, " places"]) -> Float[Array, "places nodes"]:
+    """The matrix from values of a polynomial at nodes to its values at places."""
+    highest = len(nodes) - 1
+    return legendre.legvander(places, highest) @ np.linalg.inv(legendre.legvander(nodes, highest))
+
+
+def along(
+    matrix: Float[Array, "places nodes"], points: Float[Array, "arcs nodes axes"]
+) -> Float[Array, "arcs places axes"]:
+    """Values at places along arcs from those at nodes."""
+    return np.einsum("pn,anx->apx", matrix, points)
+
+
+def unit(vectors: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
+    """Vectors of length 1."""
+    return vectors / lengths(vectors)[..., None]
+
+
+def with_ends(
+    start: Float[Array, "arcs axes"], points: Float[Array, "arcs nodes axes"], stop: Float[Array, "arcs axes"]
+) -> Float[Array, "arcs nodes+2 axes"]:
+    """Points of arcs between their ends."""
+    return np.concatenate([start[:, None], points, stop[:, None]], axis=1)
+
+
+_HIGHEST = len(NODES) - 1
+DERIVATIVE = legendre.legval(NODES, legendre.legder(np.linalg.inv(legendre.legvander(NODES, _HIGHEST)))).T
+"""From values at `NODES` to derivatives there."""
+AT_ENDS = values_at(NODES, np.array([-1.0, 1.0]))
+"""From values at `NODES` to those at both ends."""

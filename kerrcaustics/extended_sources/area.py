@@ -1,0 +1,259 @@
+"""Light within arcs on a viewer's sky, by Green's theorem, component by component.
+
+Each connected boundary has an origin of its own, so that small images keep their digits: in the equal-area plane about
+it (Lambert's) the area is an integral of x dy - y dx along the boundary. On a screen the plane is there already.
+
+On a sphere a closed curve has two sides. The side that is measured does not hold the direction opposite to the hole. So
+boundaries that run round the hole once more one way than the other leave out the whole sky (`total`).
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from jaxtyping import Complex, Float, Int
+from numpy.polynomial import legendre
+
+from kerrcaustics.extended_sources.arcs import AT_ENDS, DERIVATIVE, NODES, WEIGHTS, Arcs, unit, with_ends
+from kerrcaustics.lens_map.search_sky import SearchSky
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
+from kerrcaustics.spacetime.sphere import from_angles, lengths, tangent_basis
+
+Array = np.ndarray
+
+# Cosine of the largest angle of a boundary from its own origin.
+_LEAST_COSINE = 0.3
+# Steps along a boundary are divided, so often at most, that are larger than this as seen from a place, radians.
+_SMALL_ANGLE, _MOST_HALVINGS = 0.5, 40
+_ENDED = np.concatenate([[-1.0], NODES, [1.0]])
+# Parts of the way from an origin, and their shares of the area; nodes of the sum over the whole sky.
+_GAUSS, _GAUSS_WEIGHTS = legendre.leggauss(8)
+_PARTS, _SHARES = (1 + _GAUSS) / 2, _GAUSS_WEIGHTS * (1 + _GAUSS) / 2
+_SKY_NODES = 48
+_VALUES = legendre.legvander(_ENDED, len(NODES) + 1)
+
+
+Weight = Callable[[Array], Array]
+"""Brightness of what is seen at places (..., axes) on the viewer's sky."""
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """A connected boundary.
+
+    arcs: numbers of its arcs; points: places of the nodes between both ends of each arc; light: integrals over the
+    area, of the weight and of the weight times the place: negative for the inner edge of a ring or a hole; error: of
+    the first; turns: how often it runs round the hole, the image to its left.
+    """
+
+    arcs: Int[Array, " arcs"]
+    points: Float[Array, "arcs nodes axes"]
+    light: Float[Array, " columns"]
+    error: float
+    turns: int
+
+    @property
+    def area(self) -> float:
+        """The weighted area."""
+        return float(self.light[0])
+
+
+def components(arcs: Arcs) -> list[Int[Array, " _"]]:
+    """Numbers of the arcs of each connected boundary."""
+    nodes = int(max(arcs.left.max(), arcs.right.max())) + 1
+    graph = scipy.sparse.coo_matrix((np.ones(len(arcs)), (arcs.left, arcs.right)), shape=(nodes, nodes))
+    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][arcs.left]
+    return [np.flatnonzero(label == one) for one in np.unique(label)]
+
+
+def boundaries(
+    arcs: Arcs,
+    points: Float[Array, "arcs nodes axes"],
+    error: Float[Array, " arcs"],
+    sign: Float[Array, " arcs"],
+    hole: Float[Array, " axes"],
+    weight: Weight | None = None,
+) -> list[Boundary]:
+    """The boundaries that arcs form.
+
+    Parameters
+    ----------
+    arcs : Arcs
+        Numbers of their nodes say which of them are connected.
+    points : (arcs, nodes, axes) array
+        Places of their nodes between both ends.
+    error : (arcs,) array
+        Of the area beside each, in the units of the points.
+    sign : (arcs,) array
+        1 where the image lies to the left of an arc, -1 where to the right.
+    hole : (axes,) array
+        The direction to the hole.
+    weight : function, optional
+        Of the area; 1 if it is left out.
+    """
+    brightest = 1.0 if weight is None else weight(points).max(axis=1)
+    found = []
+    for chosen in components(arcs):
+        bound = _Bound(points[chosen], sign[chosen], hole)
+        off = float((error * brightest)[chosen].sum())
+        found.append(Boundary(chosen, points[chosen], bound.light(weight), off, bound.turns))
+    return found
+
+
+def total(found: Sequence[Boundary], axes: int, weight: Weight | None = None) -> tuple[Float[Array, " columns"], float]:
+    """The light within some boundaries, and the error of the first column; axes: of their places."""
+    light = np.sum([np.zeros(axes + 1), *(one.light for one in found)], axis=0)
+    turns = sum(one.turns for one in found) if axes == 3 else 0
+    if turns:
+        light -= turns * _of_sky(weight)
+    return light, sum(one.error for one in found)
+
+
+def closed(arcs: Arcs) -> bool:
+    """True where an even number of arcs meets at every node."""
+    return bool((np.bincount(np.concatenate([arcs.left, arcs.right])) % 2 == 0).all())
+
+
+def seen_points(sky: SearchSky, arcs: Arcs) -> tuple[Float[Array, "arcs nodes axes"], Float[Array, " arcs"]]:
+    """Nodes of arcs between both ends, and the error of the area beside each, on the viewer's sky."""
+    whole = with_ends(arcs.start, arcs.points, arcs.stop)
+    flat = whole.reshape(-1, 3)
+    places = sky.shown(flat)
+    scale = sky.lengths(flat).reshape(whole.shape[:2])
+    return places.reshape(*whole.shape[:2], -1), arcs.error * (scale**2).max(axis=1)
+
+
+def flat_from_hole(places: Float[Array, "*batch axes"], hole: Float[Array, " axes"]) -> Complex[Array, "*batch"]:
+    """Places in a plane on which the hole is infinitely far away and angles are true."""
+    if len(hole) == 2:
+        away = places - hole
+        return 1 / (away[..., 1] + 1j * away[..., 0])
+    one, other = (axis[0] for axis in tangent_basis(-hole[None]))
+    return (places @ one + 1j * (places @ other)) / (1 - places @ hole)
+
+
+def winding(
+    plane: Complex[Array, "arcs nodes"], sign: Float[Array, " arcs"], place: Complex[Array, " places"]
+) -> Float[Array, " places"]:
+    """The winding numbers of boundaries about places, in such a plane; plane: nodes of arcs between both ends.
+
+    Seen from a place, a step from node to node is as good as the arc if its angle is small; others are divided.
+    """
+    curves = plane @ np.linalg.inv(_VALUES).T
+    which, arc, step = (axis.ravel() for axis in np.indices((len(place), len(plane), plane.shape[1] - 1)))
+    low, high = _ENDED[step], _ENDED[step + 1]
+    turns = np.zeros(len(place))
+    for _ in range(_MOST_HALVINGS):
+        one, other = (_on_curve(curves[arc], at) - place[which] for at in (low, high))
+        angle = np.angle(other * one.conj())
+        good = np.abs(angle) < _SMALL_ANGLE
+        np.add.at(turns, which[good], (sign[arc] * angle)[good])
+        which, arc, low, high = which[~good], arc[~good], low[~good], high[~good]
+        if not len(which):
+            break
+        middle = (low + high) / 2
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        which, arc = np.tile(which, 2), np.tile(arc, 2)
+    turns[which] = np.nan
+    return turns / (2 * math.pi)
+
+
+def _on_curve(coefficients: Complex[Array, "steps nodes"], at: Float[Array, " steps"]) -> Complex[Array, " steps"]:
+    return np.einsum("sn,sn->s", coefficients, legendre.legvander(at, coefficients.shape[1] - 1))
+
+
+def hole_place(sky: SearchSky) -> Float[Array, " axes"]:
+    """The direction to the hole on the viewer's sky."""
+    toward = sky_from_line_of_sight(sky.search_camera.frame(), np.array([[-1.0, 0.0, 0.0]]))
+    return sky.shown(toward)[0]
+
+
+def turns_about(place: Float[Array, " axes"], points: Float[Array, "arcs nodes axes"]) -> Float[Array, " arcs"]:
+    """By how many turns the azimuth about a place grows along arcs."""
+    if len(place) == 3:
+        one, other = (axis[0] for axis in tangent_basis(place[None]))
+        away = points @ one + 1j * (points @ other)
+    else:
+        # alpha and beta lie as the second and the first tangent do.
+        away = (points[..., 1] - place[1]) + 1j * (points[..., 0] - place[0])
+    steps = np.angle(away[:, 1:] * away[:, :-1].conj())
+    return steps.sum(axis=1) / (2 * math.pi)
+
+
+class _Bound:
+    """A connected boundary: places (arcs, nodes with both ends, axes), the side of the image, and the hole."""
+
+    def __init__(self, points: Array, sign: Array, hole: Array) -> None:
+        self._points, self._sign = points, sign
+        self.turns = round(float(sign @ turns_about(hole, points)))
+        flat = points.reshape(-1, points.shape[-1])
+        self._beyond = 0
+        if points.shape[-1] == 2:
+            self._origin = flat.mean(axis=0)
+            return
+        self._origin = unit(flat.mean(axis=0))
+        if self.turns or (flat @ self._origin).min() < _LEAST_COSINE:
+            side = 1.0 if (flat @ hole).min() > -(flat @ hole).max() else -1.0
+            self._origin = side * hole
+            # About the direction opposite to the hole the other side is measured.
+            self._beyond = 0 if side > 0 else self.turns
+
+    def light(self, weight: Weight | None) -> Array:
+        """Integrals of the weight, and of the weight times the place, over the area.
+
+        Along a straight way from the origin both are averaged, by Gauss's rule.
+        """
+        averages = 0.0
+        for part, share in zip(_PARTS, _SHARES, strict=True):
+            places = self._toward(part)
+            bright = np.ones(places.shape[:2]) if weight is None else weight(places)
+            averages = averages + share * bright[..., None] * np.concatenate(
+                [np.ones_like(places[..., :1]), places], -1
+            )
+        swept = self._sign @ np.einsum("an,anc->ac", self._swept(), averages)
+        return swept + self._beyond * _of_sky(weight) if self._beyond else swept
+
+    def _toward(self, part: float) -> Array:
+        """Places at a part of the way from the origin to the points: on a sphere by areas within circles about it."""
+        away = self._points - self._origin
+        if away.shape[-1] == 2:
+            return self._origin + part * away
+        far = lengths(away) ** 2 / 2
+        near = part * part * far
+        sine, other = (np.sqrt(np.maximum(x * (2 - x), 0)) for x in (near, far))
+        across = away + far[..., None] * self._origin
+        return self._origin * (1 - near)[..., None] + across * (sine / np.where(other == 0, 1, other))[..., None]
+
+    def _swept(self) -> Float[Array, "arcs nodes"]:
+        """Areas swept by the way from the origin along arcs, shared out among the nodes and both ends.
+
+        The ends of the polynomials are joined to the nodes by straight steps.
+        """
+        x, y = np.moveaxis(self._flat(self._points), -1, 0)
+        inner_x, inner_y = x[:, 1:-1], y[:, 1:-1]
+        swept = (inner_x * (inner_y @ DERIVATIVE.T) - inner_y * (inner_x @ DERIVATIVE.T)) * WEIGHTS
+        (x_0, x_1), (y_0, y_1) = ((inner @ AT_ENDS.T).T for inner in (inner_x, inner_y))
+        first = x[:, 0] * y_0 - y[:, 0] * x_0
+        last = x_1 * y[:, -1] - y_1 * x[:, -1]
+        return np.concatenate([first[:, None], swept, last[:, None]], axis=1) / 2
+
+    def _flat(self, points: Array) -> Array:
+        """Coordinates in which areas are true, right-handed with the tangents of the sky."""
+        if points.shape[-1] == 2:
+            return (points - self._origin)[..., ::-1]
+        scale = np.sqrt(2 / (1 + points @ self._origin))
+        one, other = (axis[0] for axis in tangent_basis(self._origin[None]))
+        return scale[..., None] * np.stack([points @ one, points @ other], axis=-1)
+
+
+def _of_sky(weight: Weight | None) -> Float[Array, " 4"]:
+    """The same integrals over the whole sky."""
+    if weight is None:
+        return np.array([4 * math.pi, 0, 0, 0])
+    cosine, shares = legendre.leggauss(_SKY_NODES)
+    azimuth = math.pi * np.arange(2 * _SKY_NODES) / _SKY_NODES
+    places = from_angles(np.arccos(cosine)[:, None], azimuth)
+    bright = weight(places) * shares[:, None] * math.pi / _SKY_NODES
+    return np.concatenate([[bright.sum()], np.einsum("ij,ijx->x", bright, places)])

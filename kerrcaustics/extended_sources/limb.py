@@ -1,0 +1,187 @@
+"""The limb of a disc on the camera sky: arcs along the curve on which light comes from the disc's rim.
+
+Light from the direction N left the surface at an angle from the centre of the disc that is a smooth function of N, at
+folds too: its gradient is J^T u, with u the unit vector away from the centre. So what a curve misses the limb by, times
+its length, is the error of the area that it bounds; errors along the curve do not matter. Points are brought to the
+limb by Newton's method, to the star at their longitude; next to folds, where that leads far along the limb, along the
+gradient.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.ends import End
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.extended_sources.arcs import (
+    DERIVATIVE,
+    GUESSED,
+    NODES,
+    WEIGHTS,
+    Arcs,
+    along,
+    unit,
+    values_at,
+    with_ends,
+)
+from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
+from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.links import Links
+
+Array = np.ndarray
+# Places of arcs, a row for each arc.
+_Places = Float[Array, "arcs nodes 3"]
+_Reals = Float[Array, "arcs nodes"]
+_OfArcs = Float[Array, " arcs"]
+
+# Rounds of halving; steps toward the limb of the ends of arcs.
+_MOST_HALVINGS, _STEPS = 16, 3
+# Arcs that are halved together, at most: more are a sign that the limb is lost.
+_MOST_ARCS = 5000
+# Longest steps, in parts of an arc: of Newton's method, elsewhere and at folds, and along the gradient; cosine of the
+# angle between arc and gradient above which the arc has lost the limb.
+_LONGEST_STEP, _LONGEST_AT_FOLD, _LONGEST_PART, _MOST_COSINE = 0.25, 0.02, 0.3, 0.5
+# An arc is not halved where its error is below so many times that of the rays.
+_ROUND_OFF = 5.0
+
+_ENDED_GUESS, _ENDED = (np.concatenate([[-1.0], nodes, [1.0]]) for nodes in (GUESSED, NODES))
+_TO_NODES = values_at(_ENDED_GUESS, NODES)
+_HALVES = [values_at(_ENDED, (GUESSED + side) / 2) for side in (-1, 1)]
+_MIDDLE = np.zeros(1)
+_TO_MIDDLE = values_at(_ENDED, _MIDDLE)
+
+
+@dataclass(frozen=True)
+class GuessedArcs(Rows):
+    """Arcs near the limb.
+
+    links: between nodes of a level curve; at_fold: True for those that come from one that ends at a fold; start, stop:
+    directions of the nodes; guess: directions at `GUESSED`.
+    """
+
+    links: Links
+    at_fold: Bool[Array, " arcs"]
+    start: Float[Array, "arcs 3"]
+    stop: Float[Array, "arcs 3"]
+    guess: Float[Array, "arcs guesses 3"]
+
+    def arcs(self) -> Arcs:
+        """The same as arcs, not brought to the limb."""
+        points, links = unit(along(_TO_NODES, with_ends(self.start, self.guess, self.stop))), self.links
+        return Arcs(links.index, links.left, links.right, self.start, self.stop, points, np.zeros(len(points)))
+
+
+@dataclass(frozen=True)
+class _Offset:
+    """The way to the limb: its length, positive inward; unit vectors inward; errors of the length."""
+
+    length: Float[Array, "*batch"]
+    inward: Float[Array, "*batch 3"]
+    error: Float[Array, "*batch"]
+
+
+@dataclass(frozen=True)
+class Limb:
+    """The limb of a disc on a surface, for a viewer at rest; circle: its rim."""
+
+    camera: Viewer
+    surface: End
+    circle: Circle
+
+    def arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[Arcs, int]:
+        """Arcs on the limb from guesses, and how many of them are in doubt.
+
+        first: number of the first new node; wanted: error of the area in all, square radians.
+        """
+        size = _lengths_of(with_ends(guessed.start, guessed.guess, guessed.stop))
+        both, part = np.concatenate([guessed.start, guessed.stop]), np.repeat([-1.0, 1.0], len(guessed))
+        start, stop = np.split(self._on_limb(both, guessed.joined(guessed), part, np.tile(size, 2)), 2)
+        guessed = replace(guessed, start=start, stop=stop)
+        parts: list[Arcs] = []
+        good = np.empty(0, bool)
+        for halving in range(_MOST_HALVINGS + 1):
+            links, start, stop = guessed.links, guessed.start, guessed.stop
+            guess = self._moved(guessed.guess, guessed, GUESSED[None], size)[0]
+            points = unit(along(_TO_NODES, with_ends(start, guess, stop)))
+            rate = along(DERIVATIVE, points)
+            speed = lengths(rate)
+            size = speed @ WEIGHTS
+            points, offset = self._moved(points, guessed, NODES[None], size)
+            beside, noise = ((part * speed) @ WEIGHTS for part in (np.abs(offset.length), offset.error))
+            lost = (np.abs(np.einsum("anx,anx->an", rate, offset.inward)) > _MOST_COSINE * speed).any(axis=1)
+            good = ~lost & ((beside <= wanted / len(links)) | (beside <= _ROUND_OFF * noise))
+            kept = good | (halving == _MOST_HALVINGS) | ((~good).sum() > _MOST_ARCS)
+            parts.append(Arcs(links.index, links.left, links.right, start, stop, points, beside + noise)[kept])
+            if kept.all():
+                break
+            guessed, size = self._halved(guessed[~kept], points[~kept], size[~kept], first)
+            first += int((~kept).sum())
+        return parts[0].joined(*parts[1:]), int((~good).sum())
+
+    def _halved(self, guessed: GuessedArcs, points: _Places, size: _OfArcs, first: int) -> tuple[GuessedArcs, _OfArcs]:
+        """Both halves of arcs, and their sizes; points: at `NODES`; first: number of the first new node."""
+        links, whole = guessed.links, with_ends(guessed.start, points, guessed.stop)
+        middle = self._on_limb(unit(along(_TO_MIDDLE, whole))[:, 0], guessed, np.zeros(len(links)), size)
+        new, p = first + np.arange(len(links)), (links.p_0 + links.p_1) / 2
+        one, other = (unit(along(half, whole)) for half in _HALVES)
+        halves = replace(guessed, links=replace(links, right=new, p_1=p), stop=middle, guess=one).joined(
+            replace(guessed, links=replace(links, left=new, p_0=p), start=middle, guess=other)
+        )
+        return halves, np.tile(size / 2, 2)
+
+    def _on_limb(
+        self, sky: Float[Array, "arcs 3"], arcs: GuessedArcs, part: _OfArcs, size: _OfArcs
+    ) -> Float[Array, "arcs 3"]:
+        """Directions at a place along each arc, in (-1, 1), brought to the limb."""
+        for _ in range(_STEPS):
+            sky = self._moved(sky[:, None], arcs, part[:, None], size)[0][:, 0]
+        return sky
+
+    def _moved(
+        self, sky: _Places, arcs: GuessedArcs, parts: Float[Array, "#arcs nodes"], size: _OfArcs
+    ) -> tuple[_Places, _Offset]:
+        """Directions moved toward the limb, and the way there that was seen.
+
+        parts: places along arcs, in (-1, 1), where they are; size: of the arcs, radians.
+        """
+        shape, flat = sky.shape, sky.reshape(-1, 3)
+        beams = trace_beams(
+            self.camera, flat, "auto", TOLERANCE, end=self.surface.bare(), crossings=False, redshift=False
+        )
+        offset = self._offset(flat, beams)
+        star = self.circle.place(_longitude(arcs.links, parts).ravel())
+        step = beams.pulled_back(flat, flattened(beams.direction, star - beams.direction))
+        most = np.where(arcs.at_fold, _LONGEST_AT_FOLD, _LONGEST_STEP) * size
+        # Not along the limb, where J^-1 is uncertain, and not to other images.
+        far = ~(lengths(step) < np.repeat(most, shape[1]))
+        size = np.repeat(size, shape[1])
+        most = _LONGEST_PART * size[far]
+        step[far] = np.clip(np.nan_to_num(offset.length[far], posinf=0), -most, most)[:, None] * offset.inward[far]
+        seen = _Offset(*(values.reshape(shape[:2] + values.shape[1:]) for values in vars(offset).values()))
+        return unit(flat + step).reshape(shape), seen
+
+    def _offset(self, sky: Float[Array, "n 3"], beams: Beams) -> _Offset:
+        upward = flattened(beams.direction, self.circle.upward_and_east(beams.direction)[0])
+        one, other = np.einsum("nij,ni->jn", beams.jacobian, upward)[..., None]
+        first, second = tangent_basis(sky)
+        gradient = one * first + other * second
+        steep = lengths(gradient)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inward = np.nan_to_num(gradient / steep[:, None])
+            length, error = -self.circle.height(beams.direction) / steep, beams.error / steep
+        return _Offset(np.where(np.isfinite(length), length, np.inf), inward, error)
+
+
+def _longitude(links: Links, parts: Float[Array, "#arcs nodes"]) -> _Reals:
+    """Longitudes at places along links."""
+    part = (1 + parts.T) / 2
+    return np.stack([links.longitude(links.p_0 + t * (links.p_1 - links.p_0)) for t in part], axis=1)
+
+
+def _lengths_of(points: _Places) -> _OfArcs:
+    return lengths(np.diff(points, axis=1)).sum(axis=1)

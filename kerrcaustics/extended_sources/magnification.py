@@ -1,0 +1,332 @@
+"""The magnification of a source of finite size: finite at caustics, where that of a point is not."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.extended_sources.area import Weight
+from kerrcaustics.extended_sources.measured import MeasuredDisc, measured, outline_of, sphere_scale
+from kerrcaustics.extended_sources.nearby_caustics import touching_radii
+from kerrcaustics.extended_sources.profiles import Brightness, Profile, checked_profile
+from kerrcaustics.images.certificates import certificate_of
+from kerrcaustics.images.images import checked_index, checked_place, direct_remarks
+from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.spacetime.checks import quoted, real_number
+from kerrcaustics.spacetime.frame import redshift
+from kerrcaustics.spacetime.sphere import lengths
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+
+Array = np.ndarray
+
+# Smallest and largest radius of a source, radians.
+_LEAST, _LARGEST = 1e-8, 3.1
+# Radii in each range between those at which the limb touches a caustic.
+_RADII, _RADII_WEIGHTS = legendre.leggauss(8)
+_SERIES = np.linalg.inv(legendre.legvander(_RADII, len(_RADII) - 1))
+
+
+@result("limb-image/1", record="area error round_hole sky index")
+class LimbImage(Shown):
+    """The image of a source's limb: a closed curve, which bounds an image of the source or a hole in it.
+
+    Where a caustic crosses the source, the curve passes through folds, and images of two indices meet within it.
+    """
+
+    camera: Viewer = quantity("", "", "who sees it", json="", column="")
+    surface: End = quantity("", "", "where the source lies", json="", column="")
+    sky: Array = quantity(
+        "point axis", "1", "directions N along the curve, the first not repeated; of an Observer (alpha, beta)"
+    )
+    index: Array = quantity("point", "1", "Morse index of the images on the curve")
+    area: float = quantity(
+        "", "solid angle", "that the curve adds to the images: negative for a hole, or the inner edge of a ring"
+    )
+    error: float = quantity("", "solid angle", "estimated error of area")
+    round_hole: bool = quantity("", "1", "whether the curve runs round the hole, as the edges of rings do")
+
+
+@result(
+    "magnification/1",
+    record="camera surface source size power profile max_index total error per_index per_index_error centroid "
+    "centroid_error certified remarks",
+    points="images",
+)
+class Magnification(Shown):
+    """The light of a source of finite size, over that of the same source in empty space."""
+
+    camera: Viewer = quantity("", "", "who sees it", json="", column="")
+    surface: End = quantity("", "", "where the source lies", json="", column="")
+    source: tuple[float, float] = quantity("angle", "place", "theta', phi' of its centre", given=True)
+    size: float = quantity("", "source size", "its radius, along its sphere", given=True)
+    power: float = quantity("", "1", "of the frequency ratio g, by which light goes")
+    profile: str = quantity("", "", "its brightness from the centre to the limb, in words")
+    total: float = quantity(
+        "", "magnification", "solid angle of all images, weighted by brightness, by that of the source"
+    )
+    error: float = quantity("", "magnification", "estimated error of total")
+    per_index: dict[int, float] = quantity(
+        "morse_index", "magnification", "what images of each Morse index add to total"
+    )
+    per_index_error: dict[int, float] = quantity("morse_index", "magnification", "estimated errors of per_index")
+    centroid: Array = quantity("axis", "1", "mean direction N of the light; of an Observer the mean (alpha, beta)")
+    centroid_error: float = quantity("", "sky", "estimated error of centroid")
+    images: tuple[LimbImage, ...] = quantity("curve", "", "images of the limb, the largest first")
+    certified: bool = quantity(
+        "",
+        "1",
+        "True when the boundary of the images is closed, all images of places in the source lie within it, and none of "
+        "places beside it",
+    )
+    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+
+    @property
+    @derived("", "1")
+    def max_index(self) -> int:
+        """Highest Morse index that was asked for."""
+        return max(self.per_index)
+
+    def __repr__(self) -> str:
+        """Summary in one line: the source, and how bright it is."""
+        note = "" if self.certified else ", not certified"
+        bright = f"{self.total:.8g} +- {self.error:.1e}"
+        return f"<Magnification of a source of size {self.size:g} at {self.source}: {bright}{note}>"
+
+
+@usual_warnings
+@with_progress
+def magnification(
+    viewer: Viewer,
+    source: ArrayLike,
+    size: float,
+    *,
+    profile: Profile = "uniform",
+    max_index: int = 2,
+    power: float = 0.0,
+    end: Wherever | End = math.inf,
+    progress: Progress | bool | None = None,
+) -> Magnification:
+    """The magnification of a source of finite size, with the images of its limb.
+
+    Parameters
+    ----------
+    viewer : Camera or Observer
+    source : (theta', phi')
+        Its centre, radians.
+    size : float
+        Its radius: an angle of 1e-8 to 3.1 radians on the celestial sphere, a length in units of the mass on spheres of
+        finite radius, along which the source is painted.
+    profile : str, tuple or function
+        Brightness from the centre to the limb: "uniform"; ("linear", u) or ("quadratic", u1, u2), limb darkening with
+        these coefficients; ("gaussian", width), with the deviation (from 0.2) in radii of the source, cut off at the
+        limb; or a function of the distance from the centre in radii, smooth as a function of its arcsine.
+    max_index : int
+        0 to 6: images with Morse index up to it.
+    power : float
+        Light goes by the frequency ratio g to this power: 0 for the magnification alone, 4 for all light together, of
+        sources at rest on the celestial sphere.
+    end : float or Sphere
+        Radius of the source's sphere, that of the camera or a larger one; math.inf is the celestial sphere.
+    progress : callable or bool, optional
+        As for `caustics`.
+
+    Returns
+    -------
+    Magnification
+        Of an Observer's screen in units of the mass squared by solid angle.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Errors
+    ------
+    `Magnification.error`: what the curves miss the images of the limb by, and errors of beams, over the whole length of
+    the curves. Small sources need beams of small error: it grows as 1 / size. Of other profiles than uniform ones, also
+    the error of the sum over radii.
+
+    Notes
+    -----
+    The images of the limb are followed through folds; Green's theorem gives the area within. Images of higher index
+    than `max_index` are cut off along its critical curve.
+
+    References
+    ----------
+    Gould & Gaucherel 1997, ApJ 477, 580: magnification as an integral along the images of the limb.
+    Schneider, Ehlers & Falco 1992, Gravitational Lenses, 6.4: sources of finite size at folds.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> seen = kc.magnification(camera, source=(1.4, 2.9), size=0.01, max_index=1)
+    >>> round(seen.total, 6), seen.certified
+    (3.183484, True)
+    """
+    check_viewer(viewer)
+    surface, highest = end_of(viewer, end), checked_index(max_index)
+    if not certificate_of(surface, viewer, 0).follows:
+        raise ValueError(
+            f"Argument `end` must be math.inf or at least the camera's radius {viewer.radius:.12g} for a source of "
+            f"finite size, but is {quoted(end)}."
+        )
+    place = checked_place("source", source, viewer, surface)
+    angle, brightness = _checked_size(size, surface), checked_profile(profile)
+    centre = surface.vectors(np.array([place]))[0]
+    weight = _weight(power, viewer, surface)
+    whole = measured(viewer, surface, centre, angle, highest, weight)
+    seen = _uniform(whole) if brightness.is_uniform else _graded(viewer, surface, centre, whole, brightness, weight)
+    per_solid_angle = 1 / seen.solid_angle
+    middle = seen.moment / (lengths(seen.moment) if len(seen.moment) == 3 else seen.area)
+    spread = float(lengths(whole.points - middle).max())
+    return Magnification(
+        camera=viewer,
+        surface=surface,
+        source=place,
+        size=float(size),
+        power=float(power),
+        profile=brightness.words,
+        total=seen.area * per_solid_angle,
+        error=seen.error * per_solid_angle,
+        per_index=dict(enumerate((seen.shares * per_solid_angle).tolist())),
+        per_index_error=dict(enumerate((seen.share_errors * per_solid_angle).tolist())),
+        centroid=middle,
+        centroid_error=seen.error / seen.area * spread,
+        images=_images(viewer, surface, whole),
+        certified=not seen.remarks,
+        remarks=(*direct_remarks(surface, viewer), *seen.remarks),
+    )
+
+
+@dataclass(frozen=True)
+class _Sum:
+    """Light of a source: its solid angle, that of its images, with errors, and remarks; weighted by brightness."""
+
+    solid_angle: float
+    area: float
+    error: float
+    shares: Array
+    share_errors: Array
+    moment: Array
+    remarks: tuple[str, ...]
+
+
+def _uniform(disc: MeasuredDisc) -> _Sum:
+    return _Sum(disc.solid_angle, disc.area, disc.error, disc.shares, disc.share_errors, disc.moment, disc.remarks)
+
+
+def _graded(
+    viewer: Viewer,
+    surface: End,
+    centre: Array,
+    whole: MeasuredDisc,
+    brightness: Brightness,
+    weight: Weight | None,
+) -> _Sum:
+    """The sum over uniform discs: I(1) A(1) - integral of I'(x) A(x) dx, with the radius sin x of the disc.
+
+    The area has a kink where the limb touches a caustic: the range is divided there, and nodes crowd there.
+    """
+    index = len(whole.shares) - 1
+    radii = touching_radii(sheets_of(viewer, index, surface), centre, whole.angle)
+    x, share = _nodes(np.concatenate([[0.0], np.arcsin(radii / whole.angle), [math.pi / 2]]))
+    discs = [
+        measured(viewer, surface, centre, whole.angle * math.sin(one), index, weight)
+        for one in in_steps("radius", x.ravel().tolist())
+    ]
+    share = -share * brightness.slope(x.ravel()).reshape(x.shape)
+
+    def summed(get: Callable[[MeasuredDisc], ArrayLike]) -> tuple[Array, Array]:
+        """A sum over radii, and its error."""
+        values = np.array([get(disc) for disc in discs]).reshape(*x.shape, -1)
+        integral, error = _integrals(share[..., None] * values)
+        return integral + brightness.at_limb * np.atleast_1d(get(whole)), error
+
+    def worst(get: Callable[[MeasuredDisc], ArrayLike]) -> Array:
+        """The sum of errors over radii."""
+        values = np.array([get(disc) for disc in discs]).reshape(*x.shape, -1)
+        own = (np.abs(share[..., None]) * values * _RADII_WEIGHTS[:, None]).sum(axis=(0, 1))
+        return own + brightness.at_limb * np.atleast_1d(get(whole))
+
+    area, off = summed(lambda disc: disc.area)
+    shares, shares_off = summed(lambda disc: disc.shares)
+    remarks = dict.fromkeys([*whole.remarks, *(remark for disc in discs for remark in disc.remarks)])
+    return _Sum(
+        float(summed(lambda disc: disc.solid_angle)[0][0]),
+        float(area[0]),
+        float((worst(lambda disc: disc.error) + off)[0]),
+        shares,
+        worst(lambda disc: disc.share_errors) + shares_off,
+        summed(lambda disc: disc.moment)[0],
+        tuple(remarks),
+    )
+
+
+def _nodes(ends: Float[Array, " ends"]) -> tuple[Float[Array, "ranges nodes"], Float[Array, "ranges nodes"]]:
+    """Nodes in the ranges between ends, closer to the inner ones of these by squares, and dx by that of the rule."""
+    ranges = []
+    for i, (low, high) in enumerate(pairwise(ends)):
+        part, rate = (1 + _RADII) / 2, np.full(len(_RADII), 0.5)
+        first, last = i > 0, i < len(ends) - 2
+        if first and last:
+            part, rate = np.sin(math.pi / 2 * part) ** 2, rate * math.pi / 2 * np.sin(math.pi * part)
+        elif first:
+            part, rate = part**2, 2 * part * rate
+        elif last:
+            part, rate = 1 - (1 - part) ** 2, 2 * (1 - part) * rate
+        ranges.append((low + (high - low) * part, (high - low) * rate))
+    return np.array([x for x, _ in ranges]), np.array([rate for _, rate in ranges])
+
+
+def _integrals(
+    values: Float[Array, "ranges nodes columns"],
+) -> tuple[Float[Array, " columns"], Float[Array, " columns"]]:
+    """Integrals of columns, and their errors: of series that go on to fall as they have fallen."""
+    series = np.abs(np.einsum("kn,rnc->rkc", _SERIES, values))
+    last, largest = series[:, -2:].max(axis=1), series.max(axis=1)
+    # The rule is exact up to about twice the degree of the series.
+    error = last * (last / np.where(largest == 0, 1, largest)) ** 1.5
+    return np.einsum("n,rnc->c", _RADII_WEIGHTS, values), error.sum(axis=0)
+
+
+def _images(viewer: Viewer, surface: End, disc: MeasuredDisc) -> tuple[LimbImage, ...]:
+    images = []
+    for bound in sorted(disc.boundaries, key=lambda bound: -abs(bound.area)):
+        sky, index = outline_of(disc, bound)
+        images.append(LimbImage(viewer, surface, sky, index, bound.area, bound.error, bound.turns != 0))
+    return tuple(images)
+
+
+def _weight(power: object, viewer: Viewer, surface: End) -> Weight | None:
+    """The weight of areas on the viewer's sky."""
+    number = real_number("power", power)
+    if number == 0:
+        return None
+    if not math.isfinite(number) or surface.finite:
+        what = "0 for a source on a sphere of finite radius" if surface.finite else "a finite number"
+        raise ValueError(f"Argument `power` must be {what}, but is {quoted(power)}.")
+    frame = viewer.frame()
+    return lambda places: redshift(frame, viewer.directions(places)) ** number
+
+
+def _checked_size(size: object, surface: End) -> float:
+    """The angular radius of a source, radians."""
+    number = real_number("size", size)
+    scale = sphere_scale(surface)
+    angle = number / scale
+    if not _LEAST <= angle <= _LARGEST:
+        unit = "units of the mass" if surface.finite else "radians"
+        raise ValueError(
+            f"Argument `size` must be a radius from {_LEAST * scale:.3g} to {_LARGEST * scale:.3g} {unit}, but is "
+            f"{quoted(size)}."
+        )
+    return angle

@@ -1,0 +1,322 @@
+"""The images of a uniform disc: their areas by Morse index and in all, with the certificate that none is missing."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.beams.ends import End, Sphere
+from kerrcaustics.extended_sources.arcs import Arcs, with_ends
+from kerrcaustics.extended_sources.area import (
+    Boundary,
+    Weight,
+    boundaries,
+    closed,
+    flat_from_hole,
+    hole_place,
+    seen_points,
+    total,
+    turns_about,
+    winding,
+)
+from kerrcaustics.extended_sources.critical_arcs import critical_arcs
+from kerrcaustics.extended_sources.limb import GuessedArcs, Limb
+from kerrcaustics.extended_sources.nearby_caustics import distance, refined_near
+from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import Sheets, sheets_of
+from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
+from kerrcaustics.spacetime.sphere import moved, polar_basis
+from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.tracks.level_curves.branches import Branches
+from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.path_events import PathEvents
+
+Array = np.ndarray
+
+# Wanted error of the area, a part of it.
+_WANTED = 1e-10
+# The limb of a disc is taken from a few points where no caustic is closer to its centre than so many radii.
+_CLEAR = 1.05
+# Longest step, radians, between points of the limb from which its arcs are guessed.
+_LONGEST_STEP = math.radians(30.0)
+# Places about which the winding of the boundary may be looked at: distances from the centre in radii, and azimuths. The
+# two in the disc, and the one beside it, that are farthest from the caustics are.
+_PROBES = np.array(
+    [(0.0, 0.0), *((0.3 + 0.06 * i, 2.4 * i) for i in range(9)), *((1.2 + 0.05 * i, 2.4 * i) for i in range(6))]
+)
+_INSIDE, _BESIDE_IT = 2, 1
+# The least area that is taken for that of all images, a part of the largest that a boundary encloses.
+_LEAST_PART = 1e-3
+# How far from a whole number a winding may be.
+_ROUND = 1e-3
+# Parts by which the radius of a disc is changed whose limb touches a caustic.
+_BESIDE = (1e-7, 1e-5, 1e-3)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredDisc:
+    """The images of a disc on a viewer's sky.
+
+    angle: radius of the disc, radians; boundaries, arcs: of the images of all indices; points: of the arcs, on the
+    viewer's sky, between their ends; sign: 1 where the image lies to the left of an arc, -1 where to the right; area,
+    error: of the images, weighted, in units of the sky; shares, share_errors: by index; moment: integral of the place
+    over the images; remarks: what is in doubt.
+    """
+
+    angle: float
+    arcs: Arcs
+    points: Float[Array, "arcs nodes axes"]
+    sign: Float[Array, " arcs"]
+    boundaries: list[Boundary]
+    area: float
+    error: float
+    shares: Float[Array, " indices"]
+    share_errors: Float[Array, " indices"]
+    moment: Float[Array, " axes"]
+    remarks: tuple[str, ...]
+
+    @property
+    def solid_angle(self) -> float:
+        """That of the disc, from the centre of its sphere."""
+        return solid_angle(self.angle)
+
+    @property
+    def certified(self) -> bool:
+        """True where nothing is in doubt."""
+        return not self.remarks
+
+
+def solid_angle(angle: float) -> float:
+    """The solid angle of a disc with a radius in radians."""
+    return 4 * math.pi * math.sin(angle / 2) ** 2
+
+
+def measured(
+    viewer: Viewer,
+    surface: End,
+    centre: Float[Array, " 3"],
+    angle: float,
+    max_index: int,
+    weight: Weight | None = None,
+) -> MeasuredDisc:
+    """The images of a disc.
+
+    Where its limb touches a caustic, discs that are a little smaller and larger are measured instead: the area grows
+    with the disc, so that it lies between theirs.
+
+    Parameters
+    ----------
+    viewer : Viewer
+    surface : End
+        Of the disc.
+    centre : (3,) array
+        Its centre, a unit vector.
+    angle : float
+        Its radius, radians.
+    max_index : int
+    weight : function, optional
+        Of the area on the viewer's sky.
+    """
+    here = _measured(viewer, surface, centre, angle, max_index, weight)
+    if here.certified:
+        return here
+    for part in _BESIDE:
+        low, high = (_measured(viewer, surface, centre, angle * (1 + s * part), max_index, weight) for s in (-1, 1))
+        if low.certified and high.certified:
+            return _between(here, low, high)
+    return here
+
+
+def _between(here: MeasuredDisc, low: MeasuredDisc, high: MeasuredDisc) -> MeasuredDisc:
+    return replace(
+        low,
+        angle=here.angle,
+        area=(low.area + high.area) / 2,
+        error=max(low.error, high.error) + abs(high.area - low.area) / 2,
+        shares=(low.shares + high.shares) / 2,
+        share_errors=np.maximum(low.share_errors, high.share_errors) + np.abs(high.shares - low.shares) / 2,
+        moment=(low.moment + high.moment) / 2,
+    )
+
+
+def sphere_scale(surface: End) -> float:
+    """The length along a sphere that a radian stands for: 1 on the celestial sphere."""
+    return float(surface.radius) if isinstance(surface, Sphere) else 1.0
+
+
+def disc_rim(centre: Float[Array, " 3"], angle: float) -> Circle:
+    """The rim of a disc."""
+    return Circle(angle, np.stack([*polar_basis(centre), centre]))
+
+
+def _measured(
+    viewer: Viewer,
+    surface: End,
+    centre: Float[Array, " 3"],
+    angle: float,
+    max_index: int,
+    weight: Weight | None,
+) -> MeasuredDisc:
+    rim = disc_rim(centre, angle)
+    sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
+    guessed, events, remarks = _guessed(sheets, viewer, rim)
+    sky = search_sky(viewer)
+    wanted = _WANTED * _about(guessed, sheets)
+    first = 1 + int(max(guessed.links.left.max(), guessed.links.right.max()))
+    arcs, doubtful = Limb(sheets.camera, surface, rim).arcs(guessed, first, wanted)
+    if doubtful:
+        remarks += (f"{doubtful} arcs of the limb are in doubt",)
+    critical, doubts = _critical(sheets, rim, events, arcs, wanted)
+    remarks += doubts
+    whole = arcs.joined(critical)
+    points, error = seen_points(sky, whole)
+    hole = hole_place(sky)
+    is_limb = np.arange(len(whole)) < len(arcs)
+    parity = _parity(whole)
+    # A critical curve bounds the images of its own order on the side of the hole, and those of one less beyond.
+    side = _sense(sheets, sky, hole)
+    shares, share_errors = np.zeros(max_index + 1), np.zeros(max_index + 1)
+    for k in range(max_index + 1):
+        outer, inner = ~is_limb & (whole.index == k), ~is_limb & (whole.index == k + 1)
+        sign = np.select([is_limb & (whole.index == k), outer, inner], [parity, side, -side], 0.0)
+        found = _bounded(whole, points, error, sign, hole, weight)
+        (shares[k], *_), share_errors[k] = total(found, len(hole), weight)
+    sign = np.select([is_limb, whole.index == max_index + 1], [parity, -side], 0.0)
+    chosen = sign != 0
+    bounds = _bounded(whole, points, error, sign, hole, weight)
+    light, off = total(bounds, len(hole), weight)
+    boundary = whole[chosen], points[chosen], sign[chosen]
+    remarks += _checked(sheets, sky, rim, boundary, beside_caustics=events is not None)
+    return MeasuredDisc(
+        angle=angle,
+        arcs=whole[chosen],
+        points=points[chosen],
+        sign=sign[chosen],
+        boundaries=bounds,
+        area=float(light[0]),
+        error=off,
+        shares=shares,
+        share_errors=share_errors,
+        moment=light[1:],
+        remarks=remarks,
+    )
+
+
+def _guessed(sheets: Sheets, viewer: Viewer, rim: Circle) -> tuple[GuessedArcs, PathEvents | None, tuple[str, ...]]:
+    """Guesses of the arcs of the limb, the events on it, none where no caustic is near, and what is in doubt."""
+    nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
+    if nearest > _CLEAR * rim.angle:
+        guessed = of_small_images(sheets, rim)
+        if guessed is not None:
+            return guessed, None, ()
+    branches = Branches(sheets, viewer, rim, _LONGEST_STEP)
+    events = branches.events
+    doubts = [
+        f"the counts beside {n} events on the limb are not what they should be" for n in [(~events.known).sum()] if n
+    ]
+    return of_branches(branches), events, (*events.remarks, *branches.remarks, *doubts)
+
+
+def _about(guessed: GuessedArcs, sheets: Sheets) -> float:
+    """The area of the images, about, on the search sky: square radians."""
+    arcs = guessed.arcs()
+    points = with_ends(arcs.start, arcs.points, arcs.stop)
+    hole = sky_from_line_of_sight(sheets.frame, np.array([[-1.0, 0.0, 0.0]]))[0]
+    found = boundaries(arcs, points, arcs.error, _parity(arcs), hole)
+    return max(abs(float(total(found, len(hole))[0][0])), _LEAST_PART * max(abs(one.area) for one in found))
+
+
+def _parity(arcs: Arcs) -> Float[Array, " arcs"]:
+    return 1.0 - 2 * (arcs.index % 2)
+
+
+def _critical(
+    sheets: Sheets, rim: Circle, events: PathEvents | None, arcs: Arcs, wanted: float
+) -> tuple[Arcs, tuple[str, ...]]:
+    """The arcs of all critical curves within the images of the disc, and what is in doubt."""
+    found, remarks = arcs[:0], ()
+    if events is None:
+        return found, remarks
+    for curve in sheets.curves:
+        first = 1 + int(max(a.right.max(initial=0) for a in (arcs, found)))
+        first = max(first, 1 + int(max(a.left.max(initial=0) for a in (arcs, found))))
+        more, doubts = critical_arcs(sheets, rim, events, curve, first, wanted)
+        found, remarks = found.joined(more), remarks + doubts
+    return found, remarks
+
+
+def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float:
+    """1 where critical curves run round the hole anticlockwise as their edge phase grows, else -1."""
+    curve = sheets.curves.curves[-1]
+    places = sky.shown(sheets.sky(curve.points.line_of_sight))
+    return float(np.sign(turns_about(hole, places[None])[0]))
+
+
+def _bounded(
+    arcs: Arcs, points: Array, error: Array, sign: Array, hole: Array, weight: Weight | None
+) -> list[Boundary]:
+    """The boundaries of the arcs whose sign is not 0."""
+    chosen = np.flatnonzero(sign)
+    if not len(chosen):
+        return []
+    return boundaries(arcs[chosen], points[chosen], error[chosen], sign[chosen], hole, weight)
+
+
+def _checked(
+    sheets: Sheets, sky: SearchSky, rim: Circle, boundary: tuple[Arcs, Array, Array], *, beside_caustics: bool
+) -> tuple[str, ...]:
+    """What speaks against the boundary of the images: ends of arcs, and windings about images of places.
+
+    Places within the disc must have all of their images within the boundary, others none.
+    """
+    arcs, points, sign = boundary
+    if not closed(arcs):
+        return ("the boundary of the images is not closed",)
+    radius, place = _probes(sheets, rim, beside_caustics)
+    found = search(sheets, place)
+    sure = found.certified
+    if not (sure & (radius < 1)).any():
+        return ("no place within the disc has certified images",)
+    images = found.images[sure[found.images.star]]
+    hole = hole_place(sky)
+    plane, places = flat_from_hole(points, hole), flat_from_hole(sky.shown(images.sky), hole)
+    about = winding(plane, sign, places)
+    expected = radius[images.star] < 1
+    wrong = int((np.abs(about - expected) > _ROUND).sum())
+    return (f"{wrong} of {len(about)} images of places in and beside the disc lie on the wrong side",) if wrong else ()
+
+
+def _probes(
+    sheets: Sheets, rim: Circle, beside_caustics: bool
+) -> tuple[Float[Array, " probes"], Float[Array, "probes 3"]]:
+    """Places in the disc and beside it, far from caustics: distances from its centre, in radii, and directions."""
+    radius, azimuth = _PROBES[_PROBES[:, 0] * rim.angle < math.pi].T
+    centre = np.tile(rim.axes[2], (len(radius), 1))
+    step = np.cos(azimuth)[:, None] * rim.axes[0] + np.sin(azimuth)[:, None] * rim.axes[1]
+    place = moved(centre, (radius * rim.angle)[:, None] * step)
+    far = np.argsort(-sheets.counted(place).distance) if beside_caustics else np.arange(len(radius))
+    chosen = np.concatenate([far[radius[far] < 1][:_INSIDE], far[radius[far] > 1][:_BESIDE_IT]])
+    return radius[chosen], place[chosen]
+
+
+def outline_of(disc: MeasuredDisc, bound: Boundary) -> tuple[Float[Array, "points axes"], Int[Array, " points"]]:
+    """Places along a boundary, the image to the left, with the Morse index of the images there."""
+    left, right = (side[bound.arcs].tolist() for side in (disc.arcs.left, disc.arcs.right))
+    at: dict[int, list[int]] = {}
+    for arc, pair in enumerate(zip(left, right, strict=True)):
+        for node in pair:
+            at.setdefault(node, []).append(arc)
+    sky, index, unused = [], [], set(range(len(left)))
+    arc, node = 0, (left if disc.sign[bound.arcs[0]] > 0 else right)[0]
+    while arc in unused:
+        unused.discard(arc)
+        forward = node == left[arc]
+        points = bound.points[arc][:-1] if forward else bound.points[arc][:0:-1]
+        sky.append(points)
+        index.append(np.full(len(points), disc.arcs.index[bound.arcs[arc]]))
+        node = right[arc] if forward else left[arc]
+        arc = next((other for other in at[node] if other in unused), -1)
+    return np.concatenate(sky), np.concatenate(index)

@@ -1,0 +1,87 @@
+"""Caustics next to a disc: sampled so finely there that none is missed, and their distance from its centre."""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.spacetime.sphere import angle_between, lengths, polar_basis
+from kerrcaustics.tracks.level_curves.circle import Circle
+
+Array = np.ndarray
+
+# Steps along a caustic that reach the disc are at most so large a part of the disc, or of the distance from its limb;
+# longer ones are divided into so many at once. A step of so few errors is not divided.
+_PART, _MOST_PARTS, _ERRORS, _MOST_ROUNDS = 0.25, 16, 30.0, 20
+# Radii closer than this part of that of the disc are one.
+_APART = 0.01
+
+
+def refined_near(sheets: Sheets, circle: Circle) -> Sheets:
+    """Sheets with more points on their caustics next to a circle of the surface."""
+    curves = tuple(curve if curve.is_point else _refined(sheets.curves, curve, circle) for curve in sheets.curves)
+    return replace(sheets, curves=replace(sheets.curves, curves=curves))
+
+
+def distance(curve: CriticalCurve, centre: Float[Array, " 3"]) -> float:
+    """A lower bound for the distance of a place from a caustic, radians."""
+    if curve.is_point:
+        return float(lengths(curve.points.direction - centre).min() - curve.blur)
+    points = _closed(curve.points)
+    away = lengths(points.direction - centre)
+    # A caustic that is sampled finely enough leaves its chords by less than half of their length.
+    return float((np.minimum(away[1:], away[:-1]) - 0.75 * lengths(np.diff(points.direction, axis=0))).min())
+
+
+def _refined(curves: CriticalCurves, curve: CriticalCurve, circle: Circle) -> CriticalCurve:
+    search, points = curves.search(), curve.points
+    for _ in range(_MOST_ROUNDS):
+        closed = _closed(points)
+        parts = _parts(closed, circle)
+        divided = parts > 1
+        if not divided.any():
+            break
+        start, step, parts = closed.edge_phase[:-1][divided], np.diff(closed.edge_phase)[divided], parts[divided]
+        which = np.repeat(np.arange(len(parts)), parts - 1)
+        number = np.arange(len(which)) - np.searchsorted(which, which) + 1
+        new = start[which] + step[which] * number / parts[which]
+        around = replace(curve, points=points).around()
+        more = between(search, {curve.order: around}, {curve.order: new})[curve.order]
+        if not len(more):
+            break
+        points = points.joined(more)
+        points = points[np.argsort(points.edge_phase, kind="stable")]
+    return replace(curve, points=points)
+
+
+def _closed(points: Points) -> Points:
+    return points.joined(points[:1].shifted(1))
+
+
+def _parts(closed: Points, circle: Circle) -> Array:
+    """Into how many parts each step should be divided."""
+    height = np.abs(circle.height(closed.direction))
+    step = lengths(np.diff(closed.direction, axis=0))
+    away = np.minimum(height[1:], height[:-1])
+    longest = _PART * np.maximum(circle.angle, away - step)
+    reaching = (away < circle.angle + 2 * step) & (step > _ERRORS * np.maximum(closed.error[1:], closed.error[:-1]))
+    return np.where(reaching, np.clip(np.ceil(step / longest), 1, _MOST_PARTS), 1).astype(int)
+
+
+def touching_radii(sheets: Sheets, centre: Float[Array, " 3"], angle: float) -> Float[Array, " radii"]:
+    """Radii of discs about a centre, below an angle, whose limb touches a caustic or passes a cusp; about."""
+    sheets = refined_near(sheets, Circle(angle, np.stack([*polar_basis(centre), centre])))
+    radii = [np.empty(0)]
+    for curve in sheets.curves:
+        away = angle_between(curve.points.direction, centre)
+        if curve.is_point:
+            radii.append(away.mean(keepdims=True))
+            continue
+        turned = (away - np.roll(away, 1)) * (away - np.roll(away, -1)) > 0
+        radii.append(away[turned])
+    found = np.sort(np.concatenate(radii))
+    found = found[(found > _APART * angle) & (found < (1 - _APART) * angle)]
+    return found[np.concatenate([[True], np.diff(found) > _APART * angle])[: len(found)]]

@@ -1,0 +1,96 @@
+"""Where the limb of a disc lies on the camera sky, in a few points, with all images of each: guesses of its arcs.
+
+Where no caustic reaches the disc, an image of it is a small closed curve, and a few points of the limb, whose images
+are certified, show it. Else the limb is followed as the tracks of stars are (tracks/level_curves/).
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.optimize import linear_sum_assignment
+
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.extended_sources.arcs import GUESSED
+from kerrcaustics.extended_sources.limb import GuessedArcs
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.lens_map.sky_chart import apart, chart_of
+from kerrcaustics.spacetime.sphere import flattened
+from kerrcaustics.tracks.level_curves.branches import Branches
+from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.links import Links, plain_cost
+
+Array = np.ndarray
+
+# Points of the limb of a disc that no caustic reaches, and the misfit of the steps between their images that is taken
+# for a sure sign of the same image.
+_POINTS, _SURE = 12, 0.3
+_PARTS = (GUESSED + 1) / 2
+
+
+def of_branches(branches: Branches) -> GuessedArcs:
+    """Guesses along the links of a level curve."""
+    links, nodes = branches.links, branches.nodes
+    kinds, cubics = branches.kinds(links), branches.cubics(links)
+    guess = [branches.chart.sky(kinds, cubics.at(np.full(len(kinds), part))) for part in _PARTS]
+    start, stop = nodes.sky[links.left], nodes.sky[links.right]
+    at_fold = (nodes.event[links.left] >= 0) | (nodes.event[links.right] >= 0)
+    return GuessedArcs(links, at_fold, start, stop, np.stack(guess, axis=1))
+
+
+def of_small_images(sheets: Sheets, circle: Circle) -> GuessedArcs | None:
+    """Guesses for a disc that no caustic reaches; None where its images are not certain."""
+    longitude = 2 * math.pi * np.arange(_POINTS) / _POINTS
+    found = search(sheets, circle.place(longitude))
+    images = found.images
+    if not found.certified.all() or (found.counts != found.counts[0]).any():
+        return None
+    beams = trace_beams(
+        sheets.camera, images.sky, "auto", TOLERANCE, end=sheets.surface, crossings=False, redshift=False
+    )
+    east = math.sin(circle.angle) * circle.upward_and_east(beams.direction)[1]
+    drift = beams.pulled_back(images.sky, flattened(beams.direction, east)) * (2 * math.pi / _POINTS)
+    chart = chart_of(sheets.camera)
+    place, rate = chart.place(images.index, images.sky), chart.rate(images.index, images.sky, drift)
+    following = _following(images.star, images.index, place, rate)
+    if following is None:
+        return None
+    kind = images.index
+    step = apart(kind, place, place[following])
+    t = _PARTS[:, None, None]
+    bend = t * (1 - t)
+    along = place + t * t * (3 - 2 * t) * step + bend * ((1 - t) * rate - t * rate[following])
+    guess = np.stack([chart.sky(kind, one) for one in along], axis=1)
+    p, none = longitude[images.star], np.zeros(len(kind))
+    links = Links(np.arange(len(kind)), following, kind, none, none, p, p + 2 * math.pi / _POINTS)
+    return GuessedArcs(links, np.zeros(len(kind), bool), images.sky, images.sky[following], guess)
+
+
+def _following(
+    star: Int[Array, " images"],
+    index: Int[Array, " images"],
+    place: Float[Array, "images 3"],
+    rate: Float[Array, "images 3"],
+) -> Int[Array, " images"] | None:
+    """The image at the next point of the limb that each goes over to; None if that is in doubt, or no way round."""
+    following = np.full(len(star), -1)
+    for k in np.unique(index).tolist():
+        columns = [np.flatnonzero((star == i) & (index == k)) for i in range(_POINTS)]
+        for one, other in zip(columns, columns[1:] + columns[:1], strict=True):
+            kinds = np.full((len(one), len(other)), k)
+            step = apart(kinds, place[one][:, None], place[other][None])
+            cost = plain_cost(step, rate[one][:, None], rate[other][None], np.zeros(kinds.shape))
+            rows, chosen = linear_sum_assignment(cost)
+            best = cost[rows, chosen]
+            cost[rows, chosen] = np.inf
+            if (best > _SURE).any() or (best > _SURE * cost.min(axis=1)).any():
+                return None
+            following[one] = other[chosen]
+        last = columns[0]
+        for _ in range(_POINTS):
+            last = following[last]
+        if (last != columns[0]).any():
+            return None
+    return following
