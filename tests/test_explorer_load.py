@@ -38,7 +38,7 @@ async def drags(connected, number, end, told):
             await socket.send(json.dumps({"id": step, "want": want, "state": state.record()}))
             record = {"kind": "progress"}
             while record["kind"] == "progress":
-                record = record_of(await asyncio.wait_for(socket.recv(), 60))
+                record = record_of(await asyncio.wait_for(socket.recv(), 300))
             assert record["id"] == step and record["kind"] == "view" and record["state"] == state.record()
             told.append((state, record["images"], time.monotonic() - asked))
             step += 1

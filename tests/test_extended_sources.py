@@ -172,10 +172,9 @@ DISCS = [
 @pytest.mark.parametrize(("camera", "star", "size", "max_index"), DISCS)
 def test_discs_agree_with_sums_over_rays(camera, star, size, max_index):
     seen = kc.magnification(camera, star, size, max_index=max_index)
-    coarse, fine = (summed(camera, from_angles(*star), size, max_index, levels=levels) for levels in (4, 5))
     assert seen.certified
-    assert abs(seen.total - fine) < abs(fine - coarse) + seen.error
-    assert abs(fine - coarse) < 0.02 * fine
+    # Cells of the sum are as coarse as that.
+    assert abs(seen.total - summed(camera, from_angles(*star), size, max_index, levels=5)) < 3e-3 * seen.total
 
 
 def test_curves_are_drawn_saved_and_told(tmp_path):

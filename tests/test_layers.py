@@ -27,6 +27,7 @@ STAGES = [
     "curves",
     "images",
     "tracks",
+    "extended_sources",
     "scenes",
     "draw",
     "sweeps",

@@ -79,7 +79,7 @@ class CameraOptions:
     spin
         Spin a of the hole, 0 <= a < 1.
     radius
-        Boyer-Lindquist radius of the camera, in units of the mass; for `caustics`, `images`,
+        Boyer-Lindquist radius of the camera, in units of the mass; for `caustics`, `images`, `magnification`,
         `counts`, `tracks` and `light-curve` also inf, which is an observer there.
     inclination
         Angle of the camera from the spin axis, degrees: 90 is the equator.
@@ -87,7 +87,7 @@ class CameraOptions:
         Motion of the camera: on a circular geodesic orbit, with the fiducial observer, or static. By default
         circular where there is such an orbit, else fiducial.
     observer
-        For these four: instead of a camera an observer at rest, who measures places on the sky by impact parameters
+        For these: instead of a camera an observer at rest, who measures places on the sky by impact parameters
         (alpha, beta), in units of the mass.
     """
 

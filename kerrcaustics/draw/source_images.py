@@ -25,7 +25,7 @@ from kerrcaustics.spacetime.sphere import polar_angle
 Array = np.ndarray
 
 _LIMB_POINTS = 181
-_LIMB: dict[str, Any] = {"color": STAR_COLOUR, "linewidth": 1.2, "zorder": 3}
+_LIMB: dict[str, Any] = {"color": STAR_COLOUR, "marker": "o", "markersize": 1.8, "markeredgewidth": 0, "zorder": 3}
 _FILL: dict[str, Any] = {"facecolor": STAR_COLOUR, "alpha": 0.5, "edgecolor": "none", "zorder": 2.4}
 
 
