@@ -188,8 +188,9 @@ def _measured(
     chosen = sign != 0
     bounds = _bounded(whole, points, error, sign, hole, weight)
     light, off = total(bounds, len(hole), weight)
-    boundary = whole[chosen], points[chosen], sign[chosen]
-    remarks += _checked(sheets, sky, rim, boundary, beside_caustics=events is not None)
+    if not abs(shares.sum() - light[0]) <= share_errors.sum() + off:
+        remarks += ("the shares of all Morse indices do not add up to the whole",)
+    remarks += _checked(sheets, rim, whole[chosen], sign[chosen], beside_caustics=events is not None)
     return MeasuredDisc(
         angle=angle,
         arcs=whole[chosen],
@@ -224,9 +225,14 @@ def _about(guessed: GuessedArcs, sheets: Sheets) -> float:
     """The area of the images, about, on the search sky: square radians."""
     arcs = guessed.arcs()
     points = with_ends(arcs.start, arcs.points, arcs.stop)
-    hole = sky_from_line_of_sight(sheets.frame, np.array([[-1.0, 0.0, 0.0]]))[0]
+    hole = _searched_hole(sheets)
     found = boundaries(arcs, points, arcs.error, _parity(arcs), hole)
     return max(abs(float(total(found, len(hole))[0][0])), _LEAST_PART * max(abs(one.area) for one in found))
+
+
+def _searched_hole(sheets: Sheets) -> Float[Array, " 3"]:
+    """The direction to the hole on the search sky."""
+    return sky_from_line_of_sight(sheets.frame, np.array([[-1.0, 0.0, 0.0]]))[0]
 
 
 def _parity(arcs: Arcs) -> Float[Array, " arcs"]:
@@ -266,13 +272,12 @@ def _bounded(
 
 
 def _checked(
-    sheets: Sheets, sky: SearchSky, rim: Circle, boundary: tuple[Arcs, Array, Array], *, beside_caustics: bool
+    sheets: Sheets, rim: Circle, arcs: Arcs, sign: Float[Array, " arcs"], *, beside_caustics: bool
 ) -> tuple[str, ...]:
     """What speaks against the boundary of the images: ends of arcs, and windings about images of places.
 
     Places within the disc must have all of their images within the boundary, others none.
     """
-    arcs, points, sign = boundary
     if not closed(arcs):
         return ("the boundary of the images is not closed",)
     radius, place = _probes(sheets, rim, beside_caustics)
@@ -281,8 +286,10 @@ def _checked(
     if not (sure & (radius < 1)).any():
         return ("no place within the disc has certified images",)
     images = found.images[sure[found.images.star]]
-    hole = hole_place(sky)
-    plane, places = flat_from_hole(points, hole), flat_from_hole(sky.shown(images.sky), hole)
+    # On the search sky, where images next to the hole are as large as others.
+    hole = _searched_hole(sheets)
+    points = with_ends(arcs.start, arcs.points, arcs.stop)
+    plane, places = flat_from_hole(points, hole), flat_from_hole(images.sky, hole)
     about = winding(plane, sign, places)
     expected = radius[images.star] < 1
     wrong = int((np.abs(about - expected) > _ROUND).sum())
