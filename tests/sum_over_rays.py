@@ -69,8 +69,6 @@ def summed(
         inside = (away < 0).any(axis=1) & (counted > 0).any(axis=1)
         split = (near | (mixed & inside)) & (counted > 0).any(axis=1)
         whole = ~split & (away[:, 4] < 0) & (counted[:, 4] > 0)
-        if level == levels:
-            whole &= ~split
         total += _area(density, phi[whole], depth[whole], size, beyond)
         if level == levels or not split.any():
             total += _partial(density, phi[split], depth[split], size, beyond, away[split], counted[split])

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
@@ -13,14 +12,14 @@ from matplotlib.path import Path
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.curves.caustic_search import caustics as caustics_of
 from kerrcaustics.draw import style
+from kerrcaustics.draw.image_figure import sky_and_source
 from kerrcaustics.draw.palettes import STAR_COLOUR
 from kerrcaustics.draw.projection import about_shadow, whole_line
-from kerrcaustics.draw.sky_axes import draw_places
-from kerrcaustics.draw.sky_results import caustics_on_surface, critical_curves, labelled_once, shadow
-from kerrcaustics.draw.titles import headline, place_in_words
+from kerrcaustics.draw.sky_results import critical_curves, labelled_once, shadow
 from kerrcaustics.extended_sources.magnification import LimbImage, Magnification
-from kerrcaustics.extended_sources.measured import disc_rim, sphere_scale
+from kerrcaustics.extended_sources.measured import sphere_scale
 from kerrcaustics.spacetime.sphere import polar_angle
+from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
 
@@ -60,28 +59,18 @@ def source_images(ax: Axes, seen: Magnification, *, caustics: CausticSet | None 
 def source_images_figure(seen: Magnification) -> Figure:
     """Figure of a source of finite size, 7 inches wide: its images, and the source among the caustics."""
     caustics = caustics_of(seen.camera, seen.max_index + 1, end=seen.surface)
-    with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 4.4), layout="constrained")
-        left, right = figure.subplots(1, 2)
-        source_images(left, seen, caustics=caustics).set_title("images and critical curves, camera sky")
-        caustics_on_surface(right, caustics)
-        draw_places(right, seen.surface, _limb_places(seen), label="limb of the source", **_LIMB)
-        right.set_title("source and caustics")
-        own: Any = left.get_legend()
-        own.remove()
-        (handles, labels), (others, names) = (ax.get_legend_handles_labels() for ax in (left, right))
-        once = dict(zip([*labels, names[-1]], [*handles, others[-1]], strict=True))
-        figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=4)
-        place = f"{place_in_words(seen.surface, seen.source)}, on {seen.surface.in_words()}"
-        figure.suptitle(f"source at {place}: {seen.total:.6g} times as bright\n{headline(caustics)}")
-    return figure
+    source = _limb_places(seen), {"label": "limb of the source", **_LIMB}
+    brightness = f": {seen.total:.6g} times as bright"
+    return sky_and_source(
+        lambda ax: source_images(ax, seen, caustics=caustics), caustics, seen.source, source, brightness
+    )
 
 
 def _limb_places(seen: Magnification) -> Float[Array, "points 2"]:
     """Angles of points of the limb on the sphere of the source."""
     centre = seen.surface.vectors(np.array([seen.source]))[0]
     size = seen.size / sphere_scale(seen.surface)
-    limb = disc_rim(centre, size).place(np.linspace(0, 2 * np.pi, _LIMB_POINTS))
+    limb = Circle.about(centre, size).place(np.linspace(0, 2 * np.pi, _LIMB_POINTS))
     phi = np.unwrap(np.arctan2(limb[:, 1], limb[:, 0]))
     return np.stack([polar_angle(limb), phi], axis=-1)
 

@@ -18,7 +18,7 @@ NODES, WEIGHTS = legendre.leggauss(7)
 
 
 @dataclass(frozen=True)
-class Arcs(Rows):
+class BoundaryArcs(Rows):
     """Arcs on the search sky, an entry each.
 
     index: Morse index of the images that they bound; left, right: numbers of the nodes at both ends; start, stop:

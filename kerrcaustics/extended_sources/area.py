@@ -16,9 +16,8 @@ import scipy
 from jaxtyping import Complex, Float, Int
 from numpy.polynomial import legendre
 
-from kerrcaustics.extended_sources.arcs import AT_ENDS, DERIVATIVE, NODES, WEIGHTS, Arcs, unit, with_ends
+from kerrcaustics.extended_sources.arcs import AT_ENDS, DERIVATIVE, NODES, WEIGHTS, BoundaryArcs, unit, with_ends
 from kerrcaustics.lens_map.search_sky import SearchSky
-from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles, lengths, tangent_basis
 
 Array = np.ndarray
@@ -60,7 +59,7 @@ class Boundary:
         return float(self.light[0])
 
 
-def components(arcs: Arcs) -> list[Int[Array, " _"]]:
+def components(arcs: BoundaryArcs) -> list[Int[Array, " _"]]:
     """Numbers of the arcs of each connected boundary."""
     nodes = int(max(arcs.left.max(), arcs.right.max())) + 1
     graph = scipy.sparse.coo_matrix((np.ones(len(arcs)), (arcs.left, arcs.right)), shape=(nodes, nodes))
@@ -69,7 +68,7 @@ def components(arcs: Arcs) -> list[Int[Array, " _"]]:
 
 
 def boundaries(
-    arcs: Arcs,
+    arcs: BoundaryArcs,
     points: Float[Array, "arcs nodes axes"],
     error: Float[Array, " arcs"],
     sign: Float[Array, " arcs"],
@@ -80,7 +79,7 @@ def boundaries(
 
     Parameters
     ----------
-    arcs : Arcs
+    arcs : BoundaryArcs
         Numbers of their nodes say which of them are connected.
     points : (arcs, nodes, axes) array
         Places of their nodes between both ends.
@@ -111,12 +110,12 @@ def total(found: Sequence[Boundary], axes: int, weight: Weight | None = None) ->
     return light, sum(one.error for one in found)
 
 
-def closed(arcs: Arcs) -> bool:
+def closed(arcs: BoundaryArcs) -> bool:
     """True where an even number of arcs meets at every node."""
     return bool((np.bincount(np.concatenate([arcs.left, arcs.right])) % 2 == 0).all())
 
 
-def seen_points(sky: SearchSky, arcs: Arcs) -> tuple[Float[Array, "arcs nodes axes"], Float[Array, " arcs"]]:
+def seen_points(sky: SearchSky, arcs: BoundaryArcs) -> tuple[Float[Array, "arcs nodes axes"], Float[Array, " arcs"]]:
     """Nodes of arcs between both ends, and the error of the area beside each, on the viewer's sky."""
     whole = with_ends(arcs.start, arcs.points, arcs.stop)
     flat = whole.reshape(-1, 3)
@@ -162,12 +161,6 @@ def winding(
 
 def _on_curve(coefficients: Complex[Array, "steps nodes"], at: Float[Array, " steps"]) -> Complex[Array, " steps"]:
     return np.einsum("sn,sn->s", coefficients, legendre.legvander(at, coefficients.shape[1] - 1))
-
-
-def hole_place(sky: SearchSky) -> Float[Array, " axes"]:
-    """The direction to the hole on the viewer's sky."""
-    toward = sky_from_line_of_sight(sky.search_camera.frame(), np.array([[-1.0, 0.0, 0.0]]))
-    return sky.shown(toward)[0]
 
 
 def turns_about(place: Float[Array, " axes"], points: Float[Array, "arcs nodes axes"]) -> Float[Array, " arcs"]:

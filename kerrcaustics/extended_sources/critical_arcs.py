@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.critical_curves import CriticalCurve, between
-from kerrcaustics.extended_sources.arcs import DERIVATIVE, GUESSED, NODES, WEIGHTS, Arcs, along, values_at
+from kerrcaustics.extended_sources.arcs import DERIVATIVE, GUESSED, NODES, WEIGHTS, BoundaryArcs, along, values_at
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.spacetime.sphere import lengths
@@ -27,7 +27,7 @@ _TO_CHECK = values_at(NODES, GUESSED)
 
 def critical_arcs(
     sheets: Sheets, circle: Circle, events: PathEvents, curve: CriticalCurve, first: int, wanted: float
-) -> tuple[Arcs, tuple[str, ...]]:
+) -> tuple[BoundaryArcs, tuple[str, ...]]:
     """The arcs of a critical curve whose caustic lies within a circle, toward larger edge phase.
 
     Parameters
@@ -47,7 +47,7 @@ def critical_arcs(
 
     Returns
     -------
-    arcs : Arcs
+    arcs : BoundaryArcs
         Their index is the order of the curve.
     remarks : tuple of str
         What is in doubt.
@@ -72,7 +72,7 @@ def critical_arcs(
         first += n - 1
     low, high = (np.concatenate([e[s] for e in ends]) for s in (slice(None, -1), slice(1, None)))
     left, right = (np.concatenate([e[s] for e in numbers]) for s in (slice(None, -1), slice(1, None)))
-    found: list[Arcs] = []
+    found: list[BoundaryArcs] = []
     for halving in range(_MOST_HALVINGS + 1):
         sky, noise = _traced(sheets, curve, low, high)
         if sky is None:
@@ -82,9 +82,9 @@ def critical_arcs(
         miss = lengths(along(_TO_CHECK, points) - check).max(axis=1) * size
         floor = noise * size
         good = (miss <= wanted / len(low)) | (miss <= _ROUND_OFF * floor) | (halving == _MOST_HALVINGS)
-        found.append(
-            Arcs(np.full(len(low), curve.order), left, right, sky[:, -2], sky[:, -1], points, miss + floor)[good]
-        )
+        order = np.full(len(low), curve.order)
+        arcs = BoundaryArcs(order, left, right, sky[:, -2], sky[:, -1], points, miss + floor)
+        found.append(arcs[good])
         if good.all():
             break
         low, high, left, right = low[~good], high[~good], left[~good], right[~good]
@@ -95,9 +95,9 @@ def critical_arcs(
     return found[0].joined(*found[1:]), ()
 
 
-def _none() -> Arcs:
+def _none() -> BoundaryArcs:
     number, place = np.empty(0, int), np.empty((0, 3))
-    return Arcs(number, number, number, place, place, np.empty((0, len(NODES), 3)), np.empty(0))
+    return BoundaryArcs(number, number, number, place, place, np.empty((0, len(NODES), 3)), np.empty(0))
 
 
 def _inside(

@@ -20,7 +20,7 @@ from kerrcaustics.extended_sources.arcs import (
     GUESSED,
     NODES,
     WEIGHTS,
-    Arcs,
+    BoundaryArcs,
     along,
     unit,
     values_at,
@@ -70,10 +70,10 @@ class GuessedArcs(Rows):
     stop: Float[Array, "arcs 3"]
     guess: Float[Array, "arcs guesses 3"]
 
-    def arcs(self) -> Arcs:
+    def arcs(self) -> BoundaryArcs:
         """The same as arcs, not brought to the limb."""
         points, links = unit(along(_TO_NODES, with_ends(self.start, self.guess, self.stop))), self.links
-        return Arcs(links.index, links.left, links.right, self.start, self.stop, points, np.zeros(len(points)))
+        return BoundaryArcs(links.index, links.left, links.right, self.start, self.stop, points, np.zeros(len(points)))
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Limb:
     surface: End
     circle: Circle
 
-    def arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[Arcs, int]:
+    def arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
         """Arcs on the limb from guesses, and how many of them are in doubt.
 
         first: number of the first new node; wanted: error of the area in all, square radians.
@@ -102,7 +102,7 @@ class Limb:
         both, part = np.concatenate([guessed.start, guessed.stop]), np.repeat([-1.0, 1.0], len(guessed))
         start, stop = np.split(self._on_limb(both, guessed.joined(guessed), part, np.tile(size, 2)), 2)
         guessed = replace(guessed, start=start, stop=stop)
-        parts: list[Arcs] = []
+        parts: list[BoundaryArcs] = []
         good = np.empty(0, bool)
         for halving in range(_MOST_HALVINGS + 1):
             links, start, stop = guessed.links, guessed.start, guessed.stop
@@ -116,7 +116,7 @@ class Limb:
             lost = (np.abs(np.einsum("anx,anx->an", rate, offset.inward)) > _MOST_COSINE * speed).any(axis=1)
             good = ~lost & ((beside <= wanted / len(links)) | (beside <= _ROUND_OFF * noise))
             kept = good | (halving == _MOST_HALVINGS) | ((~good).sum() > _MOST_ARCS)
-            parts.append(Arcs(links.index, links.left, links.right, start, stop, points, beside + noise)[kept])
+            parts.append(BoundaryArcs(links.index, links.left, links.right, start, stop, points, beside + noise)[kept])
             if kept.all():
                 break
             guessed, size = self._halved(guessed[~kept], points[~kept], size[~kept], first)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -184,7 +184,7 @@ def magnification(
     centre = surface.vectors(np.array([place]))[0]
     weight = _weight(power, viewer, surface)
     whole = measured(viewer, surface, centre, angle, highest, weight)
-    seen = _uniform(whole) if brightness.is_uniform else _graded(viewer, surface, centre, whole, brightness, weight)
+    seen = whole if brightness.is_uniform else _graded(viewer, surface, centre, whole, brightness, weight)
     per_solid_angle = 1 / seen.solid_angle
     middle = seen.moment / (lengths(seen.moment) if len(seen.moment) == 3 else seen.area)
     spread = float(lengths(whole.points - middle).max())
@@ -201,27 +201,10 @@ def magnification(
         per_index_error=dict(enumerate((seen.share_errors * per_solid_angle).tolist())),
         centroid=middle,
         centroid_error=seen.error / seen.area * spread,
-        images=_images(viewer, surface, whole),
-        certified=not seen.remarks,
+        images=_images(viewer, surface, seen),
+        certified=seen.certified,
         remarks=(*direct_remarks(surface, viewer), *seen.remarks),
     )
-
-
-@dataclass(frozen=True)
-class _Sum:
-    """Light of a source: its solid angle, that of its images, with errors, and remarks; weighted by brightness."""
-
-    solid_angle: float
-    area: float
-    error: float
-    shares: Array
-    share_errors: Array
-    moment: Array
-    remarks: tuple[str, ...]
-
-
-def _uniform(disc: MeasuredDisc) -> _Sum:
-    return _Sum(disc.solid_angle, disc.area, disc.error, disc.shares, disc.share_errors, disc.moment, disc.remarks)
 
 
 def _graded(
@@ -231,7 +214,7 @@ def _graded(
     whole: MeasuredDisc,
     brightness: Brightness,
     weight: Weight | None,
-) -> _Sum:
+) -> MeasuredDisc:
     """The sum over uniform discs: I(1) A(1) - integral of I'(x) A(x) dx, with the radius sin x of the disc.
 
     The area has a kink where the limb touches a caustic: the range is divided there, and nodes crowd there.
@@ -260,14 +243,15 @@ def _graded(
     area, off = summed(lambda disc: disc.area)
     shares, shares_off = summed(lambda disc: disc.shares)
     remarks = dict.fromkeys([*whole.remarks, *(remark for disc in discs for remark in disc.remarks)])
-    return _Sum(
-        float(summed(lambda disc: disc.solid_angle)[0][0]),
-        float(area[0]),
-        float((worst(lambda disc: disc.error) + off)[0]),
-        shares,
-        worst(lambda disc: disc.share_errors) + shares_off,
-        summed(lambda disc: disc.moment)[0],
-        tuple(remarks),
+    return replace(
+        whole,
+        solid_angle=float(summed(lambda disc: disc.solid_angle)[0][0]),
+        area=float(area[0]),
+        error=float((worst(lambda disc: disc.error) + off)[0]),
+        shares=shares,
+        share_errors=worst(lambda disc: disc.share_errors) + shares_off,
+        moment=summed(lambda disc: disc.moment)[0],
+        remarks=tuple(remarks),
     )
 
 

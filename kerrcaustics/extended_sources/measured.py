@@ -7,14 +7,13 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import End, Sphere
-from kerrcaustics.extended_sources.arcs import Arcs, with_ends
+from kerrcaustics.extended_sources.arcs import BoundaryArcs, with_ends
 from kerrcaustics.extended_sources.area import (
     Boundary,
     Weight,
     boundaries,
     closed,
     flat_from_hole,
-    hole_place,
     seen_points,
     total,
     turns_about,
@@ -27,8 +26,7 @@ from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
-from kerrcaustics.spacetime.frame import sky_from_line_of_sight
-from kerrcaustics.spacetime.sphere import moved, polar_basis
+from kerrcaustics.spacetime.sphere import moved
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.level_curves.branches import Branches
 from kerrcaustics.tracks.level_curves.circle import Circle
@@ -60,14 +58,16 @@ _BESIDE = (1e-7, 1e-5, 1e-3)
 class MeasuredDisc:
     """The images of a disc on a viewer's sky.
 
-    angle: radius of the disc, radians; boundaries, arcs: of the images of all indices; points: of the arcs, on the
+    angle: radius of the disc, radians; solid_angle: of the disc, from the centre of its sphere, weighted by its
+    brightness; boundaries, arcs: of the images of all indices; points: of the arcs, on the
     viewer's sky, between their ends; sign: 1 where the image lies to the left of an arc, -1 where to the right; area,
     error: of the images, weighted, in units of the sky; shares, share_errors: by index; moment: integral of the place
     over the images; remarks: what is in doubt.
     """
 
     angle: float
-    arcs: Arcs
+    solid_angle: float
+    arcs: BoundaryArcs
     points: Float[Array, "arcs nodes axes"]
     sign: Float[Array, " arcs"]
     boundaries: list[Boundary]
@@ -79,19 +79,9 @@ class MeasuredDisc:
     remarks: tuple[str, ...]
 
     @property
-    def solid_angle(self) -> float:
-        """That of the disc, from the centre of its sphere."""
-        return solid_angle(self.angle)
-
-    @property
     def certified(self) -> bool:
         """True where nothing is in doubt."""
         return not self.remarks
-
-
-def solid_angle(angle: float) -> float:
-    """The solid angle of a disc with a radius in radians."""
-    return 4 * math.pi * math.sin(angle / 2) ** 2
 
 
 def measured(
@@ -134,6 +124,7 @@ def _between(here: MeasuredDisc, low: MeasuredDisc, high: MeasuredDisc) -> Measu
     return replace(
         low,
         angle=here.angle,
+        solid_angle=here.solid_angle,
         area=(low.area + high.area) / 2,
         error=max(low.error, high.error) + abs(high.area - low.area) / 2,
         shares=(low.shares + high.shares) / 2,
@@ -147,11 +138,6 @@ def sphere_scale(surface: End) -> float:
     return float(surface.radius) if isinstance(surface, Sphere) else 1.0
 
 
-def disc_rim(centre: Float[Array, " 3"], angle: float) -> Circle:
-    """The rim of a disc."""
-    return Circle(angle, np.stack([*polar_basis(centre), centre]))
-
-
 def _measured(
     viewer: Viewer,
     surface: End,
@@ -160,12 +146,12 @@ def _measured(
     max_index: int,
     weight: Weight | None,
 ) -> MeasuredDisc:
-    rim = disc_rim(centre, angle)
+    rim = Circle.about(centre, angle)
     sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
     guessed, events, remarks = _guessed(sheets, viewer, rim)
     sky = search_sky(viewer)
     wanted = _WANTED * _about(guessed, sheets)
-    first = 1 + int(max(guessed.links.left.max(), guessed.links.right.max()))
+    first = _next_node(guessed.links.left, guessed.links.right)
     arcs, doubtful = Limb(sheets.camera, surface, rim).arcs(guessed, first, wanted)
     if doubtful:
         remarks += (f"{doubtful} arcs of the limb are in doubt",)
@@ -173,7 +159,7 @@ def _measured(
     remarks += doubts
     whole = arcs.joined(critical)
     points, error = seen_points(sky, whole)
-    hole = hole_place(sky)
+    hole = sky.shown(_searched_hole(sheets)[None])[0]
     is_limb = np.arange(len(whole)) < len(arcs)
     parity = _parity(whole)
     # A critical curve bounds the images of its own order on the side of the hole, and those of one less beyond.
@@ -193,6 +179,7 @@ def _measured(
     remarks += _checked(sheets, rim, whole[chosen], sign[chosen], beside_caustics=events is not None)
     return MeasuredDisc(
         angle=angle,
+        solid_angle=4 * math.pi * math.sin(angle / 2) ** 2,
         arcs=whole[chosen],
         points=points[chosen],
         sign=sign[chosen],
@@ -215,10 +202,10 @@ def _guessed(sheets: Sheets, viewer: Viewer, rim: Circle) -> tuple[GuessedArcs, 
             return guessed, None, ()
     branches = Branches(sheets, viewer, rim, _LONGEST_STEP)
     events = branches.events
-    doubts = [
-        f"the counts beside {n} events on the limb are not what they should be" for n in [(~events.known).sum()] if n
-    ]
-    return of_branches(branches), events, (*events.remarks, *branches.remarks, *doubts)
+    remarks = [*events.remarks, *branches.remarks]
+    if not events.known.all():
+        remarks.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
+    return of_branches(branches), events, tuple(remarks)
 
 
 def _about(guessed: GuessedArcs, sheets: Sheets) -> float:
@@ -232,24 +219,28 @@ def _about(guessed: GuessedArcs, sheets: Sheets) -> float:
 
 def _searched_hole(sheets: Sheets) -> Float[Array, " 3"]:
     """The direction to the hole on the search sky."""
-    return sky_from_line_of_sight(sheets.frame, np.array([[-1.0, 0.0, 0.0]]))[0]
+    return sheets.sky(np.array([[-1.0, 0.0, 0.0]]))[0]
 
 
-def _parity(arcs: Arcs) -> Float[Array, " arcs"]:
+def _next_node(left: Int[Array, " arcs"], right: Int[Array, " arcs"]) -> int:
+    """The first number that no node at the ends of arcs has."""
+    return 1 + int(max(left.max(), right.max()))
+
+
+def _parity(arcs: BoundaryArcs) -> Float[Array, " arcs"]:
     return 1.0 - 2 * (arcs.index % 2)
 
 
 def _critical(
-    sheets: Sheets, rim: Circle, events: PathEvents | None, arcs: Arcs, wanted: float
-) -> tuple[Arcs, tuple[str, ...]]:
+    sheets: Sheets, rim: Circle, events: PathEvents | None, arcs: BoundaryArcs, wanted: float
+) -> tuple[BoundaryArcs, tuple[str, ...]]:
     """The arcs of all critical curves within the images of the disc, and what is in doubt."""
     found, remarks = arcs[:0], ()
     if events is None:
         return found, remarks
     for curve in sheets.curves:
-        first = 1 + int(max(a.right.max(initial=0) for a in (arcs, found)))
-        first = max(first, 1 + int(max(a.left.max(initial=0) for a in (arcs, found))))
-        more, doubts = critical_arcs(sheets, rim, events, curve, first, wanted)
+        whole = arcs.joined(found)
+        more, doubts = critical_arcs(sheets, rim, events, curve, _next_node(whole.left, whole.right), wanted)
         found, remarks = found.joined(more), remarks + doubts
     return found, remarks
 
@@ -262,7 +253,7 @@ def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float
 
 
 def _bounded(
-    arcs: Arcs, points: Array, error: Array, sign: Array, hole: Array, weight: Weight | None
+    arcs: BoundaryArcs, points: Array, error: Array, sign: Array, hole: Array, weight: Weight | None
 ) -> list[Boundary]:
     """The boundaries of the arcs whose sign is not 0."""
     chosen = np.flatnonzero(sign)
@@ -272,7 +263,7 @@ def _bounded(
 
 
 def _checked(
-    sheets: Sheets, rim: Circle, arcs: Arcs, sign: Float[Array, " arcs"], *, beside_caustics: bool
+    sheets: Sheets, rim: Circle, arcs: BoundaryArcs, sign: Float[Array, " arcs"], *, beside_caustics: bool
 ) -> tuple[str, ...]:
     """What speaks against the boundary of the images: ends of arcs, and windings about images of places.
 

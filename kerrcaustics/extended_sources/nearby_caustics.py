@@ -8,8 +8,9 @@ from jaxtyping import Float
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.sheets import Sheets
-from kerrcaustics.spacetime.sphere import angle_between, lengths, polar_basis
+from kerrcaustics.spacetime.sphere import angle_between, lengths
 from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.links import inner_parts
 
 Array = np.ndarray
 
@@ -45,9 +46,8 @@ def _refined(curves: CriticalCurves, curve: CriticalCurve, circle: Circle) -> Cr
         if not divided.any():
             break
         start, step, parts = closed.edge_phase[:-1][divided], np.diff(closed.edge_phase)[divided], parts[divided]
-        which = np.repeat(np.arange(len(parts)), parts - 1)
-        number = np.arange(len(which)) - np.searchsorted(which, which) + 1
-        new = start[which] + step[which] * number / parts[which]
+        which, part = inner_parts(parts)
+        new = start[which] + step[which] * part
         around = replace(curve, points=points).around()
         more = between(search, {curve.order: around}, {curve.order: new})[curve.order]
         if not len(more):
@@ -73,7 +73,7 @@ def _parts(closed: Points, circle: Circle) -> Array:
 
 def touching_radii(sheets: Sheets, centre: Float[Array, " 3"], angle: float) -> Float[Array, " radii"]:
     """Radii of discs about a centre, below an angle, whose limb touches a caustic or passes a cusp; about."""
-    sheets = refined_near(sheets, Circle(angle, np.stack([*polar_basis(centre), centre])))
+    sheets = refined_near(sheets, Circle.about(centre, angle))
     radii = [np.empty(0)]
     for curve in sheets.curves:
         away = angle_between(curve.points.direction, centre)

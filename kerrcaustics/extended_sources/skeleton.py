@@ -16,9 +16,9 @@ from kerrcaustics.extended_sources.limb import GuessedArcs
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
-from kerrcaustics.lens_map.sky_chart import apart, chart_of
+from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
 from kerrcaustics.spacetime.sphere import flattened
-from kerrcaustics.tracks.level_curves.branches import Branches
+from kerrcaustics.tracks.level_curves.branches import Branches, Cubics
 from kerrcaustics.tracks.level_curves.circle import Circle
 from kerrcaustics.tracks.level_curves.links import Links, plain_cost
 
@@ -34,10 +34,14 @@ def of_branches(branches: Branches) -> GuessedArcs:
     """Guesses along the links of a level curve."""
     links, nodes = branches.links, branches.nodes
     kinds, cubics = branches.kinds(links), branches.cubics(links)
-    guess = [branches.chart.sky(kinds, cubics.at(np.full(len(kinds), part))) for part in _PARTS]
     start, stop = nodes.sky[links.left], nodes.sky[links.right]
     at_fold = (nodes.event[links.left] >= 0) | (nodes.event[links.right] >= 0)
-    return GuessedArcs(links, at_fold, start, stop, np.stack(guess, axis=1))
+    return GuessedArcs(links, at_fold, start, stop, _guess(branches.chart, kinds, cubics))
+
+
+def _guess(chart: Chart, kinds: Int[Array, " arcs"], cubics: Cubics) -> Float[Array, "arcs guesses 3"]:
+    """Directions along cubic curves in the coordinates of the chart."""
+    return np.stack([chart.sky(kinds, cubics.at(np.full(len(kinds), part))) for part in _PARTS], axis=1)
 
 
 def of_small_images(sheets: Sheets, circle: Circle) -> GuessedArcs | None:
@@ -58,11 +62,8 @@ def of_small_images(sheets: Sheets, circle: Circle) -> GuessedArcs | None:
     if following is None:
         return None
     kind = images.index
-    step = apart(kind, place, place[following])
-    t = _PARTS[:, None, None]
-    bend = t * (1 - t)
-    along = place + t * t * (3 - 2 * t) * step + bend * ((1 - t) * rate - t * rate[following])
-    guess = np.stack([chart.sky(kind, one) for one in along], axis=1)
+    cubics = Cubics(place, apart(kind, place, place[following]), rate, rate[following])
+    guess = _guess(chart, kind, cubics)
     p, none = longitude[images.star], np.zeros(len(kind))
     links = Links(np.arange(len(kind)), following, kind, none, none, p, p + 2 * math.pi / _POINTS)
     return GuessedArcs(links, np.zeros(len(kind), bool), images.sky, images.sky[following], guess)

@@ -25,7 +25,7 @@ from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
+from kerrcaustics.tracks.level_curves.links import DOUBT, Linker, Links, Nodes, inner_parts, links_of, plain_cost
 from kerrcaustics.tracks.level_curves.path_events import STILL, path_events
 
 Array = np.ndarray
@@ -280,9 +280,8 @@ class Branches:
         The images in between start from the cubic curve, and take so many Newton steps at most.
         """
         # One entry for every new node: which link, and how far along it.
-        which = np.repeat(np.arange(len(parts)), parts - 1)
-        number = np.arange(len(which)) - np.searchsorted(which, which) + 1
-        links, part = self.links[which], number / parts[which]
+        which, part = inner_parts(parts)
+        links = self.links[which]
         p = links.p_0 + part * (links.p_1 - links.p_0)
         longitude = links.longitude(p)
         start = self.chart.sky(self.kinds(links), self.cubics(links).at(part))

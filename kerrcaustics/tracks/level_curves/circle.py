@@ -34,6 +34,11 @@ class Circle:
         return cls(level, surface.axes)
 
     @classmethod
+    def about(cls, centre: Float[Array, " 3"], angle: float) -> "Circle":
+        """The circle at an angle from a centre, a unit vector."""
+        return cls(angle, np.stack([*polar_basis(centre), centre]))
+
+    @classmethod
     def great(cls, theta: float, phi: float) -> "Circle":
         """The great circle with the normal (theta', phi'). Longitude begins at its ascending node on the equator.
 
