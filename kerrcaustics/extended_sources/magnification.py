@@ -170,7 +170,7 @@ def magnification(
     >>> camera = kc.Camera(spin=0.9, radius=10)
     >>> seen = kc.magnification(camera, source=(1.4, 2.9), size=0.01, max_index=1)
     >>> round(seen.total, 6), seen.certified
-    (3.183484, True)
+    (1.935358, True)
     """
     check_viewer(viewer)
     surface, highest = end_of(viewer, end), checked_index(max_index)
