@@ -103,6 +103,13 @@ def count_map(cell: Cell) -> Any:
     return kc.count_map(viewer_named(cell.viewer), 1, 4, **radii, **where(cell))
 
 
+def magnification(cell: Cell) -> Any:
+    """Of a disc of a hundredth of a radian, also on a sphere beyond the viewer, where its size is a length."""
+    viewer = viewer_named(cell.viewer)
+    size = 0.01 * (2.0 * viewer.radius if cell.surface == "beyond" and math.isfinite(viewer.radius) else 1.0)
+    return kc.magnification(viewer, (1.4, 2.9), size, max_index=1, **where(cell))
+
+
 def follow_star(cell: Cell) -> Any:
     cameras = [viewer_named(cell.viewer, INCLINATION + step) for step in (0.0, 0.01)]
     return kc.follow_star(cameras, place_on(cell.surface), 1, **where(cell))
@@ -141,7 +148,7 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
     "pair_events": lambda c: kc.pair_events(viewer_named(c.viewer), level_on(c.surface, c.viewer), 1, **where(c)),
     "star_tracks": lambda c: kc.star_tracks(viewer_named(c.viewer), level_on(c.surface, c.viewer), 1, **where(c)),
     "circle_images": lambda c: circle_images(c.surface, c.viewer),
-    "magnification": lambda c: kc.magnification(viewer_named(c.viewer), (1.4, 2.9), 0.01, max_index=1, **where(c)),
+    "magnification": magnification,
     "crossings_of_line": lambda c: kc.crossings_of_line(circle_images(c.surface, c.viewer), 0.5),
     "follow_star": follow_star,
     "image_derivatives": lambda c: kc.image_derivatives(viewer_named(c.viewer), star_images(c.surface, c.viewer)),
