@@ -13,9 +13,11 @@ from .curves.derivatives import caustic_derivatives as caustic_derivatives
 from .curves.tubes import caustic_tubes as caustic_tubes
 from .explorer.widget import explore as explore
 from .extended_sources.magnification import magnification as magnification
-from .images.counts import count_map as count_map, image_counts as image_counts, read_count_map as read_count_map
+from .images.counts import count_map as count_map, image_counts as image_counts
 from .images.derivatives import image_derivatives as image_derivatives
 from .images.images import StarImages as StarImages, star_images as star_images
+from .moving_sources.light_curve import light_curve as light_curve
+from .orbits.orbit import Orbit as Orbit
 from .results.datasets import to_xarray as to_xarray
 from .results.records import record as record
 from .results.storage import load as load, save as save
@@ -35,7 +37,6 @@ from .tracks.event_derivatives import event_derivatives as event_derivatives
 from .tracks.events import pair_events as pair_events
 from .tracks.following import follow_star as follow_star
 from .tracks.isoradials import isoradials as isoradials
-from .tracks.light_curves import light_curve as light_curve
 from .tracks.lines import crossings_of_line as crossings_of_line
 from .tracks.tracks import star_tracks as star_tracks
 

@@ -69,7 +69,7 @@ def astro() -> None:
     import_module("astropy_healpix")
     counts = kc.count_map(CAMERA, rows=12, max_index=1)
     counts.to_fits("counts.fits")
-    assert np.array_equal(kc.read_count_map("counts.fits").counts, counts.counts)
+    assert np.array_equal(kc.load("counts.fits").counts, counts.counts)
 
 
 EXTRAS = {

@@ -32,10 +32,12 @@ FILMS = ("frame_store", "video")
 IMAGES = ("fold", "search", "sheets")
 TRACKS = ("level_curves",)
 EXPLORER = ("answers", "page_data")
-SCENE_FILES = ("camera_motion", "expressions", "geodesics", "orientation")
+ORBITS = ("geodesics", "orbit")
+SCENE_FILES = ("camera_motion", "expressions", "orientation")
 ROOMS = {
     "films": FILMS,
     "spacetime": SPACETIME,
+    "orbits": ORBITS,
     "astronomy": ASTRONOMY,
     "beams": BEAMS,
     "lens_map": LENS_MAP,

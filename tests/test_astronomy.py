@@ -100,13 +100,13 @@ def test_quantities_of_astropy_come_in_and_go_out():
 def test_a_count_map_comes_back_from_fits(fits, tmp_path, radius):
     counts = made_map(radius)
     counts.to_fits(tmp_path / "counts.fits")
-    assert kc.read_count_map(tmp_path / "counts.fits") == counts
+    assert kc.load(tmp_path / "counts.fits") == counts
 
 
 def test_a_map_of_an_observer_comes_back_and_one_over_the_plane_is_refused(fits, tmp_path):
     counts = made_map(viewer=kc.Observer(spin=0.5, inclination=1.0))
     counts.to_fits(tmp_path / "counts.fits")
-    assert kc.read_count_map(tmp_path / "counts.fits") == counts
+    assert kc.load(tmp_path / "counts.fits") == counts
     with pytest.raises(ValueError, match="must be a map over a sphere, but is one over crossing 1"):
         replace(counts, surface=kc.EquatorialPlane(1)).to_fits(tmp_path / "plane.fits")
 
@@ -169,7 +169,7 @@ def test_what_is_no_whole_sky_is_refused(fits, tmp_path):
             kc.skies.Panorama.read(tmp_path / f"{name}.fits")
     for name in ("text", "no_wcs", "sky", "none"):
         with pytest.raises(ValueError, match=r"^Argument `path` must name [^\n]*$"):
-            kc.read_count_map(tmp_path / f"{name}.fits")
+            kc.load(tmp_path / f"{name}.fits")
     with pytest.raises(ValueError, match="Argument `light` must have shape"):
         kc.skies.save_sky(tmp_path / "none.fits", np.zeros((8, 8, 3)))
 

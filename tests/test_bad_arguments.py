@@ -65,7 +65,6 @@ BAD = [
     (lambda: kc.load(None), "`path` must be the name of a file, but is None."),
     (lambda: kc.read_scene(None), "`path` must be the name of a file, but is None."),
     (lambda: kc.read_scene(3.5), "`path` must be the name of a file, but is 3.5."),
-    (lambda: kc.read_count_map([]), "`path` must be the name of a file, but is []."),
     (
         lambda: kc.skies.save_sky("no/x.fits", np.zeros((4, 8, 3))),
         "`path` must lie in a folder that exists, but 'no' is none.",

@@ -9,6 +9,7 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.extended_sources.magnification import Magnification
 from kerrcaustics.images.counts import CountMap, ImageCounts
+from kerrcaustics.moving_sources.light_curve import SourceLightCurve
 from kerrcaustics.results.declared import LAYOUTS, quantities
 from kerrcaustics.tracks.circles import CircleImages
 from kerrcaustics.tracks.events import PairEvents
@@ -29,6 +30,7 @@ CLAIMS = {
     IsoradialSet: "the images of all circles",
     LightCurve: "the light of all images at a crossing",
     FollowedStar: "all images of a source, for each viewer",
+    SourceLightCurve: "all images of a source on an orbit",
     Magnification: "all images of a source of finite size",
     Caustic: "a whole curve with its cusps",
     CausticSet: "the curves of all orders that exist",

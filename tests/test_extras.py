@@ -18,7 +18,7 @@ CALLS = {
     "kc.explore(spin=0.9, radius=10.0)": ("anywidget", "notebook"),
     "import kerrcaustics.draw.space": ("pyvista", "space"),
     "kc.PhysicalScale(4e6, 8e3).quantity('time')": ("astropy", "astro"),
-    "kc.read_count_map('counts.fits')": ("astropy", "astro"),
+    "kc.load('counts.fits')": ("astropy", "astro"),
     "kc.skies.Panorama.read('sky.fits')": ("astropy", "astro"),
     "kc.skies.Panorama.from_healpix(np.ones(48))": ("astropy-healpix", "astro"),
     "kc.skies.tycho2('tycho2.fits')": ("astropy", "catalogues"),

@@ -7,9 +7,9 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.scene_files.geodesics import free_fall
+from kerrcaustics.orbits.geodesics import free_fall
+from kerrcaustics.orbits.spherical_orbits import SphericalOrbits, spherical_constants
 from kerrcaustics.scenes.colour import luminance
-from kerrcaustics.scenes.disk.spherical_orbits import SphericalOrbits, spherical_constants
 from kerrcaustics.scenes.disk.turned import turned_volume
 from kerrcaustics.spacetime import kerr
 

@@ -19,11 +19,11 @@ from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
 from kerrcaustics.draw.palettes import INDEX_ON_BLACK
+from kerrcaustics.orbits.geodesics import circular_velocity, free_fall
+from kerrcaustics.orbits.places import fido_velocity
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scene_files import contents, renderer, scene_file
-from kerrcaustics.scene_files.camera_motion import fido_velocity
 from kerrcaustics.scene_files.expressions import Moment, formula
-from kerrcaustics.scene_files.geodesics import circular_velocity, free_fall
 from kerrcaustics.scene_files.templates import first_lines, template_text
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.spacetime import kerr

@@ -94,8 +94,8 @@ CALLS = [
 # Of results, files and objects, which hold no numbers of their own.
 OTHERS = (
     "CelestialSphere Sphere "
-    "Beams Caustic Footprint LineProfile Rays SceneFile StarImages Status "
-    "crossings_of_line event_derivatives explore hipparcos image_derivatives load merged_catalogues read_count_map "
+    "Beams Caustic Footprint LineProfile Orbit Rays SceneFile StarImages Status "
+    "crossings_of_line event_derivatives explore hipparcos image_derivatives load merged_catalogues "
     "read_scene record save save_sky sweep tangent_basis to_xarray trace_view tycho2"
 )
 

@@ -12,6 +12,7 @@ from kerrcaustics.beams.compile_cache import Program
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.surface import Columns
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame, photon_of
 from kerrcaustics.spacetime.settings import own_settings
@@ -37,8 +38,14 @@ def _integrated(
     frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: End, *, wanted: Wanted, lanes: int
 ) -> RayEnd[Reals | Flags]:
     """The rays of a call, `lanes` at a time, so that slow rays hold up few others."""
-    split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement))
-    ends = jax.lax.map(lambda part: integrated.trace(frame, part[0], part[1], tolerance, end, wanted), split)
+    columns, with_columns = end.by_ray()
+    split = jax.tree.map(lambda values: values.reshape(-1, lanes), (sky, refinement, columns))
+
+    def part(rays: tuple[Components, Reals, Columns]) -> RayEnd[Reals | Flags]:
+        some, finer, own = rays
+        return integrated.trace(frame, some, finer, tolerance, with_columns(own), wanted)
+
+    ends = jax.lax.map(part, split)
     return jax.tree.map(lambda values: values.reshape(-1, *values.shape[2:]), ends)
 
 
@@ -53,10 +60,13 @@ def _in_parts(
     if lanes >= count:
         return formula.trace(frame, sky, end, **options)
 
+    columns, with_columns = end.by_ray()
+
     def part(start: Reals) -> RayEnd[Reals | Flags]:
-        return _traced(
-            frame, tuple(jax.lax.dynamic_slice(jnp.asarray(n), (start,), (lanes,)) for n in sky), end, **options
+        some, own = jax.tree.map(
+            lambda values: jax.lax.dynamic_slice(jnp.asarray(values), (start,), (lanes,)), (sky, columns)
         )
+        return _traced(frame, some, with_columns(own), **options)
 
     def stored(i: Reals, ends: RayEnd[Reals | Flags]) -> RayEnd[Reals | Flags]:
         start = i * lanes
@@ -93,24 +103,24 @@ def closed_form(
     few = short or (wanted.time and len(sky) <= _FEW_WITH_TIMES)
     size, lanes = _closed_form_size(len(sky), wanted.beams, many=many, few=few)
 
-    def kernel(sky: Components, real: Reals) -> RayEnd[Reals | Flags]:
+    def kernel(sky: Components, end: End, real: Reals) -> RayEnd[Reals | Flags]:
         return _closed_form(frame, sky, real, end, wanted=wanted, on_equator=on_equator, short=short, lanes=lanes)
 
-    return _batched(kernel, [sky, np.ones(len(sky))], size)
+    return _batched(kernel, [sky, np.ones(len(sky))], end, size)
 
 
 @own_settings()
 def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
     frame, (size, _) = frame_on_device(camera), _closed_form_size(len(sky), beams=False)
-    return _batched(lambda sky: _prospects(frame, sky, end), [sky], size)
+    return _batched(lambda sky, end: _prospects(frame, sky, end), [sky], end, size)
 
 
 @own_settings()
 def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work of the integrator on each ray."""
     frame = frame_on_device(camera)
-    return _batched(lambda sky: _survey(frame, sky, end), [sky], _integrator_size(len(sky))[0])
+    return _batched(lambda sky, end: _survey(frame, sky, end), [sky], end, _integrator_size(len(sky))[0])
 
 
 @own_settings()
@@ -121,10 +131,10 @@ def integrate(
     size, lanes = _integrator_size(len(sky))
     frame = frame_on_device(camera)
 
-    def kernel(sky: Components, refinement: Reals) -> RayEnd[Reals | Flags]:
+    def kernel(sky: Components, end: End, refinement: Reals) -> RayEnd[Reals | Flags]:
         return _integrate(frame, sky, refinement, tolerance, end, wanted=wanted, lanes=lanes)
 
-    return _batched(kernel, [sky, refinement], size)
+    return _batched(kernel, [sky, refinement], end, size)
 
 
 def on_accelerator() -> bool:
@@ -162,20 +172,23 @@ def _integrator_size(count: int) -> tuple[int, int]:
     return _on_accelerator_size(count, _FEWEST, _MOST_INTEGRATED) if on_accelerator() else _BATCH
 
 
-def _batched(function: Any, arrays: list[np.ndarray], size: int) -> Any:
-    """`function` of sky directions (and more arrays), over calls of one fixed size; the last is filled up."""
+def _batched(function: Any, arrays: list[np.ndarray], end: End, size: int) -> Any:
+    """`function` of sky directions, their end (and more arrays), over calls of one size; the last is filled up."""
     count = len(arrays[0])
+    columns, with_columns = end.by_ray()
     if count == 0:
         arrays = [np.ones((1, *a.shape[1:])) for a in arrays]
+        columns = [np.ones(1, c.dtype) for c in columns]
     results = []
     for start in range(0, max(count, 1), size):
         sky, *others = (a[start : start + size] for a in arrays)
+        own = [c[start : start + size] for c in columns]
         missing = size - len(sky)
         if missing:
             # Rays with no refinement take one step: filling up costs next to nothing.
-            sky = np.concatenate([sky, np.repeat(sky[:1], missing, axis=0)])
+            sky, *own = (np.concatenate([a, np.repeat(a[:1], missing, axis=0)]) for a in (sky, *own))
             others = [np.concatenate([o, np.zeros(missing)]) for o in others]
-        results.append(function(tuple(sky.T), *others))
+        results.append(function(tuple(sky.T), with_columns(own), *others))
     if on_accelerator():
         # One wait for all arrays, in place of one for each.
         results = jax.device_get(results)

@@ -33,7 +33,7 @@ def followed(
     if rest.size:
         # Few rays, mostly: one program serves every request.
         more = replace(wanted, beams=True, index=True, crossings=True)
-        integrated, before = _by_integrator(camera, sky[rest], tolerance, end, more), ends.rows(rest)
+        integrated, before = _by_integrator(camera, sky[rest], tolerance, end.rows(rest), more), ends.rows(rest)
         better = ~before.closed_form | (excess(integrated, tolerance, 0) < excess(before, tolerance, 0))
         ends.put(rest[better], integrated.rows(better))
     return ends
@@ -56,14 +56,14 @@ def _add_small_k(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, ends
         return
     rest = rest[photon_of(camera.frame(), tuple(sky[rest].T)).k < small_k.MOST_K]
     if rest.size:
-        short = batches.closed_form(camera, sky[rest], end, wanted, short=True)
+        short = batches.closed_form(camera, sky[rest], end.rows(rest), wanted, short=True)
         ends.put(rest[short.closed_form], short.rows(short.closed_form))
 
 
 def _finite_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
     """The closed form of rays of which few may arrive: the others are not traced."""
     lost, captured, certain = batches.prospects(camera, sky, end)
-    some = batches.closed_form(camera, sky[~lost], end, wanted, many=many)
+    some = batches.closed_form(camera, sky[~lost], end.rows(~lost), wanted, many=many)
     ends = some.room(len(sky))
     ends.put(lost, some.nowhere(np.where(captured[lost], Status.CAPTURED, Status.MISSED), certain[lost]))
     ends.put(~lost, some)
@@ -73,7 +73,7 @@ def _finite_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wante
 def _by_integrator(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
     order = np.argsort(batches.work(camera, sky, end), kind="stable")
-    sky = sky[order]
+    sky, end = sky[order], end.rows(order)
     refinement = np.ones(len(sky))
     ends = batches.integrate(camera, sky, refinement, tolerance, end, wanted)
     for _ in range(_MAX_ROUNDS):
@@ -84,7 +84,9 @@ def _by_integrator(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, 
             break
         before = ratio[inaccurate]
         refinement[inaccurate] *= np.maximum(1.5, 1.15 * before ** (1 / 12))
-        refined = batches.integrate(camera, sky[inaccurate], refinement[inaccurate], tolerance, end, wanted)
+        refined = batches.integrate(
+            camera, sky[inaccurate], refinement[inaccurate], tolerance, end.rows(inaccurate), wanted
+        )
         after = excess(refined, tolerance)
         better = after < before
         ends.put(inaccurate[better], refined.rows(better))

@@ -3,7 +3,7 @@
 import math
 
 from kerrcaustics.beams.equatorial_plane import EquatorialPlane
-from kerrcaustics.beams.spheres import SKY, CelestialSphere as CelestialSphere, Sphere, Spherical
+from kerrcaustics.beams.spheres import SKY, CelestialSphere as CelestialSphere, Sphere, Spheres, Spherical
 from kerrcaustics.beams.surface import Aim as Aim, Arriving as Arriving, End
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import apart, quoted, real_number
@@ -15,7 +15,7 @@ Wherever = float | Spherical | EquatorialPlane
 
 def end_of(camera: Viewer, end: object) -> End:
     """The surface that `end=` means; a ValueError unless it is one outside the horizon."""
-    if isinstance(end, End) and not isinstance(end, Sphere):
+    if isinstance(end, Spheres) or (isinstance(end, End) and not isinstance(end, Sphere)):
         return end
     radius = real_number("end", end.radius if isinstance(end, Sphere) else end)
     if math.isnan(radius):

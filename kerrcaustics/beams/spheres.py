@@ -1,6 +1,8 @@
 """Spheres on which rays end: the celestial sphere, and spheres of finite radius."""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import jax
@@ -10,7 +12,7 @@ import numpy as np
 from kerrcaustics.beams.emitters import Emitter, Light, static
 from kerrcaustics.beams.integrator.equations import Constants, radial_pull
 from kerrcaustics.beams.integrator.nystroem import Path
-from kerrcaustics.beams.surface import Aim, Arriving, End, reliability
+from kerrcaustics.beams.surface import Aim, Arriving, Columns, End, reliability
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Reals
@@ -177,6 +179,20 @@ class Sphere(End):
     def radius_at(self, u: Reals) -> Reals:
         """The radius of the sphere."""
         return self.radius + jnp.zeros_like(u)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Spheres(Sphere):
+    """A sphere for each ray: radius and second_arrival are arrays (n,)."""
+
+    def by_ray(self) -> tuple[Columns, Callable[[Columns], End]]:
+        """The radii, and which arrivals are the second."""
+        return [self.radius, self.second_arrival], lambda columns: Spheres(*columns)
+
+    def is_beyond(self, camera: Viewer) -> bool:
+        """True if all of them are."""
+        return bool(np.all(self.radius > camera.radius))
 
 
 Spherical = CelestialSphere | Sphere

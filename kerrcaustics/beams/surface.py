@@ -6,6 +6,7 @@ photons and paths, all other code those that take places on the surface.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
@@ -25,6 +26,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Row = tuple[Reals, ...]
 Jacobian = tuple[Row, ...]
+Columns = list[Any]
 
 TURN = 2 * math.pi
 
@@ -101,6 +103,15 @@ class End(Shown):
     def bare(self) -> "End":
         """The surface without its sources: rays do not depend on them."""
         return self
+
+    def by_ray(self) -> "tuple[Columns, Callable[[Columns], End]]":
+        """What differs from ray to ray, as arrays (n,), and the surface with others of them; something of `Spheres`."""
+        return [], lambda _: self
+
+    def rows(self, chosen: Any) -> "End":
+        """The surface of some of the rays, chosen as entries of arrays."""
+        columns, with_columns = self.by_ray()
+        return with_columns([column[chosen] for column in columns])
 
     def in_words(self) -> str:
         """The surface as named in texts."""

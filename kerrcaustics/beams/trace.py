@@ -201,9 +201,10 @@ def _traced(
     size, threads = (most_on_accelerator(), 1) if on_accelerator() else (_BLOCK, cores())
 
     def block(start: int) -> RayEnd[np.ndarray]:
-        unit = normalised(directions[start : start + size])
-        ends = followed(camera, unit, chosen, tolerance, surface.bare(), wanted, many=many or count > size)
-        fields = _extras(extra, camera, unit, surface, ends)
+        these = slice(start, start + size)
+        unit, there = normalised(directions[these]), surface.rows(these)
+        ends = followed(camera, unit, chosen, tolerance, there.bare(), wanted, many=many or count > size)
+        fields = _extras(extra, camera, unit, there, ends)
         return (replace(ends, **fields) if fields else ends).finished(tolerance)
 
     first = block(0)

@@ -75,9 +75,9 @@ def light_curve(
     seen_from = still.viewer()
     began = time.perf_counter()
     with plain_errors({"camera": "inclination"}), progress() as report:
+        from kerrcaustics.moving_sources.light_curve import light_curve as follow
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
-        from kerrcaustics.tracks.light_curves import light_curve as follow
 
         spot = {"size": size, "crossings": crossings, "motion": motion, "power": power}
         light = follow(seen_from, orbit, times, **spot, progress=report)

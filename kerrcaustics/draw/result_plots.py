@@ -30,6 +30,7 @@ from kerrcaustics.draw.sky_axes import REACH, from_above, from_the_side, is_sphe
 from kerrcaustics.draw.solids import CAPTURED_COLOUR, DISK_COLOUR, DISK_RIM_COLOUR
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.images.derivatives import ImageDerivatives
+from kerrcaustics.moving_sources.light_curve import SourceLightCurve
 from kerrcaustics.results.declared import Items
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.raster import Raster
@@ -52,6 +53,22 @@ _BY = "for 1, GM/c² or rad"
 def light_curve(ax: Axes, light: LightCurve) -> Axes:
     """The flux and what each crossing adds, with creations (up) and annihilations (down)."""
     return show_flux(ax, light)
+
+
+def source_light(ax: Axes, light: SourceLightCurve) -> Axes:
+    """The flux of a source and what each image adds, one colour an index; creations (up) and annihilations (down)."""
+    ax.plot(light.time, light.flux, color="black", label="all images")
+    for index, share, emitted in zip(light.index.tolist(), light.shares, light.emission_time, strict=True):
+        there = np.where(np.isfinite(emitted), share, np.nan)
+        named = {line.get_label() for line in ax.lines}
+        label = f"index {index}"
+        ax.plot(light.time, there, color=style.index_colour(index), label=None if label in named else label)
+    for event in light.events:
+        up = event.kind == "creation"
+        ax.plot(event.time, 0.02, marker="^" if up else "v", color="black", transform=ax.get_xaxis_transform())
+    ax.set(xlabel="time (GM/c³)", ylabel="flux, for luminosity 1", yscale="log")
+    ax.legend(fontsize="small")
+    return ax
 
 
 def line_profile(ax: Axes, profile: LineProfile) -> Axes:
@@ -230,6 +247,8 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "RayPaths": space_points,
     "Rays": sky_results.ray_ends,
     "Rendering": rendering,
+    "SourceEvent": sky_results.spot_event,
+    "SourceLightCurve": source_light,
     "SpacePoints": space_points,
     "SpotEvent": sky_results.spot_event,
     "StarCatalogue": sky_results.catalogue,

@@ -36,6 +36,7 @@ from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.tracks import stretches, tracks_legend, tracks_on_sky
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.images.images import StarImages
+from kerrcaustics.moving_sources.light_curve import SourceEvent
 from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.raster import Raster
@@ -240,7 +241,7 @@ def isoradials(ax: Axes, curves: Iterable[Isoradial]) -> Axes:
     return labelled_once(ax)
 
 
-def spot_event(ax: Axes, event: SpotEvent) -> Axes:
+def spot_event(ax: Axes, event: SpotEvent | SourceEvent) -> Axes:
     """The place of the event on the camera sky."""
     return _on_sky(ax, event.camera, event.sky[None], **style.event_mark(event.kind))
 

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.beams.ends import End, Wherever, end_of
-from kerrcaustics.files import check_name
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.images import checked_index, direct_remarks
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
@@ -120,7 +119,7 @@ class CountMap(Shown):
         return (np.cos(self.level - half) - np.cos(self.level + half)) * 2 * math.pi / len(self.phi)
 
     def to_fits(self, path: str | os.PathLike[str]) -> None:
-        """Write the map as FITS images: counts (morse_index, theta, phi), and ON_CAUSTIC. `read_count_map` reads it.
+        """Write the map as FITS images: counts (morse_index, theta, phi), and ON_CAUSTIC. `kerrcaustics.load` reads it.
 
         For maps over a sphere. Needs the package astropy.
         """
@@ -296,26 +295,8 @@ def _checked_radii(surface: End, camera: Viewer, radii: ArrayLike) -> Float[Arra
 def read_count_map(path: str | os.PathLike[str]) -> CountMap:
     """The map that `CountMap.to_fits` wrote, equal to the one that was written. Needs the package astropy.
 
-    Parameters
-    ----------
-    path : str or path
-
-    Raises
-    ------
-    ValueError
-        Where the file cannot be read, or holds no such map.
-    ImportError
-        Without the package astropy.
-
-    Examples
-    --------
-    >>> import kerrcaustics as kc
-    >>> camera = kc.Camera(spin=0.9, radius=10)
-    >>> kc.count_map(camera, max_index=1, rows=18).to_fits("counts.fits")
-    >>> kc.read_count_map("counts.fits").counts.shape
-    (18, 36, 2)
+    Raises ValueError where the file cannot be read, or holds no such map.
     """
-    check_name(path)
     (counts, header), *others = plate_carree.read(path)
     if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1 or "SURFACE" not in header:
         raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")

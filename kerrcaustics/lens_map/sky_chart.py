@@ -118,6 +118,35 @@ class Chart:
         other, part = straight(sky, step, part)
         return np.where(bent[:, None], along, other), np.where(bent, short, part)
 
+    def polar(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 2"]:
+        """(angle, part) of directions N: part, the distance from the hole's direction by that of the shadow edge."""
+        about = self._about_hole(sky)
+        return np.stack([about.angle, about.distance / about.size], axis=-1)
+
+    def from_polar(self, place: Float[Array, "images 2"]) -> Float[Array, "images 3"]:
+        """Directions N at such coordinates."""
+        return self._at(place[:, 0], place[:, 1] * self._size(place[:, 0]))
+
+    def polar_rate(self, sky: Float[Array, "images 3"], drift: Float[Array, "images 3"]) -> Float[Array, "images 2"]:
+        """Rates of (angle, part) along tangents of the sky."""
+        about = self._about_hole(sky)
+        turning, outward = self._turning(about, drift)
+        part = about.distance / about.size
+        return np.stack([turning, (outward - part * self._slope(about.angle) * turning) / about.size], axis=-1)
+
+    def drift(self, sky: Float[Array, "images 3"], rate: Float[Array, "images 2"]) -> Float[Array, "images 3"]:
+        """Tangents of the sky along which (angle, part) have given rates: the inverse of `polar_rate`."""
+        about = self._about_hole(sky)
+        turning, part = rate[:, 0], about.distance / about.size
+        outward = about.size * rate[:, 1] + part * self._slope(about.angle) * turning
+        c, s, across, along = np.cos(about.angle), np.sin(about.angle), np.sin(about.distance), np.cos(about.distance)
+        parts = [
+            across * outward,
+            along * c * outward - across * s * turning,
+            along * s * outward + across * c * turning,
+        ]
+        return np.stack(parts, axis=-1) @ self._axes.T
+
     def _about_hole(self, sky: Float[Array, "images 3"]) -> _AboutHole:
         toward = sky @ self._axes
         r, theta, phi = toward.T
@@ -131,13 +160,17 @@ class Chart:
 
     def _rate(self, about: _AboutHole, drift: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Rates of (angle, depth, 0) along tangents of the sky."""
-        (r, theta, phi), (along_r, along_theta, along_phi) = about.toward.T, (drift @ self._axes).T
-        across = np.maximum(about.across, 1e-150)
-        turning = (theta * along_phi - phi * along_theta) / across**2
-        outward = along_r * across - r * (theta * along_theta + phi * along_phi) / across
+        turning, outward = self._turning(about, drift)
         slope = self._slope(about.angle)
         deepening = -slope * turning / (np.pi - about.size) - (outward - slope * turning) / about.beyond
         return np.stack([turning, deepening, np.zeros_like(turning)], axis=-1)
+
+    def _turning(self, about: _AboutHole, drift: Float[Array, "images 3"]) -> tuple[Array, Array]:
+        """Rates of the position angle and of the distance along tangents of the sky."""
+        (r, theta, phi), (along_r, along_theta, along_phi) = about.toward.T, (drift @ self._axes).T
+        across = np.maximum(about.across, 1e-150)
+        outward = along_r * across - r * (theta * along_theta + phi * along_phi) / across
+        return (theta * along_phi - phi * along_theta) / across**2, outward
 
     def _sky(self, place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Directions N at (angle, depth)."""

@@ -45,6 +45,7 @@ HOMES = {
     "tracks.circles": "CircleCurve CircleImages",
     "extended_sources.magnification": "LimbImage Magnification",
     "tracks.lines": "LineCrossings",
+    "moving_sources.light_curve": "SourceEvent SourceLightCurve",
     "scenes.view": "View",
     "scenes.screen": "Screen",
     "scenes.footprint": "Footprint",
@@ -99,7 +100,7 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
 
 
 def load(path: str | os.PathLike[str]) -> Any:
-    """The result that `save` wrote to `path`, equal to the one that was saved.
+    """The result that `save`, or `CountMap.to_fits`, wrote to `path`, equal to the one that was saved.
 
     The content of a file is checked: fields have the types and dimensions that the result declares, the arguments of a
     camera are valid, and no array is unpacked unless it has the size that the header names.
@@ -122,6 +123,8 @@ def load(path: str | os.PathLike[str]) -> Any:
     True
     """
     check_name(path)
+    if os.fspath(path).lower().endswith((".fits", ".fits.gz")):
+        return import_module("kerrcaustics.images.counts").read_count_map(path)
     try:
         with reading(path, _LARGEST) as file, ZipFile(file) as archive:
             head = json.loads(read_head(archive))

@@ -2,8 +2,8 @@
 
 A quantity whose unit is the name of a role has the unit that follows from the `camera` and the `surface` of its result:
 "sky", lengths on the sky of the viewer; "solid angle", areas on it; "place", both coordinates of a surface; "level",
-the first of them; "source size", a length along it, on the celestial sphere an angle; "magnification", solid angle on
-the sky by area of the surface.
+the first of them; "light", flux by luminosity; "source size", a length along a surface, on the celestial sphere an
+angle; "magnification", solid angle on the sky by area of the surface.
 """
 
 from dataclasses import replace
@@ -19,6 +19,8 @@ def as_in(result: Any, about: Quantity) -> Quantity:
         return replace(about, unit=unit, json=about.name + "_rad" * (unit == "rad"))
     if about.unit == "solid angle":
         return replace(about, unit="sr" if result.camera.sky_unit == "rad" else "(GM/c^2)^2")
+    if about.unit == "light":
+        return replace(about, unit="c^4/(GM)^2" if result.camera.sky_unit == "rad" else "1")
     if about.unit == "magnification":
         powers = (result.camera.sky_unit != "rad") - (result.surface.coordinates[0].unit != "rad")
         return replace(about, unit={0: "1", 1: "(GM/c^2)^2", -1: "c^4/(GM)^2"}[powers])

@@ -1,19 +1,18 @@
-"""The place of a camera at each time, and the velocity of its motion as the fiducial observer measures it."""
+"""The place of a scene's camera at each time."""
 
 import csv
 import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.files import read_text
+from kerrcaustics.orbits.places import Place
 from kerrcaustics.scene_files.expressions import Dual, Formula, Moment
-from kerrcaustics.spacetime import kerr
 
 Array = np.ndarray
 
@@ -23,21 +22,11 @@ PLACE_NAMES = COLUMNS[1:]
 _LONGEST = 100_000_000
 
 
-class Place(NamedTuple):
-    """Boyer-Lindquist coordinates of a camera (radius, theta, phi in radians), and their rates per coordinate time."""
-
-    radius: float
-    theta: float
-    phi: float
-    radius_rate: float
-    theta_rate: float
-    phi_rate: float
-
-    def named(self) -> dict[str, Dual]:
-        """The coordinates as expressions name them, angles in degrees."""
-        angles = (self.theta, self.theta_rate), (self.phi, self.phi_rate)
-        parts = (Dual(self.radius, self.radius_rate), *(Dual(*map(math.degrees, angle)) for angle in angles))
-        return dict(zip(PLACE_NAMES, parts, strict=True))
+def named(place: Place) -> dict[str, Dual]:
+    """The coordinates of a place as expressions name them, angles in degrees."""
+    angles = (place.theta, place.theta_rate), (place.phi, place.phi_rate)
+    parts = (Dual(place.radius, place.radius_rate), *(Dual(*map(math.degrees, angle)) for angle in angles))
+    return dict(zip(PLACE_NAMES, parts, strict=True))
 
 
 @dataclass(frozen=True)
@@ -95,30 +84,6 @@ class Formulated:
         )
         values = radius.value, math.radians(theta.value), math.radians(phi.value)
         return Place(*values, radius.rate, math.radians(theta.rate), math.radians(phi.rate))
-
-
-def fido_velocity(spin: float, place: Place) -> tuple[float, float, float]:
-    """Velocity (v_r, v_theta, v_phi) of a motion as the fiducial observer at its place measures it.
-
-    References: JTFT A.1 for the metric functions; a speed of 1 and more is none that a camera can have.
-    """
-    cosine, sine = _cosine(place.theta), math.sin(place.theta)
-    at = kerr.metric(spin, place.radius, cosine)
-    root_sigma = math.sqrt(at.sigma)
-    v_r = root_sigma / math.sqrt(at.delta) * place.radius_rate / at.lapse
-    v_phi = at.cylindrical_scale * sine * (place.phi_rate - at.shift) / at.lapse
-    return v_r, root_sigma * place.theta_rate / at.lapse, v_phi
-
-
-def phi_rate(spin: float, radius: float, theta: float, v_phi: float) -> float:
-    """dphi / dt of a camera whose velocity has the component v_phi, measured by the FIDO; 0 on the axis."""
-    at = kerr.metric(spin, radius, _cosine(theta))
-    scale = at.cylindrical_scale * math.sin(theta)
-    return at.shift + at.lapse * v_phi / scale if scale > 1e-12 else 0.0
-
-
-def _cosine(theta: float) -> float:
-    return 0.0 if theta == math.pi / 2 else math.cos(theta)
 
 
 def read_places(path: Path) -> Float[Array, "n 4"]:

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from kerrcaustics.orbits.geodesics import Geodesic, circular_velocity, free_fall
+from kerrcaustics.orbits.places import Place, fido_velocity, phi_rate
 from kerrcaustics.scene_files.camera_motion import (
     PLACE_NAMES,
     Formulated,
-    Place,
     Splined,
     Staying,
-    fido_velocity,
-    phi_rate,
+    named,
     read_places,
 )
 from kerrcaustics.scene_files.contents import (
@@ -25,7 +25,6 @@ from kerrcaustics.scene_files.contents import (
     Varied,
 )
 from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
-from kerrcaustics.scene_files.geodesics import Geodesic, circular_velocity, free_fall
 from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.observer import Observer
@@ -80,7 +79,7 @@ class CameraPath:
 
     def at(self, time: float) -> Moment:
         """The values of all names at a time."""
-        return Moment(time, self.formulas, self.motion.place(time).named())
+        return Moment(time, self.formulas, named(self.motion.place(time)))
 
 
 def camera_path(contents: Contents, folder: Path, span: tuple[float, float] | None) -> CameraPath:

@@ -23,8 +23,8 @@ from kerrcaustics.choices import SpotMotion, event_kind
 from kerrcaustics.images.circle_arcs import Arcs
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
-from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.results.declared import Shown, quantity, result
+from kerrcaustics.results.progress import in_steps
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, finite_number
 from kerrcaustics.tracks.arc_tracks import node_errors
@@ -99,82 +99,21 @@ class LightCurve(Shown):
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
 
 
-@usual_warnings
-@with_progress
-def light_curve(
+def spot_light_curve(
     camera: Viewer,
     orbit: float,
-    times: ArrayLike | int = 200,
+    times: ArrayLike | int,
     *,
-    size: float = 0.1,
-    crossings: int = 4,
-    motion: str = "circular",
-    power: float = 4.0,
-    points: int = 720,
-    progress: Progress | bool | None = None,
+    size: float,
+    crossings: int,
+    motion: str,
+    power: float,
+    points: int,
 ) -> LightCurve:
-    """The light of a small spot on a circular orbit in the equatorial plane, image by image.
-
-    Parameters
-    ----------
-    camera : Camera or Observer
-        Off the equatorial plane; at rest in Boyer-Lindquist coordinates, or anything else that stays at its place while
-        the spot circles.
-    orbit : float
-        Its radius, in units of the mass: one where there is a circular orbit.
-    times : (t,) array or int
-        Times of the camera (units of the mass); a number: so many over one orbit.
-    size : float
-        Deviation of the spot's Gaussian profile along its orbit, in units of the mass. Across the orbit it is small.
-    crossings : int
-        How many crossings of the plane add to the light.
-    motion : str
-        "circular" (prograde) or "retrograde".
-    power : float
-        Intensity goes by the frequency ratio g to this power: 4 for all light together, 3 + alpha in one band for a
-        spectrum that falls as the frequency to the power of -alpha.
-    points : int
-        Points at which each image of the orbit is found at first; more follow where the azimuth changes fast along it.
-    progress : callable or bool, optional
-        As for `caustics`.
-
-    Returns
-    -------
-    LightCurve
-        The flux of a spot of intensity I and area A, as r dr dphi in the frame that circles with it, is I A times its
-        `flux`: in M^2, as areas of (alpha, beta), for an Observer. Times are even for the camera, and coordinate times;
-        an Observer's are relative to a plane wave.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
-
-    Errors
-    ------
-    `LightCurve.error`, `centroid_error` and `travel_time_error`: by what half of the points give instead, at that time
-    and on average over all. Events lie where beams are flat, and are as accurate as rays.
-
-    Notes
-    -----
-    Of a Camera's sky, `flux` is in steradians. Light of further crossings is fainter by e^-pi or so from one to the
-    next without spin, by less on the prograde side of a spinning hole.
-
-    References
-    ----------
-    Cunningham & Bardeen 1973, ApJ 183, 237: a star that circles a Kerr hole.
-
-    Examples
-    --------
-    >>> import kerrcaustics as kc
-    >>> camera = kc.Camera(spin=0.9, radius=30, inclination=1.2)
-    >>> light = kc.light_curve(camera, 8.0)
-    >>> round(light.period, 3), len(light.events)
-    (147.827, 6)
-    """
+    """The light of a small spot on a circular orbit in the equatorial plane: `kerrcaustics.light_curve` of it."""
     spot = _checked_spot(camera, orbit, size, motion, power)
     crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
-    clock = _clock(times, spot.period)
+    clock = clock_of(times, spot.period)
     Ring(camera, EquatorialPlane(1)).check()
     images = [
         _seen(camera, spot, crossing, clock, points) for crossing in in_steps("crossing", range(1, crossings + 1))
@@ -220,7 +159,7 @@ def _checked_spot(camera: Viewer, orbit: float, size: float, motion: str, power:
     return Spot(radius, float(size), motion, float(emitter.orbital), float(power))
 
 
-def _clock(times: ArrayLike, period: float) -> Float[Array, " t"]:
+def clock_of(times: ArrayLike | int, period: float) -> Float[Array, " t"]:
     """The times of an argument, or so many of them over one orbit."""
     if isinstance(times, int | np.integer):
         count = whole_number("times", times, 1, _MOST_TIMES)

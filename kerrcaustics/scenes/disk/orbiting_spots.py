@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 from scipy.special import ndtr
 
+from kerrcaustics.orbits.spherical_orbits import SphericalOrbits, spherical_constants
 from kerrcaustics.scenes.checks import check_number, not_negative, positive
 from kerrcaustics.scenes.colour import ResponseLike, check_response
-from kerrcaustics.scenes.disk.spherical_orbits import SphericalOrbits, spherical_constants
 from kerrcaustics.scenes.disk.spots import FADES
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, one_of

@@ -1,4 +1,4 @@
-"""Cameras in free fall: time-like geodesics of the Kerr metric, integrated once, with dense output.
+"""Free fall: time-like geodesics of the Kerr metric, integrated once, with dense output.
 
 The equations are those of rays in a form with no singular point, with a rest mass: in Mino time, u = 1/r and a point m
 of the unit sphere, which carries the polar angle and the smooth part of the azimuth; dragging turns the azimuth by
@@ -16,13 +16,15 @@ from jaxtyping import Float
 from scipy.integrate import DenseOutput
 from scipy.optimize import brentq
 
-from kerrcaustics.scene_files.camera_motion import Place
+from kerrcaustics.orbits.places import Place
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 
 Array = np.ndarray
 
 _TOLERANCE = 1e-13
+# Steps of Newton's method to the Mino time of a coordinate time.
+_INVERSIONS = 6
 # Of the horizon's radius: nearer to it a fall ends. It takes infinitely long, in coordinate time.
 _NEAREST = 1e-4
 _SAMPLES = 200
@@ -104,6 +106,23 @@ class _Leg:
         state = self._within(step, time)
         return state, float(self.azimuth[step] + _advance(self.constants, self.states[step], state))
 
+    def states_at(self, time: Float[Array, " n"]) -> Float[Array, "10 n"]:
+        """The states at times within the span."""
+        state = np.repeat(self.states[:1].T, len(time), axis=1)
+        ends = np.array([[between.t_old, between.t] for between in self.between]).reshape(-1, 2)
+        order = np.sign(self.states[-1, 8] - self.states[0, 8])
+        step = np.searchsorted(order * self.states[1:-1, 8], order * time) if len(self.between) else np.zeros(0, int)
+        for i in np.unique(step):
+            these = np.flatnonzero(step == i)
+            before, after = self.states[i], self.states[i + 1]
+            mino = ends[i, 0] + (time[these] - before[8]) * (ends[i, 1] - ends[i, 0]) / (after[8] - before[8])
+            for _ in range(_INVERSIONS):
+                there = self.between[i](mino)
+                t_rate, _ = self.constants.rates(there[0], there[2] ** 2 + there[3] ** 2)
+                mino = np.clip(mino + (time[these] - there[8]) / t_rate, *sorted(ends[i]))
+            state[:, these] = self.between[i](mino)
+        return state
+
     def _within(self, step: int, time: float) -> Float[Array, "10"]:
         """The state at a time in a step."""
         before, after, between = self.states[step], self.states[step + 1], self.between[step]
@@ -121,7 +140,7 @@ class _Leg:
 
 @dataclass(frozen=True)
 class Geodesic:
-    """A camera in free fall.
+    """A body in free fall.
 
     span: first and last coordinate time of the integration; where it fell into the hole, that is when it did.
     error: the largest relative change of E, L_z and Q over it, as `_drift` measures it.
@@ -148,6 +167,23 @@ class Geodesic:
         # On the equator exactly pi / 2.
         theta = math.pi / 2 - math.asin(m[2]) if abs(m[2]) < rho else math.atan2(rho, m[2])
         return Place(1 / u, theta, azimuth + psi, *rates)
+
+    def vectors(self, time: Float[Array, " n"]) -> tuple[Array, Array, Array, Array]:
+        """Radius (n,) and unit vector (n, 3) of theta and phi at times within the span, and the rates of both."""
+        state = np.empty((10, len(time)))
+        which = np.searchsorted([leg.span[1] for leg in self._legs[:-1]], time)
+        for i, leg in enumerate(self._legs):
+            state[:, which == i] = leg.states_at(time[which == i])
+        u, u_rate, m, m_rate, psi = state[0], state[1], state[2:5], state[5:8], state[9]
+        square = m[0] ** 2 + m[1] ** 2
+        t_rate, turn = self.constants.rates(u, square)
+        c, s = np.cos(psi), np.sin(psi)
+
+        def turned(part: Array) -> Array:
+            return np.stack([c * part[0] - s * part[1], s * part[0] + c * part[1], part[2]], axis=-1)
+
+        drag = turn * np.stack([-m[1], m[0], 0 * u])
+        return 1 / u, turned(m), -u_rate / u**2 / t_rate, turned(m_rate + drag) / t_rate[:, None]
 
 
 def free_fall(camera: Camera, azimuth: float, time: float, span: tuple[float, float]) -> Geodesic:

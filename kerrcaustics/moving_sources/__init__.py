@@ -1,0 +1,1 @@
+"""Sources on any orbit: their images followed along it, and their light."""

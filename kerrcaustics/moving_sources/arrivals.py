@@ -1,0 +1,256 @@
+"""Rays to a source that moves: where each meets the sphere of the source's moment, and how it misses the source.
+
+A direction N and an emission time t are an image where the ray ends at the source, two equations for three numbers:
+so images are curves in (N, t). The equations are written in the plane across the ray at the source. There they stay
+regular where the ray only grazes the sphere, which is a matter of the coordinates alone.
+
+With E = 1 and p the photon's momentum toward the camera, a source that moves by dx changes the time of its light by
+-p.dx: so light sent dt later arrives (1 - p.v) dt later.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from kerrcaustics.beams.beam import Beams, Status
+from kerrcaustics.beams.spheres import Spheres
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky
+from kerrcaustics.lens_map.sky_chart import Chart, chart_of
+from kerrcaustics.moving_sources.bent_steps import bent_step
+from kerrcaustics.orbits.orbit import Motion, Places
+from kerrcaustics.spacetime.sphere import lengths, polar_basis, tangent_basis
+
+Array = np.ndarray
+
+# Of the radius: how much further out a ray is looked at, for the sense in which theta changes along it; and beyond its
+# turning point, where it does not come to the source's sphere.
+_FURTHER, _BESIDE = 1e-6, 1e-4
+
+
+@dataclass(frozen=True)
+class Source:
+    """A source as a viewer looks for it: its motion, about which hole, on which sky it is searched."""
+
+    searched: SearchSky
+    motion: Motion
+
+    @property
+    def spin(self) -> float:
+        """Of the hole."""
+        return self.searched.search_camera.spin
+
+    @property
+    def chart(self) -> Chart:
+        """Coordinates about the shadow edge."""
+        return chart_of(self.searched.search_camera)
+
+    def arrivals(self, sky: Float[Array, "n 3"], time: Float[Array, " n"], second: Bool[Array, " n"]) -> "Arrivals":
+        """The rays of directions on the search sky, to the spheres of the source at emission times."""
+        places = self.motion.at(time)
+        beams, lowering = self._traced(sky, places.radius, second)
+        # Rays that turn back further out are looked at next to their turning point.
+        passed = np.flatnonzero(beams.status == Status.MISSED)
+        if len(passed):
+            nearest = _turning_points(self.spin, np.asarray(beams.impact)[passed], np.asarray(beams.carter)[passed])
+            others, also = self._traced(sky[passed], nearest * (1 + _BESIDE), second[passed])
+            for name, values in vars(beams).items():
+                if isinstance(values, np.ndarray):
+                    values[passed] = getattr(others, name)
+            lowering[passed] = also
+        return Arrivals(self, sky, time, second, places, beams, lowering)
+
+    def _traced(
+        self, sky: Float[Array, "n 3"], radius: Float[Array, " n"], second: Bool[Array, " n"]
+    ) -> tuple[Beams, Float[Array, " n"]]:
+        """Beams to spheres, and the change of cos theta a little further out."""
+        n = len(sky)
+        spheres = Spheres(np.concatenate([radius, radius * (1 + _FURTHER)]), np.concatenate([second, second]))
+        beams = trace_beams(
+            self.searched.search_camera,
+            np.concatenate([sky, sky]),
+            "auto",
+            TOLERANCE,
+            end=spheres,
+            time=True,
+            crossings=False,
+            redshift=False,
+            constants=True,
+        )
+        return _of_each(beams, lambda value: value[:n]), beams.direction[n:, 2] - beams.direction[:n, 2]
+
+
+def _of_each(beams: Beams, chosen: Callable[[Array], Array]) -> Beams:
+    """Some of the beams, as they are chosen from each array."""
+    return replace(
+        beams, **{name: chosen(value) for name, value in vars(beams).items() if isinstance(value, np.ndarray)}
+    )
+
+
+def _turning_points(spin: float, b: Float[Array, " n"], q: Float[Array, " n"]) -> Float[Array, " n"]:
+    """The largest roots of the radial potential."""
+    coefficients = np.stack([1 + 0 * b, 0 * b, spin**2 - b**2 - q, 2 * (q + (b - spin) ** 2), -(spin**2) * q], axis=-1)
+    roots = [np.roots(row) for row in coefficients]
+    return np.array([np.max(root.real[np.abs(root.imag) < 1e-6 * np.abs(root)], initial=0.0) for root in roots])
+
+
+@dataclass(frozen=True)
+class Arrivals:
+    """Rays at the spheres of a source. sky, time, second: as asked for; lowering: change of cos theta further out."""
+
+    source: Source
+    sky: Float[Array, "n 3"]
+    time: Float[Array, " n"]
+    second: Bool[Array, " n"]
+    places: Places
+    beams: Beams
+    lowering: Float[Array, " n"]
+
+    def part(self, chosen: Array) -> "Arrivals":
+        """Some of the rays."""
+        places = Places(*(values[chosen] for values in self.places))
+        sky, time, second = (values[chosen] for values in (self.sky, self.time, self.second))
+        beams = _of_each(self.beams, lambda values: values[chosen])
+        return Arrivals(self.source, sky, time, second, places, beams, self.lowering[chosen])
+
+    def replaced(self, which: Array, others: "Arrivals") -> "Arrivals":
+        """The rays, with others in the place of some."""
+        order = np.arange(len(self.time))
+        order[which] = len(order) + np.arange(len(others.time))
+
+        def put(mine: Array, theirs: Array) -> Array:
+            return np.concatenate([mine, theirs])[order]
+
+        places = Places(*map(put, self.places, others.places))
+        theirs = vars(others.beams)
+        joined = {n: put(v, theirs[n]) for n, v in vars(self.beams).items() if isinstance(v, np.ndarray)}
+        return Arrivals(
+            self.source,
+            put(self.sky, others.sky),
+            put(self.time, others.time),
+            put(self.second, others.second),
+            places,
+            replace(self.beams, **joined),
+            put(self.lowering, others.lowering),
+        )
+
+    @property
+    def reach(self) -> Bool[Array, " n"]:
+        """True where the ray comes to the radius of the source."""
+        return np.asarray(self.beams.radius == self.places.radius)
+
+    @cached_property
+    def momentum(self) -> tuple[Array, Array, Array]:
+        """p_r, p_theta and b / sin theta (n,) of the light, of unit energy, toward the camera."""
+        a, z = self.source.spin, self.beams.direction[:, 2]
+        b, q = np.asarray(self.beams.impact), np.asarray(self.beams.carter)
+        sine = np.hypot(self.beams.direction[:, 0], self.beams.direction[:, 1])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            around = np.where(sine > 0, b / sine, 0.0)
+            radial = np.sqrt(np.maximum(self._radial, 0)) / self._delta
+            polar = np.sqrt(np.maximum(q + z * z * (a * a - around**2), 0))
+        # Followed backward the ray moves outward: so the light moves inward.
+        inward = np.where(self.beams.outward, -1.0, 1.0)
+        return inward * radial, -np.sign(self.lowering) * inward * polar, around
+
+    @property
+    def _delta(self) -> Array:
+        r = self.beams.radius
+        return r * (r - 2) + self.source.spin**2
+
+    @property
+    def _radial(self) -> Array:
+        """The radial potential R of the light at the source."""
+        a, r = self.source.spin, self.beams.radius
+        b, q = np.asarray(self.beams.impact), np.asarray(self.beams.carter)
+        return (r * r + a * a - a * b) ** 2 - self._delta * (q + (b - a) ** 2)
+
+    @cached_property
+    def radial_root(self) -> tuple[Array, Array]:
+        """sqrt(R) of the light at the source (n,), and its relative error."""
+        a, r, b = self.source.spin, self.beams.radius, np.asarray(self.beams.impact)
+        by_b = 2 * a * (r * r + a * a - a * b) + 2 * self._delta * np.abs(b - a)
+        off = by_b * np.asarray(self.beams.impact_error) + self._delta * np.asarray(self.beams.carter_error)
+        size = np.maximum(self._radial, off)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.sqrt(size), off / (2 * size) + 1e-15 * r**4 / size
+
+    @cached_property
+    def _scales(self) -> tuple[Array, Array, Array]:
+        """Lengths of steps dr, dtheta and sin theta dphi at the source, over its radius."""
+        a, r, z = self.source.spin, self.places.radius, self.places.vector[:, 2]
+        sigma, delta = r * r + (a * z) ** 2, self._delta
+        big = (r * r + a * a) ** 2 - a * a * delta * (1 - z * z)
+        return np.sqrt(sigma / delta) / r, np.sqrt(sigma) / r, np.sqrt(big / sigma) / r
+
+    @cached_property
+    def _across(self) -> tuple[Array, Array]:
+        """Two unit vectors (n, 3) across the ray, in lengths along r, theta, phi."""
+        a, r, z = self.source.spin, self.beams.radius, self.beams.direction[:, 2]
+        p_r, p_theta, around = self.momentum
+        square = np.maximum(1 - z * z, 1e-300)
+        turning = around / np.sqrt(square) * square - a * square
+        drag = a * (r * r + a * a - a * np.asarray(self.beams.impact)) / self._delta
+        # dr, dtheta, sin theta dphi by Mino time.
+        motion = np.stack([self._delta * p_r, p_theta, turning / np.sqrt(square) + drag * np.sqrt(square)], axis=-1)
+        ahead = motion * np.stack(self._scales, axis=-1)
+        return tangent_basis(ahead / lengths(ahead)[:, None])
+
+    def _on_plane(self, step: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
+        """Steps dr, dtheta, sin theta dphi, seen along the ray: lengths over the radius."""
+        long = step * np.stack(self._scales, axis=-1)
+        return np.stack([(long * across).sum(axis=1) for across in self._across], axis=-1)
+
+    def _angular(self, step: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+        """Steps of unit vectors as dr = 0, dtheta, sin theta dphi."""
+        e_theta, e_phi = polar_basis(self.beams.direction)
+        return np.stack([0 * step[:, 0], (step * e_theta).sum(axis=1), (step * e_phi).sum(axis=1)], axis=-1)
+
+    @cached_property
+    def miss(self) -> Float[Array, "n 2"]:
+        """By how much the ray passes the source, across the ray and over the radius."""
+        step = self._angular(self.beams.direction - self.places.vector)
+        step[:, 0] = self.beams.radius - self.places.radius
+        return self._on_plane(step)
+
+    @cached_property
+    def by_sky(self) -> Float[Array, "n 2 2"]:
+        """The change of that with N along `tangent_basis(N)`."""
+        columns = [np.pad(self.beams.jacobian[:, :, i], ((0, 0), (1, 0))) for i in (0, 1)]
+        return np.stack([self._on_plane(column) for column in columns], axis=-1)
+
+    @cached_property
+    def by_time(self) -> Float[Array, "n 2"]:
+        """The change of that with the emission time."""
+        step = self._angular(self.places.rate)
+        step[:, 0] = self.places.radius_rate
+        return -self._on_plane(step)
+
+    @cached_property
+    def rate(self) -> Float[Array, " n"]:
+        """dt of arrival by dt of emission, 1 - p.v."""
+        p_r, p_theta, around = self.momentum
+        step = self._angular(self.places.rate)
+        return 1 - (p_r * self.places.radius_rate + p_theta * step[:, 1] + around * step[:, 2])
+
+    @cached_property
+    def arrival(self) -> Float[Array, " n"]:
+        """The time at which the source's own light arrives, by the ray close to it: that of the viewer."""
+        _, p_theta, around = self.momentum
+        off = self._angular(self.beams.direction - self.places.vector)
+        late, _ = self.source.searched.viewer_time(np.asarray(self.beams.time), np.asarray(self.beams.time_error))
+        return self.time + late + p_theta * off[:, 1] + around * off[:, 2]
+
+    @cached_property
+    def determinant(self) -> Float[Array, " n"]:
+        """Of `by_sky`: its sign is that of the parity or the other one, on all of a curve."""
+        j = self.by_sky
+        return j[:, 0, 0] * j[:, 1, 1] - j[:, 0, 1] * j[:, 1, 0]
+
+    def stepped(self, step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
+        """The directions after steps along `tangent_basis(N)`."""
+        one, other = tangent_basis(self.sky)
+        return bent_step(self.source.chart, self.sky, step[:, :1] * one + step[:, 1:] * other)

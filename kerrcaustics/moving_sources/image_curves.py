@@ -1,0 +1,258 @@
+"""All images of a moving source over a span of emission times: branches, each one image while it lives, with events.
+
+At some moments the images are searched for completely, with the certificate of sources at rest: a source in motion is
+seen where one at rest at its place would be. From moment to moment they are followed (walks.py), from those that are
+not reached backward too, so that the pairs that appear and vanish in between are found with them.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.beams.spheres import Sphere
+from kerrcaustics.images.certificates import certificate_of
+from kerrcaustics.images.search import ImageSearch, SkyImages
+from kerrcaustics.moving_sources.arrivals import Source
+from kerrcaustics.moving_sources.walks import Points, Walk, turning_points, walk
+from kerrcaustics.results.progress import in_steps
+from kerrcaustics.spacetime.sphere import lengths
+
+Array = np.ndarray
+
+# Images that are the same lie so close (radians), or within so many of their errors.
+_SAME, _SAME_ERRORS = 1e-8, 30.0
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A fold of an image curve: a pair of images appears there, or vanishes.
+
+    point: one row; order: of the caustic that the source meets; creates: whether images appear; error: of its emission
+    time; sky_error: of its direction, radians.
+    """
+
+    point: Points
+    order: int
+    creates: bool
+    error: float
+    sky_error: float
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One image from its first to its last moment. points: by time; born, dies: its events, None at the span's ends."""
+
+    index: int
+    points: Points
+    born: Turn | None
+    dies: Turn | None
+
+
+@dataclass(frozen=True)
+class ImageCurves:
+    """The images of a moving source. moments: of the complete searches; remarks: what is in doubt."""
+
+    branches: tuple[Branch, ...]
+    turns: tuple[Turn, ...]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The images at one emission time."""
+
+    time: float
+    images: SkyImages
+    certified: bool
+
+    def which(self, point: Points) -> int | None:
+        """The number of the image that a curve comes to."""
+        away = lengths(self.images.sky - point.sky)
+        away[self.images.index != point.index] = math.inf
+        if not len(away):
+            return None
+        i = int(np.argmin(away))
+        return i if away[i] < _SAME + _SAME_ERRORS * self.images.error[i] else None
+
+
+def searched(source: Source, times: Float[Array, " moments"], max_index: int) -> list[Moment]:
+    """All images at some emission times."""
+    places = source.motion.at(times)
+    theta = np.arctan2(np.hypot(places.vector[:, 0], places.vector[:, 1]), places.vector[:, 2])
+    angles = np.stack([theta, np.arctan2(places.vector[:, 1], places.vector[:, 0])], axis=-1)
+    # Moments at one radius and theta, as on a circle, take one search together.
+    keys = np.round(np.stack([places.radius, theta], axis=-1), 10)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    moments: dict[int, Moment] = {}
+    for number in in_steps("search", list(range(int(group.max()) + 1))):
+        these = np.flatnonzero(group == number)
+        sphere, rows = Sphere(float(places.radius[these[0]])), angles[these]
+        rows[:, 0] = rows[0, 0]
+        found: ImageSearch = certificate_of(sphere, source.searched.viewer, max_index).searched(rows)
+        for k, i in enumerate(these.tolist()):
+            some = found.images[found.images.star == k]
+            moments[i] = Moment(float(times[i]), some, bool(found.certified[k]))
+    return [moments[i] for i in range(len(times))]
+
+
+def image_curves(source: Source, moments: list[Moment], max_index: int) -> ImageCurves:
+    """The images followed from moment to moment."""
+    remarks = [f"the images at t = {m.time:.6g} are not certified" for m in moments if not m.certified]
+    ways = _ways(source, moments, max_index, remarks)
+    pieces, turns = _pieces(source, ways)
+    kept = [piece for piece in pieces if piece.index <= max_index]
+    return ImageCurves(tuple(_branches(kept)), tuple(turns), tuple(remarks))
+
+
+Key = tuple[str, int, int]
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A walk between two images of the moments; a key names an image: at which moment, and which."""
+
+    points: Points
+    start: Key
+    stop: Key
+
+
+def _started(
+    source: Source, moments: list[Moment], gaps: Int[Array, " n"], numbers: Int[Array, " n"], sense: float
+) -> list[Walk]:
+    """Walks in gaps between moments, from images at their beginning, or for negative sense at their end."""
+    if not len(gaps):
+        return []
+    at = gaps if sense > 0 else gaps + 1
+    pairs = list(zip(at.tolist(), numbers.tolist(), strict=True))
+    sky = np.array([moments[j].images.sky[i] for j, i in pairs])
+    second = np.array([moments[j].images.second_arrival[i] for j, i in pairs])
+    time = np.array([m.time for m in moments])
+    rays = source.arrivals(sky, time[at], second)
+    start = Points.at(rays, time[gaps + 1] - time[gaps], np.full(len(at), sense))
+    return walk(source, start, time[gaps], time[gaps + 1], start.along_time)
+
+
+def _ways(source: Source, moments: list[Moment], max_index: int, remarks: list[str]) -> list[_Way]:
+    """All ways between the moments: forward from all images, then backward from those that were not reached."""
+    ways: list[_Way] = []
+    reached: set[Key] = set()
+    for sense in (1.0, -1.0):
+        side = "after" if sense > 0 else "before"
+        at = range(len(moments) - 1) if sense > 0 else range(1, len(moments))
+        starts = [
+            (j, i) for j in at for i in range(len(moments[j].images)) if sense > 0 or ("before", j, i) not in reached
+        ]
+        number = np.array(starts, int).reshape(-1, 2)
+        gaps = number[:, 0] - (sense < 0)
+        for (j, i), gap, way in zip(
+            starts, gaps.tolist(), _started(source, moments, gaps, number[:, 1], sense), strict=True
+        ):
+            key = (side, j, i)
+            if key in reached:
+                continue
+            reached.add(key)
+            index = int(moments[j].images.index[i])
+            if not way.landed:
+                remarks.append(f"an image of index {index} cannot be followed on from t = {way.points.time[-1]:.6g}")
+                continue
+            last = way.points[-1:]
+            end, there = (
+                (gap + 1, "before")
+                if last.time[0]
+                > moments[gap].time + 1e-9 * abs(last.time[0]) + (moments[gap + 1].time - moments[gap].time) / 2
+                else (gap, "after")
+            )
+            which = moments[end].which(last)
+            if which is None and last.index[0] <= max_index:
+                remarks.append(
+                    f"an image of index {last.index[0]} comes to t = {moments[end].time:.6g}, and is not found there"
+                )
+            stop = (there, end, -1 - len(ways) if which is None else which)
+            if which is not None and stop in reached and stop != key:
+                remarks.append(f"two images of index {last.index[0]} come to one at t = {moments[end].time:.6g}")
+            reached.add(stop)
+            ways.append(_Way(way.points, key, stop))
+    return ways
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A part of a way between two moments or events, by time; first, last: the image or event at its ends."""
+
+    index: int
+    points: Points
+    first: Key
+    last: Key
+    born: Turn | None
+    dies: Turn | None
+
+
+def _pieces(source: Source, ways: list[_Way]) -> tuple[list[_Piece], list[Turn]]:
+    """Ways cut at their folds."""
+    folds = [
+        (w, i)
+        for w, way in enumerate(ways)
+        for i in np.flatnonzero(way.points.along_time[1:] * way.points.along_time[:-1] < 0).tolist()
+    ]
+    turns: dict[tuple[int, int], Turn] = {}
+    if folds:
+        one = ways[0].points[:0].joined(*[ways[w].points[i : i + 1] for w, i in folds])
+        other = ways[0].points[:0].joined(*[ways[w].points[i + 1 : i + 2] for w, i in folds])
+        found, error, sky_error = turning_points(source, one, other)
+        for k, fold in enumerate(folds):
+            # Before a fold at which images appear time falls.
+            creates = bool(one.along_time[k] < 0)
+            order = int(max(one.index[k], other.index[k]))
+            turns[fold] = Turn(found[k : k + 1], order, creates, float(error[k]), float(sky_error[k]))
+    pieces: list[_Piece] = []
+    for w, way in enumerate(ways):
+        cuts = [i for v, i in folds if v == w]
+        begin, first, here = 0, way.start, None
+        for i in [*cuts, None]:
+            turn = None if i is None else turns[w, i]
+            parts = ([] if here is None else [here.point]) + [way.points[begin : None if i is None else i + 1]]
+            parts += [] if turn is None else [turn.point]
+            points = parts[0].joined(*parts[1:])
+            last = way.stop if i is None else ("event", w, i)
+            inner = way.points.index[begin : None if i is None else i + 1]
+            pieces.append(_ordered(int(inner[0]), points, (first, last), (here, turn)))
+            if i is not None:
+                begin, first, here = i + 1, last, turn
+    return pieces, list(turns.values())
+
+
+def _ordered(index: int, points: Points, keys: tuple[Key, Key], turns: tuple[Turn | None, Turn | None]) -> _Piece:
+    """A piece with growing time."""
+    sense = np.sign(points.time[-1] - points.time[0])
+    if sense < 0:
+        points, keys, turns = points[::-1], (keys[1], keys[0]), (turns[1], turns[0])
+    return _Piece(index, _facing(points), *keys, *turns)
+
+
+def _facing(points: Points) -> Points:
+    """The points with directions along growing time; at a fold as its neighbour has it."""
+    sense = np.where(points.along_time < 0, -1.0, 1.0)
+    if len(points) > 1:
+        for end, beside in ((0, 1), (-1, -2)):
+            if abs(points.along_time[end]) < 1e-6 * points.moment[end]:
+                sense[end] = np.sign((points.along[end] * points.along[beside]).sum()) * sense[beside]
+    values = vars(points) | {"along": points.along * sense[:, None], "along_time": points.along_time * sense}
+    return Points(**values)
+
+
+def _branches(pieces: list[_Piece]) -> list[Branch]:
+    """Pieces joined at the moments between them."""
+    by_first = {piece.first[1:]: piece for piece in pieces if piece.first[0] == "after"}
+    ends = {piece.last[1:] for piece in pieces if piece.last[0] == "before"}
+    branches = []
+    for piece in pieces:
+        if piece.first[0] == "after" and piece.first[1:] in ends:
+            continue
+        chain = [piece]
+        while chain[-1].last[0] == "before" and chain[-1].last[1:] in by_first:
+            chain.append(by_first[chain[-1].last[1:]])
+        points = chain[0].points.joined(*[more.points[1:] for more in chain[1:]])
+        branches.append(Branch(piece.index, points, chain[0].born, chain[-1].dies))
+    return sorted(branches, key=lambda branch: (branch.index, float(branch.points.time[0])))

@@ -1,0 +1,399 @@
+"""The light curve of a source on any orbit: its images, their light and their events, as a viewer receives them."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Literal, overload
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from kerrcaustics.choices import event_kind
+from kerrcaustics.images.images import checked_index
+from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.moving_sources.arrivals import Source
+from kerrcaustics.moving_sources.image_curves import ImageCurves, Turn, image_curves, searched
+from kerrcaustics.moving_sources.seen_images import SeenImages, seen_images
+from kerrcaustics.orbits.orbit import Motion, Orbit, Path, checked_places, motion_about, orbit_of
+from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.spacetime.checks import one_of, whole_number
+from kerrcaustics.spacetime.sphere import from_angles, lengths, polar_angle
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.tracks.light_curves import LightCurve, clock_of, spot_light_curve
+
+Array = np.ndarray
+
+# A complete search for every so many radians that the source goes, and so many at least and at most.
+_BETWEEN, _FEWEST, _MOST = 0.25, 6, 400
+# Light of each further index is late by about half of a turn on the photon orbit.
+_HALF_TURN = 17.0
+# The span of emission times is found to this part of the span of times, in so many steps.
+_SLACK, _SHIFTS = 0.05, 8
+# Places at which the orbit is checked.
+_CHECKED = 500
+
+
+@result("source-event/1", record="kind order time emission_time radius theta phi sky error sky_error")
+class SourceEvent(Shown):
+    """The creation, or annihilation, of two images of a moving source."""
+
+    camera: Viewer = quantity("", "", "who sees it", column="")
+    kind: str = quantity("", "", '"creation" or "annihilation"')
+    order: int = quantity("", "1", "of the caustic that the source crosses, that of its sphere")
+    time: float = quantity("", "GM/c^3", "of the camera")
+    emission_time: float = quantity("", "GM/c^3", "when the light left the source")
+    radius: float = quantity("", "GM/c^2", "of the source then")
+    theta: float = quantity("", "rad", "theta' of the source then", json="theta_deg")
+    phi: float = quantity("", "rad", "phi' of the source then", json="phi_deg")
+    sky: Array = quantity("axis", "1", "N where it is seen; of an Observer (alpha, beta)")
+    error: float = quantity("", "GM/c^3", "estimated error of time")
+    sky_error: float = quantity("", "sky", "estimated error of sky")
+
+
+@result(
+    "source-light/1",
+    record="camera orbit certified remarks index events",
+    points="time flux error shares emission_time emission_time_error redshift sky sky_error centroid centroid_error",
+)
+class SourceLightCurve(Shown):
+    """The light of a source on an orbit, as a viewer receives it, with all of its images."""
+
+    camera: Viewer = quantity("", "", "who receives it", json="", column="")
+    orbit: str = quantity("", "", "the orbit, in words")
+    time: Array = quantity("time", "GM/c^3", "of the camera: coordinate time; an Observer's is that of a plane wave")
+    flux: Array = quantity(
+        "time",
+        "light",
+        "of a source of luminosity 1 that shines alike to all sides in its own frame; of an Observer times the "
+        "squared distance; NaN where unknown",
+    )
+    error: Array = quantity("time", "light", "estimated error of flux")
+    index: Array = quantity("image", "1", "Morse index of each image: one that is there for a while counts once")
+    shares: Array = quantity("image time", "light", "what each image adds to the flux: 0 where it is not there")
+    emission_time: Array = quantity(
+        "image time", "GM/c^3", "when the light left the source; NaN where the image is not there"
+    )
+    emission_time_error: Array = quantity("image time", "GM/c^3", "estimated error of emission_time")
+    redshift: Array = quantity("image time", "1", "nu_camera / nu_source")
+    sky: Array = quantity("image time axis", "1", "directions N of the images; of an Observer (alpha, beta)")
+    sky_error: Array = quantity("image time", "sky", "estimated error of sky")
+    centroid: Array = quantity(
+        "time axis", "1", "mean direction N of the light, a unit vector; of an Observer the mean (alpha, beta)"
+    )
+    centroid_error: Array = quantity("time", "sky", "estimated error of centroid")
+    events: tuple[SourceEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
+    certified: bool = quantity(
+        "",
+        "1",
+        "True when the images are certified at all moments of complete search, and each of them is followed to one of "
+        "the next moment or to a pair event; pairs that live between two moments alone may be missing",
+    )
+    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+
+    @property
+    @derived("image time", "GM/c^3")
+    def travel_time(self) -> Array:
+        """Time from the emission to the arrival of the light of each image."""
+        return self.time - self.emission_time
+
+    def __repr__(self) -> str:
+        """Summary in one line: the orbit, images and events."""
+        note = "" if self.certified else ", not certified"
+        return f"<SourceLightCurve of {self.orbit}: {len(self.index)} images, {len(self.events)} events{note}>"
+
+
+@overload
+def light_curve(
+    camera: Viewer,
+    orbit: float,
+    times: ArrayLike | int = 200,
+    *,
+    source: Literal["spot"] | None = None,
+    **settings: Any,
+) -> LightCurve: ...
+
+
+@overload
+def light_curve(
+    camera: Viewer,
+    orbit: float | Orbit | Path,
+    times: ArrayLike | int = 200,
+    *,
+    source: Literal["point"] | None = None,
+    max_index: int = 2,
+    searches: int | None = None,
+    progress: Progress | bool | None = None,
+) -> SourceLightCurve: ...
+
+
+@usual_warnings
+@with_progress
+def light_curve(
+    camera: Viewer,
+    orbit: float | Orbit | Path,
+    times: ArrayLike | int = 200,
+    *,
+    source: str | None = None,
+    max_index: int = 2,
+    searches: int | None = None,
+    size: float = 0.1,
+    crossings: int = 4,
+    motion: str = "circular",
+    power: float = 4.0,
+    points: int = 720,
+    progress: Progress | bool | None = None,
+) -> SourceLightCurve | LightCurve:
+    """The light of a source on an orbit, image by image: a point on any orbit, or a small spot in the plane of a disk.
+
+    Parameters
+    ----------
+    camera : Camera or Observer
+        At rest in Boyer-Lindquist coordinates, or anything else that stays at its place meanwhile; for a spot off the
+        equatorial plane.
+    orbit : float, Orbit or function
+        A radius: a circle in the equatorial plane. An `Orbit`, or a function of the coordinate time that returns (r,
+        theta, phi), for a point alone.
+    times : (t,) array or int
+        Times of the camera (units of the mass); a number: so many over one orbit, where that has a period.
+    source : str, optional
+        "point" or "spot". Without it a spot if `orbit` is a radius, else a point.
+    max_index : int
+        Of a point: its images of Morse index 0 to this, at most 6.
+    searches : int, optional
+        Of a point: at how many moments all images are searched for, 2 to 2000; without it one for every 14 degrees of
+        its way.
+    size : float
+        Of a spot: the deviation of its Gaussian profile along its orbit, in units of the mass. Across the orbit it is
+        small.
+    crossings : int
+        Of a spot: how many crossings of the plane add to the light.
+    motion : str
+        Of a spot: "circular" (prograde) or "retrograde".
+    power : float
+        Of a spot: intensity goes by the frequency ratio g to this power, 4 for all light together, 3 + alpha in one
+        band for a spectrum that falls as the frequency to the power of -alpha.
+    points : int
+        Of a spot: points at which each image of the orbit is found at first; more follow where the azimuth changes fast
+        along it.
+    progress : callable or bool, optional
+        As for `caustics`.
+
+    Returns
+    -------
+    SourceLightCurve or LightCurve
+        Of a point: its flux for the luminosity 1, alike to all sides in its own frame, with emission times, frequency
+        ratios and places of all images, and all pair events. Of a spot of intensity I and area A, as r dr dphi in the
+        frame that circles with it, the flux is I A times its `flux`: in M^2, as areas of (alpha, beta), for an
+        Observer. Times are even for the camera, and coordinate times; an Observer's are relative to a plane wave.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid; if the source comes to the horizon, or is faster than light, before the light of the
+        last time leaves it.
+
+    Errors
+    ------
+    Of a point: `SourceLightCurve.error`, by those of the beams, and beside an event by that of its time. Of a spot:
+    `LightCurve.error`, `centroid_error` and `travel_time_error`, by what half of the points give instead, at that time
+    and on average over all. Events lie where beams are flat, and are as accurate as rays.
+
+    Notes
+    -----
+    A point is infinitely bright at its events, as the root of the time to them. For a Camera a spot's `flux` is in
+    steradians. Light of further crossings is fainter by e^-pi or so from one to the next without spin, by less on the
+    prograde side of a spinning hole.
+
+    References
+    ----------
+    Cunningham & Bardeen 1973, ApJ 183, 237: a star that circles a Kerr hole.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=30, inclination=1.2)
+    >>> light = kc.light_curve(camera, 8.0)
+    >>> round(light.period, 3), len(light.events)
+    (147.827, 6)
+    >>> fall = kc.Orbit.geodesic(9.0, 1.4, velocity=(-0.1, 0.0, 0.3))
+    >>> kc.light_curve(camera, fall, [30.0, 60.0], max_index=1).certified
+    True
+    """
+    if source is None:
+        source = "point" if isinstance(orbit, Orbit) or callable(orbit) else "spot"
+    one_of("source", source, ("point", "spot"))
+    if source == "spot":
+        radius: Any = orbit
+        spot = {"size": size, "crossings": crossings, "motion": motion, "power": power, "points": points}
+        return spot_light_curve(camera, radius, times, **spot)
+    check_viewer(camera)
+    way, highest = orbit_of("orbit", orbit), checked_index(max_index)
+    count = None if searches is None else whole_number("searches", searches, 2, 2000)
+    if isinstance(times, int | np.integer) and way.period is None:
+        raise ValueError("Argument `times` must be an array of times, as this orbit has no period.")
+    clock = clock_of(times, math.nan if way.period is None else way.period(camera.spin))
+    return _of_point(camera, way, clock, highest, count)
+
+
+def _of_point(
+    camera: Viewer, orbit: Orbit, times: Float[Array, " t"], highest: int, searches: int | None
+) -> SourceLightCurve:
+    """The light curve of a point; searches: moments at which all images are searched for."""
+    source, span = _span(camera, orbit, times, highest)
+    moments = searched(source, _moments(source.motion, span, searches), highest)
+    curves = image_curves(source, moments, highest)
+    wanted = [_lived(branch.points.arrival, times) for branch in curves.branches]
+    seen = seen_images(source, list(curves.branches), [times[which] for which in wanted])
+    return _light_curve(source, orbit, times, curves, wanted, seen)
+
+
+def _lived(arrival: Float[Array, " points"], times: Float[Array, " t"]) -> Array:
+    """The times within the life of an image."""
+    return np.flatnonzero((times > arrival[0]) & (times < arrival[-1]))
+
+
+def _span(
+    camera: Viewer, orbit: Orbit, times: Float[Array, " t"], max_index: int
+) -> tuple[Source, tuple[float, float]]:
+    """The source, and the first and last emission time of the light of all images at times."""
+    start = motion_about(orbit, camera.spin, (orbit.when, orbit.when))
+    there = checked_places(camera.spin, start, np.array([orbit.when]))
+    late, radius = _straight_time(camera, there.vector[0], float(there.radius[0])), float(there.radius[0])
+    ends = float(times.min()), float(times.max())
+    slack = _SLACK * (ends[1] - ends[0]) + 1.0
+    emitted = [ends[0] - late - _HALF_TURN * max_index, ends[1] - late]
+    room = 2 * radius + 2 * _HALF_TURN * (max_index + 1)
+    longer = radius + _HALF_TURN
+    source = Source(search_sky(camera), start)
+    for end, latest in ((1, False), (0, True)):
+        for _ in range(_SHIFTS):
+            known = min(*emitted, orbit.when) - room, max(*emitted, orbit.when) + room
+            source = replace(source, motion=motion_about(orbit, camera.spin, known))
+            emitted[end] = _within(source.motion, emitted[end], ends[end], known)
+            arrival = _arrivals(source, emitted[end], max_index)
+            if not len(arrival):
+                break
+            ahead = ends[end] - (arrival.max() if latest else arrival.min())
+            # All light of the first moment comes before the times, that of images that are gone by then too, which may
+            # take longer ways; and all of the last one after them.
+            low, high = (longer, longer + slack) if latest else (-slack, 0.0)
+            if low <= ahead <= high:
+                break
+            emitted[end] += ahead - (low + high) / 2
+    span = emitted[0], emitted[1]
+    checked_places(camera.spin, source.motion, np.linspace(*span, _CHECKED))
+    return source, span
+
+
+def _within(motion: Motion, emitted: float, time: float, known: tuple[float, float]) -> float:
+    """An emission time within the span of a motion; ValueError if the light of a time would have left after it."""
+    first, last = motion.span
+    if emitted > last and last < known[1]:
+        raise ValueError(
+            f"Argument `orbit` must stay outside the hole within `times`, but comes to the horizon before the light "
+            f"that arrives at t = {time:.6g} leaves."
+        )
+    return min(max(emitted, first), last)
+
+
+def _straight_time(camera: Viewer, vector: Float[Array, " 3"], radius: float) -> float:
+    """About the travel time of the direct light from a place."""
+    toward = from_angles(camera.inclination, 0.0)
+    if camera.sky_unit != "rad":
+        return -radius * float(vector @ toward)
+    return float(np.linalg.norm(radius * vector - camera.radius * toward))
+
+
+def _arrivals(source: Source, emitted: float, max_index: int) -> Float[Array, " images"]:
+    """When the light of all images arrives that leaves at one time."""
+    images = searched(source, np.array([emitted]), max_index)[0].images
+    if not len(images):
+        return np.empty(0)
+    return source.arrivals(images.sky, np.full(len(images), emitted), images.second_arrival).arrival
+
+
+def _moments(motion: Motion, span: tuple[float, float], searches: int | None) -> Float[Array, " n"]:
+    """Emission times of complete searches: evenly along the way."""
+    time = np.linspace(*span, _CHECKED)
+    places = motion.at(time)
+    way = lengths(np.diff(places.vector, axis=0)) + np.abs(np.diff(np.log(places.radius)))
+    way = np.concatenate([[0.0], np.cumsum(way + 1e-6)])
+    count = searches or min(max(math.ceil(way[-1] / _BETWEEN), _FEWEST), _MOST)
+    return np.interp(np.linspace(0, way[-1], count + 1), way, time)
+
+
+def _light_curve(
+    source: Source,
+    orbit: Orbit,
+    times: Float[Array, " t"],
+    curves: ImageCurves,
+    wanted: list[Array],
+    seen: list[SeenImages],
+) -> SourceLightCurve:
+    """The result, from the images at their times."""
+    searched_sky = source.searched
+    kept = [k for k, which in enumerate(wanted) if len(which)]
+    axes = searched_sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
+
+    def table(value: Callable[[SeenImages], Array], empty: float, *shape: int) -> Array:
+        rows = np.full((len(kept), len(times), *shape), empty)
+        for row, k in enumerate(kept):
+            rows[row, wanted[k]] = value(seen[k])
+        return rows
+
+    shares, off = table(lambda s: s.flux, 0.0), table(lambda s: s.error, 0.0)
+    sky = table(lambda s: searched_sky.shown(s.sky), math.nan, axes)
+    sky_error = table(lambda s: s.sky_error, math.nan)
+    flux = shares.sum(axis=0)
+    places = np.nan_to_num(sky)
+    centroid = (shares[:, :, None] * places).sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        centroid = centroid / (lengths(centroid) if axes == 3 else flux)[:, None]
+        apart = lengths(places - centroid)
+        centroid_error = (off * apart + shares * np.nan_to_num(sky_error)).sum(axis=0) / flux
+    unreached = sum(int((~s.reached).sum()) for s in seen)
+    remarks = list(curves.remarks)
+    if unreached:
+        remarks.append(f"{unreached} images at some of the times are known roughly")
+    turns = [turn for turn in curves.turns if times.min() <= turn.point.arrival[0] <= times.max()]
+    return SourceLightCurve(
+        camera=searched_sky.viewer,
+        orbit=orbit.words,
+        time=times,
+        flux=flux,
+        error=off.sum(axis=0),
+        index=np.array([curves.branches[k].index for k in kept], int),
+        shares=shares,
+        emission_time=table(lambda s: s.emitted, math.nan),
+        emission_time_error=table(lambda s: s.emitted_error, math.nan),
+        redshift=table(lambda s: s.redshift, math.nan),
+        sky=sky,
+        sky_error=sky_error,
+        centroid=centroid,
+        centroid_error=centroid_error,
+        events=tuple(_event(source, turn) for turn in sorted(turns, key=lambda turn: turn.point.arrival[0])),
+        certified=not remarks,
+        remarks=tuple(remarks),
+    )
+
+
+def _event(source: Source, turn: Turn) -> SourceEvent:
+    point, searched_sky = turn.point, source.searched
+    rays = source.arrivals(point.sky, point.time, point.second)
+    vector = rays.places.vector
+    theta, phi = float(polar_angle(vector)[0]), math.atan2(vector[0, 1], vector[0, 0])
+    return SourceEvent(
+        camera=searched_sky.viewer,
+        kind=event_kind(1.0 if turn.creates else -1.0),
+        order=turn.order,
+        time=float(point.arrival[0]),
+        emission_time=float(point.time[0]),
+        radius=float(rays.places.radius[0]),
+        theta=theta,
+        phi=phi,
+        sky=searched_sky.shown(point.sky)[0],
+        error=turn.error * float(point.rate[0]) + float(np.asarray(rays.beams.time_error)[0]),
+        sky_error=float(searched_sky.errors(point.sky, np.array([turn.sky_error]))[0]),
+    )

@@ -1,0 +1,182 @@
+"""The images of a moving source at times of the viewer: each found on its branch, with its light.
+
+The flux of a source of luminosity 1 that shines alike to all sides in its own frame is
+
+    F = g^4 / (4 pi sqrt(R) |det J|),
+
+with R the radial potential of its light and J the beam to its sphere: sqrt(R) |det J| is the area across the ray per
+solid angle, the same for all observers, so that the motion of the source enters through g alone.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from kerrcaustics.moving_sources.arrivals import Arrivals, Source
+from kerrcaustics.moving_sources.bent_steps import bent_way, between, hermite
+from kerrcaustics.moving_sources.image_curves import Branch
+from kerrcaustics.moving_sources.walks import Points
+from kerrcaustics.orbits.orbit import clock_rates
+from kerrcaustics.spacetime.frame import redshift
+from kerrcaustics.spacetime.sphere import lengths
+
+Array = np.ndarray
+
+# Steps to a place on a cubic, and Newton steps to the image itself.
+_HALVINGS, _STEPS = 50, 8
+# By how much a ray may miss the source, in its errors and at least, over the radius; and of a step, how far it may go
+# as a part of the way between the points beside it.
+_ERRORS, _CLOSE, _FARTHEST = 3.0, 1e-13, 0.5
+# Rounding of a frequency ratio.
+_OF_RATIO = 1e-13
+
+
+@dataclass(frozen=True)
+class SeenImages:
+    """One image at the times at which it is there, and what is seen of it. reached: whether it was found itself.
+
+    sky: on the search sky; sky_error on the viewer's.
+    """
+
+    sky: Float[Array, "n 3"]
+    emitted: Float[Array, " n"]
+    emitted_error: Float[Array, " n"]
+    redshift: Float[Array, " n"]
+    magnification: Float[Array, " n"]
+    flux: Float[Array, " n"]
+    error: Float[Array, " n"]
+    sky_error: Float[Array, " n"]
+    reached: Bool[Array, " n"]
+
+
+def seen_images(source: Source, branches: list[Branch], times: list[Float[Array, " n"]]) -> list[SeenImages]:
+    """The images of branches at times of the viewer, for each branch some within its life."""
+    starts = [_on_curve(source, branch.points, time) for branch, time in zip(branches, times, strict=True)]
+    sky, emitted, second, room = (np.concatenate([start[i] for start in starts]) for i in range(4))
+    wanted = np.concatenate(times)
+    rays, done = _found(source, source.arrivals(sky, emitted, second), wanted, room)
+    if not done.all():
+        # Beside the turning point of its ray an image may be there by the other arrival.
+        rest = np.flatnonzero(~done)
+        others = source.arrivals(sky[rest], emitted[rest], ~second[rest])
+        others, found = _found(source, others, wanted[rest], room[rest])
+        rays, done[rest] = rays.replaced(rest[found], others.part(found)), found
+    parts, first = [], 0
+    for branch, time in zip(branches, times, strict=True):
+        these = np.arange(first, first + len(time))
+        parts.append(_shown(rays, these, branch, time, done[these]))
+        first += len(time)
+    return parts
+
+
+def _on_curve(
+    source: Source, points: Points, time: Float[Array, " n"]
+) -> tuple[Float[Array, "n 3"], Float[Array, " n"], Bool[Array, " n"], Float[Array, " n"]]:
+    """Directions, emission times and arrivals by cubics between points; and how far the points are apart, radians."""
+    i = np.clip(np.searchsorted(points.arrival, time) - 1, 0, len(points) - 2)
+    one, other = points[i], points[i + 1]
+    way = lengths(bent_way(source.chart, one.sky, other.sky))
+    rise, fall = (_span(point, one, other, way) for point in (one, other))
+    slopes = [
+        (one.along * rise[:, None], one.along_time * rise),
+        (other.along * fall[:, None], other.along_time * fall),
+    ]
+    low, high, part = np.zeros(len(time)), np.ones(len(time)), np.zeros(len(time))
+    for _ in range(_HALVINGS):
+        part = (low + high) / 2
+        a, b, c, d = hermite(part)
+        late = a * one.arrival + b * other.arrival + c * one.rate * slopes[0][1] + d * other.rate * slopes[1][1]
+        low, high = np.where(late < time, part, low), np.where(late < time, high, part)
+    a, b, c, d = hermite(part)
+    emitted = a * one.time + b * other.time + c * slopes[0][1] + d * slopes[1][1]
+    sky = between(source.chart, (one.sky, other.sky), (slopes[0][0], slopes[1][0]), part)
+    second = np.where(part < 0.5, one.second, other.second)
+    return sky, emitted, second, np.maximum(way, 1e-12)
+
+
+def _span(point: Points, one: Points, other: Points, way: Float[Array, " n"]) -> Float[Array, " n"]:
+    """The length of the way between neighbours in steps of the curve, at one of them."""
+    return np.sqrt(
+        (way**2 + ((other.time - one.time) / point.moment * _per_radian(point)) ** 2)
+        / (lengths(point.along) ** 2 + (point.along_time / point.moment * _per_radian(point)) ** 2)
+    )
+
+
+def _per_radian(point: Points) -> Float[Array, " n"]:
+    """Radians on the sky that count as much as a step of length 1 in time."""
+    return 1 / np.sqrt(np.linalg.det(point.metric))
+
+
+def _found(
+    source: Source, rays: Arrivals, wanted: Float[Array, " n"], room: Float[Array, " n"]
+) -> tuple[Arrivals, Bool[Array, " n"]]:
+    """Rays that come to the source at arrival times, by Newton's method, and where they do."""
+    done = np.zeros(len(wanted), bool)
+    for _ in range(_STEPS):
+        rays, done = _closer(source, rays, wanted, room)
+        if done.all():
+            break
+    return rays, done
+
+
+def _closer(
+    source: Source, rays: Arrivals, wanted: Float[Array, " n"], room: Float[Array, " n"]
+) -> tuple[Arrivals, Bool[Array, " n"]]:
+    """Rays a Newton step closer to the source at arrival times, and where they have come to it before."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        late = (wanted - rays.arrival) / rays.rate
+        off = lengths(rays.miss)
+        timed = np.abs(wanted - rays.arrival) <= 4 * (np.asarray(rays.beams.time_error) + np.spacing(np.abs(wanted)))
+        done = rays.reach & (off <= _CLOSE + _ERRORS * rays.beams.error) & timed
+        wish = -rays.miss - rays.by_time * late[:, None]
+        matrix = rays.by_sky.copy()
+        broken = ~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(wish).all(axis=1) | (rays.determinant == 0)
+        matrix[broken] = np.eye(2)
+        step = np.linalg.solve(matrix, wish[:, :, None])[:, :, 0]
+        step *= np.minimum(1, _FARTHEST * room / np.maximum(lengths(step), 1e-300))[:, None]
+    still = done | broken
+    step[still], late[still] = 0.0, 0.0
+    if done.all():
+        return rays, done
+    return source.arrivals(rays.stepped(step), rays.time + late, rays.second), done
+
+
+def _shown(
+    rays: Arrivals, these: Array, branch: Branch, time: Float[Array, " n"], done: Bool[Array, " n"]
+) -> SeenImages:
+    """What is seen of an image, with the errors."""
+    source, searched = rays.source, rays.source.searched
+    beams, sky = rays.beams, rays.sky[these]
+    plus, minus = beams.delta_plus[these], np.abs(beams.delta_minus[these])
+    place = searched.shown(sky)
+    stretch = searched.stretch(place)
+    size = searched.still_lengths(sky) * stretch
+    at_infinity = redshift(searched.search_camera.frame(), sky) / stretch
+    clock = np.sqrt(clock_rates(source.spin, rays.places))[these]
+    ratio = at_infinity * clock / rays.rate[these]
+    root, off_root = (part[these] for part in rays.radial_root)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        magnification = size**2 / (plus * minus)
+        flux = ratio**4 * magnification / (4 * math.pi * root)
+        late, off = np.asarray(beams.time_error)[these], beams.error[these] + lengths(rays.miss[these])
+        lost = 2 * beams.jacobian_error[these] * plus / minus + off * plus / minus + off_root + 4 * _OF_RATIO
+        speed = lengths(rays.by_time[these])
+        for turn in (branch.born, branch.dies):
+            if turn is not None:
+                # The light goes by the root of the distance from the caustic, that is of the time from the event.
+                away = np.abs(time - turn.point.arrival[0])
+                lost = lost + (turn.error + late + off / np.maximum(speed, 1e-300) * rays.rate[these]) / (2 * away)
+        error = np.minimum(np.where(done, lost, 1.0), 1.0) * flux
+    return SeenImages(
+        sky=sky,
+        emitted=rays.time[these],
+        emitted_error=late / rays.rate[these] + np.abs(time - rays.arrival[these]),
+        redshift=ratio,
+        magnification=magnification,
+        flux=flux,
+        error=error,
+        sky_error=searched.errors(sky, off / minus),
+        reached=done,
+    )

@@ -1,0 +1,285 @@
+"""Image curves: the images of a moving source, followed along it, through folds where two of them meet.
+
+Images are curves in (N, t), direction and emission time (arrivals.py). They are followed by their arc length: so the
+places where the emission time turns back along them, where a pair of images appears or vanishes, are like all others.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.moving_sources.arrivals import Arrivals, Source
+from kerrcaustics.moving_sources.bent_steps import bent_step, bent_way, carried
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import lengths, tangent_basis
+
+Array = np.ndarray
+
+# Steps, in radians of the source's sphere: the first, the longest, the shortest, the shortest across the turning point
+# of a ray; and how many are taken at most.
+_FIRST, _LONGEST, _SHORTEST, _BEYOND, _MOST_STEPS = 0.1, 0.3, 1e-7, 0.03, 400
+# Newton steps to the curve; a correction that is longer than this part of a step, or a direction that turns by a cosine
+# below this, asks for a shorter step.
+_NEWTON, _LONG_CORRECTION, _STRAIGHT = 5, 0.3, 0.95
+# By how much a ray may miss the source, over the radius: at least, and in errors of the ray.
+_CLOSE, _ERRORS = 1e-11, 4.0
+# Of the search for a fold: its most steps, and the part of the time in the direction of the curve that is left there.
+_BISECTIONS, _LEVEL = 40, 1e-11
+
+
+@dataclass(frozen=True)
+class Points(Rows):
+    """Points of image curves.
+
+    sky, time: direction and emission time; second: whether the ray arrives at the sphere for the second time; index:
+    Morse index; arrival: when the light arrives, and rate, its change by that of time; metric and moment: steps dN
+    along `tangent_basis(N)` and dt have the length |(metric dN, dt / moment)|, in radians about the source's hole;
+    along, along_time: the change of both per step of length 1 on the curve.
+    """
+
+    sky: Float[Array, "n 3"]
+    time: Float[Array, " n"]
+    second: Bool[Array, " n"]
+    index: Int[Array, " n"]
+    arrival: Float[Array, " n"]
+    rate: Float[Array, " n"]
+    metric: Float[Array, "n 2 2"]
+    moment: Float[Array, " n"]
+    along: Float[Array, "n 3"]
+    along_time: Float[Array, " n"]
+
+    @classmethod
+    def at(cls, rays: Arrivals, longest: Float[Array, " n"] | float, toward: "Points | Float[Array, ' n']") -> "Points":
+        """Points where rays arrive at the source.
+
+        longest: of a step in time; toward: points that they continue, or signs of the change of time along them.
+        """
+        metric = _metric(rays)
+        moment = 1 / np.maximum(lengths(rays.by_time), 1 / longest)
+        rows = np.concatenate(
+            [rays.by_sky @ np.linalg.inv(metric), (rays.by_time * moment[:, None])[:, :, None]], axis=2
+        )
+        across = np.cross(rows[:, 0], rows[:, 1])
+        across /= lengths(across)[:, None]
+        flat = np.linalg.solve(metric, across[:, :2, None])[:, :, 0]
+        one, other = tangent_basis(rays.sky)
+        along, along_time = flat[:, :1] * one + flat[:, 1:] * other, moment * across[:, 2]
+        if isinstance(toward, Points):
+            before = toward.seen_from(rays, metric, moment)
+            same = (before * across).sum(axis=1)
+        else:
+            same = along_time * toward
+        sense = np.where(same < 0, -1.0, 1.0)
+        return cls(
+            sky=rays.sky,
+            time=rays.time,
+            second=rays.second,
+            index=np.asarray(rays.beams.index, int),
+            arrival=rays.arrival,
+            rate=rays.rate,
+            metric=metric,
+            moment=moment,
+            along=along * sense[:, None],
+            along_time=along_time * sense,
+        )
+
+    def seen_from(
+        self, rays: Arrivals, metric: Float[Array, "n 2 2"], moment: Float[Array, " n"]
+    ) -> Float[Array, "n 3"]:
+        """The directions of the curve here, in the units of a metric at other places."""
+        along = carried(rays.source.chart, self.sky, self.along, rays.sky)
+        return _measured(metric, moment, rays.sky, along, self.along_time)
+
+
+def _metric(rays: Arrivals) -> Float[Array, "n 2 2"]:
+    """The metric of steps on the sky: their length at the source, and their part of the way to the hole."""
+    away = lengths(rays.sky + np.array([1.0, 0.0, 0.0]))
+    square = np.swapaxes(rays.by_sky, 1, 2) @ rays.by_sky
+    square = square + (1 / np.maximum(away, 1e-12) ** 2)[:, None, None] * np.eye(2)
+    square[~np.isfinite(square).all(axis=(1, 2))] = np.eye(2)
+    return np.swapaxes(np.linalg.cholesky(square), 1, 2)
+
+
+def _measured(
+    metric: Float[Array, "n 2 2"],
+    moment: Float[Array, " n"],
+    sky: Float[Array, "n 3"],
+    step: Float[Array, "n 3"],
+    step_time: Float[Array, " n"],
+) -> Float[Array, "n 3"]:
+    """Steps from directions and times, in the units of a metric there."""
+    one, other = tangent_basis(sky)
+    flat = np.stack([(step * one).sum(axis=1), (step * other).sum(axis=1)], axis=-1)
+    return np.concatenate([(metric @ flat[:, :, None])[:, :, 0], (step_time / moment)[:, None]], axis=1)
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A way along a curve from one moment of the source, to the same or another one. landed: it came to one."""
+
+    points: Points
+    landed: bool
+
+
+def walk(
+    source: Source, start: Points, low: Float[Array, " n"], high: Float[Array, " n"], sense: Float[Array, " n"]
+) -> list[Walk]:
+    """Follow curves from points at the time `low` or `high` until they come to either again.
+
+    sense: 1 to start with growing time, -1 with falling time.
+    """
+    n = len(start)
+    gap = high - low
+    rays = source.arrivals(start.sky, start.time, start.second)
+    now = Points.at(rays, gap, sense)
+    tracks = [[i] for i in range(n)]
+    record = now
+    step, other = np.full(n, _FIRST), np.zeros(n, bool)
+    active, landed = np.arange(n), np.zeros(n, bool)
+    for _ in range(_MOST_STEPS):
+        here = now[active]
+        # Beyond the turning point of its ray an image arrives the other way: it is looked for well beyond.
+        h = np.where(other[active], np.clip(4 * step[active], _BEYOND, _LONGEST), step[active])
+        ahead = here.time + h * here.along_time
+        bound = np.where(here.along_time > 0, high[active], low[active])
+        lands = np.where(here.along_time > 0, ahead >= bound, ahead <= bound) & (here.along_time != 0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = np.where(lands, (bound - here.time) / here.along_time, h)
+        trial, good = _stepped(source, here, reach, lands, here.second ^ other[active], gap[active])
+        # A curve may turn back before it lands; a point beyond the bound is no part of the walk.
+        good &= lands | ((trial.time > low[active]) & (trial.time < high[active]))
+        taken = active[good]
+        first = len(record)
+        record = record.joined(trial[good])
+        for k, i in enumerate(taken.tolist()):
+            tracks[i].append(first + k)
+        now = _replaced(now, taken, trial[good])
+        landed[active[good & lands]] = True
+        step[taken] = np.minimum(np.maximum(1.6 * reach[good], step[taken] * 0.8), _LONGEST)
+        # A step that fails is tried with the other arrival at the sphere, then shortened.
+        failed = active[~good]
+        shorten = other[failed]
+        step[failed] = np.where(shorten, step[failed] / 2, reach[~good])
+        other[failed] = ~shorten
+        other[taken] = False
+        active = active[(~landed & ((step > _SHORTEST) | other))[active]]
+        if not len(active):
+            break
+    return [Walk(record[np.array(track)], bool(landed[i])) for i, track in enumerate(tracks)]
+
+
+def _replaced(points: Points, which: Int[Array, " some"], others: Points) -> Points:
+    order = np.arange(len(points))
+    order[which] = len(points) + np.arange(len(which))
+    return points.joined(others)[order]
+
+
+def _stepped(
+    source: Source,
+    here: Points,
+    h: Float[Array, " n"],
+    lands: Bool[Array, " n"],
+    second: Bool[Array, " n"],
+    gap: Float[Array, " n"],
+) -> tuple[Points, Bool[Array, " n"]]:
+    """Points a step on, and whether they continue the curve; lands: their time is fixed."""
+    sky = bent_step(source.chart, here.sky, h[:, None] * here.along)
+    time = here.time + h * here.along_time
+    rays = source.arrivals(sky, time, second)
+    moved, close = np.zeros(len(h)), np.zeros(len(h), bool)
+    for _ in range(_NEWTON):
+        change, change_time = _correction(rays, here, lands)
+        flat = (here.metric @ change[:, :, None])[:, :, 0]
+        moved += np.sqrt((flat**2).sum(axis=1) + (change_time / here.moment) ** 2)
+        with np.errstate(invalid="ignore"):
+            bad = ~np.isfinite(moved) | (moved > 1)
+        change[bad], change_time[bad] = 0.0, 0.0
+        rays = source.arrivals(rays.stepped(change), rays.time + change_time, second)
+        with np.errstate(invalid="ignore"):
+            close = ~bad & rays.reach & (lengths(rays.miss) < _CLOSE + _ERRORS * rays.beams.error)
+        if (close | bad).all():
+            break
+    with np.errstate(invalid="ignore", divide="ignore"):
+        trial = Points.at(rays, gap, here)
+        before = here.seen_from(rays, trial.metric, trial.moment)
+        after = _measured(trial.metric, trial.moment, trial.sky, trial.along, trial.along_time)
+        straight = (before * after).sum(axis=1) > _STRAIGHT * lengths(before) * lengths(after)
+        folds = trial.along_time * here.along_time < 0
+        index = np.where(folds, np.abs(trial.index - here.index) == 1, trial.index == here.index)
+    good = close & (moved < _LONG_CORRECTION * np.abs(h) + 1e-9) & straight & index
+    return trial, good
+
+
+def _correction(
+    rays: Arrivals, here: Points, lands: Bool[Array, " n"]
+) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
+    """The Newton step to the curve, at right angles to it or at a fixed time."""
+    matrix = np.zeros((len(lands), 3, 3))
+    unit = np.linalg.inv(here.metric)
+    matrix[:, :2, :2] = rays.by_sky @ unit
+    matrix[:, :2, 2] = rays.by_time * here.moment[:, None]
+    ahead = here.seen_from(rays, here.metric, here.moment)
+    matrix[:, 2] = np.where(lands[:, None], np.array([0.0, 0.0, 1.0]), ahead)
+    wish = np.concatenate([-rays.miss, np.zeros((len(lands), 1))], axis=1)
+    broken = ~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(wish).all(axis=1)
+    matrix[broken] = np.eye(3)
+    singular = np.linalg.det(matrix) == 0
+    matrix[singular] = np.eye(3)
+    broken |= singular
+    step = np.linalg.solve(matrix, wish[:, :, None])[:, :, 0]
+    step[broken] = np.nan
+    return (unit @ step[:, :2, None])[:, :, 0], step[:, 2] * here.moment
+
+
+def turning_points(source: Source, one: Points, other: Points) -> tuple[Points, Float[Array, " n"], Float[Array, " n"]]:
+    """The folds between neighbours on a curve: points, errors of their emission times, errors of their directions.
+
+    There the time turns back, so that an error of the direction along the curve changes it in the second order.
+    """
+    span = lengths(_apart(source, one, other))
+    base, left = one, span.copy()
+    value, far = _lean(one), _lean(other) * np.sign(_along(source, one, other))
+    best = one
+    for _ in range(_BISECTIONS):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.clip(np.nan_to_num(value / (value - far), nan=0.5), 0.02, 0.98)
+        trial, good = _stepped(source, base, part * left, np.zeros(len(one), bool), base.second, np.full(len(one), 1e3))
+        lean = _lean(trial)
+        before = good & (lean * value > 0)
+        after = good & ~before
+        better = good & ~(np.abs(lean) > np.abs(_lean(best)))
+        best = _replaced(best, np.flatnonzero(better), trial[better])
+        left = np.where(before, (1 - part) * left, np.where(after, part * left, left / 2))
+        far = np.where(after, lean, far)
+        # Illinois: an end that stays counts half, so that both close in.
+        value, far = np.where(before, lean, np.where(after, value / 2, value)), np.where(before, far / 2, far)
+        base = _replaced(base, np.flatnonzero(before), trial[before])
+        value = np.where(before, _lean(base), value)
+        if (np.abs(_lean(best)) < _LEVEL).all():
+            break
+    rays = source.arrivals(best.sky, best.time, best.second)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend = np.abs(_lean(other) - _lean(one)) / span
+        off = (rays.beams.jacobian_error + rays.beams.error + np.abs(_lean(best))) / bend
+        late = rays.beams.error / lengths(rays.by_time) + off**2 * bend * best.moment
+    return best, late, off * lengths(best.along)
+
+
+def _lean(points: Points) -> Float[Array, " n"]:
+    """The part of the time in the direction of the curve."""
+    return points.along_time / points.moment
+
+
+def _apart(source: Source, one: Points, other: Points) -> Float[Array, "n 3"]:
+    """From points to others, about, in the units of the first."""
+    return _measured(one.metric, one.moment, one.sky, bent_way(source.chart, one.sky, other.sky), other.time - one.time)
+
+
+def _along(source: Source, one: Points, other: Points) -> Float[Array, " n"]:
+    """Positive where both look the same way along the curve."""
+    ahead = carried(source.chart, other.sky, other.along, one.sky)
+    return (
+        _measured(one.metric, one.moment, one.sky, one.along, one.along_time)
+        * _measured(one.metric, one.moment, one.sky, ahead, other.along_time)
+    ).sum(axis=1)

@@ -1,0 +1,1 @@
+"""Motions of bodies about the hole."""

@@ -1,0 +1,143 @@
+"""Light curves of points on any orbit, against numbers of another code, images of sources at rest, and energy."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.orbits.orbit import clock_rates, motion_about, orbit_of
+
+CAMERA = kc.Camera(spin=0.9, radius=50, inclination=1.0, velocity="fiducial")
+OBSERVER = kc.Observer(spin=0.9, inclination=1.0)
+INCLINED = kc.Orbit.geodesic(8.0, 1.2, 0.3, (-0.05, 0.1, 0.35), time=3.0)
+
+
+def angles(vector):
+    """theta and phi of unit vectors."""
+    return np.arctan2(np.hypot(vector[..., 0], vector[..., 1]), vector[..., 2]), np.arctan2(
+        vector[..., 1], vector[..., 0]
+    )
+
+
+@pytest.mark.parametrize(
+    "orbit",
+    [INCLINED, kc.Orbit.kepler(100.0, 0.9, 0.3, 0.2, 0.4), kc.Orbit.function(lambda t: (9 + 0.01 * t, 1.2, 0.02 * t))],
+)
+def test_rates_are_those_of_the_places(orbit):
+    motion, time, step = motion_about(orbit, 0.9, (-60.0, 500.0)), np.linspace(-50, 490, 19), 1e-3
+    here, before, after = (motion.at(time + late) for late in (0, -step, step))
+    assert np.abs((after.vector - before.vector) / (2 * step) - here.rate).max() < 1e-7
+    assert np.abs((after.radius - before.radius) / (2 * step) - here.radius_rate).max() < 1e-7
+
+
+def test_a_circle_is_the_geodesic_that_it_is():
+    radius, spin, time = 8.0, 0.9, np.linspace(0, 500, 7)
+    told = kc.Orbit.function(lambda t: (radius, math.pi / 2, t / (radius**1.5 + spin)))
+    circle, other = (motion_about(orbit, spin, (0.0, 500.0)).at(time) for orbit in (orbit_of("orbit", radius), told))
+    assert np.abs(circle.vector - other.vector).max() < 1e-10
+    u_t = kc.Camera(spin, radius, velocity="circular").clock_rate
+    assert clock_rates(spin, circle) == pytest.approx(u_t**-2, rel=1e-11)
+
+
+def test_travel_times_are_those_of_another_code():
+    camera = kc.Camera(spin=0.8, radius=1000.0, inclination=math.radians(17))
+    still = kc.Orbit.function(lambda t: (10.0, math.radians(89.9), math.radians(-45.0)))
+    light = kc.light_curve(camera, still, [1000.0, 1100.0], max_index=3)
+    # KerrP2P, as in the reference numbers: near_source_images.
+    times = [1007.7900780693874, 1037.3898567339015, 1050.660102999578, 1066.9609330663752]
+    assert light.certified
+    assert light.travel_time[:, 0] == pytest.approx(times, abs=2e-7)
+
+
+@pytest.fixture(scope="module")
+def inclined():
+    """The light of the inclined orbit, which passes turning points of rays and two pair events."""
+    return kc.light_curve(CAMERA, INCLINED, np.linspace(100.0, 190.0, 60))
+
+
+@pytest.mark.slow
+def test_images_are_those_of_a_source_at_rest_at_its_place(inclined):
+    assert inclined.certified
+    motion = motion_about(INCLINED, 0.9, (-100.0, 300.0))
+    for i, j in ((0, 5), (1, 30), (3, 10)):
+        emitted = inclined.emission_time[i, j]
+        place = motion.at(np.array([emitted]))
+        theta, phi = (float(angle[0]) for angle in angles(place.vector))
+        images = kc.star_images(CAMERA, (theta, phi), 2, end=float(place.radius[0]))
+        away = np.linalg.norm(images.sky - inclined.sky[i, j], axis=1)
+        k = int(np.argmin(away))
+        assert away[k] < 1e-9
+        assert images.index[k] == inclined.index[i]
+        assert emitted + images.time[k] == pytest.approx(inclined.time[j], abs=1e-6)
+
+
+@pytest.mark.slow
+def test_the_frequency_ratio_is_that_of_arrival_times():
+    """In place of momenta: light that is sent dtau apart arrives dtau / g apart at a viewer at rest far away."""
+    step = 2e-3
+    fine = kc.light_curve(OBSERVER, INCLINED, 95.0 + np.array([-step, step]) / 2)
+    motion = motion_about(INCLINED, 0.9, (-100.0, 300.0))
+    for i in range(len(fine.index)):
+        emitted = fine.emission_time[i]
+        clock = math.sqrt(clock_rates(0.9, motion.at(np.array([emitted.mean()])))[0])
+        assert clock * np.diff(emitted)[0] / step == pytest.approx(fine.redshift[i].mean(), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_pairs_are_there_between_their_events(inclined):
+    assert [(event.kind, event.order) for event in inclined.events] == [
+        ("creation", 3),
+        ("annihilation", 3),
+        ("creation", 2),
+        ("annihilation", 2),
+    ]
+    for event in inclined.events:
+        near = kc.light_curve(CAMERA, INCLINED, event.time + np.array([-2e-3, -1e-3, 1e-3, 2e-3]))
+        there = np.isfinite(near.emission_time).sum(axis=0)
+        sign = 1 if event.kind == "creation" else -1
+        step = there[2] - there[1]
+        # Of a pair with the highest index the other image is not followed.
+        assert step == sign * (1 if event.order == 3 else 2)
+        # The flux of an image goes by the root of the time to the event.
+        side = slice(2, 4) if sign > 0 else slice(0, 2)
+        pair = [i for i in range(len(near.index)) if np.isfinite(near.emission_time[i]).sum() == 2]
+        for i in pair:
+            ratio = near.shares[i, side][0 if sign > 0 else 1] / near.shares[i, side][1 if sign > 0 else 0]
+            assert ratio == pytest.approx(math.sqrt(2), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: kc.light_curve(CAMERA, INCLINED), "`times` must be an array of times, as this orbit has no period"),
+        (lambda: kc.light_curve(CAMERA, INCLINED, [math.nan]), "`times` must be"),
+        (lambda: kc.light_curve(CAMERA, INCLINED, [1.0], searches=1), "`searches` must be a whole number from 2"),
+        (lambda: kc.light_curve(CAMERA, 8.0, source="ball"), "`source` must be one of point, spot"),
+        (lambda: kc.light_curve(CAMERA, lambda t: (9.0, 1.2, 0.5 * t), [60.0]), "`orbit` must be slower than light"),
+        (
+            lambda: kc.light_curve(CAMERA, lambda t: (9.0, 1.2), [60.0]),
+            "`orbit` must be a function of time that returns",
+        ),
+        (lambda: kc.light_curve(CAMERA, lambda t: (1.2, 1.2, 0.0), [60.0]), "`orbit` must stay outside the horizon"),
+        (
+            lambda: kc.light_curve(CAMERA, kc.Orbit.geodesic(4.0, velocity="static"), [200.0]),
+            "`orbit` must stay outside the hole within `times`",
+        ),
+        (lambda: kc.Orbit.kepler(-1.0), "`semi_major_axis` must be positive"),
+        (lambda: kc.Orbit.kepler(9.0, 1.0), "`eccentricity` must lie in"),
+        (lambda: kc.Orbit.kepler(9.0, 0.1, 4.0), "`inclination` must lie in"),
+        (lambda: kc.Orbit.geodesic(9.0, velocity=(0.9, 0.9, 0.0)), "`velocity` must have a speed below 1"),
+        (lambda: kc.Orbit.geodesic(9.0, velocity="fast"), "`velocity` must be circular, fiducial, static or three"),
+        (lambda: kc.Orbit.geodesic(math.nan), "`radius` must be a finite number"),
+        (
+            lambda: kc.light_curve(CAMERA, "far", [1.0], source="point"),
+            "`orbit` must be a radius, an Orbit or a function",
+        ),
+    ],
+)
+def test_bad_input_gets_one_line(call, words):
+    with pytest.raises(ValueError, match="Argument ") as error:
+        call()
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
