@@ -25,19 +25,24 @@ _KINDS = {float: "a number", int: "a whole number", str: "a text"}
 _COUNTS = {2: "two", 3: "three"}
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """The content of a TOML file as plain data; a ValueError of one line with the reason if it cannot be read."""
+def read_toml(path: str | Path, holds: str = "scene") -> dict[str, Any]:
+    """The content of a TOML file as plain data; a ValueError of one line with the reason if it cannot be read.
+
+    holds: the name of what is in it, for that line.
+    """
     check_name(path)
     path = Path(path)
     try:
         return decoded(read_text(path, _LONGEST))
     except OSError as error:
-        raise ValueError(f"Argument SCENE must name a file that can be read: {path}: {error.strerror}.") from None
+        raise ValueError(
+            f"Argument {holds.upper()} must name a file that can be read: {path}: {error.strerror}."
+        ) from None
     except UnicodeDecodeError:
-        raise ValueError(f"Scene {path}: it is no text in UTF-8.") from None
+        raise ValueError(f"{holds.capitalize()} {path}: it is no text in UTF-8.") from None
     except (msgspec.DecodeError, RecursionError) as error:
         what = TOO_DEEP if isinstance(error, RecursionError) else str(error)
-        raise ValueError(f"Scene {path}: {' '.join((what[:1].lower() + what[1:]).split())}.") from None
+        raise ValueError(f"{holds.capitalize()} {path}: {' '.join((what[:1].lower() + what[1:]).split())}.") from None
 
 
 def decoded(text: str) -> dict[str, Any]:
@@ -58,7 +63,7 @@ def is_too_deep(table: dict[str, Any]) -> bool:
     return bool(level)
 
 
-def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path) -> Kind:
+def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path, holds: str = "scene") -> Kind:
     """Plain data as a struct; raises a ValueError of one line that names the entry and what it must be.
 
     Words are declared as `Literal`, ranges of numbers as `msgspec.Meta`, whose description is their unit.
@@ -66,7 +71,7 @@ def as_struct(table: dict[str, Any], kind: type[Kind], path: str | Path) -> Kind
     try:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
-        raise ValueError(f"Scene {path}: {_plainly(str(error), table, kind)}") from None
+        raise ValueError(f"{holds.capitalize()} {path}: {_plainly(str(error), table, kind)}") from None
 
 
 def numbers_in(value: Any, place: str = "") -> Iterator[tuple[str, float]]:

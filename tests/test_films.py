@@ -18,7 +18,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.caustic_films import Mapping, caustics_frame
 from kerrcaustics.draw.films import SIZE, Film, write_film
-from kerrcaustics.draw.orbit_films import Orbit
+from kerrcaustics.draw.orbit_films import OrbitFrames
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.films import film as film_module, frame_store
 from kerrcaustics.films.film import FilmResult, FramesFailed, frames_folder, make_film
@@ -240,9 +240,9 @@ def test_bad_input(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def orbit() -> Orbit:
+def orbit() -> OrbitFrames:
     camera = kc.Camera(0.999, 6.03)
-    return Orbit(kc.star_tracks(camera, math.radians(77), 2), kc.caustics(camera, orders=3), 120)
+    return OrbitFrames(kc.star_tracks(camera, math.radians(77), 2), kc.caustics(camera, orders=3), 120)
 
 
 @pytest.mark.slow

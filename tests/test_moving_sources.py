@@ -1,23 +1,20 @@
 """Light curves of points on any orbit, against numbers of another code, images of sources at rest, and energy."""
 
+import csv
+import json
 import math
 
 import numpy as np
 import pytest
+from command_line import run
 
 import kerrcaustics as kc
-from kerrcaustics.orbits.orbit import clock_rates, motion_about, orbit_of
+from kerrcaustics.orbits.orbit import clock_rates, orbit_of
+from kerrcaustics.orbits.orbit_file import read_orbit
 
 CAMERA = kc.Camera(spin=0.9, radius=50, inclination=1.0, velocity="fiducial")
 OBSERVER = kc.Observer(spin=0.9, inclination=1.0)
 INCLINED = kc.Orbit.geodesic(8.0, 1.2, 0.3, (-0.05, 0.1, 0.35), time=3.0)
-
-
-def angles(vector):
-    """theta and phi of unit vectors."""
-    return np.arctan2(np.hypot(vector[..., 0], vector[..., 1]), vector[..., 2]), np.arctan2(
-        vector[..., 1], vector[..., 0]
-    )
 
 
 @pytest.mark.parametrize(
@@ -25,7 +22,7 @@ def angles(vector):
     [INCLINED, kc.Orbit.kepler(100.0, 0.9, 0.3, 0.2, 0.4), kc.Orbit.function(lambda t: (9 + 0.01 * t, 1.2, 0.02 * t))],
 )
 def test_rates_are_those_of_the_places(orbit):
-    motion, time, step = motion_about(orbit, 0.9, (-60.0, 500.0)), np.linspace(-50, 490, 19), 1e-3
+    motion, time, step = orbit.about(0.9, (-60.0, 500.0)), np.linspace(-50, 490, 19), 1e-3
     here, before, after = (motion.at(time + late) for late in (0, -step, step))
     assert np.abs((after.vector - before.vector) / (2 * step) - here.rate).max() < 1e-7
     assert np.abs((after.radius - before.radius) / (2 * step) - here.radius_rate).max() < 1e-7
@@ -34,7 +31,7 @@ def test_rates_are_those_of_the_places(orbit):
 def test_a_circle_is_the_geodesic_that_it_is():
     radius, spin, time = 8.0, 0.9, np.linspace(0, 500, 7)
     told = kc.Orbit.function(lambda t: (radius, math.pi / 2, t / (radius**1.5 + spin)))
-    circle, other = (motion_about(orbit, spin, (0.0, 500.0)).at(time) for orbit in (orbit_of("orbit", radius), told))
+    circle, other = (orbit.about(spin, (0.0, 500.0)).at(time) for orbit in (orbit_of("orbit", radius), told))
     assert np.abs(circle.vector - other.vector).max() < 1e-10
     u_t = kc.Camera(spin, radius, velocity="circular").clock_rate
     assert clock_rates(spin, circle) == pytest.approx(u_t**-2, rel=1e-11)
@@ -59,11 +56,11 @@ def inclined():
 @pytest.mark.slow
 def test_images_are_those_of_a_source_at_rest_at_its_place(inclined):
     assert inclined.certified
-    motion = motion_about(INCLINED, 0.9, (-100.0, 300.0))
+    motion = INCLINED.about(0.9, (-100.0, 300.0))
     for i, j in ((0, 5), (1, 30), (3, 10)):
         emitted = inclined.emission_time[i, j]
         place = motion.at(np.array([emitted]))
-        theta, phi = (float(angle[0]) for angle in angles(place.vector))
+        theta, phi = place.angles[0].tolist()
         images = kc.star_images(CAMERA, (theta, phi), 2, end=float(place.radius[0]))
         away = np.linalg.norm(images.sky - inclined.sky[i, j], axis=1)
         k = int(np.argmin(away))
@@ -77,7 +74,7 @@ def test_the_frequency_ratio_is_that_of_arrival_times():
     """In place of momenta: light that is sent dtau apart arrives dtau / g apart at a viewer at rest far away."""
     step = 2e-3
     fine = kc.light_curve(OBSERVER, INCLINED, 95.0 + np.array([-step, step]) / 2)
-    motion = motion_about(INCLINED, 0.9, (-100.0, 300.0))
+    motion = INCLINED.about(0.9, (-100.0, 300.0))
     for i in range(len(fine.index)):
         emitted = fine.emission_time[i]
         clock = math.sqrt(clock_rates(0.9, motion.at(np.array([emitted.mean()])))[0])
@@ -141,3 +138,68 @@ def test_bad_input_gets_one_line(call, words):
         call()
     assert words in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_orbits_of_files_are_those_of_their_numbers(tmp_path):
+    path = tmp_path / "orbit.toml"
+    path.write_text('kind = "geodesic"\nradius = 8\ntheta = 70.0\nvelocity = [-0.05, 0.1, 0.35]\n')
+    assert read_orbit(path).words == kc.Orbit.geodesic(8.0, math.radians(70), velocity=(-0.05, 0.1, 0.35)).words
+    path.write_text('kind = "kepler"\nsemi_major_axis = 60\neccentricity = 0.5\nnode = 30\n')
+    assert read_orbit(path).words == kc.Orbit.kepler(60.0, 0.5, node=math.radians(30)).words
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('kind = "geodesic"\nradiu = 8.0', "unknown key `radiu`; did you mean radius?"),
+        ('kind = "circle"\nradius = 8.0', "kind must be"),
+        ('kind = "geodesic"\nradius = nan', "radius must be a finite number, but is nan."),
+        ('kind = "kepler"\nsemi_major_axis = -3.0', "`semi_major_axis` must be positive"),
+    ],
+)
+def test_bad_orbit_files_get_one_line(text, words, tmp_path):
+    path = tmp_path / "orbit.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=r"^(Orbit|Argument) ") as error:
+        read_orbit(path)
+    assert words in str(error.value) and "\n" not in str(error.value)
+
+
+def test_tables_hold_the_light_of_each_time(tmp_path):
+    fits = pytest.importorskip("astropy.io.fits")
+    still = kc.Orbit.function(lambda t: (10.0, 1.2, 0.4))
+    light = kc.light_curve(OBSERVER, still, [0.0, 10.0], max_index=1)
+    light.to_csv(tmp_path / "light.csv")
+    names, *rows = csv.reader((tmp_path / "light.csv").open())
+    table = dict(zip(names, np.array(rows, float).T, strict=True))
+    light.to_fits(tmp_path / "light.fits")
+    with fits.open(tmp_path / "light.fits") as units:
+        assert units["LIGHT"].columns.names == names and units["LIGHT"].header["CERTIF"]
+        for name in names:
+            np.testing.assert_array_equal(units["LIGHT"].data[name], table[name])
+    np.testing.assert_array_equal(table["flux"], light.flux)
+    np.testing.assert_array_equal(table["sky_2_beta"], light.sky[1, :, 1])
+    np.testing.assert_array_equal(table["index_2"], [1, 1])
+
+
+@pytest.mark.slow
+def test_command_follows_an_orbit_of_a_file(capsys, tmp_path):
+    path, table, figure = (tmp_path / name for name in ("orbit.toml", "light.csv", "light.png"))
+    path.write_text('kind = "kepler"\nsemi_major_axis = 40\neccentricity = 0.3\n')
+    options = ["--spin", 0.5, "--radius", "inf", "--inclination", 50, "--orbit", path, "--max-index", 1]
+    files = ["--table", table, "--figure", figure, "--json", "-", "--points"]
+    status, out, err = run(capsys, "light-curve", *options, "--during", 0, 300, "--times", 12, *files)
+    entry = json.loads(out)
+    assert status == 0 and "certified" in err and entry["schema"] == "kerrcaustics/source-light/1"
+    light = kc.light_curve(
+        kc.Observer(spin=0.5, inclination=math.radians(50)),
+        kc.Orbit.kepler(40.0, 0.3),
+        np.linspace(0, 300, 12),
+        max_index=1,
+    )
+    assert entry["flux"] == light.flux.tolist() and figure.stat().st_size > 10_000
+    assert len(table.read_text().splitlines()) == 13
+    path.write_text('kind = "geodesic"\nradius = 9\n')
+    status, _, err = run(capsys, "light-curve", *options)
+    assert status == 2
+    assert err == "kerrcaustics: Argument --during must be given, as this orbit has no period.\n"

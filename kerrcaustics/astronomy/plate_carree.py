@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.extras import needed
-from kerrcaustics.files import reading, writing
+from kerrcaustics.files import check_name, reading, writing
 
 Array = np.ndarray
 ENDINGS = (".fits", ".fit", ".fits.gz")
@@ -39,11 +39,17 @@ def write(path: str | os.PathLike[str], images: dict[str, Array], cards: dict[st
         unit.data, unit.name = np.ascontiguousarray(image[..., ::-1, :]), name
         unit.header.update(_cards(image.shape[-2]))
     units[0].header.update(cards)
+    write_units(path, units)
+
+
+def write_units(path: str | os.PathLike[str], units: list[Any]) -> None:
+    """Write the header and data units of a FITS file, packed if its name ends in .gz."""
+    check_name(path)
     with writing(path) as file:
         # Astropy goes by the name of a file, which an open one does not have.
         packed = os.fspath(path).lower().endswith(".gz")
         with gzip.GzipFile(fileobj=file, mode="wb", mtime=0) if packed else nullcontext(file) as plain:
-            fits.HDUList(units).writeto(plain)
+            needed("astro", "astropy.io.fits").HDUList(units).writeto(plain)
 
 
 def _cards(rows: int) -> dict[str, Any]:

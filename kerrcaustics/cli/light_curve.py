@@ -1,75 +1,112 @@
-"""The command `light-curve`: the light of a spot on a circular orbit."""
+"""The command `light-curve`: the light of a spot on a circular orbit, or of a source on any orbit."""
 
 import math
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 from rich.console import Console
 
 from kerrcaustics.choices import SpotMotion
-from kerrcaustics.cli.app import app, stop, with_examples
+from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.film import write_film
-from kerrcaustics.cli.options import COMMON, CameraOptions, CommonOptions, Crossings, FileName, Flag, WholeNumber
-from kerrcaustics.cli.outputs import check_ending, check_film, write_figure
+from kerrcaustics.cli.options import (
+    COMMON,
+    Angles,
+    CameraOptions,
+    CommonOptions,
+    Crossings,
+    FileName,
+    Flag,
+    MaxIndex,
+    WholeNumber,
+)
+from kerrcaustics.cli.outputs import check_ending, check_film, check_table, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all
+from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all, verdict
 
 if TYPE_CHECKING:
+    from kerrcaustics.moving_sources.light_curve import SourceLightCurve
+    from kerrcaustics.orbits.orbit import Orbit
     from kerrcaustics.tracks.light_curves import LightCurve
 
 
-@app.command(**with_examples("light-curve --spin 0.9 --radius 100 --inclination 60 --orbit 6 --figure spot.png"))
+@app.command(
+    **with_examples(
+        "light-curve --spin 0.9 --radius 100 --inclination 60 --orbit 6 --figure spot.png",
+        "light-curve --spin 0.9 --radius inf --inclination 60 --orbit 8 --source point --table light.csv",
+        "light-curve --spin 0.9 --radius 50 --orbit fall.toml --during 50 150 --table light.fits",
+    )
+)
 def light_curve(
     *,
     camera: CameraOptions,
-    orbit: float,
-    size: float = 0.1,
+    orbit: str,
+    source: Literal["point", "spot"] | None = None,
+    during: Angles | None = None,
     times: WholeNumber = 200,
+    max_index: MaxIndex = 2,
+    size: float = 0.1,
     crossings: Crossings = 4,
     motion: SpotMotion = "circular",
     power: float = 4.0,
     figure: FileName | None = None,
     film: FileName | None = None,
     restart: Flag = False,
+    table: FileName | None = None,
     save: FileName | None = None,
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
-    """Follow the light of a small spot that circles the hole, image by image: flux, centroid, creations of images.
+    """Follow the light of a source on an orbit, image by image: flux, centroid, creations of images.
 
     The camera is static unless --velocity is given; with --radius inf it is an observer at infinity.
 
     Parameters
     ----------
     orbit
-        Radius of the spot's circular orbit in the equatorial plane, in units of the mass.
-    size
-        Deviation of the spot's Gaussian profile along its orbit, in units of the mass.
+        Radius of a circular orbit in the equatorial plane, in units of the mass, or a TOML file: kind = "geodesic"
+        with radius, theta, phi, velocity and time, or kind = "kepler" with semi_major_axis, eccentricity, inclination,
+        node, pericentre and time; angles in degrees.
+    source
+        point: a star of luminosity 1 that shines alike to all sides. spot: a Gaussian spot in a disk, on a circular
+        orbit. Left out, a spot where --orbit is a radius.
+    during
+        First and last time of the camera, in units of the mass; left out, one period of the orbit.
     times
-        Number of times, evenly over one orbit.
+        Number of times, evenly over them.
+    max_index
+        Highest Morse index of the images of a point, 0 to 6.
+    size
+        Of a spot: deviation of its Gaussian profile along its orbit, in units of the mass.
     crossings
-        Number of crossings of the plane that add to the light, 1 to 12.
+        Of a spot: number of crossings of the plane that add to the light, 1 to 12.
     motion
-        Sense in which the spot circles.
+        Of a spot: sense in which it circles.
     power
-        Intensity goes by the frequency ratio to this power: 4 for all light together.
+        Of a spot: intensity goes by the frequency ratio to this power: 4 for all light together.
     figure
-        Draw the light curve and the images of the orbit into this file: .png, .pdf or .svg.
+        Draw the light curve and the images into this file: .png, .pdf or .svg.
     film
-        Write a film of one orbit into this file: .mp4 or .gif. Its curve is as fine as --times. An interrupted
-        film resumes.
+        Write a film of one orbit of a spot into this file: .mp4 or .gif. Its curve is as fine as --times. An
+        interrupted film resumes.
     restart
         Throw away frames of an unfinished film that are there, and draw all anew.
+    table
+        Write all numbers over time into this file: .csv or .fits.
     save
         Save everything into this file, to be loaded with kerrcaustics.load.
     points
-        Put flux, error, centroid and travel time at all times into the JSON too.
+        Put flux, error, centroid and all else over time into the JSON too.
     """
-    common.check({"--figure": figure, "--film": film, "--save": save})
+    common.check({"--figure": figure, "--film": film, "--table": table, "--save": save})
     check_ending(figure)
     check_film(film)
+    check_table(table)
     common.check_points(points)
+    if during is not None and not during[0] < during[1]:
+        raise BadInput(f"Argument --during must be two times, the earlier first, but is {during[0]:g} {during[1]:g}.")
     # At infinity nothing is static but the fiducial observer.
     still = camera if camera.radius == math.inf else replace(camera, velocity=camera.velocity or "static")
     seen_from = still.viewer()
@@ -79,28 +116,63 @@ def light_curve(
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
-        spot = {"size": size, "crossings": crossings, "motion": motion, "power": power}
-        light = follow(seen_from, orbit, times, **spot, progress=report)
+        way: Any = _orbit(orbit)
+        if during is None and getattr(way, "period", orbit) is None:
+            raise BadInput("Argument --during must be given, as this orbit has no period.")
+        kind: Any = source or ("point" if _radius(orbit) is None else "spot")
+        if film is not None and kind == "point":
+            raise BadInput("Argument --film must come with a spot.")
+        clock: Any = times if during is None else np.linspace(*during, times)
+        settings: dict[str, Any] = (
+            {"max_index": max_index}
+            if kind == "point"
+            else {"size": size, "crossings": crossings, "motion": motion, "power": power}
+        )
+        light: Any = follow(seen_from, way, clock, source=kind, **settings, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)
+        if table is not None:
+            (light.to_csv if table.suffix == ".csv" else light.to_fits)(table)
         if figure is not None:
             report("drawing", 1.0)
-            from kerrcaustics.draw.light_curves import light_curve_figure
+            from kerrcaustics.draw import light_curves, source_light
 
-            write_figure(light_curve_figure(light), figure)
+            draw = source_light.source_light_figure if kind == "point" else light_curves.light_curve_figure
+            write_figure(draw(light), figure)
     if film is not None:
         from kerrcaustics.draw.light_curves import light_curve_film
 
         write_film(film, lambda: light_curve_film(light, motion), restart)
     common.write_result(record(light, camera=seen_from, points=points), seconds, None)
-    _print(light, common.console())
-    common.say_files(figure=figure, film=film, saved=save)
+    (_print_source if kind == "point" else _print_spot)(light, common.console())
+    common.say_files(figure=figure, film=film, table=table, saved=save)
     if not light.certified:
         stop(1, "Not all images are certified: see the remarks.")
 
 
-def _print(light: "LightCurve", out: Console) -> None:
+def _radius(text: str) -> float | None:
+    """The radius that the option names; None if it names a file."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _orbit(text: str) -> "float | Orbit":
+    """The radius of a circle, or the orbit in a file."""
+    radius = _radius(text)
+    if radius is not None:
+        return radius
+    from kerrcaustics.orbits.orbit_file import read_orbit
+
+    try:
+        return read_orbit(text)
+    except ValueError as error:
+        raise BadInput(str(error).replace("Argument ORBIT", "Argument --orbit")) from None
+
+
+def _print_spot(light: "LightCurve", out: Console) -> None:
     say(out, f"{place_of(light.camera)}: a spot on a circular orbit at r = {light.radius:g}, period {light.period:.9g}")
     table = PlainTable(("crossing", "of all light", "brightest", "at time"))
     whole = light.flux.mean()
@@ -116,3 +188,20 @@ def _print(light: "LightCurve", out: Console) -> None:
     error = f"{(light.error / light.flux).max():.0e}"
     unit = "sr" if light.camera.sky_unit == "rad" else "M^2"
     say(out, f"flux from {low:.6g} to {high:.6g} {unit} for a spot of unit light, off by {error}")
+
+
+def _print_source(light: "SourceLightCurve", out: Console) -> None:
+    say(out, f"{place_of(light.camera)}: a source on the orbit {light.orbit}")
+    table = PlainTable(("index", "of all light", "first time", "last time"))
+    for index, share, emitted in zip(light.index.tolist(), light.shares, light.emission_time, strict=True):
+        there = light.time[np.isfinite(emitted)]
+        part = np.nansum(share) / np.nansum(light.flux)
+        table.add_row(str(index), f"{part:.3%}", f"{there.min():z.6g}", f"{there.max():z.6g}")
+    out.print(table)
+    for event in light.events:
+        moment = f"time {event.time:z.9g}, off by {event.error:.0e}"
+        say(out, f"{event.kind} of two images at a caustic of order {event.order}, {moment}")
+    say_all(out, light.remarks)
+    low, high = np.nanmin(light.flux), np.nanmax(light.flux)
+    error = f"{np.nanmax(light.error / light.flux):.0e}"
+    say(out, f"flux from {low:.6g} to {high:.6g} for luminosity 1, off by {error}: {verdict(light.certified)}")

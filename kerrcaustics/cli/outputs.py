@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _FIGURE = (".png", ".pdf", ".svg"), ", "
 _PICTURE = (".png", ".jpg", ".jpeg", ".exr"), ", "
 _FILM = (".mp4", ".gif"), " or "
+_TABLE = (".csv", ".fits"), " or "
 # Extras that endings need, and the package of each.
 _NEEDS = {".exr": ("exr", "OpenEXR"), ".mp4": ("films", "av")}
 
@@ -75,6 +76,11 @@ def check_picture(output: Path) -> None:
 def check_film(film: Path | None, argument: str = "--film") -> None:
     """Refuse films of other formats, or that cannot be written here."""
     _check_ending(argument, film, *_FILM)
+
+
+def check_table(table: Path | None) -> None:
+    """Refuse tables of other formats, or that cannot be written here."""
+    _check_ending("--table", table, *_TABLE)
 
 
 def _check_ending(argument: str, path: Path | None, endings: tuple[str, ...], between: str) -> None:

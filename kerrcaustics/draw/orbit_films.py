@@ -38,7 +38,7 @@ _IMAGE: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.7, "zorder": 5}
 _RING: dict[str, Any] = {"linestyle": "none", "marker": "o", "markerfacecolor": "none", "zorder": 7}
 
 
-class Orbit:
+class OrbitFrames:
     """An orbit of a camera, drawn frame by frame; time runs slower at pair events, each of which has its own frame.
 
     Attributes
@@ -221,7 +221,7 @@ def orbit_film(tracks: StarTracks, caustics: CausticSet, frames: int = 600, rate
     """
     star = {"theta": tracks.level, "max_index": tracks.max_index, "surface": tracks.surface.in_words()}
     settings = {**camera_settings(tracks.camera), "sky_unit": tracks.camera.sky_unit, **star}
-    return Film("orbit", settings, frames, rate, Orbit(tracks, caustics, frames).frame)
+    return Film("orbit", settings, frames, rate, OrbitFrames(tracks, caustics, frames).frame)
 
 
 def _closeness(entry: tuple[int, PairEvent | None]) -> tuple[int, int]:

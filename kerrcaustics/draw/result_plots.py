@@ -28,6 +28,7 @@ from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.sky_axes import REACH, from_above, from_the_side, is_sphere
 from kerrcaustics.draw.solids import CAPTURED_COLOUR, DISK_COLOUR, DISK_RIM_COLOUR
+from kerrcaustics.draw.source_light import show_flux as show_source_flux
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.images.derivatives import ImageDerivatives
 from kerrcaustics.moving_sources.light_curve import SourceLightCurve
@@ -57,18 +58,7 @@ def light_curve(ax: Axes, light: LightCurve) -> Axes:
 
 def source_light(ax: Axes, light: SourceLightCurve) -> Axes:
     """The flux of a source and what each image adds, one colour an index; creations (up) and annihilations (down)."""
-    ax.plot(light.time, light.flux, color="black", label="all images")
-    for index, share, emitted in zip(light.index.tolist(), light.shares, light.emission_time, strict=True):
-        there = np.where(np.isfinite(emitted), share, np.nan)
-        named = {line.get_label() for line in ax.lines}
-        label = f"index {index}"
-        ax.plot(light.time, there, color=style.index_colour(index), label=None if label in named else label)
-    for event in light.events:
-        up = event.kind == "creation"
-        ax.plot(event.time, 0.02, marker="^" if up else "v", color="black", transform=ax.get_xaxis_transform())
-    ax.set(xlabel="time (GM/c³)", ylabel="flux, for luminosity 1", yscale="log")
-    ax.legend(fontsize="small")
-    return ax
+    return show_source_flux(ax, light)
 
 
 def line_profile(ax: Axes, profile: LineProfile) -> Axes:

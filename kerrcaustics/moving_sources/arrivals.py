@@ -8,7 +8,6 @@ With E = 1 and p the photon's momentum toward the camera, a source that moves by
 -p.dx: so light sent dt later arrives (1 - p.v) dt later.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,19 +15,22 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams, Status
+from kerrcaustics.beams.emitters import radial_momentum
 from kerrcaustics.beams.spheres import Spheres
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky
 from kerrcaustics.lens_map.sky_chart import Chart, chart_of
 from kerrcaustics.moving_sources.bent_steps import bent_step
-from kerrcaustics.orbits.orbit import Motion, Places
-from kerrcaustics.spacetime.sphere import lengths, polar_basis, tangent_basis
+from kerrcaustics.orbits.orbit import BodyMotion, BodyPlaces
+from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
 
 Array = np.ndarray
 
-# Of the radius: how much further out a ray is looked at, for the sense in which theta changes along it; and beyond its
-# turning point, where it does not come to the source's sphere.
-_FURTHER, _BESIDE = 1e-6, 1e-4
+# Of the radius: how much further out a ray is looked at, for the sense in which theta changes along it.
+_FURTHER = 1e-6
+# A ray that does not come to the source's sphere is looked at beyond its turning point, by this part of what it lacks,
+# within these parts of the radius. So what is wrong there vanishes with what it lacks.
+_BESIDE, _LEAST_BESIDE, _MOST_BESIDE = 0.1, 1e-9, 1e-4
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Source:
     """A source as a viewer looks for it: its motion, about which hole, on which sky it is searched."""
 
     searched: SearchSky
-    motion: Motion
+    motion: BodyMotion
 
     @property
     def spin(self) -> float:
@@ -56,7 +58,8 @@ class Source:
         passed = np.flatnonzero(beams.status == Status.MISSED)
         if len(passed):
             nearest = _turning_points(self.spin, np.asarray(beams.impact)[passed], np.asarray(beams.carter)[passed])
-            others, also = self._traced(sky[passed], nearest * (1 + _BESIDE), second[passed])
+            beside = np.clip(_BESIDE * (nearest / places.radius[passed] - 1), _LEAST_BESIDE, _MOST_BESIDE)
+            others, also = self._traced(sky[passed], nearest * (1 + beside), second[passed])
             for name, values in vars(beams).items():
                 if isinstance(values, np.ndarray):
                     values[passed] = getattr(others, name)
@@ -80,14 +83,19 @@ class Source:
             redshift=False,
             constants=True,
         )
-        return _of_each(beams, lambda value: value[:n]), beams.direction[n:, 2] - beams.direction[:n, 2]
+        arrays = {name: values[:n] for name, values in vars(beams).items() if isinstance(values, np.ndarray)}
+        return replace(beams, **arrays), beams.direction[n:, 2] - beams.direction[:n, 2]
 
 
-def _of_each(beams: Beams, chosen: Callable[[Array], Array]) -> Beams:
-    """Some of the beams, as they are chosen from each array."""
-    return replace(
-        beams, **{name: chosen(value) for name, value in vars(beams).items() if isinstance(value, np.ndarray)}
-    )
+def solved(matrix: Float[Array, "n k k"], wish: Float[Array, "n k"]) -> Float[Array, "n k"]:
+    """Solutions of systems of equations, NaN where there is none."""
+    broken = np.asarray(~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(wish).all(axis=1))
+    matrix = np.where(broken[:, None, None], np.eye(wish.shape[1]), matrix)
+    singular = np.asarray(np.linalg.det(matrix) == 0)
+    matrix[singular] = np.eye(wish.shape[1])
+    step = np.linalg.solve(matrix, wish[:, :, None])[:, :, 0]
+    step[broken | singular] = np.nan
+    return step
 
 
 def _turning_points(spin: float, b: Float[Array, " n"], q: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -105,37 +113,9 @@ class Arrivals:
     sky: Float[Array, "n 3"]
     time: Float[Array, " n"]
     second: Bool[Array, " n"]
-    places: Places
+    places: BodyPlaces
     beams: Beams
     lowering: Float[Array, " n"]
-
-    def part(self, chosen: Array) -> "Arrivals":
-        """Some of the rays."""
-        places = Places(*(values[chosen] for values in self.places))
-        sky, time, second = (values[chosen] for values in (self.sky, self.time, self.second))
-        beams = _of_each(self.beams, lambda values: values[chosen])
-        return Arrivals(self.source, sky, time, second, places, beams, self.lowering[chosen])
-
-    def replaced(self, which: Array, others: "Arrivals") -> "Arrivals":
-        """The rays, with others in the place of some."""
-        order = np.arange(len(self.time))
-        order[which] = len(order) + np.arange(len(others.time))
-
-        def put(mine: Array, theirs: Array) -> Array:
-            return np.concatenate([mine, theirs])[order]
-
-        places = Places(*map(put, self.places, others.places))
-        theirs = vars(others.beams)
-        joined = {n: put(v, theirs[n]) for n, v in vars(self.beams).items() if isinstance(v, np.ndarray)}
-        return Arrivals(
-            self.source,
-            put(self.sky, others.sky),
-            put(self.time, others.time),
-            put(self.second, others.second),
-            places,
-            replace(self.beams, **joined),
-            put(self.lowering, others.lowering),
-        )
 
     @property
     def reach(self) -> Bool[Array, " n"]:
@@ -146,35 +126,36 @@ class Arrivals:
     def momentum(self) -> tuple[Array, Array, Array]:
         """p_r, p_theta and b / sin theta (n,) of the light, of unit energy, toward the camera."""
         a, z = self.source.spin, self.beams.direction[:, 2]
-        b, q = np.asarray(self.beams.impact), np.asarray(self.beams.carter)
-        sine = np.hypot(self.beams.direction[:, 0], self.beams.direction[:, 1])
         with np.errstate(invalid="ignore", divide="ignore"):
-            around = np.where(sine > 0, b / sine, 0.0)
-            radial = np.sqrt(np.maximum(self._radial, 0)) / self._delta
-            polar = np.sqrt(np.maximum(q + z * z * (a * a - around**2), 0))
+            around = np.where(self._sine > 0, self._light[0] / self._sine, 0.0)
+            radial = radial_momentum(a, self._light, self.beams.radius)
+            polar = np.sqrt(np.maximum(self._light[1] + z * z * (a * a - around**2), 0))
         # Followed backward the ray moves outward: so the light moves inward.
         inward = np.where(self.beams.outward, -1.0, 1.0)
         return inward * radial, -np.sign(self.lowering) * inward * polar, around
+
+    @property
+    def _light(self) -> tuple[Array, Array]:
+        """b and q of the light."""
+        return np.asarray(self.beams.impact), np.asarray(self.beams.carter)
+
+    @property
+    def _sine(self) -> Array:
+        """sin theta where rays end."""
+        return np.hypot(self.beams.direction[:, 0], self.beams.direction[:, 1])
 
     @property
     def _delta(self) -> Array:
         r = self.beams.radius
         return r * (r - 2) + self.source.spin**2
 
-    @property
-    def _radial(self) -> Array:
-        """The radial potential R of the light at the source."""
-        a, r = self.source.spin, self.beams.radius
-        b, q = np.asarray(self.beams.impact), np.asarray(self.beams.carter)
-        return (r * r + a * a - a * b) ** 2 - self._delta * (q + (b - a) ** 2)
-
     @cached_property
     def radial_root(self) -> tuple[Array, Array]:
-        """sqrt(R) of the light at the source (n,), and its relative error."""
-        a, r, b = self.source.spin, self.beams.radius, np.asarray(self.beams.impact)
+        """sqrt(R), of the radial potential of the light at the source (n,), and its relative error."""
+        a, r, (b, _) = self.source.spin, self.beams.radius, self._light
         by_b = 2 * a * (r * r + a * a - a * b) + 2 * self._delta * np.abs(b - a)
         off = by_b * np.asarray(self.beams.impact_error) + self._delta * np.asarray(self.beams.carter_error)
-        size = np.maximum(self._radial, off)
+        size = np.maximum((self._delta * self.momentum[0]) ** 2, off)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.sqrt(size), off / (2 * size) + 1e-15 * r**4 / size
 
@@ -189,13 +170,10 @@ class Arrivals:
     @cached_property
     def _across(self) -> tuple[Array, Array]:
         """Two unit vectors (n, 3) across the ray, in lengths along r, theta, phi."""
-        a, r, z = self.source.spin, self.beams.radius, self.beams.direction[:, 2]
-        p_r, p_theta, around = self.momentum
-        square = np.maximum(1 - z * z, 1e-300)
-        turning = around / np.sqrt(square) * square - a * square
-        drag = a * (r * r + a * a - a * np.asarray(self.beams.impact)) / self._delta
+        a, r, (p_r, p_theta, around) = self.source.spin, self.beams.radius, self.momentum
+        drag = a * (r * r + a * a - a * self._light[0]) / self._delta - a
         # dr, dtheta, sin theta dphi by Mino time.
-        motion = np.stack([self._delta * p_r, p_theta, turning / np.sqrt(square) + drag * np.sqrt(square)], axis=-1)
+        motion = np.stack([self._delta * p_r, p_theta, around + drag * self._sine], axis=-1)
         ahead = motion * np.stack(self._scales, axis=-1)
         return tangent_basis(ahead / lengths(ahead)[:, None])
 
@@ -204,17 +182,22 @@ class Arrivals:
         long = step * np.stack(self._scales, axis=-1)
         return np.stack([(long * across).sum(axis=1) for across in self._across], axis=-1)
 
-    def _angular(self, step: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
-        """Steps of unit vectors as dr = 0, dtheta, sin theta dphi."""
-        e_theta, e_phi = polar_basis(self.beams.direction)
-        return np.stack([0 * step[:, 0], (step * e_theta).sum(axis=1), (step * e_phi).sum(axis=1)], axis=-1)
+    def _step(self, vector: Float[Array, "n 3"], radius: Array | float = 0.0) -> Float[Array, "n 3"]:
+        """Steps of unit vectors and of radii as dr, dtheta, sin theta dphi."""
+        flat = flattened(self.beams.direction, vector)
+        return np.concatenate([np.broadcast_to(radius, len(flat))[:, None], flat], axis=1)
+
+    @property
+    def _velocity(self) -> Float[Array, "n 3"]:
+        """dr, dtheta, sin theta dphi of the source by its time."""
+        return self._step(self.places.rate, self.places.radius_rate)
 
     @cached_property
     def miss(self) -> Float[Array, "n 2"]:
         """By how much the ray passes the source, across the ray and over the radius."""
-        step = self._angular(self.beams.direction - self.places.vector)
-        step[:, 0] = self.beams.radius - self.places.radius
-        return self._on_plane(step)
+        return self._on_plane(
+            self._step(self.beams.direction - self.places.vector, self.beams.radius - self.places.radius)
+        )
 
     @cached_property
     def by_sky(self) -> Float[Array, "n 2 2"]:
@@ -225,30 +208,20 @@ class Arrivals:
     @cached_property
     def by_time(self) -> Float[Array, "n 2"]:
         """The change of that with the emission time."""
-        step = self._angular(self.places.rate)
-        step[:, 0] = self.places.radius_rate
-        return -self._on_plane(step)
+        return -self._on_plane(self._velocity)
 
     @cached_property
     def rate(self) -> Float[Array, " n"]:
         """dt of arrival by dt of emission, 1 - p.v."""
-        p_r, p_theta, around = self.momentum
-        step = self._angular(self.places.rate)
-        return 1 - (p_r * self.places.radius_rate + p_theta * step[:, 1] + around * step[:, 2])
+        return 1 - (np.stack(self.momentum, axis=-1) * self._velocity).sum(axis=1)
 
     @cached_property
     def arrival(self) -> Float[Array, " n"]:
         """The time at which the source's own light arrives, by the ray close to it: that of the viewer."""
         _, p_theta, around = self.momentum
-        off = self._angular(self.beams.direction - self.places.vector)
+        off = flattened(self.beams.direction, self.beams.direction - self.places.vector)
         late, _ = self.source.searched.viewer_time(np.asarray(self.beams.time), np.asarray(self.beams.time_error))
-        return self.time + late + p_theta * off[:, 1] + around * off[:, 2]
-
-    @cached_property
-    def determinant(self) -> Float[Array, " n"]:
-        """Of `by_sky`: its sign is that of the parity or the other one, on all of a curve."""
-        j = self.by_sky
-        return j[:, 0, 0] * j[:, 1, 1] - j[:, 0, 1] * j[:, 1, 0]
+        return self.time + late + p_theta * off[:, 0] + around * off[:, 1]
 
     def stepped(self, step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
         """The directions after steps along `tangent_basis(N)`."""

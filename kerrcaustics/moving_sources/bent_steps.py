@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 
 from kerrcaustics.lens_map.sky_chart import Chart
 from kerrcaustics.spacetime.sphere import lengths
+from kerrcaustics.tracks.level_curves.branches import Cubics
 
 Array = np.ndarray
 
@@ -15,19 +16,20 @@ Array = np.ndarray
 _NEAR = (0.4, 2.5)
 
 
-def near_edge(chart: Chart, sky: Float[Array, "n 3"]) -> Bool[Array, " n"]:
-    """True for directions beside the shadow edge."""
-    part = chart.polar(sky)[:, 1]
-    return (part > _NEAR[0]) & (part < _NEAR[1])
-
-
 def bent_step(chart: Chart, sky: Float[Array, "n 3"], step: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
     """Directions after tangent steps."""
     ahead = sky + step
     ahead = ahead / lengths(ahead)[:, None]
     place, rate = chart.polar(sky), chart.polar_rate(sky, step)
-    bends = near_edge(chart, sky) & (place[:, 1] + rate[:, 1] > 0)
+    bends = _near_edge(place) & (place[:, 1] + rate[:, 1] > 0)
     return np.where(bends[:, None], chart.from_polar(place + rate), ahead)
+
+
+def bent_way(chart: Chart, one: Float[Array, "n 3"], other: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+    """The tangent steps that lead from directions to others: the inverse of `bent_step`."""
+    start, step = _polar_way(chart, one, other)
+    straight = other - one * (one * other).sum(axis=1)[:, None]
+    return np.where(_both_near(start, step)[:, None], chart.drift(one, step), straight)
 
 
 def carried(
@@ -35,7 +37,7 @@ def carried(
 ) -> Float[Array, "n 3"]:
     """Tangents at directions, as tangents at others: beside the edge with the same turn and part."""
     bent = chart.drift(to, chart.polar_rate(sky, step))
-    return np.where((near_edge(chart, sky) & near_edge(chart, to))[:, None], bent, step)
+    return np.where(_both_near(*_polar_way(chart, sky, to))[:, None], bent, step)
 
 
 def between(
@@ -46,29 +48,27 @@ def between(
 ) -> Float[Array, "n 3"]:
     """Directions on curves of third order between ends with given slopes, at parts 0 to 1 of the way."""
     (one, other), (rise, fall) = ends, slopes
-    first, last, begin, end = hermite(part)
-    flat = first[:, None] * one + last[:, None] * other + begin[:, None] * rise + end[:, None] * fall
+    flat = Cubics(one, other - one, rise, fall).at(part)
     flat = flat / lengths(flat)[:, None]
-    start, stop = chart.polar(one), chart.polar(other)
-    # The short way round.
-    stop[:, 0] = start[:, 0] + np.remainder(stop[:, 0] - start[:, 0] + np.pi, 2 * np.pi) - np.pi
-    place = first[:, None] * start + last[:, None] * stop
-    place += begin[:, None] * chart.polar_rate(one, rise) + end[:, None] * chart.polar_rate(other, fall)
-    bends = near_edge(chart, one) & near_edge(chart, other) & (place[:, 1] > 0)
+    start, step = _polar_way(chart, one, other)
+    place = Cubics(start, step, chart.polar_rate(one, rise), chart.polar_rate(other, fall)).at(part)
+    bends = _both_near(start, step) & (place[:, 1] > 0)
     place[~bends] = start[~bends]
     return np.where(bends[:, None], chart.from_polar(place), flat)
 
 
-def hermite(part: Float[Array, " n"]) -> tuple[Array, Array, Array, Array]:
-    """Weights of the values at both ends, and of the slopes there."""
-    rest = 1 - part
-    return rest * rest * (1 + 2 * part), part * part * (3 - 2 * part), part * rest * rest, -part * part * rest
-
-
-def bent_way(chart: Chart, one: Float[Array, "n 3"], other: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
-    """The tangent steps that lead from directions to others: the inverse of `bent_step`."""
-    step = chart.polar(other) - chart.polar(one)
+def _polar_way(chart: Chart, one: Float[Array, "n 3"], other: Float[Array, "n 3"]) -> tuple[Array, Array]:
+    """(angle, part) of directions, and the steps in both to others, the short way round."""
+    start = chart.polar(one)
+    step = chart.polar(other) - start
     step[:, 0] = np.remainder(step[:, 0] + np.pi, 2 * np.pi) - np.pi
-    straight = other - one * (one * other).sum(axis=1)[:, None]
-    bends = near_edge(chart, one) & near_edge(chart, other)
-    return np.where(bends[:, None], chart.drift(one, step), straight)
+    return start, step
+
+
+def _near_edge(place: Float[Array, "n 2"]) -> Bool[Array, " n"]:
+    """True for directions beside the shadow edge."""
+    return (place[:, 1] > _NEAR[0]) & (place[:, 1] < _NEAR[1])
+
+
+def _both_near(start: Float[Array, "n 2"], step: Float[Array, "n 2"]) -> Bool[Array, " n"]:
+    return _near_edge(start) & _near_edge(start + step)

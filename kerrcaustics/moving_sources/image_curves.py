@@ -15,7 +15,7 @@ from kerrcaustics.beams.spheres import Sphere
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.search import ImageSearch, SkyImages
 from kerrcaustics.moving_sources.arrivals import Source
-from kerrcaustics.moving_sources.walks import Points, Walk, turning_points, walk
+from kerrcaustics.moving_sources.walks import CurvePoints, Walk, turning_points, walk
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.spacetime.sphere import lengths
 
@@ -33,7 +33,7 @@ class Turn:
     time; sky_error: of its direction, radians.
     """
 
-    point: Points
+    point: CurvePoints
     order: int
     creates: bool
     error: float
@@ -45,14 +45,14 @@ class Branch:
     """One image from its first to its last moment. points: by time; born, dies: its events, None at the span's ends."""
 
     index: int
-    points: Points
+    points: CurvePoints
     born: Turn | None
     dies: Turn | None
 
 
 @dataclass(frozen=True)
 class ImageCurves:
-    """The images of a moving source. moments: of the complete searches; remarks: what is in doubt."""
+    """The images of a moving source. turns: the folds between them; remarks: what is in doubt."""
 
     branches: tuple[Branch, ...]
     turns: tuple[Turn, ...]
@@ -60,14 +60,14 @@ class ImageCurves:
 
 
 @dataclass(frozen=True)
-class Moment:
+class SearchedMoment:
     """The images at one emission time."""
 
     time: float
     images: SkyImages
     certified: bool
 
-    def which(self, point: Points) -> int | None:
+    def which(self, point: CurvePoints) -> int | None:
         """The number of the image that a curve comes to."""
         away = lengths(self.images.sky - point.sky)
         away[self.images.index != point.index] = math.inf
@@ -77,15 +77,14 @@ class Moment:
         return i if away[i] < _SAME + _SAME_ERRORS * self.images.error[i] else None
 
 
-def searched(source: Source, times: Float[Array, " moments"], max_index: int) -> list[Moment]:
+def searched(source: Source, times: Float[Array, " moments"], max_index: int) -> list[SearchedMoment]:
     """All images at some emission times."""
     places = source.motion.at(times)
-    theta = np.arctan2(np.hypot(places.vector[:, 0], places.vector[:, 1]), places.vector[:, 2])
-    angles = np.stack([theta, np.arctan2(places.vector[:, 1], places.vector[:, 0])], axis=-1)
+    angles = places.angles
     # Moments at one radius and theta, as on a circle, take one search together.
-    keys = np.round(np.stack([places.radius, theta], axis=-1), 10)
+    keys = np.round(np.stack([places.radius, angles[:, 0]], axis=-1), 10)
     _, group = np.unique(keys, axis=0, return_inverse=True)
-    moments: dict[int, Moment] = {}
+    moments: dict[int, SearchedMoment] = {}
     for number in in_steps("search", list(range(int(group.max()) + 1))):
         these = np.flatnonzero(group == number)
         sphere, rows = Sphere(float(places.radius[these[0]])), angles[these]
@@ -93,11 +92,11 @@ def searched(source: Source, times: Float[Array, " moments"], max_index: int) ->
         found: ImageSearch = certificate_of(sphere, source.searched.viewer, max_index).searched(rows)
         for k, i in enumerate(these.tolist()):
             some = found.images[found.images.star == k]
-            moments[i] = Moment(float(times[i]), some, bool(found.certified[k]))
+            moments[i] = SearchedMoment(float(times[i]), some, bool(found.certified[k]))
     return [moments[i] for i in range(len(times))]
 
 
-def image_curves(source: Source, moments: list[Moment], max_index: int) -> ImageCurves:
+def image_curves(source: Source, moments: list[SearchedMoment], max_index: int) -> ImageCurves:
     """The images followed from moment to moment."""
     remarks = [f"the images at t = {m.time:.6g} are not certified" for m in moments if not m.certified]
     ways = _ways(source, moments, max_index, remarks)
@@ -110,16 +109,16 @@ Key = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
-class _Way:
+class _Link:
     """A walk between two images of the moments; a key names an image: at which moment, and which."""
 
-    points: Points
+    points: CurvePoints
     start: Key
     stop: Key
 
 
 def _started(
-    source: Source, moments: list[Moment], gaps: Int[Array, " n"], numbers: Int[Array, " n"], sense: float
+    source: Source, moments: list[SearchedMoment], gaps: Int[Array, " n"], numbers: Int[Array, " n"], sense: float
 ) -> list[Walk]:
     """Walks in gaps between moments, from images at their beginning, or for negative sense at their end."""
     if not len(gaps):
@@ -130,13 +129,13 @@ def _started(
     second = np.array([moments[j].images.second_arrival[i] for j, i in pairs])
     time = np.array([m.time for m in moments])
     rays = source.arrivals(sky, time[at], second)
-    start = Points.at(rays, time[gaps + 1] - time[gaps], np.full(len(at), sense))
-    return walk(source, start, time[gaps], time[gaps + 1], start.along_time)
+    start = CurvePoints.at(rays, time[gaps + 1] - time[gaps], np.full(len(at), sense))
+    return walk(source, start, time[gaps], time[gaps + 1])
 
 
-def _ways(source: Source, moments: list[Moment], max_index: int, remarks: list[str]) -> list[_Way]:
+def _ways(source: Source, moments: list[SearchedMoment], max_index: int, remarks: list[str]) -> list[_Link]:
     """All ways between the moments: forward from all images, then backward from those that were not reached."""
-    ways: list[_Way] = []
+    ways: list[_Link] = []
     reached: set[Key] = set()
     for sense in (1.0, -1.0):
         side = "after" if sense > 0 else "before"
@@ -158,12 +157,8 @@ def _ways(source: Source, moments: list[Moment], max_index: int, remarks: list[s
                 remarks.append(f"an image of index {index} cannot be followed on from t = {way.points.time[-1]:.6g}")
                 continue
             last = way.points[-1:]
-            end, there = (
-                (gap + 1, "before")
-                if last.time[0]
-                > moments[gap].time + 1e-9 * abs(last.time[0]) + (moments[gap + 1].time - moments[gap].time) / 2
-                else (gap, "after")
-            )
+            middle = (moments[gap].time + moments[gap + 1].time) / 2
+            end, there = (gap + 1, "before") if last.time[0] > middle else (gap, "after")
             which = moments[end].which(last)
             if which is None and last.index[0] <= max_index:
                 remarks.append(
@@ -173,23 +168,23 @@ def _ways(source: Source, moments: list[Moment], max_index: int, remarks: list[s
             if which is not None and stop in reached and stop != key:
                 remarks.append(f"two images of index {last.index[0]} come to one at t = {moments[end].time:.6g}")
             reached.add(stop)
-            ways.append(_Way(way.points, key, stop))
+            ways.append(_Link(way.points, key, stop))
     return ways
 
 
 @dataclass(frozen=True)
-class _Piece:
+class _BranchPart:
     """A part of a way between two moments or events, by time; first, last: the image or event at its ends."""
 
     index: int
-    points: Points
+    points: CurvePoints
     first: Key
     last: Key
     born: Turn | None
     dies: Turn | None
 
 
-def _pieces(source: Source, ways: list[_Way]) -> tuple[list[_Piece], list[Turn]]:
+def _pieces(source: Source, ways: list[_Link]) -> tuple[list[_BranchPart], list[Turn]]:
     """Ways cut at their folds."""
     folds = [
         (w, i)
@@ -206,7 +201,7 @@ def _pieces(source: Source, ways: list[_Way]) -> tuple[list[_Piece], list[Turn]]
             creates = bool(one.along_time[k] < 0)
             order = int(max(one.index[k], other.index[k]))
             turns[fold] = Turn(found[k : k + 1], order, creates, float(error[k]), float(sky_error[k]))
-    pieces: list[_Piece] = []
+    pieces: list[_BranchPart] = []
     for w, way in enumerate(ways):
         cuts = [i for v, i in folds if v == w]
         begin, first, here = 0, way.start, None
@@ -223,15 +218,17 @@ def _pieces(source: Source, ways: list[_Way]) -> tuple[list[_Piece], list[Turn]]
     return pieces, list(turns.values())
 
 
-def _ordered(index: int, points: Points, keys: tuple[Key, Key], turns: tuple[Turn | None, Turn | None]) -> _Piece:
+def _ordered(
+    index: int, points: CurvePoints, keys: tuple[Key, Key], turns: tuple[Turn | None, Turn | None]
+) -> _BranchPart:
     """A piece with growing time."""
     sense = np.sign(points.time[-1] - points.time[0])
     if sense < 0:
         points, keys, turns = points[::-1], (keys[1], keys[0]), (turns[1], turns[0])
-    return _Piece(index, _facing(points), *keys, *turns)
+    return _BranchPart(index, _facing(points), *keys, *turns)
 
 
-def _facing(points: Points) -> Points:
+def _facing(points: CurvePoints) -> CurvePoints:
     """The points with directions along growing time; at a fold as its neighbour has it."""
     sense = np.where(points.along_time < 0, -1.0, 1.0)
     if len(points) > 1:
@@ -239,10 +236,10 @@ def _facing(points: Points) -> Points:
             if abs(points.along_time[end]) < 1e-6 * points.moment[end]:
                 sense[end] = np.sign((points.along[end] * points.along[beside]).sum()) * sense[beside]
     values = vars(points) | {"along": points.along * sense[:, None], "along_time": points.along_time * sense}
-    return Points(**values)
+    return CurvePoints(**values)
 
 
-def _branches(pieces: list[_Piece]) -> list[Branch]:
+def _branches(pieces: list[_BranchPart]) -> list[Branch]:
     """Pieces joined at the moments between them."""
     by_first = {piece.first[1:]: piece for piece in pieces if piece.first[0] == "after"}
     ends = {piece.last[1:] for piece in pieces if piece.last[0] == "before"}

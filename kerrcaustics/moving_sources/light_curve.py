@@ -9,17 +9,18 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.astronomy.time_tables import TimeTable
 from kerrcaustics.choices import event_kind
 from kerrcaustics.images.images import checked_index
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.moving_sources.arrivals import Source
 from kerrcaustics.moving_sources.image_curves import ImageCurves, Turn, image_curves, searched
 from kerrcaustics.moving_sources.seen_images import SeenImages, seen_images
-from kerrcaustics.orbits.orbit import Motion, Orbit, Path, checked_places, motion_about, orbit_of
+from kerrcaustics.orbits.orbit import BodyMotion, Orbit, Path, checked_places, orbit_of
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.checks import one_of, whole_number
-from kerrcaustics.spacetime.sphere import from_angles, lengths, polar_angle
+from kerrcaustics.spacetime.sphere import from_angles, lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.light_curves import LightCurve, clock_of, spot_light_curve
 
@@ -57,7 +58,7 @@ class SourceEvent(Shown):
     record="camera orbit certified remarks index events",
     points="time flux error shares emission_time emission_time_error redshift sky sky_error centroid centroid_error",
 )
-class SourceLightCurve(Shown):
+class SourceLightCurve(TimeTable):
     """The light of a source on an orbit, as a viewer receives it, with all of its images."""
 
     camera: Viewer = quantity("", "", "who receives it", json="", column="")
@@ -258,7 +259,7 @@ def _span(
     camera: Viewer, orbit: Orbit, times: Float[Array, " t"], max_index: int
 ) -> tuple[Source, tuple[float, float]]:
     """The source, and the first and last emission time of the light of all images at times."""
-    start = motion_about(orbit, camera.spin, (orbit.when, orbit.when))
+    start = orbit.about(camera.spin, (orbit.when, orbit.when))
     there = checked_places(camera.spin, start, np.array([orbit.when]))
     late, radius = _straight_time(camera, there.vector[0], float(there.radius[0])), float(there.radius[0])
     ends = float(times.min()), float(times.max())
@@ -266,11 +267,13 @@ def _span(
     emitted = [ends[0] - late - _HALF_TURN * max_index, ends[1] - late]
     room = 2 * radius + 2 * _HALF_TURN * (max_index + 1)
     longer = radius + _HALF_TURN
-    source = Source(search_sky(camera), start)
+    known = min(*emitted, orbit.when) - room, max(*emitted, orbit.when) + room
+    source = Source(search_sky(camera), orbit.about(camera.spin, known))
     for end, latest in ((1, False), (0, True)):
         for _ in range(_SHIFTS):
-            known = min(*emitted, orbit.when) - room, max(*emitted, orbit.when) + room
-            source = replace(source, motion=motion_about(orbit, camera.spin, known))
+            if not known[0] <= emitted[end] <= known[1]:
+                known = min(emitted[end] - room, known[0]), max(emitted[end] + room, known[1])
+                source = replace(source, motion=orbit.about(camera.spin, known))
             emitted[end] = _within(source.motion, emitted[end], ends[end], known)
             arrival = _arrivals(source, emitted[end], max_index)
             if not len(arrival):
@@ -279,7 +282,9 @@ def _span(
             # All light of the first moment comes before the times, that of images that are gone by then too, which may
             # take longer ways; and all of the last one after them.
             low, high = (longer, longer + slack) if latest else (-slack, 0.0)
-            if low <= ahead <= high:
+            # A fall may not reach further back.
+            begins = latest and emitted[end] == source.motion.span[0] and ahead >= 0
+            if begins or low <= ahead <= high:
                 break
             emitted[end] += ahead - (low + high) / 2
     span = emitted[0], emitted[1]
@@ -287,7 +292,7 @@ def _span(
     return source, span
 
 
-def _within(motion: Motion, emitted: float, time: float, known: tuple[float, float]) -> float:
+def _within(motion: BodyMotion, emitted: float, time: float, known: tuple[float, float]) -> float:
     """An emission time within the span of a motion; ValueError if the light of a time would have left after it."""
     first, last = motion.span
     if emitted > last and last < known[1]:
@@ -314,7 +319,7 @@ def _arrivals(source: Source, emitted: float, max_index: int) -> Float[Array, " 
     return source.arrivals(images.sky, np.full(len(images), emitted), images.second_arrival).arrival
 
 
-def _moments(motion: Motion, span: tuple[float, float], searches: int | None) -> Float[Array, " n"]:
+def _moments(motion: BodyMotion, span: tuple[float, float], searches: int | None) -> Float[Array, " n"]:
     """Emission times of complete searches: evenly along the way."""
     time = np.linspace(*span, _CHECKED)
     places = motion.at(time)
@@ -382,8 +387,7 @@ def _light_curve(
 def _event(source: Source, turn: Turn) -> SourceEvent:
     point, searched_sky = turn.point, source.searched
     rays = source.arrivals(point.sky, point.time, point.second)
-    vector = rays.places.vector
-    theta, phi = float(polar_angle(vector)[0]), math.atan2(vector[0, 1], vector[0, 0])
+    theta, phi = rays.places.angles[0].tolist()
     return SourceEvent(
         camera=searched_sky.viewer,
         kind=event_kind(1.0 if turn.creates else -1.0),

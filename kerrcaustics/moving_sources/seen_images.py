@@ -14,13 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from kerrcaustics.moving_sources.arrivals import Arrivals, Source
-from kerrcaustics.moving_sources.bent_steps import bent_way, between, hermite
+from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
+from kerrcaustics.moving_sources.bent_steps import bent_way, between
 from kerrcaustics.moving_sources.image_curves import Branch
-from kerrcaustics.moving_sources.walks import Points
+from kerrcaustics.moving_sources.walks import CurvePoints
 from kerrcaustics.orbits.orbit import clock_rates
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import lengths
+from kerrcaustics.tracks.level_curves.branches import Cubics
 
 Array = np.ndarray
 
@@ -44,7 +45,6 @@ class SeenImages:
     emitted: Float[Array, " n"]
     emitted_error: Float[Array, " n"]
     redshift: Float[Array, " n"]
-    magnification: Float[Array, " n"]
     flux: Float[Array, " n"]
     error: Float[Array, " n"]
     sky_error: Float[Array, " n"]
@@ -62,7 +62,10 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
         rest = np.flatnonzero(~done)
         others = source.arrivals(sky[rest], emitted[rest], ~second[rest])
         others, found = _found(source, others, wanted[rest], room[rest])
-        rays, done[rest] = rays.replaced(rest[found], others.part(found)), found
+        sky, emitted, second = rays.sky.copy(), rays.time.copy(), rays.second.copy()
+        for mine, theirs in ((sky, others.sky), (emitted, others.time), (second, others.second)):
+            mine[rest[found]] = theirs[found]
+        rays, done[rest] = source.arrivals(sky, emitted, second), found
     parts, first = [], 0
     for branch, time in zip(branches, times, strict=True):
         these = np.arange(first, first + len(time))
@@ -72,31 +75,36 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
 
 
 def _on_curve(
-    source: Source, points: Points, time: Float[Array, " n"]
+    source: Source, points: CurvePoints, time: Float[Array, " n"]
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"], Bool[Array, " n"], Float[Array, " n"]]:
     """Directions, emission times and arrivals by cubics between points; and how far the points are apart, radians."""
     i = np.clip(np.searchsorted(points.arrival, time) - 1, 0, len(points) - 2)
     one, other = points[i], points[i + 1]
     way = lengths(bent_way(source.chart, one.sky, other.sky))
     rise, fall = (_span(point, one, other, way) for point in (one, other))
-    slopes = [
-        (one.along * rise[:, None], one.along_time * rise),
-        (other.along * fall[:, None], other.along_time * fall),
-    ]
+    slopes = one.along * rise[:, None], other.along * fall[:, None]
+    begin, end, slow, fast = (
+        np.stack(columns, axis=-1)
+        for columns in (
+            (one.arrival, one.time),
+            (other.arrival, other.time),
+            (one.rate * one.along_time * rise, one.along_time * rise),
+            (other.rate * other.along_time * fall, other.along_time * fall),
+        )
+    )
+    times = Cubics(begin, end - begin, slow, fast)
     low, high, part = np.zeros(len(time)), np.ones(len(time)), np.zeros(len(time))
     for _ in range(_HALVINGS):
         part = (low + high) / 2
-        a, b, c, d = hermite(part)
-        late = a * one.arrival + b * other.arrival + c * one.rate * slopes[0][1] + d * other.rate * slopes[1][1]
-        low, high = np.where(late < time, part, low), np.where(late < time, high, part)
-    a, b, c, d = hermite(part)
-    emitted = a * one.time + b * other.time + c * slopes[0][1] + d * slopes[1][1]
-    sky = between(source.chart, (one.sky, other.sky), (slopes[0][0], slopes[1][0]), part)
+        early = times.at(part)[:, 0] < time
+        low, high = np.where(early, part, low), np.where(early, high, part)
+    emitted = times.at(part)[:, 1]
+    sky = between(source.chart, (one.sky, other.sky), slopes, part)
     second = np.where(part < 0.5, one.second, other.second)
     return sky, emitted, second, np.maximum(way, 1e-12)
 
 
-def _span(point: Points, one: Points, other: Points, way: Float[Array, " n"]) -> Float[Array, " n"]:
+def _span(point: CurvePoints, one: CurvePoints, other: CurvePoints, way: Float[Array, " n"]) -> Float[Array, " n"]:
     """The length of the way between neighbours in steps of the curve, at one of them."""
     return np.sqrt(
         (way**2 + ((other.time - one.time) / point.moment * _per_radian(point)) ** 2)
@@ -104,7 +112,7 @@ def _span(point: Points, one: Points, other: Points, way: Float[Array, " n"]) ->
     )
 
 
-def _per_radian(point: Points) -> Float[Array, " n"]:
+def _per_radian(point: CurvePoints) -> Float[Array, " n"]:
     """Radians on the sky that count as much as a step of length 1 in time."""
     return 1 / np.sqrt(np.linalg.det(point.metric))
 
@@ -131,12 +139,9 @@ def _closer(
         timed = np.abs(wanted - rays.arrival) <= 4 * (np.asarray(rays.beams.time_error) + np.spacing(np.abs(wanted)))
         done = rays.reach & (off <= _CLOSE + _ERRORS * rays.beams.error) & timed
         wish = -rays.miss - rays.by_time * late[:, None]
-        matrix = rays.by_sky.copy()
-        broken = ~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(wish).all(axis=1) | (rays.determinant == 0)
-        matrix[broken] = np.eye(2)
-        step = np.linalg.solve(matrix, wish[:, :, None])[:, :, 0]
+        step = solved(rays.by_sky, wish)
         step *= np.minimum(1, _FARTHEST * room / np.maximum(lengths(step), 1e-300))[:, None]
-    still = done | broken
+    still = done | ~np.isfinite(step).all(axis=1)
     step[still], late[still] = 0.0, 0.0
     if done.all():
         return rays, done
@@ -174,7 +179,6 @@ def _shown(
         emitted=rays.time[these],
         emitted_error=late / rays.rate[these] + np.abs(time - rays.arrival[these]),
         redshift=ratio,
-        magnification=magnification,
         flux=flux,
         error=error,
         sky_error=searched.errors(sky, off / minus),

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from kerrcaustics.moving_sources.arrivals import Arrivals, Source
+from kerrcaustics.lens_map.sky_chart import Chart
+from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
 from kerrcaustics.moving_sources.bent_steps import bent_step, bent_way, carried
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, tangent_basis
@@ -29,7 +30,7 @@ _BISECTIONS, _LEVEL = 40, 1e-11
 
 
 @dataclass(frozen=True)
-class Points(Rows):
+class CurvePoints(Rows):
     """Points of image curves.
 
     sky, time: direction and emission time; second: whether the ray arrives at the sphere for the second time; index:
@@ -50,7 +51,9 @@ class Points(Rows):
     along_time: Float[Array, " n"]
 
     @classmethod
-    def at(cls, rays: Arrivals, longest: Float[Array, " n"] | float, toward: "Points | Float[Array, ' n']") -> "Points":
+    def at(
+        cls, rays: Arrivals, longest: Float[Array, " n"] | float, toward: "CurvePoints | Float[Array, ' n']"
+    ) -> "CurvePoints":
         """Points where rays arrive at the source.
 
         longest: of a step in time; toward: points that they continue, or signs of the change of time along them.
@@ -65,8 +68,8 @@ class Points(Rows):
         flat = np.linalg.solve(metric, across[:, :2, None])[:, :, 0]
         one, other = tangent_basis(rays.sky)
         along, along_time = flat[:, :1] * one + flat[:, 1:] * other, moment * across[:, 2]
-        if isinstance(toward, Points):
-            before = toward.seen_from(rays, metric, moment)
+        if isinstance(toward, CurvePoints):
+            before = toward.seen_from(rays.source.chart, rays.sky, metric, moment)
             same = (before * across).sum(axis=1)
         else:
             same = along_time * toward
@@ -85,11 +88,10 @@ class Points(Rows):
         )
 
     def seen_from(
-        self, rays: Arrivals, metric: Float[Array, "n 2 2"], moment: Float[Array, " n"]
+        self, chart: Chart, sky: Float[Array, "n 3"], metric: Float[Array, "n 2 2"], moment: Float[Array, " n"]
     ) -> Float[Array, "n 3"]:
-        """The directions of the curve here, in the units of a metric at other places."""
-        along = carried(rays.source.chart, self.sky, self.along, rays.sky)
-        return _measured(metric, moment, rays.sky, along, self.along_time)
+        """The directions of the curve here, in the units of a metric at other directions."""
+        return _measured(metric, moment, sky, carried(chart, self.sky, self.along, sky), self.along_time)
 
 
 def _metric(rays: Arrivals) -> Float[Array, "n 2 2"]:
@@ -118,23 +120,15 @@ def _measured(
 class Walk:
     """A way along a curve from one moment of the source, to the same or another one. landed: it came to one."""
 
-    points: Points
+    points: CurvePoints
     landed: bool
 
 
-def walk(
-    source: Source, start: Points, low: Float[Array, " n"], high: Float[Array, " n"], sense: Float[Array, " n"]
-) -> list[Walk]:
-    """Follow curves from points at the time `low` or `high` until they come to either again.
-
-    sense: 1 to start with growing time, -1 with falling time.
-    """
-    n = len(start)
-    gap = high - low
-    rays = source.arrivals(start.sky, start.time, start.second)
-    now = Points.at(rays, gap, sense)
+def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Float[Array, " n"]) -> list[Walk]:
+    """Follow curves from points at the time `low` or `high`, the way they look, until they come to either again."""
+    n, gap = len(start), high - low
+    now = record = start
     tracks = [[i] for i in range(n)]
-    record = now
     step, other = np.full(n, _FIRST), np.zeros(n, bool)
     active, landed = np.arange(n), np.zeros(n, bool)
     for _ in range(_MOST_STEPS):
@@ -169,7 +163,7 @@ def walk(
     return [Walk(record[np.array(track)], bool(landed[i])) for i, track in enumerate(tracks)]
 
 
-def _replaced(points: Points, which: Int[Array, " some"], others: Points) -> Points:
+def _replaced(points: CurvePoints, which: Int[Array, " some"], others: CurvePoints) -> CurvePoints:
     order = np.arange(len(points))
     order[which] = len(points) + np.arange(len(which))
     return points.joined(others)[order]
@@ -177,12 +171,12 @@ def _replaced(points: Points, which: Int[Array, " some"], others: Points) -> Poi
 
 def _stepped(
     source: Source,
-    here: Points,
+    here: CurvePoints,
     h: Float[Array, " n"],
     lands: Bool[Array, " n"],
     second: Bool[Array, " n"],
     gap: Float[Array, " n"],
-) -> tuple[Points, Bool[Array, " n"]]:
+) -> tuple[CurvePoints, Bool[Array, " n"]]:
     """Points a step on, and whether they continue the curve; lands: their time is fixed."""
     sky = bent_step(source.chart, here.sky, h[:, None] * here.along)
     time = here.time + h * here.along_time
@@ -201,8 +195,8 @@ def _stepped(
         if (close | bad).all():
             break
     with np.errstate(invalid="ignore", divide="ignore"):
-        trial = Points.at(rays, gap, here)
-        before = here.seen_from(rays, trial.metric, trial.moment)
+        trial = CurvePoints.at(rays, gap, here)
+        before = here.seen_from(source.chart, trial.sky, trial.metric, trial.moment)
         after = _measured(trial.metric, trial.moment, trial.sky, trial.along, trial.along_time)
         straight = (before * after).sum(axis=1) > _STRAIGHT * lengths(before) * lengths(after)
         folds = trial.along_time * here.along_time < 0
@@ -212,34 +206,34 @@ def _stepped(
 
 
 def _correction(
-    rays: Arrivals, here: Points, lands: Bool[Array, " n"]
+    rays: Arrivals, here: CurvePoints, lands: Bool[Array, " n"]
 ) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
     """The Newton step to the curve, at right angles to it or at a fixed time."""
     matrix = np.zeros((len(lands), 3, 3))
     unit = np.linalg.inv(here.metric)
     matrix[:, :2, :2] = rays.by_sky @ unit
     matrix[:, :2, 2] = rays.by_time * here.moment[:, None]
-    ahead = here.seen_from(rays, here.metric, here.moment)
+    ahead = here.seen_from(rays.source.chart, rays.sky, here.metric, here.moment)
     matrix[:, 2] = np.where(lands[:, None], np.array([0.0, 0.0, 1.0]), ahead)
-    wish = np.concatenate([-rays.miss, np.zeros((len(lands), 1))], axis=1)
-    broken = ~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(wish).all(axis=1)
-    matrix[broken] = np.eye(3)
-    singular = np.linalg.det(matrix) == 0
-    matrix[singular] = np.eye(3)
-    broken |= singular
-    step = np.linalg.solve(matrix, wish[:, :, None])[:, :, 0]
-    step[broken] = np.nan
+    step = solved(matrix, np.concatenate([-rays.miss, np.zeros((len(lands), 1))], axis=1))
     return (unit @ step[:, :2, None])[:, :, 0], step[:, 2] * here.moment
 
 
-def turning_points(source: Source, one: Points, other: Points) -> tuple[Points, Float[Array, " n"], Float[Array, " n"]]:
+def turning_points(
+    source: Source, one: CurvePoints, other: CurvePoints
+) -> tuple[CurvePoints, Float[Array, " n"], Float[Array, " n"]]:
     """The folds between neighbours on a curve: points, errors of their emission times, errors of their directions.
 
     There the time turns back, so that an error of the direction along the curve changes it in the second order.
     """
-    span = lengths(_apart(source, one, other))
+    chart = source.chart
+    way = bent_way(chart, one.sky, other.sky)
+    span = lengths(_measured(one.metric, one.moment, one.sky, way, other.time - one.time))
+    same = one.seen_from(chart, one.sky, one.metric, one.moment) * other.seen_from(
+        chart, one.sky, one.metric, one.moment
+    )
     base, left = one, span.copy()
-    value, far = _lean(one), _lean(other) * np.sign(_along(source, one, other))
+    value, far = _lean(one), _lean(other) * np.sign(same.sum(axis=1))
     best = one
     for _ in range(_BISECTIONS):
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -266,20 +260,6 @@ def turning_points(source: Source, one: Points, other: Points) -> tuple[Points, 
     return best, late, off * lengths(best.along)
 
 
-def _lean(points: Points) -> Float[Array, " n"]:
+def _lean(points: CurvePoints) -> Float[Array, " n"]:
     """The part of the time in the direction of the curve."""
     return points.along_time / points.moment
-
-
-def _apart(source: Source, one: Points, other: Points) -> Float[Array, "n 3"]:
-    """From points to others, about, in the units of the first."""
-    return _measured(one.metric, one.moment, one.sky, bent_way(source.chart, one.sky, other.sky), other.time - one.time)
-
-
-def _along(source: Source, one: Points, other: Points) -> Float[Array, " n"]:
-    """Positive where both look the same way along the curve."""
-    ahead = carried(source.chart, other.sky, other.along, one.sky)
-    return (
-        _measured(one.metric, one.moment, one.sky, one.along, one.along_time)
-        * _measured(one.metric, one.moment, one.sky, ahead, other.along_time)
-    ).sum(axis=1)

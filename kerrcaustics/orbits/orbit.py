@@ -1,12 +1,11 @@
 """Orbits of sources: where a body is at each coordinate time, on a geodesic, on a Kepler ellipse, or as one says.
 
-Places are held as a radius and a unit vector of theta and phi, so that the spin axis is a place like all others.
+BodyPlaces are held as a radius and a unit vector of theta and phi, so that the spin axis is a place like all others.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -16,7 +15,7 @@ from kerrcaustics.orbits.geodesics import Geodesic, circular_velocity, free_fall
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.checks import quoted, real_number
-from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 from kerrcaustics.spacetime.viewer import finite_number
 
 Array = np.ndarray
@@ -29,7 +28,7 @@ _SLOPES = np.array([1.0, -8.0, 8.0, -1.0]) / 12
 _KEPLER_STEPS = 60
 
 
-class Places(NamedTuple):
+class BodyPlaces(NamedTuple):
     """Places at some times, and their rates by coordinate time: radius (n,), unit vector (n, 3) of theta and phi."""
 
     radius: Array
@@ -37,9 +36,14 @@ class Places(NamedTuple):
     radius_rate: Array
     rate: Array
 
+    @property
+    def angles(self) -> Float[Array, "n 2"]:
+        """theta and phi."""
+        return np.stack([polar_angle(self.vector), np.arctan2(self.vector[:, 1], self.vector[:, 0])], axis=-1)
+
 
 @runtime_checkable
-class Motion(Protocol):
+class BodyMotion(Protocol):
     """The motion of a body about one hole."""
 
     @property
@@ -47,7 +51,7 @@ class Motion(Protocol):
         """First and last time at which it is known."""
         ...
 
-    def at(self, time: Float[Array, " n"]) -> Places:
+    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
         """Where it is at times within the span."""
         ...
 
@@ -82,7 +86,7 @@ class Orbit:
     """
 
     words: str
-    about: Callable[[float, tuple[float, float]], Motion]
+    about: Callable[[float, tuple[float, float]], BodyMotion]
     when: float = 0.0
     period: Callable[[float], float] | None = None
 
@@ -133,7 +137,7 @@ class Orbit:
         }
         when = finite_number("time", time)
 
-        def about(spin: float, span: tuple[float, float]) -> Motion:
+        def about(spin: float, span: tuple[float, float]) -> BodyMotion:
             moves: Any = velocity
             if isinstance(velocity, str) and velocity == "circular":
                 moves = circular_velocity(spin, place["radius"], place["theta"], 0.0)
@@ -203,7 +207,7 @@ class Orbit:
             raise ValueError(f"Argument `eccentricity` must lie in [0, 1), but is {quoted(eccentricity)}.")
         if not 0 <= elements["inclination"] <= math.pi:
             raise ValueError(f"Argument `inclination` must lie in [0, pi] radians, but is {quoted(inclination)}.")
-        ellipse = _Ellipse(**elements)
+        ellipse = _KeplerMotion(**elements)
         period = 2 * math.pi * elements["semi_major_axis"] ** 1.5
         return cls(_words("kepler", elements), lambda spin, span: ellipse, elements["time"], lambda spin: period)
 
@@ -256,12 +260,12 @@ class _Falling:
     def span(self) -> tuple[float, float]:
         return self.geodesic.span
 
-    def at(self, time: Float[Array, " n"]) -> Places:
-        return Places(*self.geodesic.vectors(time))
+    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
+        return BodyPlaces(*self.geodesic.vectors(time))
 
 
 @dataclass(frozen=True)
-class _Ellipse:
+class _KeplerMotion:
     """The motion on a Kepler ellipse."""
 
     semi_major_axis: float
@@ -275,7 +279,7 @@ class _Ellipse:
     def span(self) -> tuple[float, float]:
         return -math.inf, math.inf
 
-    def at(self, time: Float[Array, " n"]) -> Places:
+    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
         e, rate = self.eccentricity, self.semi_major_axis**-1.5
         mean = np.remainder(rate * (time - self.time) + math.pi, 2 * math.pi) - math.pi
         # Newton's method from the far side, where Kepler's equation is convex: it never overshoots.
@@ -292,7 +296,7 @@ class _Ellipse:
         x_rate, y_rate = -self.semi_major_axis * sine * turned, self.semi_major_axis * flat * cosine * turned
         plane = np.stack([x, y], axis=-1) / radius[:, None]
         plane_rate = (np.stack([x_rate, y_rate], axis=-1) - plane * grows[:, None]) / radius[:, None]
-        return Places(radius, plane @ self._axes, grows, plane_rate @ self._axes)
+        return BodyPlaces(radius, plane @ self._axes, grows, plane_rate @ self._axes)
 
     @property
     def _axes(self) -> Float[Array, "2 3"]:
@@ -314,12 +318,12 @@ class _Told:
     def span(self) -> tuple[float, float]:
         return -math.inf, math.inf
 
-    def at(self, time: Float[Array, " n"]) -> Places:
+    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
         place = self._told(time)
         step = _STEP * np.maximum(np.abs(place[:, 0]), 1.0) ** 1.5
         around = np.stack([self._told(time + part * step) for part in _STENCIL])
         rates = np.tensordot(_SLOPES, around, 1) / step[:, None]
-        return Places(place[:, 0], place[:, 1:], rates[:, 0], rates[:, 1:])
+        return BodyPlaces(place[:, 0], place[:, 1:], rates[:, 0], rates[:, 1:])
 
     def _told(self, time: Float[Array, " n"]) -> Float[Array, "n 4"]:
         """Radius and unit vector at times."""
@@ -340,38 +344,21 @@ class _Told:
         return np.array(told).reshape(-1, 4)
 
 
-def clock_rates(spin: float, places: Places) -> Float[Array, " n"]:
-    """(dtau / dt)^2 (n,) of bodies at places: not positive where nothing can move that way."""
-    return 1 - np.array(_speed_terms(spin, places)).sum(axis=0)
-
-
-def _speed_terms(spin: float, places: Places) -> tuple[Array, ...]:
-    """Terms of 1 - (dtau / dt)^2 = -(1 + g_tt) ... of the metric, by the rates; regular on the axis."""
+def clock_rates(spin: float, places: BodyPlaces) -> Float[Array, " n"]:
+    """(dtau / dt)^2 (n,) of bodies at places, regular on the axis: not positive where nothing can move that way."""
     r, (x, y, z), a = places.radius, places.vector.T, spin
     sigma, delta = r**2 + (a * z) ** 2, r * (r - 2) + a * a
     square = x * x + y * y
-    # sin^2 theta dphi / dt, and the squares of dtheta / dt and of sin theta dphi / dt.
+    # sin^2 theta dphi / dt, and the squares of sin theta dphi / dt and of dtheta / dt.
     around = x * places.rate[:, 1] - y * places.rate[:, 0]
-    whole = (places.rate**2).sum(axis=-1)
     spun = np.divide(around**2, square, out=np.zeros_like(r), where=square > 0)
-    turned = np.maximum(whole - spun, 0.0)
+    turned = np.maximum((places.rate**2).sum(axis=-1) - spun, 0.0)
     big = (r * r + a * a) ** 2 - a * a * delta * square
-    return (
-        2 * r / sigma,
-        -4 * a * r / sigma * around,
-        big / sigma * spun,
-        sigma / delta * places.radius_rate**2,
-        sigma * turned,
-    )
+    at_rest = 1 - (2 * r - 4 * a * r * around) / sigma
+    return at_rest - big / sigma * spun - sigma * (places.radius_rate**2 / delta + turned)
 
 
-@lru_cache(maxsize=16)
-def motion_about(orbit: Orbit, spin: float, span: tuple[float, float]) -> Motion:
-    """The motion on an orbit about a hole, kept for the next use."""
-    return orbit.about(spin, span)
-
-
-def checked_places(spin: float, motion: Motion, time: Float[Array, " n"]) -> Places:
+def checked_places(spin: float, motion: BodyMotion, time: Float[Array, " n"]) -> BodyPlaces:
     """The places at times; ValueError where nothing can be there, or move so."""
     first, last = motion.span
     if (time < first).any() or (time > last).any():

@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.astronomy.time_tables import TimeTable
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.choices import SpotMotion, event_kind
@@ -58,7 +59,7 @@ class SpotEvent(Shown):
     record="radius size power period certified remarks events",
     points="time flux error shares centroid centroid_error travel_time travel_time_error",
 )
-class LightCurve(Shown):
+class LightCurve(TimeTable):
     """The light of a spot that circles the hole, as a viewer receives it."""
 
     camera: Viewer = quantity("", "", "who receives it", json="", column="")

@@ -55,12 +55,12 @@ _CLOSE = 0.3
 class Cubics(Rows):
     """Cubic curves that follow links: the place at the left end, the step to the right end, the rates at both."""
 
-    start: Float[Array, "links 3"]
-    step: Float[Array, "links 3"]
-    rate_0: Float[Array, "links 3"]
-    rate_1: Float[Array, "links 3"]
+    start: Float[Array, "links axes"]
+    step: Float[Array, "links axes"]
+    rate_0: Float[Array, "links axes"]
+    rate_1: Float[Array, "links axes"]
 
-    def at(self, part: Float[Array, " links"]) -> Float[Array, "links 3"]:
+    def at(self, part: Float[Array, " links"]) -> Float[Array, "links axes"]:
         """Places at parts of the links."""
         t = part[:, None]
         bend = t * (1 - t)
