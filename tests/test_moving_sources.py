@@ -110,7 +110,7 @@ def test_pairs_are_there_between_their_events(inclined):
         (lambda: kc.light_curve(CAMERA, INCLINED), "`times` must be an array of times, as this orbit has no period"),
         (lambda: kc.light_curve(CAMERA, INCLINED, [math.nan]), "`times` must be"),
         (lambda: kc.light_curve(CAMERA, INCLINED, [1.0], searches=1), "`searches` must be a whole number from 2"),
-        (lambda: kc.light_curve(CAMERA, 8.0, source="ball"), "`source` must be one of point, spot"),
+        (lambda: kc.light_curve(CAMERA, 8.0, source="disk"), "`source` must be one of point, ball, spot"),
         (lambda: kc.light_curve(CAMERA, lambda t: (9.0, 1.2, 0.5 * t), [60.0]), "`orbit` must be slower than light"),
         (
             lambda: kc.light_curve(CAMERA, lambda t: (9.0, 1.2), [60.0]),
@@ -203,3 +203,39 @@ def test_command_follows_an_orbit_of_a_file(capsys, tmp_path):
     status, _, err = run(capsys, "light-curve", *options)
     assert status == 2
     assert err == "kerrcaustics: Argument --during must be given, as this orbit has no period.\n"
+
+
+def test_a_small_ball_is_a_point():
+    still = kc.Orbit.function(lambda t: (10.0, 1.2, 0.4))
+    point, ball = (
+        kc.light_curve(OBSERVER, still, [0.0], max_index=1, source=kind, size=0.01) for kind in ("point", "ball")
+    )
+    assert ball.certified and ball.size == 0.01 and point.size == 0
+    assert np.abs(ball.shares - point.shares).max() < 1e-4 * point.flux[0]
+    assert (ball.error < 1e-4 * ball.flux).all()
+
+
+@pytest.mark.slow
+def test_a_ball_crosses_a_caustic_as_a_disc_crosses_a_fold():
+    first = kc.light_curve(CAMERA, INCLINED, [184.0, 185.0], searches=8)
+    event = next(event for event in first.events if event.kind == "creation" and event.order == 2)
+    time = event.time + np.linspace(-0.2, 0.4, 61)
+    ball = kc.light_curve(CAMERA, INCLINED, time, source="ball", size=0.03, searches=8)
+    pair = ball.shares[:, time < event.time - 0.01].any(axis=1) & ~ball.shares[:, time < event.time - 0.19].any(axis=1)
+    assert ball.certified and sorted(ball.index[pair].tolist()) == [1, 2]
+    light = ball.shares[pair].sum(axis=0)
+    # The most light of a disc that crosses a fold is 1.393119, with its middle on the fold it is 1.112836.
+    assert light.max() / np.interp(event.time, time, light) == pytest.approx(1.393119 / 1.112836, rel=0.01)
+    # No light before the limb arrives, which takes as long as from the limb to the middle.
+    begins = time[np.flatnonzero(light)[0]] - event.time
+    assert 0.06 < -begins < 0.14 and (np.diff(light[light > 0][:6]) > 0).all()
+    # It is that of two points far inside.
+    far = time > event.time + 0.39
+    point = kc.light_curve(CAMERA, INCLINED, time[far], searches=8)
+    assert ball.flux[far] == pytest.approx(point.flux, rel=2e-3)
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, math.nan, 2.0])
+def test_balls_have_a_size(size):
+    with pytest.raises(ValueError, match="Argument `size` must be"):
+        kc.light_curve(OBSERVER, 10.0, [0.0], source="ball", size=size)

@@ -43,7 +43,7 @@ def light_curve(
     *,
     camera: CameraOptions,
     orbit: str,
-    source: Literal["point", "spot"] | None = None,
+    source: Literal["point", "ball", "spot"] | None = None,
     during: Angles | None = None,
     times: WholeNumber = 200,
     max_index: MaxIndex = 2,
@@ -70,16 +70,16 @@ def light_curve(
         with radius, theta, phi, velocity and time, or kind = "kepler" with semi_major_axis, eccentricity, inclination,
         node, pericentre and time; angles in degrees.
     source
-        point: a star of luminosity 1 that shines alike to all sides. spot: a Gaussian spot in a disk, on a circular
-        orbit. Left out, a spot where --orbit is a radius.
+        point: a star of luminosity 1 that shines alike to all sides. ball: the same, of that --size. spot: a Gaussian
+        spot in a disk, on a circular orbit. Left out, a spot where --orbit is a radius.
     during
         First and last time of the camera, in units of the mass; left out, one period of the orbit.
     times
         Number of times, evenly over them.
     max_index
-        Highest Morse index of the images of a point, 0 to 6.
+        Highest Morse index of the images of a point or a ball, 0 to 6.
     size
-        Of a spot: deviation of its Gaussian profile along its orbit, in units of the mass.
+        In units of the mass: radius of a ball; of a spot the deviation of its Gaussian profile along its orbit.
     crossings
         Of a spot: number of crossings of the plane that add to the light, 1 to 12.
     motion
@@ -120,15 +120,13 @@ def light_curve(
         if during is None and getattr(way, "period", orbit) is None:
             raise BadInput("Argument --during must be given, as this orbit has no period.")
         kind: Any = source or ("point" if _radius(orbit) is None else "spot")
-        if film is not None and kind == "point":
+        if film is not None and kind != "spot":
             raise BadInput("Argument --film must come with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
         settings: dict[str, Any] = (
-            {"max_index": max_index}
-            if kind == "point"
-            else {"size": size, "crossings": crossings, "motion": motion, "power": power}
+            {"crossings": crossings, "motion": motion, "power": power} if kind == "spot" else {"max_index": max_index}
         )
-        light: Any = follow(seen_from, way, clock, source=kind, **settings, progress=report)
+        light: Any = follow(seen_from, way, clock, source=kind, size=size, **settings, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)
@@ -138,14 +136,14 @@ def light_curve(
             report("drawing", 1.0)
             from kerrcaustics.draw import light_curves, source_light
 
-            draw = source_light.source_light_figure if kind == "point" else light_curves.light_curve_figure
+            draw = light_curves.light_curve_figure if kind == "spot" else source_light.source_light_figure
             write_figure(draw(light), figure)
     if film is not None:
         from kerrcaustics.draw.light_curves import light_curve_film
 
         write_film(film, lambda: light_curve_film(light, motion), restart)
     common.write_result(record(light, camera=seen_from, points=points), seconds, None)
-    (_print_source if kind == "point" else _print_spot)(light, common.console())
+    (_print_spot if kind == "spot" else _print_source)(light, common.console())
     common.say_files(figure=figure, film=film, table=table, saved=save)
     if not light.certified:
         stop(1, "Not all images are certified: see the remarks.")

@@ -50,15 +50,22 @@ class Source:
         """Coordinates about the shadow edge."""
         return chart_of(self.searched.search_camera)
 
-    def arrivals(self, sky: Float[Array, "n 3"], time: Float[Array, " n"], second: Bool[Array, " n"]) -> "Arrivals":
-        """The rays of directions on the search sky, to the spheres of the source at emission times."""
+    def arrivals(
+        self,
+        sky: Float[Array, "n 3"],
+        time: Float[Array, " n"],
+        second: Bool[Array, " n"],
+        radius: Float[Array, " n"] | None = None,
+    ) -> "Arrivals":
+        """The rays of directions on the search sky, to the spheres of the source at emission times, or to others."""
         places = self.motion.at(time)
-        beams, lowering = self._traced(sky, places.radius, second)
+        radius = places.radius if radius is None else radius
+        beams, lowering = self._traced(sky, radius, second)
         # Rays that turn back further out are looked at next to their turning point.
         passed = np.flatnonzero(beams.status == Status.MISSED)
         if len(passed):
             nearest = _turning_points(self.spin, np.asarray(beams.impact)[passed], np.asarray(beams.carter)[passed])
-            beside = np.clip(_BESIDE * (nearest / places.radius[passed] - 1), _LEAST_BESIDE, _MOST_BESIDE)
+            beside = np.clip(_BESIDE * (nearest / radius[passed] - 1), _LEAST_BESIDE, _MOST_BESIDE)
             others, also = self._traced(sky[passed], nearest * (1 + beside), second[passed])
             for name, values in vars(beams).items():
                 if isinstance(values, np.ndarray):
@@ -168,60 +175,78 @@ class Arrivals:
         return np.sqrt(sigma / delta) / r, np.sqrt(sigma) / r, np.sqrt(big / sigma) / r
 
     @cached_property
-    def _across(self) -> tuple[Array, Array]:
-        """Two unit vectors (n, 3) across the ray, in lengths along r, theta, phi."""
+    def ahead(self) -> Float[Array, "n 3"]:
+        """Unit vectors along the ray, in lengths along r, theta, phi."""
         a, r, (p_r, p_theta, around) = self.source.spin, self.beams.radius, self.momentum
         drag = a * (r * r + a * a - a * self._light[0]) / self._delta - a
         # dr, dtheta, sin theta dphi by Mino time.
         motion = np.stack([self._delta * p_r, p_theta, around + drag * self._sine], axis=-1)
         ahead = motion * np.stack(self._scales, axis=-1)
-        return tangent_basis(ahead / lengths(ahead)[:, None])
+        return ahead / lengths(ahead)[:, None]
+
+    @cached_property
+    def across(self) -> Float[Array, "2 n 3"]:
+        """Two steps dr, dtheta, sin theta dphi across the ray, of the length 1 over the radius."""
+        return np.stack(tangent_basis(self.ahead)) / np.stack(self._scales, axis=-1)
 
     def _on_plane(self, step: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Steps dr, dtheta, sin theta dphi, seen along the ray: lengths over the radius."""
-        long = step * np.stack(self._scales, axis=-1)
-        return np.stack([(long * across).sum(axis=1) for across in self._across], axis=-1)
+        long = step * np.stack(self._scales, axis=-1) ** 2
+        return np.stack([(long * across).sum(axis=1) for across in self.across], axis=-1)
 
     def _step(self, vector: Float[Array, "n 3"], radius: Array | float = 0.0) -> Float[Array, "n 3"]:
         """Steps of unit vectors and of radii as dr, dtheta, sin theta dphi."""
         flat = flattened(self.beams.direction, vector)
         return np.concatenate([np.broadcast_to(radius, len(flat))[:, None], flat], axis=1)
 
+    @cached_property
+    def offset(self) -> Float[Array, "n 3"]:
+        """dr, dtheta, sin theta dphi from the source to the ray."""
+        return self._step(self.beams.direction - self.places.vector, self.beams.radius - self.places.radius)
+
+    @cached_property
+    def beside(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """How far along the ray the source is, and the radius at which the ray passes it, both over its radius."""
+        long = self.offset * np.stack(self._scales, axis=-1)
+        along = (long * self.ahead).sum(axis=1)
+        step = long - along[:, None] * self.ahead
+        return np.abs(along), 1 + step[:, 0] / self._scales[0] / self.places.radius
+
     @property
-    def _velocity(self) -> Float[Array, "n 3"]:
+    def columns(self) -> Float[Array, "n 3 2"]:
+        """The change of that with N along `tangent_basis(N)`."""
+        return np.pad(self.beams.jacobian, ((0, 0), (1, 0), (0, 0)))
+
+    @cached_property
+    def velocity(self) -> Float[Array, "n 3"]:
         """dr, dtheta, sin theta dphi of the source by its time."""
         return self._step(self.places.rate, self.places.radius_rate)
 
     @cached_property
     def miss(self) -> Float[Array, "n 2"]:
         """By how much the ray passes the source, across the ray and over the radius."""
-        return self._on_plane(
-            self._step(self.beams.direction - self.places.vector, self.beams.radius - self.places.radius)
-        )
+        return self._on_plane(self.offset)
 
     @cached_property
     def by_sky(self) -> Float[Array, "n 2 2"]:
         """The change of that with N along `tangent_basis(N)`."""
-        columns = [np.pad(self.beams.jacobian[:, :, i], ((0, 0), (1, 0))) for i in (0, 1)]
-        return np.stack([self._on_plane(column) for column in columns], axis=-1)
+        return np.stack([self._on_plane(self.columns[:, :, i]) for i in (0, 1)], axis=-1)
 
     @cached_property
     def by_time(self) -> Float[Array, "n 2"]:
         """The change of that with the emission time."""
-        return -self._on_plane(self._velocity)
+        return -self._on_plane(self.velocity)
 
     @cached_property
     def rate(self) -> Float[Array, " n"]:
         """dt of arrival by dt of emission, 1 - p.v."""
-        return 1 - (np.stack(self.momentum, axis=-1) * self._velocity).sum(axis=1)
+        return 1 - (np.stack(self.momentum, axis=-1) * self.velocity).sum(axis=1)
 
     @cached_property
     def arrival(self) -> Float[Array, " n"]:
         """The time at which the source's own light arrives, by the ray close to it: that of the viewer."""
-        _, p_theta, around = self.momentum
-        off = flattened(self.beams.direction, self.beams.direction - self.places.vector)
         late, _ = self.source.searched.viewer_time(np.asarray(self.beams.time), np.asarray(self.beams.time_error))
-        return self.time + late + p_theta * off[:, 0] + around * off[:, 1]
+        return self.time + late + (np.stack(self.momentum, axis=-1) * self.offset).sum(axis=1)
 
     def stepped(self, step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
         """The directions after steps along `tangent_basis(N)`."""

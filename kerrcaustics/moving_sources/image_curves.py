@@ -25,7 +25,7 @@ Array = np.ndarray
 _SAME, _SAME_ERRORS = 1e-8, 30.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Turn:
     """A fold of an image curve: a pair of images appears there, or vanishes.
 

@@ -14,14 +14,16 @@ from kerrcaustics.choices import event_kind
 from kerrcaustics.images.images import checked_index
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.moving_sources.arrivals import Source
+from kerrcaustics.moving_sources.ball_light import BallShares, ball_shares
+from kerrcaustics.moving_sources.balls import Ball
 from kerrcaustics.moving_sources.image_curves import ImageCurves, Turn, image_curves, searched
 from kerrcaustics.moving_sources.seen_images import SeenImages, seen_images
 from kerrcaustics.orbits.orbit import BodyMotion, Orbit, Path, checked_places, orbit_of
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
-from kerrcaustics.spacetime.checks import one_of, whole_number
+from kerrcaustics.spacetime.checks import one_of, quoted, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths
-from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer, finite_number
 from kerrcaustics.tracks.light_curves import LightCurve, clock_of, spot_light_curve
 
 Array = np.ndarray
@@ -32,6 +34,8 @@ _BETWEEN, _FEWEST, _MOST = 0.25, 6, 400
 _HALF_TURN = 17.0
 # The span of emission times is found to this part of the span of times, in so many steps.
 _SLACK, _SHIFTS = 0.05, 8
+# A ball is smaller than this part of its radius from the hole.
+_LARGEST = 0.1
 # Places at which the orbit is checked.
 _CHECKED = 500
 
@@ -55,7 +59,7 @@ class SourceEvent(Shown):
 
 @result(
     "source-light/1",
-    record="camera orbit certified remarks index events",
+    record="camera orbit size certified remarks index events",
     points="time flux error shares emission_time emission_time_error redshift sky sky_error centroid centroid_error",
 )
 class SourceLightCurve(TimeTable):
@@ -63,6 +67,7 @@ class SourceLightCurve(TimeTable):
 
     camera: Viewer = quantity("", "", "who receives it", json="", column="")
     orbit: str = quantity("", "", "the orbit, in words")
+    size: float = quantity("", "GM/c^2", "radius of a ball; 0 of a point")
     time: Array = quantity("time", "GM/c^3", "of the camera: coordinate time; an Observer's is that of a plane wave")
     flux: Array = quantity(
         "time",
@@ -122,9 +127,10 @@ def light_curve(
     orbit: float | Orbit | Path,
     times: ArrayLike | int = 200,
     *,
-    source: Literal["point"] | None = None,
+    source: Literal["point", "ball"] | None = None,
     max_index: int = 2,
     searches: int | None = None,
+    size: float = 0.1,
     progress: Progress | bool | None = None,
 ) -> SourceLightCurve: ...
 
@@ -146,7 +152,7 @@ def light_curve(
     points: int = 720,
     progress: Progress | bool | None = None,
 ) -> SourceLightCurve | LightCurve:
-    """The light of a source on an orbit, image by image: a point on any orbit, or a small spot in the plane of a disk.
+    """The light of a source on an orbit, image by image: a point or a ball on any orbit, or a small spot in a disk.
 
     Parameters
     ----------
@@ -159,15 +165,15 @@ def light_curve(
     times : (t,) array or int
         Times of the camera (units of the mass); a number: so many over one orbit, where that has a period.
     source : str, optional
-        "point" or "spot". Without it a spot if `orbit` is a radius, else a point.
+        "point", "ball" or "spot". Without it a spot if `orbit` is a radius, else a point.
     max_index : int
-        Of a point: its images of Morse index 0 to this, at most 6.
+        Of a point or a ball: its images of Morse index 0 to this, at most 6.
     searches : int, optional
-        Of a point: at how many moments all images are searched for, 2 to 2000; without it one for every 14 degrees of
-        its way.
+        Of a point or a ball: at how many moments all images are searched for, 2 to 2000; without it one for every 14
+        degrees of its way.
     size : float
-        Of a spot: the deviation of its Gaussian profile along its orbit, in units of the mass. Across the orbit it is
-        small.
+        In units of the mass. Of a ball its radius, in its own frame, below a tenth of its distance from the hole. Of a
+        spot the deviation of its Gaussian profile along its orbit; across the orbit it is small.
     crossings : int
         Of a spot: how many crossings of the plane add to the light.
     motion : str
@@ -184,10 +190,12 @@ def light_curve(
     Returns
     -------
     SourceLightCurve or LightCurve
-        Of a point: its flux for the luminosity 1, alike to all sides in its own frame, with emission times, frequency
-        ratios and places of all images, and all pair events. Of a spot of intensity I and area A, as r dr dphi in the
-        frame that circles with it, the flux is I A times its `flux`: in M^2, as areas of (alpha, beta), for an
-        Observer. Times are even for the camera, and coordinate times; an Observer's are relative to a plane wave.
+        Of a point or a ball: its flux for the luminosity 1, alike to all sides in its own frame, with emission times,
+        frequency ratios and places of all images, and all pair events of its middle. A pair that the edge of a ball
+        shows alone, at a caustic that its middle does not cross, is not looked for. Of a spot of intensity I and area
+        A, as r dr dphi in the frame that circles with it, the flux is I A times its `flux`: in M^2, as areas of
+        (alpha, beta), for an Observer. Times are even for the camera, and coordinate times; an Observer's are relative
+        to a plane wave.
 
     Raises
     ------
@@ -197,13 +205,15 @@ def light_curve(
 
     Errors
     ------
-    Of a point: `SourceLightCurve.error`, by those of the beams, and beside an event by that of its time. Of a spot:
+    Of a point: `SourceLightCurve.error`, by those of the beams, and beside an event by that of its time. Of a ball: by
+    how much coarser sums differ, and (size / r)^2, by which spacetime bends within it. Of a spot:
     `LightCurve.error`, `centroid_error` and `travel_time_error`, by what half of the points give instead, at that time
     and on average over all. Events lie where beams are flat, and are as accurate as rays.
 
     Notes
     -----
-    A point is infinitely bright at its events, as the root of the time to them. For a Camera a spot's `flux` is in
+    A point is infinitely bright at its events, as the root of the time to them; a ball is not, and images that merge
+    share their light alike. For a Camera a spot's `flux` is in
     steradians. Light of further crossings is fainter by e^-pi or so from one to the next without spin, by less on the
     prograde side of a spinning hole.
 
@@ -224,7 +234,7 @@ def light_curve(
     """
     if source is None:
         source = "point" if isinstance(orbit, Orbit) or callable(orbit) else "spot"
-    one_of("source", source, ("point", "spot"))
+    one_of("source", source, ("point", "ball", "spot"))
     if source == "spot":
         radius: Any = orbit
         spot = {"size": size, "crossings": crossings, "motion": motion, "power": power, "points": points}
@@ -235,19 +245,23 @@ def light_curve(
     if isinstance(times, int | np.integer) and way.period is None:
         raise ValueError("Argument `times` must be an array of times, as this orbit has no period.")
     clock = clock_of(times, math.nan if way.period is None else way.period(camera.spin))
-    return _of_point(camera, way, clock, highest, count)
+    wide = finite_number("size", size) if source == "ball" else 0.0
+    if source == "ball" and not wide > 0:
+        raise ValueError(f"Argument `size` must be positive, but is {quoted(size)}.")
+    return _of_point(camera, way, clock, highest, count, wide)
 
 
 def _of_point(
-    camera: Viewer, orbit: Orbit, times: Float[Array, " t"], highest: int, searches: int | None
+    camera: Viewer, orbit: Orbit, times: Float[Array, " t"], highest: int, searches: int | None, size: float
 ) -> SourceLightCurve:
-    """The light curve of a point; searches: moments at which all images are searched for."""
-    source, span = _span(camera, orbit, times, highest)
+    """The light curve of a point, or of a ball; searches: moments at which all images are searched for."""
+    source, span = _span(camera, orbit, times, highest, size)
     moments = searched(source, _moments(source.motion, span, searches), highest)
     curves = image_curves(source, moments, highest)
     wanted = [_lived(branch.points.arrival, times) for branch in curves.branches]
     seen = seen_images(source, list(curves.branches), [times[which] for which in wanted])
-    return _light_curve(source, orbit, times, curves, wanted, seen)
+    ball = ball_shares(Ball(source, size), curves, times, wanted, seen, highest) if size else None
+    return _light_curve(source, orbit, times, curves, wanted, seen, ball, size)
 
 
 def _lived(arrival: Float[Array, " points"], times: Float[Array, " t"]) -> Array:
@@ -256,7 +270,7 @@ def _lived(arrival: Float[Array, " points"], times: Float[Array, " t"]) -> Array
 
 
 def _span(
-    camera: Viewer, orbit: Orbit, times: Float[Array, " t"], max_index: int
+    camera: Viewer, orbit: Orbit, times: Float[Array, " t"], max_index: int, size: float
 ) -> tuple[Source, tuple[float, float]]:
     """The source, and the first and last emission time of the light of all images at times."""
     start = orbit.about(camera.spin, (orbit.when, orbit.when))
@@ -288,7 +302,12 @@ def _span(
                 break
             emitted[end] += ahead - (low + high) / 2
     span = emitted[0], emitted[1]
-    checked_places(camera.spin, source.motion, np.linspace(*span, _CHECKED))
+    places = checked_places(camera.spin, source.motion, np.linspace(*span, _CHECKED))
+    most = _LARGEST * places.radius.min()
+    if not size < most:
+        raise ValueError(
+            f"Argument `size` must be below a tenth of the orbit's least radius, {most:.4g}, but is {size:g}."
+        )
     return source, span
 
 
@@ -336,10 +355,12 @@ def _light_curve(
     curves: ImageCurves,
     wanted: list[Array],
     seen: list[SeenImages],
+    ball: BallShares | None,
+    size: float,
 ) -> SourceLightCurve:
     """The result, from the images at their times."""
     searched_sky = source.searched
-    kept = [k for k, which in enumerate(wanted) if len(which)]
+    kept = [k for k, which in enumerate(wanted) if len(which) or (ball is not None and ball.flux[k].any())]
     axes = searched_sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
 
     def table(value: Callable[[SeenImages], Array], empty: float, *shape: int) -> Array:
@@ -351,6 +372,10 @@ def _light_curve(
     shares, off = table(lambda s: s.flux, 0.0), table(lambda s: s.error, 0.0)
     sky = table(lambda s: searched_sky.shown(s.sky), math.nan, axes)
     sky_error = table(lambda s: s.sky_error, math.nan)
+    if ball is not None:
+        shares, off = ball.flux[kept], ball.error[kept]
+        there = np.isfinite(ball.sky[kept, :, 0])
+        sky[there] = searched_sky.shown(ball.sky[kept][there])
     flux = shares.sum(axis=0)
     places = np.nan_to_num(sky)
     centroid = (shares[:, :, None] * places).sum(axis=0)
@@ -359,13 +384,14 @@ def _light_curve(
         apart = lengths(places - centroid)
         centroid_error = (off * apart + shares * np.nan_to_num(sky_error)).sum(axis=0) / flux
     unreached = sum(int((~s.reached).sum()) for s in seen)
-    remarks = list(curves.remarks)
+    remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
     if unreached:
         remarks.append(f"{unreached} images at some of the times are known roughly")
     turns = [turn for turn in curves.turns if times.min() <= turn.point.arrival[0] <= times.max()]
     return SourceLightCurve(
         camera=searched_sky.viewer,
         orbit=orbit.words,
+        size=size,
         time=times,
         flux=flux,
         error=off.sum(axis=0),

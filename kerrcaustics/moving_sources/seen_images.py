@@ -38,10 +38,11 @@ _OF_RATIO = 1e-13
 class SeenImages:
     """One image at the times at which it is there, and what is seen of it. reached: whether it was found itself.
 
-    sky: on the search sky; sky_error on the viewer's.
+    sky: on the search sky; sky_error on the viewer's; second: which arrival at its sphere.
     """
 
     sky: Float[Array, "n 3"]
+    second: Bool[Array, " n"]
     emitted: Float[Array, " n"]
     emitted_error: Float[Array, " n"]
     redshift: Float[Array, " n"]
@@ -148,19 +149,22 @@ def _closer(
     return source.arrivals(rays.stepped(step), rays.time + late, rays.second), done
 
 
+def size_and_ratio(rays: Arrivals) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Of directions on the search sky: how much longer a radian is for the viewer, and g of the source's light."""
+    searched = rays.source.searched
+    stretch = searched.stretch(searched.shown(rays.sky))
+    at_infinity = redshift(searched.search_camera.frame(), rays.sky) / stretch
+    clock = np.sqrt(clock_rates(rays.source.spin, rays.places))
+    return searched.still_lengths(rays.sky) * stretch, at_infinity * clock / rays.rate
+
+
 def _shown(
     rays: Arrivals, these: Array, branch: Branch, time: Float[Array, " n"], done: Bool[Array, " n"]
 ) -> SeenImages:
     """What is seen of an image, with the errors."""
-    source, searched = rays.source, rays.source.searched
-    beams, sky = rays.beams, rays.sky[these]
+    searched, beams, sky = rays.source.searched, rays.beams, rays.sky[these]
     plus, minus = beams.delta_plus[these], np.abs(beams.delta_minus[these])
-    place = searched.shown(sky)
-    stretch = searched.stretch(place)
-    size = searched.still_lengths(sky) * stretch
-    at_infinity = redshift(searched.search_camera.frame(), sky) / stretch
-    clock = np.sqrt(clock_rates(source.spin, rays.places))[these]
-    ratio = at_infinity * clock / rays.rate[these]
+    size, ratio = (part[these] for part in size_and_ratio(rays))
     root, off_root = (part[these] for part in rays.radial_root)
     with np.errstate(divide="ignore", invalid="ignore"):
         magnification = size**2 / (plus * minus)
@@ -176,6 +180,7 @@ def _shown(
         error = np.minimum(np.where(done, lost, 1.0), 1.0) * flux
     return SeenImages(
         sky=sky,
+        second=rays.second[these],
         emitted=rays.time[these],
         emitted_error=late / rays.rate[these] + np.abs(time - rays.arrival[these]),
         redshift=ratio,

@@ -1,0 +1,183 @@
+"""The light of a ball from its images as a point and from its pair events: what is evenly lit, and what is sliced."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from kerrcaustics.moving_sources.arrivals import Source
+from kerrcaustics.moving_sources.balls import Ball, Sights, SlicedImage, axes_at
+from kerrcaustics.moving_sources.image_curves import ImageCurves
+from kerrcaustics.moving_sources.seen_images import SeenImages
+from kerrcaustics.spacetime.sphere import lengths
+
+Array = np.ndarray
+
+# A ball is looked for at a fold until its middle is so many radii outside; each time is a little wrong.
+_OUTSIDE = 1.1
+# Tips of spines that are the same lie so close, as a part of the length of the spine.
+_SAME = 1e-2
+# Light of images that cannot be measured is known to this part of that of a point.
+_ROUGHLY = 0.3
+
+
+@dataclass(frozen=True)
+class BallShares:
+    """Light by branch and time, its error, and its direction on the search sky; remarks: what is in doubt."""
+
+    flux: Float[Array, "branches times"]
+    error: Float[Array, "branches times"]
+    sky: Float[Array, "branches times 3"]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A part of the image that is sliced at a time, next to an image of a branch or to a fold.
+
+    turn: whose axes it takes; point: the light of the image as a point.
+    """
+
+    time: int
+    branches: tuple[int, ...]
+    sky: Float[Array, " 3"]
+    emitted: float
+    second: bool
+    turn: int | None
+    point: float
+
+
+def ball_shares(
+    ball: Ball,
+    curves: ImageCurves,
+    times: Float[Array, " t"],
+    wanted: list[Array],
+    seen: list[SeenImages],
+    max_index: int,
+) -> BallShares:
+    """The light of a ball. wanted: the times of each branch at which its image as a point is there, and is seen."""
+    shape = len(curves.branches), len(times)
+    flux, error, sky = np.zeros(shape), np.zeros(shape), np.full((*shape, 3), np.nan)
+    parts: list[_Part] = []
+    turns = {turn: k for k, turn in enumerate(curves.turns)}
+    for k, (branch, which, images) in enumerate(zip(curves.branches, wanted, seen, strict=True)):
+        if not len(which):
+            continue
+        sights = _sights(ball.source, images.sky, images.emitted, times[which], images.second, max_index)
+        light, off, even = ball.even_light(sights)
+        flux[k, which[even]], error[k, which[even]] = light[even], off[even] + images.error[even]
+        sky[k, which] = images.sky
+        ends = [turn for turn in (branch.born, branch.dies) if turn is not None]
+        for i in np.flatnonzero(~even).tolist():
+            near = min(ends, key=lambda turn: abs(float(turn.point.arrival[0]) - times[which[i]]), default=None)
+            parts.append(
+                _Part(
+                    int(which[i]),
+                    (k,),
+                    images.sky[i],
+                    float(images.emitted[i]),
+                    bool(images.second[i]),
+                    None if near is None else turns[near],
+                    float(images.flux[i]),
+                )
+            )
+    parts += _outside(ball, curves, times)
+    return _with_parts(ball, curves, times, parts, (flux, error, sky), max_index)
+
+
+def _sights(source: Source, sky: Array, emitted: Array, wanted: Array, second: Array, highest: int) -> Sights:
+    axes = axes_at(source.arrivals(sky, emitted, second))
+    return Sights(sky, emitted, wanted, second, axes, np.full(len(sky), highest))
+
+
+def _outside(ball: Ball, curves: ImageCurves, times: Float[Array, " t"]) -> list[_Part]:
+    """Folds that the ball covers while its middle is outside: before a creation, after an annihilation."""
+    parts = []
+    for k, turn in enumerate(curves.turns):
+        point = turn.point
+        sights = _sights(ball.source, point.sky, point.time, point.arrival, point.second, 0)
+        here = ball.passes(sights)
+        speed = abs(float(here.by_time[0, 1] / point.rate[0]))
+        branches = tuple(b for b, branch in enumerate(curves.branches) if turn in (branch.born, branch.dies))
+        late = times - float(point.arrival[0])
+        outside = late < 0 if turn.creates else late > 0
+        for i in np.flatnonzero(outside & (np.abs(late) * speed < _OUTSIDE * ball.size)).tolist():
+            emitted = float(point.time[0] + late[i] / point.rate[0])
+            parts.append(_Part(i, branches, point.sky[0], emitted, bool(point.second[0]), k, 0.0))
+    return parts
+
+
+def _with_parts(
+    ball: Ball,
+    curves: ImageCurves,
+    times: Float[Array, " t"],
+    parts: list[_Part],
+    shares: tuple[Array, Array, Array],
+    max_index: int,
+) -> BallShares:
+    """The shares with those of sliced parts: parts that are the same count once, half for each branch."""
+    flux, error, sky = shares
+    remarks: list[str] = []
+    if parts:
+        wanted = times[[part.time for part in parts]]
+        places = np.array([part.sky for part in parts])
+        emitted, second = np.array([part.emitted for part in parts]), np.array([part.second for part in parts])
+        sights = _sights(ball.source, places, emitted, wanted, second, max_index)
+        axes = sights.axes
+        for i, turn in enumerate(_common_turns(curves, times, parts)):
+            if turn is not None:
+                point = curves.turns[turn].point
+                axes[i] = axes_at(ball.source.arrivals(point.sky, point.time, point.second))[0]
+        images = ball.sliced_light(sights)
+        rough = 0
+        for group in _groups(parts, images):
+            image, part = images[group[0]], parts[group[0]]
+            branches = sorted({branch for i in group for branch in parts[i].branches})
+            if image is None:
+                rough += part.point > 0
+                flux[part.branches[0], part.time] += part.point
+                error[part.branches[0], part.time] += _ROUGHLY * part.point
+            elif image.flux > 0:
+                for branch in branches:
+                    flux[branch, part.time] += image.flux / len(branches)
+                    error[branch, part.time] += image.error / len(branches)
+                    sky[branch, part.time] = image.sky
+        if rough:
+            remarks.append(f"{rough} images of the ball are known roughly")
+    return BallShares(flux, error, sky, tuple(remarks))
+
+
+def _common_turns(curves: ImageCurves, times: Float[Array, " t"], parts: list[_Part]) -> list[int | None]:
+    """The turn whose axes each part takes: of parts of one time that share branches by turns, the nearest in time."""
+    ends = [{k for k, turn in enumerate(curves.turns) if turn in (b.born, b.dies)} for b in curves.branches]
+    chosen: list[int | None] = [part.turn for part in parts]
+    by_time: dict[int, list[int]] = {}
+    for i, part in enumerate(parts):
+        by_time.setdefault(part.time, []).append(i)
+    for time, members in by_time.items():
+        away = {k: abs(float(turn.point.arrival[0]) - times[time]) for k, turn in enumerate(curves.turns)}
+        for _ in members:
+            for i in members:
+                for j in members:
+                    one, other = chosen[i], chosen[j]
+                    linked = any(one in ends[b] and other in ends[b] for b in (*parts[i].branches, *parts[j].branches))
+                    if one is not None and other is not None and linked and away[other] < away[one]:
+                        chosen[i] = other
+    return chosen
+
+
+def _groups(parts: list[_Part], images: list[SlicedImage | None]) -> list[list[int]]:
+    """Parts of one time whose spines have the same tips."""
+    groups: list[list[int]] = []
+    for i, (part, image) in enumerate(zip(parts, images, strict=True)):
+        for group in groups:
+            other = images[group[0]]
+            if parts[group[0]].time == part.time and image is not None and other is not None:
+                length = max(lengths(np.diff(image.tips, axis=0))[0], 1e-300)
+                apart = min(float(lengths(image.tips - tips).max()) for tips in (other.tips, other.tips[::-1]))
+                if apart < _SAME * length:
+                    group.append(i)
+                    break
+        else:
+            groups.append([i])
+    return groups

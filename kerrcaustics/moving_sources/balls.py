@@ -1,0 +1,395 @@
+"""The light of small balls on orbits, next to pair events too, where a point would be infinitely bright.
+
+A ball of radius s and luminosity 1 that shines alike to all sides, and evenly, has the flux
+
+    F = 1 / (4 pi^2 s^2) * integral of g^4 over its image on the sky, where |xi(N)| < s:
+
+xi is the place at which a ray that arrives at the same time passes the source, across the ray, in the source's own
+frame. With k.d = 0 for all d between events that are seen at once, |xi|^2 = G_ij dx^i dx^j with
+G_ij = g_ij + g_ti p_j + g_tj p_i + g_tt p_i p_j, p the momentum of the light: G is free of the source's motion.
+
+Images whose light hardly changes over the ball take a mean over places of it. The others are cut into slices along
+their spines, where xi_t = 0, t being the direction along the caustic: xi_n turns back at the fold, so that both images
+of a pair lie on one spine, and nothing on the way along it is singular. Slices are planes N.e = p about a direction e
+of the spine: the solid angle between two is dp dphi, phi being the azimuth about e.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
+from kerrcaustics.moving_sources.seen_images import size_and_ratio
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import lengths, tangent_basis
+from kerrcaustics.tracks.level_curves.branches import Cubics
+
+Array = np.ndarray
+
+# Newton steps to a place of the ball, and what may be left of the way, in its radii.
+_NEWTON, _CLOSE = 8, 1e-7
+# By what part of the ball's radius the way to the middle of it may bend, that a ray is looked at elsewhere.
+_BENT = 1e-3
+# Light of a point that changes by more than this factor over the ball asks for slices.
+_EVEN = 1.3
+# Steps along a spine: the first in radii of the ball by the steeper slope, by how much each may grow, how far xi_n may
+# go in one as a part of what is left to the limb and at least in radii, the least cosine of a turn, and the most steps.
+_FIRST, _GROWTH, _FAR, _LEAST_FAR, _STRAIGHT, _MOST = 0.3, 1.8, 0.4, 0.04, 0.9, 150
+# The shortest step, and what may be left of the way to a tip, as a part of the first.
+_SHORTEST, _AT_TIP = 1e-4, 1e-5
+# Nodes of slices between two steps, and the least cosine between a spine and their direction.
+_NODES, _WEIGHTS = (values / 2 for values in np.polynomial.legendre.leggauss(4))
+_LEAST_COSINE = 0.4
+
+
+@dataclass(frozen=True)
+class Sights(Rows):
+    """Directions on the search sky: emission and arrival time, which arrival at the sphere, and axes.
+
+    axes: t and n across the ray, as dr, dtheta, sin theta dphi; highest: Morse index up to which light is taken.
+    """
+
+    sky: Float[Array, "n 3"]
+    time: Float[Array, " n"]
+    wanted: Float[Array, " n"]
+    second: Bool[Array, " n"]
+    axes: Float[Array, "n 2 3"]
+    highest: Int[Array, " n"]
+
+    def at(self, sky: Float[Array, "n 3"], time: Float[Array, " n"]) -> "Sights":
+        """The same at other directions and emission times."""
+        return replace(self, sky=sky, time=time)
+
+
+@dataclass(frozen=True)
+class Passes(Rows):
+    """Rays that arrive at a time: where they pass the ball (xi_t, xi_n), and how that changes over the sky and by time.
+
+    late: by how much the emission time is too early; light: g^4 per solid angle of the search sky; bend: by what part
+    the ray's way to the ball's middle is not straight; inside: whether the index is low enough.
+    """
+
+    sky: Float[Array, "n 3"]
+    time: Float[Array, " n"]
+    late: Float[Array, " n"]
+    place: Float[Array, "n 2"]
+    by_sky: Float[Array, "n 2 2"]
+    by_time: Float[Array, "n 2"]
+    light: Float[Array, " n"]
+    bend: Float[Array, " n"]
+    inside: Bool[Array, " n"]
+
+    @property
+    def spine(self) -> Float[Array, "n 3"]:
+        """The direction of the spine."""
+        one, other = tangent_basis(self.sky)
+        slope = self.by_sky[:, 0] / lengths(self.by_sky[:, 0])[:, None]
+        return slope[:, 1:] * one - slope[:, :1] * other
+
+    @property
+    def steepest(self) -> Float[Array, " n"]:
+        """The largest change of the place with the direction, nearly."""
+        return np.sqrt((self.by_sky**2).sum(axis=(1, 2)))
+
+    def crossed(self, ahead: Float[Array, "n 3"], size: float) -> tuple[Array, Array, Array, Array]:
+        """Slices by the linear map: the part of the radius squared that is left, width, middle, direction."""
+        side = np.cross(ahead, self.sky)
+        side /= lengths(side)[:, None]
+        slope = np.stack([(side * e).sum(axis=1) for e in tangent_basis(self.sky)], axis=-1)
+        change = (self.by_sky @ slope[:, :, None])[:, :, 0]
+        square, half = (change**2).sum(axis=1), (change * self.place).sum(axis=1)
+        root = half**2 - square * ((self.place**2).sum(axis=1) - size**2)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return root / square / size**2, 2 * np.sqrt(np.maximum(root, 0)) / square, -half / square, side
+
+    def left(self, ahead: Float[Array, "n 3"], size: float) -> Float[Array, " n"]:
+        """What is left to the tip of the image, 1 to 0; negative beyond it, and beyond the last index."""
+        return np.where(self.inside, self.crossed(ahead, size)[0], -1.0)
+
+
+def axes_at(rays: Arrivals) -> Float[Array, "n 2 3"]:
+    """The directions across rays in which the place changes most and least over the sky: next to a fold t and n."""
+    directions = np.linalg.svd(rays.by_sky)[0]
+    return np.einsum("nab,anc->nbc", directions, rays.across)
+
+
+def _form(rays: Arrivals) -> Float[Array, "n 3 3"]:
+    """The metric across the rays at the source, for dr, dtheta, sin theta dphi."""
+    a, r, z = rays.source.spin, rays.places.radius, rays.places.vector[:, 2]
+    square, delta, sigma = 1 - z * z, r * (r - 2) + a * a, r * r + (a * z) ** 2
+    p = np.stack(rays.momentum, axis=-1)
+    form = np.zeros((len(r), 3, 3))
+    form[:, 0, 0], form[:, 1, 1] = sigma / delta, sigma
+    form[:, 2, 2] = ((r * r + a * a) ** 2 - a * a * delta * square) / sigma
+    drag = np.zeros_like(p)
+    drag[:, 2] = -2 * a * r * np.sqrt(square) / sigma
+    mixed = drag[:, :, None] * p[:, None, :]
+    slow = (2 * r / sigma - 1)[:, None, None] * p[:, :, None] * p[:, None, :]
+    return form + mixed + mixed.transpose(0, 2, 1) + slow
+
+
+def _product(one: Float[Array, "n 3"], form: Float[Array, "n 3 3"], other: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    return np.einsum("ni,nij,nj->n", one, form, other)
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A ball on its orbit. size: its radius."""
+
+    source: Source
+    size: float
+
+    def passes(self, sights: Sights) -> Passes:
+        """The rays of sights as they are."""
+        rays = self._beside(sights)
+        form = _form(rays)
+        one = sights.axes[:, 0] / np.sqrt(_product(sights.axes[:, 0], form, sights.axes[:, 0]))[:, None]
+        other = sights.axes[:, 1] - _product(sights.axes[:, 1], form, one)[:, None] * one
+        other = other / np.sqrt(_product(other, form, other))[:, None]
+        across = np.stack([one, other], axis=1) @ form
+        size, ratio = size_and_ratio(rays)
+        r = rays.places.radius
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return Passes(
+                sky=rays.sky,
+                time=rays.time,
+                late=(sights.wanted - rays.arrival) / rays.rate,
+                place=(across @ rays.offset[:, :, None])[:, :, 0],
+                by_sky=across @ rays.columns,
+                by_time=-(across @ rays.velocity[:, :, None])[:, :, 0],
+                light=ratio**4 * size**2,
+                bend=(self.size / r) ** 2 + rays.beside[0] ** 2 * r / self.size,
+                inside=np.asarray(rays.beams.index) <= sights.highest,
+            )
+
+    def _beside(self, sights: Sights) -> Arrivals:
+        """Rays looked at where they pass the ball: those that graze its sphere come to that far away."""
+        rays = self.source.arrivals(sights.sky, sights.time, sights.second)
+        near, radius = rays.beside
+        radius, second = radius * rays.places.radius, sights.second.copy()
+        with np.errstate(invalid="ignore"):
+            far = np.flatnonzero(near**2 * rays.places.radius > _BENT * self.size)
+        if not len(far):
+            return rays
+        best, aim = near[far], radius[far]
+        radius = rays.places.radius.copy()
+        for leaf in (sights.second[far], ~sights.second[far]):
+            start = aim
+            for _ in range(2):
+                trial = self.source.arrivals(sights.sky[far], sights.time[far], leaf, start)
+                with np.errstate(invalid="ignore"):
+                    better = trial.beside[0] < best
+                best = np.where(better, trial.beside[0], best)
+                radius[far[better]], second[far[better]] = start[better], leaf[better]
+                start = trial.beside[1] * trial.places.radius
+        return self.source.arrivals(sights.sky, sights.time, second, radius)
+
+    def brought(
+        self,
+        sights: Sights,
+        aim: Float[Array, "n 2"],
+        ahead: Float[Array, "n 3"] | None = None,
+        *,
+        limb: bool = False,
+    ) -> tuple[Passes, Bool[Array, " n"]]:
+        """Rays that pass the ball at places, and whether they do.
+
+        ahead: in place of xi_n, N.ahead comes to the second part of the aim; limb: in place of xi_t, |xi| to the first.
+        """
+        now, good = self.passes(sights), np.zeros(len(sights), bool)
+        for _ in range(_NEWTON):
+            matrix, lack, by_time = now.by_sky.copy(), aim - now.place, now.by_time.copy()
+            if limb:
+                off = lengths(now.place)
+                way = now.place / off[:, None]
+                matrix[:, 0] = (way[:, None, :] @ now.by_sky)[:, 0]
+                lack[:, 0], by_time[:, 0] = aim[:, 0] - off, (way * now.by_time).sum(axis=1)
+            if ahead is not None:
+                matrix[:, 1] = np.stack([(e * ahead).sum(axis=1) for e in tangent_basis(now.sky)], axis=-1)
+                lack[:, 1], by_time[:, 1] = aim[:, 1] - (now.sky * ahead).sum(axis=1), 0.0
+            step = solved(matrix, lack - by_time * now.late[:, None])
+            with np.errstate(invalid="ignore"):
+                left = now.steepest * lengths(step) + lengths(now.by_time) * np.abs(now.late)
+                good = np.isfinite(now.light) & (left < _CLOSE * self.size)
+                still = good | ~np.isfinite(left)
+            if still.all():
+                break
+            one, other = tangent_basis(now.sky)
+            step[still] = 0.0
+            sky = now.sky + step[:, :1] * one + step[:, 1:] * other
+            now = self.passes(sights.at(sky / lengths(sky)[:, None], now.time + np.where(still, 0.0, now.late)))
+        return now, good
+
+    def even_light(self, sights: Sights) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
+        """Flux of images far from folds by places of the ball, its error, and where that is enough.
+
+        The middle counts 1/4, six places at sqrt(2/3) of the radius 3/4: exact to the fifth degree. The error is how
+        much it changes when these are turned by 30 degrees, and what the way of the rays bends.
+        """
+        n, angle = len(sights), np.arange(12) * np.pi / 6
+        ring = math.sqrt(2 / 3) * self.size * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        places = np.concatenate([np.zeros((1, 2)), ring])
+        middle = self.passes(sights)
+        aim, many = np.tile(places, (n, 1)), sights[np.repeat(np.arange(n), len(places))]
+        # Begun where the linear map has them.
+        step = solved(np.repeat(middle.by_sky, len(places), axis=0), aim)
+        one, other = tangent_basis(many.sky)
+        sky = many.sky + np.nan_to_num(step[:, :1] * one + step[:, 1:] * other)
+        seen, good = self.brought(many.at(sky / lengths(sky)[:, None], many.time), aim)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            signed = (seen.light / np.linalg.det(seen.by_sky)).reshape(n, -1) / (4 * math.pi)
+            light = np.abs(signed)
+            even = good.reshape(n, -1).all(axis=1) & (np.sign(signed) == np.sign(signed[:, :1])).all(axis=1)
+            even &= light.max(axis=1) < _EVEN * light.min(axis=1)
+        first, turned = (light[:, 0] / 4 + 0.75 * light[:, start::2].mean(axis=1) for start in (1, 2))
+        flux = (first + turned) / 2
+        return flux, np.abs(first - turned) + middle.bend * flux, even
+
+    def sliced_light(self, starts: Sights) -> "list[SlicedImage | None]":
+        """The parts of the image on the spines next to starts; None where they cannot be followed."""
+        here = self.passes(starts)
+        # Straight across to the spine.
+        here, good = self.brought(
+            starts,
+            np.stack([np.zeros(len(starts)), (here.sky * here.spine).sum(axis=1)], axis=-1),
+            here.spine,
+        )
+        spines = self._spines(starts, here, good)
+        return self._lit(starts, spines)
+
+    def _spines(self, starts: Sights, here: Passes, good: Bool[Array, " n"]) -> "list[Passes | None]":
+        """The spines from tip to tip; of no rows where the ball's image does not come to the start."""
+        n = len(starts)
+        walker = np.concatenate([np.arange(n), np.arange(n)])
+        sense = np.repeat([1.0, -1.0], n)
+        record = now = here[walker]
+        ahead = now.spine * sense[:, None]
+        tracks = [[i] for i in range(2 * n)]
+        first = _FIRST * self.size / np.maximum(now.steepest, 1e-300)
+        step, ended = first.copy(), now.left(ahead, self.size) <= 0
+        # A tip lies beyond one step, and within another; what is left at both.
+        low, high = np.zeros(2 * n), np.full(2 * n, np.inf)
+        left_low, left_high = np.ones(2 * n), np.full(2 * n, np.nan)
+        failed = ~good[walker]
+        for _ in range(_MOST):
+            active = np.flatnonzero(~ended & ~failed)
+            if not len(active):
+                break
+            at, way, sights = now[active], ahead[active], starts[walker[active]]
+            near = np.isfinite(high[active])
+            with np.errstate(invalid="ignore"):
+                part = np.clip(left_low[active] / (left_low[active] - left_high[active]), 0.1, 0.9)
+                between = low[active] + part * (high[active] - low[active])
+            h = np.where(near, between, step[active])
+            aim = np.stack([np.zeros(len(active)), (at.sky * way).sum(axis=1) + h], axis=-1)
+            trial, fine = self.brought(sights.at(at.sky + h[:, None] * way, at.time), aim, way)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                turned = trial.spine * np.where((trial.spine * way).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+                fine &= (turned * way).sum(axis=1) > _STRAIGHT
+                gone = np.abs(trial.place[:, 1] - at.place[:, 1]) / self.size
+                room = np.maximum(_FAR * (1 - np.abs(at.place[:, 1]) / self.size), _LEAST_FAR)
+            left = np.where(fine, trial.left(way, self.size), np.nan)
+            beyond, within = left <= 0, left > 0
+            high[active[beyond]], left_high[active[beyond]] = h[beyond], left[beyond]
+            low[active[near & within]], left_low[active[near & within]] = h[near & within], left[near & within]
+            tip = near & within & (high[active] - h < _AT_TIP * np.maximum(h, first[active]))
+            ended[active[tip]] = True
+            # A step of which nothing is known is shortened, also before a tip.
+            lost = ~fine | (~near & within & (gone > 1.5 * room))
+            step[active[lost]] = h[lost] / 2
+            high[active[lost]] = np.inf
+            low[active[lost]] = 0.0
+            ahead_now = within & ~lost & (~near | tip)
+            taken = active[ahead_now]
+            for k, i in enumerate(taken.tolist()):
+                tracks[i].append(len(record) + k)
+            record = record.joined(trial[ahead_now])
+            order = np.arange(2 * n)
+            order[taken] = 2 * n + np.arange(len(taken))
+            now = now.joined(trial[ahead_now])[order]
+            ahead[taken] = turned[ahead_now]
+            left_low[taken] = left[ahead_now]
+            with np.errstate(invalid="ignore", divide="ignore"):
+                step[taken] *= np.clip(room[ahead_now] / gone[ahead_now], 0.5, _GROWTH)
+            failed |= step < _SHORTEST * first
+        failed |= ~ended
+        return [
+            None if failed[i] or failed[n + i] else record[np.array([*tracks[n + i][:0:-1], *tracks[i]])]
+            for i in range(n)
+        ]
+
+    def _lit(self, starts: Sights, spines: "list[Passes | None]") -> "list[SlicedImage | None]":
+        """The light of the slices along spines."""
+        cut = [(k, spine) for k, spine in enumerate(spines) if spine is not None and len(spine) > 1]
+        images = [None if spine is None else _DARK for spine in spines]
+        if not cut:
+            return images
+        ends = [(spine[:-1], spine[1:]) for _, spine in cut]
+        one, other = (ends[0][0][:0].joined(*[pair[i] for pair in ends]) for i in (0, 1))
+        count = np.array([len(spine) - 1 for _, spine in cut])
+        which = np.repeat(np.arange(len(cut)), count)
+        job = np.array([k for k, _ in cut])[which]
+        chord = other.sky - one.sky
+        size = lengths(chord)
+        # One direction for a whole spine where it is straight enough, else one between neighbours.
+        whole = np.array([spine.sky[-1] - spine.sky[0] for _, spine in cut])
+        whole /= lengths(whole)[:, None]
+        own = (chord * whole[which]).sum(axis=1) < _LEAST_COSINE * size
+        curved = np.bincount(which, own, len(cut)) > 0
+        ahead = np.where(curved[which, None], chord / size[:, None], whole[which])
+        low, high = (one.sky * ahead).sum(axis=1), (other.sky * ahead).sum(axis=1)
+        begins = np.concatenate([[True], which[1:] != which[:-1]])
+        stops = np.concatenate([which[1:] != which[:-1], [True]])
+        node = _NODES + 0.5
+        # At a tip widths go by the root of the way to it.
+        x = np.where(begins[:, None], node**2, np.where(stops[:, None], 1 - (1 - node) ** 2, node))
+        weight = _WEIGHTS * np.where(begins[:, None], 2 * node, np.where(stops[:, None], 2 * (1 - node), 1.0))
+        panel = np.repeat(np.arange(len(which)), len(node))
+        x, weight = x.ravel(), weight.ravel() * (high - low)[panel]
+        e = ahead[panel]
+        sign = [np.sign((p.spine * chord).sum(axis=1))[:, None] * size[:, None] for p in (one, other)]
+        way = Cubics(one.sky, chord, one.spine * sign[0], other.spine * sign[1])
+        sky = way[panel].at(x)
+        time = one.time[panel] + x * (other.time - one.time)[panel]
+        sights = starts[job[panel]].at(sky / lengths(sky)[:, None], time)
+        p = low[panel] + x * (high - low)[panel]
+        middle, good = self.brought(sights, np.stack([np.zeros(len(p)), p], axis=-1), e)
+        _, width, shift, side = middle.crossed(e, self.size)
+        linear = width / np.sqrt(1 - p**2) * middle.light
+        sides, sure = [], good.copy()
+        for sense in (-0.5, 0.5):
+            sky = middle.sky + (shift + sense * width)[:, None] * side
+            start = sights.at(sky / lengths(sky)[:, None], middle.time)
+            edge, fine = self.brought(start, np.stack([np.full(len(p), self.size), p], axis=-1), e, limb=True)
+            sides.append(edge)
+            sure &= fine
+        left, right = sides
+        turn = np.arctan2((e * np.cross(left.sky, right.sky)).sum(axis=1), (left.sky * right.sky).sum(axis=1) - p**2)
+        exact = turn * (left.light + 4 * middle.light + right.light) / 6
+        exact = np.where(sure & (width > 0), exact, linear)
+        unit = weight / (4 * math.pi**2 * self.size**2)
+        row = which[panel]
+        total, rough = (np.bincount(row, unit * value, len(cut)) for value in (exact, linear))
+        bend = np.bincount(row, unit * exact * middle.bend, len(cut))
+        mean = np.stack([np.bincount(row, unit * exact * middle.sky[:, i], len(cut)) for i in range(3)], axis=-1)
+        clean = np.bincount(row, ~good, len(cut)) == 0
+        for i, (k, spine) in enumerate(cut):
+            tips = spine.sky[[0, -1]]
+            error = abs(total[i] - rough[i]) + bend[i]
+            images[k] = SlicedImage(total[i], error, mean[i] / lengths(mean[i : i + 1])[0], tips) if clean[i] else None
+        return images
+
+
+@dataclass(frozen=True)
+class SlicedImage:
+    """A part of the image of a ball: its flux with the error, its mean direction, and the tips of its spine."""
+
+    flux: float
+    error: float
+    sky: Float[Array, " 3"]
+    tips: Float[Array, "2 3"]
+
+
+_DARK = SlicedImage(0.0, 0.0, np.zeros(3), np.full((2, 3), np.nan))
