@@ -64,7 +64,9 @@ def test_discs_in_the_plane_agree_with_sums_over_rays(viewer, place, size, cross
     plane = kc.EquatorialPlane(crossing)
     seen = kc.magnification(viewer, place, size, max_index=max_index, end=plane)
     assert seen.certified
-    expected = summed(viewer, plane.vectors(np.array([place]))[0], size, max_index, surface=plane, levels=5)
+    # On a caustic and at the third crossing images are thin: the error of the sum falls by 4 a level.
+    levels = 6 if place[1] < 0 or crossing == 3 else 5
+    expected = summed(viewer, plane.vectors(np.array([place]))[0], size, max_index, surface=plane, levels=levels)
     assert abs(seen.total - expected) < 3e-3 * seen.total
 
 
@@ -94,7 +96,7 @@ def test_disc_and_the_rest_fill_the_sphere(place):
     """All images of a sphere have one area, however it is cut into two discs."""
     theta, phi = place
     areas = []
-    for angle in (0.4, 1.1):
+    for angle in (0.15, 1.1):
         disc = kc.magnification(NEAR, place, angle * 8.0, max_index=1, end=8.0)
         rest = kc.magnification(NEAR, (math.pi - theta, phi + math.pi), (math.pi - angle) * 8.0, max_index=1, end=8.0)
         assert disc.certified and rest.certified

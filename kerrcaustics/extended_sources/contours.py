@@ -22,7 +22,7 @@ from kerrcaustics.spacetime.sphere import lengths
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Cells in edge phase, and in height, at first; longest image of a side of a cell in radii of the disc; most cells, and
+# Cells in edge phase, and in height, at first; longest image of a side of a cell in radii of the limb; most cells, and
 # in one direction; how far from the limb, in diagonals of its image, a cell is looked at more closely.
 _PHASES, _HEIGHTS, _LONGEST, _MOST_CELLS, _FINEST, _REACH = 96, 24, 0.4, 20_000, 1 << 48, 1.0
 _TIGHT = {"xatol": 1e-15, "xrtol": 1e-15}
@@ -132,7 +132,7 @@ class _Grid:
         near = np.flatnonzero(self.near())
         if not len(near):
             return []
-        which, longest = self.which[near], _LONGEST * self.patch.disc.size
+        which, longest = self.which[near], _LONGEST * self.patch.disc.smaller
         entries = np.ones(which.size), (np.repeat(np.arange(len(near)), 4), len(near) + which.ravel())
         graph = scipy.sparse.coo_matrix(entries, shape=(len(near) + len(self.corners),) * 2)
         label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][: len(near)]

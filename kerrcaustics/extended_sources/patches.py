@@ -62,6 +62,11 @@ class Disc:
         return np.asarray(angle_between(places, self.centre))
 
     @property
+    def smaller(self) -> float:
+        """The radius of the disc, or of the rest of its sphere where that is smaller."""
+        return self.size if len(self.centre) == 2 else min(self.size, math.pi - self.size)
+
+    @property
     def area(self) -> float:
         """Its area: a solid angle about the centre of its sphere; in the plane of r dr dphi."""
         return math.pi * self.size**2 if len(self.centre) == 2 else 4 * math.pi * math.sin(self.size / 2) ** 2
